@@ -8,7 +8,7 @@ use crate::messages::{
 };
 use crate::own_names;
 use crate::place::{no_table, table_in};
-use crate::plan::{Content, Plan, TableFormat, TablePlace};
+use crate::plan::{Plan, TableFormat, TablePlace};
 use crate::readings::{Reading, Values, frame};
 use crate::rows::Row;
 use mcap::records::MessageHeader;
@@ -104,11 +104,8 @@ fn read(
     let mut rows = 0;
     let why = readings.read(|channel, row| {
         rows += 1;
-        let values = match readings.channels[channel].content(&row.cells) {
-            Content::Readings(values) => values,
-            Content::Truth(_) => Values::default(),
-        };
-        add(row.stamp.seconds(), values)
+        let content = readings.channels[channel].content(&row.cells);
+        add(row.stamp.seconds(), content.readings)
     })?;
     let path = readings.channels[0].place.path();
     Ok(Exported {
@@ -261,7 +258,7 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
         ("/imu/link1", MessageKind::Imu),
         ("/imu/link2", MessageKind::Imu),
     ] {
-        topics.add(topic, kind.schema(), kind.definition())?;
+        topics.add(topic, kind.name(), kind.definition())?;
         parts.push(topic.to_owned());
     }
     for forces in &*forces {

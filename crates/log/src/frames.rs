@@ -60,12 +60,11 @@ impl Source for Frames {
         };
         let is_first = self.next[0] == 0;
         let (mut values, mut truth) = (Values::default(), None);
-        let mut add = |content: Content| match content {
-            Content::Truth(found) => truth = Some(Truth { time, ..*found }),
-            Content::Readings(found) => {
-                for (own, new) in values.iter_mut().zip(found) {
-                    *own = new.or(*own);
-                }
+        let mut add = |content: Content| {
+            let found = content.truth.map(|found| Truth { time, ..found });
+            truth = found.or(truth);
+            for (own, new) in values.iter_mut().zip(content.readings) {
+                *own = new.or(*own);
             }
         };
         add(self.take(0));

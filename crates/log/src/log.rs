@@ -163,29 +163,25 @@ fn use_contact_angles(
     choice: &mut LogChoice,
     options: &LogOptions,
 ) -> Result<Option<String>, LogError> {
-    let absent = plan.absent();
-    if let Some(reading) = absent.iter().find(|r| !r.is_contact_angle()) {
-        let message = format!(
+    let refused = |message: String| Err(LogError::whole(&plan.source, message));
+    let (absent, others): (Vec<Reading>, Vec<Reading>) = plan
+        .absent()
+        .into_iter()
+        .partition(|r| r.is_contact_angle());
+    if let Some(reading) = others.first() {
+        return refused(format!(
             "has no {}: every estimator needs it; allowed to be missing: contact angles",
             reading.name()
-        );
-        return Err(LogError::whole(&plan.source, message));
+        ));
     }
-    let absent: Vec<&str> = absent
-        .iter()
-        .filter(|r| r.is_contact_angle())
-        .map(|r| Reading::name(*r))
-        .collect();
-    if options.contact_angles == Some(true) && !absent.is_empty() {
-        let needing = choice.needing_contact_angles();
-        if !needing.is_empty() {
-            let message = format!(
-                "has no {}, which {} need; allowed: --contact-angles none, or a log with them",
-                absent.join(", "),
-                needing.join(", "),
-            );
-            return Err(LogError::whole(&plan.source, message));
-        }
+    let needing = choice.needing_contact_angles();
+    if options.contact_angles == Some(true) && !absent.is_empty() && !needing.is_empty() {
+        let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
+        return refused(format!(
+            "has no {}, which {} need; allowed: --contact-angles none, or a log with them",
+            absent.join(", "),
+            needing.join(", "),
+        ));
     }
     if options.contact_angles.unwrap_or(absent.is_empty()) {
         return Ok(None);

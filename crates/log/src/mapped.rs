@@ -35,21 +35,19 @@ pub fn channels(
         let path = file(log, table, choice)?;
         channels.push(empty(&path, choice.name.clone(), Some(choice))?);
     }
-    let mut wanted = Wanted { channels };
     for reading in &mapping.readings {
-        let channel = wanted.channel(&reading.channel);
+        let channel = named(&mut channels, &reading.channel);
         let formula = Formula::Cell {
-            cell: wanted.cell(channel, &reading.column),
+            cell: channel.cell(&reading.column),
             factor: reading.factor,
             offset: reading.offset,
         };
-        wanted.add(channel, reading.name, formula);
+        channel.add(reading.name, formula);
     }
     for imu in &mapping.imus {
-        wanted.add_imu(imu);
+        named(&mut channels, &imu.channel).add_imu(imu);
     }
-    let mut channels = wanted.channels;
-    check(&channels)?;
+    channels.iter().try_for_each(check)?;
     if let Some(base) = &mapping.time_base
         && let Some(i) = channels.iter().position(|c| c.name == *base)
     {
@@ -139,44 +137,35 @@ pub fn is_mcap(path: &Path) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
 }
 
-/// Channels while their columns are gathered.
-struct Wanted {
-    channels: Vec<ChannelPlan>,
+/// The channel of a name; the first for none. Names were checked when the description was read.
+fn named<'a>(channels: &'a mut [ChannelPlan], name: &str) -> &'a mut ChannelPlan {
+    let found = channels.iter().position(|c| c.name == name);
+    &mut channels[found.filter(|_| !name.is_empty()).unwrap_or(0)]
 }
 
-impl Wanted {
-    /// The channel of a name; the first for none. Names were checked when the description was read.
-    fn channel(&self, name: &str) -> usize {
-        let found = self.channels.iter().position(|c| c.name == name);
-        found.filter(|_| !name.is_empty()).unwrap_or(0)
-    }
-
-    /// The cell of a column.
-    fn cell(&mut self, channel: usize, column: &str) -> usize {
-        let columns = &mut self.channels[channel].columns;
-        if let Some(found) = columns.iter().position(|c| c == column) {
+impl ChannelPlan {
+    /// The cell of a column, which is read from now on.
+    fn cell(&mut self, column: &str) -> usize {
+        if let Some(found) = self.columns.iter().position(|c| c == column) {
             return found;
         }
-        columns.push(column.to_owned());
-        columns.len() - 1
+        self.columns.push(column.to_owned());
+        self.columns.len() - 1
     }
 
-    fn add(&mut self, channel: usize, name: &str, formula: Formula) {
-        if let Some(reading) = Reading::all().find(|r| r.name() == name) {
-            self.channels[channel].readings.push((reading, formula));
-        }
+    fn add(&mut self, name: &str, formula: Formula) {
+        let reading = Reading::all().find(|r| r.name() == name);
+        self.readings
+            .extend(reading.map(|reading| (reading, formula)));
     }
 
     fn add_imu(&mut self, imu: &ImuChoice) {
-        let channel = self.channel(&imu.channel);
         let up = match imu.inclination {
             InclinationSource::Acceleration => {
-                let cells = imu.acceleration.each_ref();
-                Upward::SpecificForce(cells.map(|c| self.cell(channel, c)))
+                Upward::SpecificForce(imu.acceleration.each_ref().map(|c| self.cell(c)))
             }
             InclinationSource::Orientation => {
-                let cells = imu.orientation.each_ref();
-                Upward::Orientation(cells.map(|c| self.cell(channel, c)))
+                Upward::Orientation(imu.orientation.each_ref().map(|c| self.cell(c)))
             }
         };
         let inclination = Formula::Inclination {
@@ -185,53 +174,29 @@ impl Wanted {
             up_axis: imu.up,
             offset: imu.inclination_offset,
         };
-        let cells = imu.angular_velocity.each_ref();
         let rate = Formula::Rate {
-            cells: cells.map(|c| self.cell(channel, c)),
+            cells: imu.angular_velocity.each_ref().map(|c| self.cell(c)),
             axis: across(imu.forward, imu.up),
             factor: imu.rate_factor,
             offset: imu.rate_offset,
         };
-        self.add(channel, &format!("{}_inclination", imu.link), inclination);
-        self.add(channel, &format!("{}_rate", imu.link), rate);
+        self.add(&format!("{}_inclination", imu.link), inclination);
+        self.add(&format!("{}_rate", imu.link), rate);
     }
 }
 
-/// Checks that the files of all channels have their columns.
-fn check(channels: &[ChannelPlan]) -> Result<(), LogError> {
-    let topics: Vec<(&ChannelPlan, &TopicPlace)> = channels
-        .iter()
-        .filter_map(|channel| match &channel.place {
-            ChannelPlace::Topic(topic) => Some((channel, topic)),
-            ChannelPlace::Table(_) => None,
-        })
-        .collect();
-    if let Some((_, first)) = topics.first() {
-        let wanted = topics
-            .iter()
-            .map(|(channel, t)| (t.topic.as_str(), channel.columns.as_slice()));
-        let wanted: Vec<_> = wanted.collect();
-        let found = mcap_events::columns(&first.path, &wanted)?;
-        for ((channel, _), found) in topics.iter().zip(&found) {
-            check_one(channel, found, &[])?;
+/// Checks that the file of a channel has its columns.
+fn check(channel: &ChannelPlan) -> Result<(), LogError> {
+    let (found, time) = match &channel.place {
+        ChannelPlace::Topic(topic) => {
+            let found = mcap_events::columns(&topic.path, &topic.topic, &channel.columns)?;
+            (found, None)
         }
-    }
-    for channel in channels {
-        if let ChannelPlace::Table(table) = &channel.place {
-            let found = table.format.columns(&table.path)?;
-            check_one(channel, &found, std::slice::from_ref(&table.time.name))?;
-        }
-    }
-    Ok(())
-}
-
-fn check_one(channel: &ChannelPlan, found: &[ColumnInfo], more: &[String]) -> Result<(), LogError> {
-    let has = |name: &String| found.iter().any(|c| c.name == *name);
-    let wanted = more.iter().chain(&channel.columns);
-    let missing: Vec<&str> = wanted
-        .filter(|name| !has(name))
-        .map(String::as_str)
-        .collect();
+        ChannelPlace::Table(table) => (table.format.columns(&table.path)?, Some(&table.time.name)),
+    };
+    let is_missing = |name: &&String| !found.iter().any(|c| c.name == **name);
+    let wanted = time.into_iter().chain(&channel.columns);
+    let missing: Vec<&str> = wanted.filter(is_missing).map(String::as_str).collect();
     if missing.is_empty() {
         return Ok(());
     }
@@ -239,7 +204,7 @@ fn check_one(channel: &ChannelPlan, found: &[ColumnInfo], more: &[String]) -> Re
         "has no column {}, which the description names for channel {}; found {}",
         missing.join(", "),
         channel.name,
-        ColumnInfo::list(found),
+        ColumnInfo::list(&found),
     );
     Err(LogError::whole(channel.place.path(), message))
 }

@@ -1,7 +1,7 @@
 //! Topics of an MCAP file.
 
 use crate::error::{LogError, open_file};
-use crate::messages::{MessageKind, Number};
+use crate::messages::{Decoded, MessageKind, Number};
 use crate::rows::{ColumnInfo, Place, Row};
 use crate::stamp::{Stamp, TimeUnit};
 use mcap::McapError;
@@ -150,62 +150,47 @@ impl Messages {
     }
 }
 
-/// A topic, and the columns that are wanted of it.
-pub type WantedColumns<'a> = (&'a str, &'a [String]);
-
-/// The columns of topics: those of the first messages, until all that are wanted were seen. The
-/// messages of one topic can have different columns: joints of their own.
+/// The columns of a topic: those of the first messages, until all that are `wanted` were seen. The messages of one topic can
+/// have different columns: joints of their own.
 ///
 /// # Errors
-/// [`LogError`]: topics that the file does not have, or with messages of another kind.
-pub fn columns(
-    path: &Path,
-    topics: &[WantedColumns<'_>],
-) -> Result<Vec<Vec<ColumnInfo>>, LogError> {
+///
+/// [`LogError`]: a topic that the file does not have, or with messages of another kind.
+pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<ColumnInfo>, LogError> {
     let mut messages = Messages::open(path)?;
-    let mut found: HashMap<String, Vec<ColumnInfo>> = HashMap::new();
-    let is_missing = |found: &HashMap<String, Vec<ColumnInfo>>,
-                      (topic, wanted): &WantedColumns<'_>| {
-        let Some(known) = found.get(*topic) else {
-            return true;
-        };
-        let has = |column: &String| known.iter().any(|c| c.name == *column);
-        !wanted.iter().all(has)
+    let mut found: Option<Vec<ColumnInfo>> = None;
+    let is_complete = |found: &[ColumnInfo]| {
+        let has = |column: &String| found.iter().any(|c| c.name == *column);
+        wanted.iter().all(has)
     };
-    while topics.iter().any(|topic| is_missing(&found, topic)) {
+    while !found.as_deref().is_some_and(is_complete) {
         let next = messages.next(|messages, message| {
-            let (topic, schema) = messages.topics.get(&message.channel)?;
-            let is_wanted = topics.iter().any(|t| t.0 == topic && is_missing(&found, t));
-            is_wanted.then(|| (topic.clone(), columns_of(path, topic, schema, message.data)))
+            let (of, schema) = messages.topics.get(&message.channel)?;
+            (of == topic).then(|| columns_of(path, topic, schema, message.data))
         })?;
-        match next {
-            None => break,
-            Some(Some((topic, columns))) => {
-                let known = found.entry(topic).or_default();
-                for column in columns? {
-                    if !known.contains(&column) {
-                        known.push(column);
-                    }
+        let Some(columns) = next else {
+            break;
+        };
+        if let Some(columns) = columns {
+            let known = found.get_or_insert_default();
+            for column in columns? {
+                if !known.contains(&column) {
+                    known.push(column);
                 }
             }
-            Some(None) => {}
         }
     }
-    if let Some((topic, _)) = topics.iter().find(|t| !found.contains_key(t.0)) {
-        let mut known: Vec<String> = messages
-            .topics
-            .values()
-            .map(|(topic, schema)| format!("{topic} ({schema})"))
-            .collect();
+    found.ok_or_else(|| {
+        let topics = messages.topics.values();
+        let mut known: Vec<String> =
+            topics.map(|(topic, schema)| format!("{topic} ({schema})")).collect();
         known.sort();
         let message = format!(
             "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
             known.join(", ")
         );
-        return Err(LogError::whole(path, message));
-    }
-    let of_topic = |(topic, _): &WantedColumns<'_>| found.get(*topic).cloned().unwrap_or_default();
-    Ok(topics.iter().map(of_topic).collect())
+        LogError::whole(path, message)
+    })
 }
 
 fn columns_of(
@@ -214,10 +199,7 @@ fn columns_of(
     schema: &str,
     data: &[u8],
 ) -> Result<Vec<ColumnInfo>, LogError> {
-    let kind = kind(path, topic, schema)?;
-    let decoded = kind
-        .decode(data)
-        .ok_or_else(|| not_of_kind(path, topic, kind))?;
+    let decoded = decode(path, topic, schema, data)?;
     let column = |number: &Number<'_>| ColumnInfo {
         name: number.column(),
         unit: None,
@@ -225,20 +207,26 @@ fn columns_of(
     Ok(decoded.numbers.iter().map(column).collect())
 }
 
-fn kind(path: &Path, topic: &str, schema: &str) -> Result<MessageKind, LogError> {
-    MessageKind::of_schema(schema).ok_or_else(|| {
-        let allowed: Vec<_> = MessageKind::ALL.iter().map(|kind| kind.schema()).collect();
-        let message = format!(
+fn decode<'a>(
+    path: &Path,
+    topic: &str,
+    schema: &str,
+    data: &'a [u8],
+) -> Result<Decoded<'a>, LogError> {
+    let refused = |message: String| LogError::place(path, format!("topic {topic}"), message);
+    let kind = MessageKind::of_schema(schema).ok_or_else(|| {
+        let allowed: Vec<_> = MessageKind::ALL.iter().map(|kind| kind.name()).collect();
+        refused(format!(
             "found messages of the type {schema:?}, allowed: {}",
             allowed.join(", ")
-        );
-        LogError::place(path, format!("topic {topic}"), message)
+        ))
+    })?;
+    kind.decode(data).ok_or_else(|| {
+        refused(format!(
+            "found bytes that are no {} in CDR encoding",
+            kind.name()
+        ))
     })
-}
-
-fn not_of_kind(path: &Path, topic: &str, kind: MessageKind) -> LogError {
-    let message = format!("found bytes that are no {} in CDR encoding", kind.schema());
-    LogError::place(path, format!("topic {topic}"), message)
 }
 
 /// A channel of a topic while it is read.
@@ -298,9 +286,7 @@ impl<'a> Wanted<'a> {
     /// that of the message.
     fn add(&mut self, schema: &str, message: &Message<'_>) -> Result<[Option<Row>; 2], LogError> {
         let (path, topic) = (&self.place.path, &self.place.topic);
-        let kind = kind(path, topic, schema)?;
-        let decoded = kind.decode(message.data);
-        let decoded = decoded.ok_or_else(|| not_of_kind(path, topic, kind))?;
+        let decoded = decode(path, topic, schema, message.data)?;
         self.count += 1;
         let number = |name: &String| decoded.numbers.iter().find(|number| number.is(name));
         let found: Vec<Option<f64>> = self

@@ -3,16 +3,19 @@
 use crate::cdr::{CdrReader, CdrWriter};
 use crate::readings::{COUNT, Reading, Values};
 use crate::stamp::{Stamp, TimeUnit};
+use robhaz_model::named;
 
-/// A kind of message that holds readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MessageKind {
-    /// `sensor_msgs/msg/JointState`
-    JointState,
-    /// `sensor_msgs/msg/Imu`
-    Imu,
-    /// `robhaz_msgs/msg/Readings`
-    Readings,
+named! {
+    /// A kind of message that holds readings, by the name of its schema.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum MessageKind {
+        /// Joints.
+        JointState = "sensor_msgs/msg/JointState",
+        /// An inertial measurement unit.
+        Imu = "sensor_msgs/msg/Imu",
+        /// The readings of a run.
+        Readings = "robhaz_msgs/msg/Readings",
+    }
 }
 
 /// A message, decoded.
@@ -52,35 +55,17 @@ impl Number<'_> {
     }
 }
 
-const IMU_COLUMNS: [&str; 10] = [
-    "orientation.x",
-    "orientation.y",
-    "orientation.z",
-    "orientation.w",
-    "angular_velocity.x",
-    "angular_velocity.y",
-    "angular_velocity.z",
-    "linear_acceleration.x",
-    "linear_acceleration.y",
-    "linear_acceleration.z",
+/// Parts of an `Imu` and their numbers; each has a covariance.
+const IMU: [(&str, &[&str]); 3] = [
+    ("orientation", &["x", "y", "z", "w"]),
+    ("angular_velocity", &["x", "y", "z"]),
+    ("linear_acceleration", &["x", "y", "z"]),
 ];
 
 impl MessageKind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::JointState, Self::Imu, Self::Readings];
-
     /// The kind of a schema.
     pub fn of_schema(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.schema() == name)
-    }
-
-    /// Name of its schema.
-    pub const fn schema(self) -> &'static str {
-        match self {
-            Self::JointState => "sensor_msgs/msg/JointState",
-            Self::Imu => "sensor_msgs/msg/Imu",
-            Self::Readings => "robhaz_msgs/msg/Readings",
-        }
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
     /// Its definition in the language of ROS 2 (`ros2msg`).
@@ -126,16 +111,11 @@ fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'
 }
 
 fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
-    let mut numbers = Vec::with_capacity(IMU_COLUMNS.len());
-    let mut names = IMU_COLUMNS.into_iter();
-    for length in [4, 3, 3] {
-        for name in names.by_ref().take(length) {
+    let mut numbers = Vec::with_capacity(10);
+    for (name, parts) in IMU {
+        for part in parts {
             let value = reader.f64()?;
-            numbers.push(Number {
-                name,
-                part: "",
-                value,
-            });
+            numbers.push(Number { name, part, value });
         }
         // Its covariance.
         for _ in 0..9 {
@@ -162,13 +142,8 @@ fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
 
 /// Time in whole nanoseconds, of times since the start.
 pub fn nanoseconds(time: f64) -> u64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the cast saturates; times start at 0"
-    )]
-    let whole = (time * 1e9).round() as u64;
-    whole
+    // The cast saturates; times start at 0.
+    (time * 1e9).round() as u64
 }
 
 /// A message that starts with the header of a time (s).

@@ -27,7 +27,7 @@ pub const TOPIC: &str = "/robhaz/readings";
 ///
 /// [`LogError`] where the file has no such topic.
 pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
-    mcap_events::columns(path, &[(TOPIC, &[])])?;
+    mcap_events::columns(path, TOPIC, &[])?;
     let readings = Reading::all().enumerate();
     let place = ChannelPlace::Topic(TopicPlace {
         path: path.to_path_buf(),

@@ -163,8 +163,6 @@ fn stamps(
 fn numbers(column: &ArrayRef) -> Option<Vec<Option<f64>>> {
     macro_rules! values {
         ($kind:ty) => {{
-            #[expect(clippy::allow_attributes, reason = "the lint depends on the type")]
-            #[allow(clippy::cast_precision_loss, clippy::cast_lossless)]
             let finite = |v| Some(v as f64).filter(|v| v.is_finite());
             let values = column.as_primitive_opt::<$kind>()?.iter();
             Some(values.map(|v| finite(v?)).collect())

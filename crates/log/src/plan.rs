@@ -139,13 +139,13 @@ pub struct ChannelPlan {
     pub is_truth: bool,
 }
 
-/// What the rows of a channel give.
-#[derive(Clone, Debug)]
-pub enum Content {
+/// What a row of a channel gives.
+#[derive(Clone, Debug, Default)]
+pub struct Content {
     /// Readings.
-    Readings(Values),
+    pub readings: Values,
     /// Truth.
-    Truth(Box<Truth>),
+    pub truth: Option<Truth>,
 }
 
 impl ChannelPlan {
@@ -163,17 +163,14 @@ impl ChannelPlan {
 
     /// What a row's cells give.
     pub fn content(&self, cells: &[Option<f64>]) -> Content {
+        let mut content = Content::default();
         if self.is_truth {
-            return match truth::of_row(&self.columns, cells) {
-                Some(truth) => Content::Truth(Box::new(truth)),
-                None => Content::Readings(Values::default()),
-            };
+            content.truth = truth::of_row(&self.columns, cells);
         }
-        let mut values = Values::default();
         for (reading, formula) in &self.readings {
-            values[reading.index()] = formula.value(cells);
+            content.readings[reading.index()] = formula.value(cells);
         }
-        Content::Readings(values)
+        content
     }
 }
 

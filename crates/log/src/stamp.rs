@@ -71,7 +71,6 @@ impl Stamp {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a time is rounded to a double")]
 fn seconds(number: i64) -> f64 {
     number as f64
 }

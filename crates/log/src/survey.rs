@@ -1,5 +1,6 @@
 //! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is written before it succeeds.
 
+use crate::check::median;
 use crate::error::LogError;
 use crate::order::{Accept, GAP, Order};
 use crate::plan::{ChannelPlan, Plan};
@@ -134,7 +135,7 @@ impl Course {
         let time = |stamp: &Stamp| plan.time(i, *stamp, origin);
         let times: Vec<f64> = self.stamps.iter().map(time).collect();
         let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
-        let period = median(steps().map(|(step, _)| step).collect()).unwrap_or(duration);
+        let period = median(steps().map(|(step, _)| step)).unwrap_or(duration);
         let mut report = ChannelReport {
             name: plan.channels[i].name.clone(),
             period,
@@ -153,19 +154,10 @@ impl Course {
     }
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
-}
-
 /// Counts a gap of a channel that starts at `start` (s).
 fn note_gap(report: &mut ChannelReport, step: f64, start: f64) {
     report.gaps += 1;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the cast saturates; the number is positive"
-    )]
+    // The cast saturates; the number is positive.
     let lost = (step / report.period).round() as u64;
     report.lost += lost.saturating_sub(1);
     if report.longest_gap.is_none_or(|longest| step > longest) {

@@ -71,25 +71,25 @@ impl TruthRows {
 
 /// Whether a column belongs to the truth. The contacts of a wheel one by one do not: nothing that a log leaves shows them.
 pub fn is_column(name: &str) -> bool {
-    equivalent_part(name).is_some() || set(&mut Truth::default(), name, 0.0)
+    derived(name).is_some() || place(&mut Truth::default(), name).is_some()
 }
 
 /// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to compare with then.
 pub fn of_row(columns: &[String], cells: &[Option<f64>]) -> Option<Truth> {
     let mut truth = unknown();
-    // N and angle of the equivalent contact of each wheel.
-    let mut equivalent = [[f64::NAN; 2]; 3];
+    let mut of_wheels = [[f64::NAN, f64::NAN, 0.0, 1.0]; 3];
     for (name, cell) in columns.iter().zip(cells) {
         let Some(value) = *cell else {
             continue;
         };
-        if let Some((wheel, part)) = equivalent_part(name) {
-            equivalent[wheel][part] = value;
-        } else {
-            set(&mut truth, name, value);
+        if let Some((wheel, part)) = derived(name) {
+            of_wheels[wheel][part] = value;
+        } else if let Some(place) = place(&mut truth, name) {
+            *place = value;
         }
     }
-    for (wheel, [normal_force, angle]) in truth.wheels.iter_mut().zip(equivalent) {
+    for (wheel, [normal_force, angle, sliding, contacts]) in truth.wheels.iter_mut().zip(of_wheels)
+    {
         if !(wheel.normal_force.is_finite() && wheel.traction.is_finite()) {
             return None;
         }
@@ -97,23 +97,36 @@ pub fn of_row(columns: &[String], cells: &[Option<f64>]) -> Option<Truth> {
         let (sin, cos) = angle.sin_cos();
         let (normal, tangent) = (Vec2::new(-sin, cos), Vec2::new(cos, sin));
         wheel.force = normal * normal_force + tangent * wheel.traction;
+        wheel.slides = sliding > 0.0;
+        // The cast saturates; a count is small and not negative.
+        let count = contacts as u32;
+        wheel.contacts = count;
     }
     Some(truth)
 }
 
-/// Wheel and quantity of a column of an equivalent contact: N 0, angle 1.
-fn equivalent_part(column: &str) -> Option<(usize, usize)> {
-    let (wheel, part) = column.split_once("_equivalent_")?;
-    let wheel = ["wheel1", "wheel2", "wheel3"]
-        .iter()
-        .position(|w| *w == wheel)?;
-    let part = ["normal_force", "contact_angle"]
-        .iter()
-        .position(|p| *p == part)?;
-    Some((wheel, part))
+/// Columns of a wheel that are no number of its truth.
+const DERIVED: [&str; 4] = [
+    "equivalent_normal_force",
+    "equivalent_contact_angle",
+    "sliding",
+    "contacts",
+];
+
+/// Index of a wheel and of one of these columns.
+fn derived(column: &str) -> Option<(usize, usize)> {
+    let (wheel, part) = numbered(column, "wheel")?;
+    Some((wheel, DERIVED.iter().position(|d| *d == part)?))
 }
 
-/// A truth that nothing is known of: not a number, and one contact a wheel.
+/// Index of a wheel or link, and its quantity in a column such as `wheel1_angle`.
+fn numbered<'a>(column: &'a str, kind: &str) -> Option<(usize, &'a str)> {
+    let (number, part) = column.strip_prefix(kind)?.split_once('_')?;
+    let index = ["1", "2", "3"].iter().position(|n| *n == number)?;
+    Some((index, part))
+}
+
+/// A truth that nothing is known of: not a number.
 fn unknown() -> Truth {
     let nan = f64::NAN;
     let point = Vec2::new(nan, nan);
@@ -133,7 +146,6 @@ fn unknown() -> Truth {
         contact_angle: nan,
         penetration: nan,
         slip_speed: nan,
-        contacts: 1,
         ..WheelTruth::default()
     };
     let mut truth = Truth {
@@ -152,40 +164,40 @@ fn unknown() -> Truth {
     truth
 }
 
-/// Sets the quantity that a column of the table `truth` holds; false for another column.
-fn set(truth: &mut Truth, column: &str, value: f64) -> bool {
-    let place = match column {
+/// The number that a column of the table `truth` holds.
+fn place<'a>(truth: &'a mut Truth, column: &str) -> Option<&'a mut f64> {
+    if let Some((i, part)) = numbered(column, "wheel") {
+        return of_wheel(&mut truth.wheels[i], part);
+    }
+    if let Some((i, part)) = numbered(column, "link") {
+        return of_bar(&mut truth.links[i], part);
+    }
+    if let Some(part) = column.strip_prefix("pin_") {
+        return of_pin(truth, part);
+    }
+    match column {
         "stop_torque" => Some(&mut truth.stop_torque),
         "loop_error" => Some(&mut truth.loop_error),
-        _ => match column.split_once('_') {
-            Some(("body", rest)) => of_bar(&mut truth.body, rest, "pitch", "pitch_rate"),
-            Some(("link1", rest)) => of_bar(&mut truth.links[0], rest, "angle", "rate"),
-            Some(("link2", rest)) => of_bar(&mut truth.links[1], rest, "angle", "rate"),
-            Some(("link3", rest)) => of_bar(&mut truth.links[2], rest, "angle", "rate"),
-            Some(("wheel1", rest)) => return set_wheel(&mut truth.wheels[0], rest, value),
-            Some(("wheel2", rest)) => return set_wheel(&mut truth.wheels[1], rest, value),
-            Some(("wheel3", rest)) => return set_wheel(&mut truth.wheels[2], rest, value),
-            Some(("pin", rest)) => of_pin(truth, rest),
-            _ => None,
-        },
-    };
-    place.map(|place| *place = value).is_some()
-}
-
-fn of_bar<'a>(bar: &'a mut BarTruth, part: &str, angle: &str, rate: &str) -> Option<&'a mut f64> {
-    match part {
-        "x" => Some(&mut bar.position.x),
-        "y" => Some(&mut bar.position.y),
-        "vx" => Some(&mut bar.velocity.x),
-        "vy" => Some(&mut bar.velocity.y),
-        part if part == angle => Some(&mut bar.angle),
-        part if part == rate => Some(&mut bar.rate),
-        _ => None,
+        "body_pitch" => Some(&mut truth.body.angle),
+        "body_pitch_rate" => Some(&mut truth.body.rate),
+        _ => of_bar(&mut truth.body, column.strip_prefix("body_")?),
     }
 }
 
-fn set_wheel(wheel: &mut WheelTruth, part: &str, value: f64) -> bool {
-    let place = match part {
+fn of_bar<'a>(bar: &'a mut BarTruth, part: &str) -> Option<&'a mut f64> {
+    Some(match part {
+        "x" => &mut bar.position.x,
+        "y" => &mut bar.position.y,
+        "vx" => &mut bar.velocity.x,
+        "vy" => &mut bar.velocity.y,
+        "angle" => &mut bar.angle,
+        "rate" => &mut bar.rate,
+        _ => return None,
+    })
+}
+
+fn of_wheel<'a>(wheel: &'a mut WheelTruth, part: &str) -> Option<&'a mut f64> {
+    Some(match part {
         "x" => &mut wheel.position.x,
         "y" => &mut wheel.position.y,
         "angle" => &mut wheel.angle,
@@ -196,35 +208,19 @@ fn set_wheel(wheel: &mut WheelTruth, part: &str, value: f64) -> bool {
         "contact_angle" => &mut wheel.contact_angle,
         "penetration" => &mut wheel.penetration,
         "slip_speed" => &mut wheel.slip_speed,
-        "sliding" => {
-            wheel.slides = value > 0.0;
-            return true;
-        }
-        "contacts" => {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "the cast saturates; a count is small and not negative"
-            )]
-            let count = value as u32;
-            wheel.contacts = count;
-            return true;
-        }
-        _ => return false,
-    };
-    *place = value;
-    true
+        _ => return None,
+    })
 }
 
 fn of_pin<'a>(truth: &'a mut Truth, rest: &str) -> Option<&'a mut f64> {
     let (name, part) = rest.split_once('_')?;
     let index = Pin::ALL.iter().position(|pin| pin.name() == name)?;
     let pin = &mut truth.pins[index];
-    match part {
-        "x" => Some(&mut pin.position.x),
-        "y" => Some(&mut pin.position.y),
-        "force_x" => Some(&mut pin.force.x),
-        "force_y" => Some(&mut pin.force.y),
-        _ => None,
-    }
+    Some(match part {
+        "x" => &mut pin.position.x,
+        "y" => &mut pin.position.y,
+        "force_x" => &mut pin.force.x,
+        "force_y" => &mut pin.force.y,
+        _ => return None,
+    })
 }

@@ -8,7 +8,7 @@
 use crate::error::WeighError;
 use crate::loads::{self, ForceDeviation, WeighedValue};
 use crate::measurements::{Accuracy, Measurements, Reading};
-use crate::parameters::{CENTRES, NAMES, PARAMETERS, Tolerances, values};
+use crate::parameters::{CENTRES, PARAMETERS, Tolerances, names, values};
 use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
 use nalgebra::{SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
@@ -220,7 +220,7 @@ fn finish(
     let after = loads::Deviations::new(prior, &robot, &part)?;
     let before = loads::Deviations::new(prior, &robot, &SMatrix::identity())?;
     let found = values(&robot);
-    let value = |(i, name)| WeighedValue {
+    let value = |(i, name): (usize, String)| WeighedValue {
         name,
         unit: if i < CENTRES { "kg" } else { "m" },
         drawn: prior.values[i],
@@ -230,7 +230,7 @@ fn finish(
     };
     let offset = prior.accuracy.inclination_offset;
     Ok(Weighed {
-        values: NAMES.into_iter().enumerate().map(value).collect(),
+        values: names().enumerate().map(value).collect(),
         inclination_offsets: [PARAMETERS, PARAMETERS + 1]
             .map(|i| (offset * unknowns[i], offset * covariance[(i, i)].sqrt())),
         loads: loads::compare(prior.nominal, &robot, &before, &after),
@@ -269,7 +269,6 @@ fn misfit(
         }
     }
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly Gaussian.
-    #[expect(clippy::cast_precision_loss, reason = "a small count")]
     let n = readings as f64;
     let variance = 2.0 / (9.0 * n);
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);

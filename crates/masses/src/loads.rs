@@ -17,10 +17,10 @@ use robhaz_estimator::statics::{
 use robhaz_model::Robot;
 
 /// A value before and after weighing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WeighedValue {
     /// In words.
-    pub name: &'static str,
+    pub name: String,
     /// `kg`, `m` or `kg m`.
     pub unit: &'static str,
     /// Nominal, in its unit.
@@ -78,15 +78,14 @@ impl Deviations {
         covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
     ) -> Result<Self, WeighError> {
         let projection = projection(prior, robot).map_err(WeighError::of_nominal)?;
+        let by_unknowns = forces_by_unknowns(prior, robot).map_err(WeighError::of_nominal)?;
         let of_loads = projection * covariance * projection.transpose();
         let of_loads = (of_loads + of_loads.transpose()) * 0.5;
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| of_loads[(i, j)]));
         Ok(Self {
             // A product A P A' is a covariance.
             covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::not_converged())?,
-            force: force_variance(prior, robot, covariance)
-                .map_err(WeighError::of_nominal)?
-                .sqrt(),
+            force: mean_variance(&by_unknowns, covariance).sqrt(),
         })
     }
 }
@@ -176,16 +175,6 @@ pub(crate) fn forces_by_unknowns(
         .collect()
 }
 
-/// Variance of a normal force, N^2: mean over wheels and the drive's postures.
-fn force_variance(
-    prior: &Prior<'_>,
-    robot: &Robot,
-    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> Result<f64, WeighError> {
-    let each = forces_by_unknowns(prior, robot)?;
-    Ok(mean_variance(&each, covariance))
-}
-
 /// The mean over wheels and postures of the variances that a covariance of the unknowns causes.
 pub(crate) fn mean_variance(
     forces: &[ByParameters<3>],
@@ -195,7 +184,6 @@ pub(crate) fn mean_variance(
         .iter()
         .map(|by| (by * covariance * by.transpose()).trace())
         .sum();
-    #[expect(clippy::cast_precision_loss, reason = "a small count")]
     let count = (3 * forces.len()) as f64;
     sum / count
 }
@@ -212,7 +200,7 @@ pub(crate) fn compare(
     let names = LOAD_PARAMETER_NAMES.iter().enumerate();
     names
         .map(|(i, (name, unit))| WeighedValue {
-            name,
+            name: (*name).to_owned(),
             unit,
             drawn: drawn[i],
             found: found[i],

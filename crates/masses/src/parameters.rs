@@ -1,12 +1,12 @@
 //! The unknowns: masses, centres of mass and pins, with the tolerances of nominal values as their prior.
 
 use nalgebra::SVector;
-use robhaz_model::{Bar, Robot, Vec2};
+use robhaz_model::{Bar, Pin, Robot, Vec2};
 
 /// Number of unknowns of the robot.
 pub(crate) const PARAMETERS: usize = 21;
 
-/// Values of the unknowns, or their errors, in the order of [`NAMES`].
+/// Values of the unknowns, or their errors, in the order of [`names`].
 pub(crate) type Values = SVector<f64, PARAMETERS>;
 
 /// Index of the first coordinate of a centre of mass, and of a pin.
@@ -14,29 +14,15 @@ pub(crate) const CENTRES: usize = 5;
 const PINS: usize = 13;
 
 /// The unknowns in words, in their order: five masses, then x and y of four centres of mass and of four pins.
-pub(crate) const NAMES: [&str; PARAMETERS] = [
-    "mass of body",
-    "mass of link1",
-    "mass of link2",
-    "mass of link3",
-    "mass of a wheel",
-    "centre of body, x",
-    "centre of body, y",
-    "centre of link1, x",
-    "centre of link1, y",
-    "centre of link2, x",
-    "centre of link2, y",
-    "centre of link3, x",
-    "centre of link3, y",
-    "pin P, x",
-    "pin P, y",
-    "pin Q, x",
-    "pin Q, y",
-    "pin R, x",
-    "pin R, y",
-    "pin S, x",
-    "pin S, y",
-];
+pub(crate) fn names() -> impl Iterator<Item = String> {
+    let masses =
+        ["body", "link1", "link2", "link3", "a wheel"].map(|part| format!("mass of {part}"));
+    let centres = Bar::ALL.map(|bar| format!("centre of {}", bar.name()));
+    let pins = Pin::ALL.map(|pin| format!("pin {}", pin.name().to_uppercase()));
+    let points = centres.into_iter().chain(pins);
+    let coordinates = points.flat_map(|point| ["x", "y"].map(|axis| format!("{point}, {axis}")));
+    masses.into_iter().chain(coordinates)
+}
 
 /// How far a robot may be from its nominal values: standard deviations of the prior. Axles and wheel radius count as exact; a
 /// ruler measures them.

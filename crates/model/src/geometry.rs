@@ -3,65 +3,45 @@
 //! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: a wheelbase of 0.60 m,
 //! static wheel loads equal within 5 %, and a reach of the front wheel of 0.18 m inside the end stops.
 
+use crate::named;
 use crate::{Outline, Vec2};
 
-/// One of the four rigid bars of the loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bar {
-    /// The body, between P and S.
-    Body,
-    /// Link 1, between P and Q.
-    Link1,
-    /// Link 2, between Q and R.
-    Link2,
-    /// Link 3, between R and S.
-    Link3,
+named! {
+    /// One of the four rigid bars of the loop.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Bar {
+        /// The body, between P and S.
+        Body = "body",
+        /// Link 1, between P and Q.
+        Link1 = "link1",
+        /// Link 2, between Q and R.
+        Link2 = "link2",
+        /// Link 3, between R and S.
+        Link3 = "link3",
+    }
 }
 
 impl Bar {
-    /// All bars: body first, then the links in order.
-    pub const ALL: [Bar; 4] = [Bar::Body, Bar::Link1, Bar::Link2, Bar::Link3];
     /// The three links in order.
     pub const LINKS: [Bar; 3] = [Bar::Link1, Bar::Link2, Bar::Link3];
-
-    /// Lower-case name as used in column names: `body`, `link1` ...
-    pub const fn name(self) -> &'static str {
-        match self {
-            Bar::Body => "body",
-            Bar::Link1 => "link1",
-            Bar::Link2 => "link2",
-            Bar::Link3 => "link3",
-        }
-    }
 }
 
-/// One of the four pins of the loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Pin {
-    /// Between body and link 1.
-    P,
-    /// Between link 1 and link 2; it carries the end stops.
-    Q,
-    /// Between link 2 and link 3.
-    R,
-    /// Between link 3 and body.
-    S,
+named! {
+    /// One of the four pins of the loop.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Pin {
+        /// Between body and link 1.
+        P = "p",
+        /// Between link 1 and link 2; it carries the end stops.
+        Q = "q",
+        /// Between link 2 and link 3.
+        R = "r",
+        /// Between link 3 and body.
+        S = "s",
+    }
 }
 
 impl Pin {
-    /// All pins in order.
-    pub const ALL: [Pin; 4] = [Pin::P, Pin::Q, Pin::R, Pin::S];
-
-    /// Lower-case letter as used in column names.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Pin::P => "p",
-            Pin::Q => "q",
-            Pin::R => "r",
-            Pin::S => "s",
-        }
-    }
-
     /// The two bars that the pin joins. The pin's force acts on the first bar and is exerted by the second.
     ///
     /// P: on the body from link 1. Q: on link 1 from link 2. R: on link 3 from link 2. S: on the body from link 3.

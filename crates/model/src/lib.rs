@@ -26,6 +26,7 @@ extern crate std;
 mod command;
 mod geometry;
 mod mass;
+mod named;
 mod outline;
 mod plane;
 mod posture;

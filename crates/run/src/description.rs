@@ -3,8 +3,8 @@
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
-    ControlKind, EngineKind, EstimatorChoice, Grade, LogChoice, LogEstimator, ModelErrorTooLarge,
-    RecordChoice, RobotChoice, Scene, TerrainChoice,
+    ControlKind, EngineKind, EstimatorChoice, Grade, LogChoice, ModelErrorTooLarge, RecordChoice,
+    RobotChoice, Scene, TerrainChoice,
 };
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
@@ -131,9 +131,9 @@ impl RunDescription {
 
     /// The description of a recorded log.
     pub fn of_log(name: &str, fingerprint: u64, record: RecordChoice, choice: &LogChoice) -> Self {
-        let estimator = |e: &LogEstimator| EstimatorDescription {
-            label: e.choice.name.clone(),
-            listed: e.choice.settings,
+        let estimator = |e: &EstimatorChoice| EstimatorDescription {
+            label: e.name.clone(),
+            listed: e.settings,
             settings: choice.settings(e),
         };
         Self {

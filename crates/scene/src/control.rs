@@ -58,17 +58,15 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
         let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
         found.push(conflict([count, kind()], rule));
     }
+    let most_kp = largest_proportional_gain(&scene.robot.robot, rate);
+    let most_ki = largest_integral_ratio(rate) * drive.kp;
+    let inertia = "what the inertia of a wheel in the air bears at this rate";
     let gains = [
-        (
-            "drive.kp",
-            drive.kp,
-            largest_proportional_gain(&scene.robot.robot, rate),
-            "what the inertia of a wheel in the air bears at this rate",
-        ),
+        ("drive.kp", drive.kp, most_kp, inertia),
         (
             "drive.ki",
             drive.ki,
-            largest_integral_ratio(rate) * drive.kp,
+            most_ki,
             "what drive.kp damps at this rate",
         ),
     ];

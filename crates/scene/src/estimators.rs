@@ -2,19 +2,22 @@
 
 use crate::form::{Form, KeyReference, word};
 use crate::json::items;
-use crate::key::{self, keys};
+use crate::key::{self, Key, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
-use crate::source::{Entry, Node, Origin, Value};
+use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::values::{NAME, SWITCH};
 use crate::write::Out;
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,
 };
 use serde_json::Value as Json;
+use std::path::PathBuf;
 
 /// Key of the list of estimators.
 pub(crate) const PATH: &str = "estimator";
+/// Key of an estimator's damping.
+const DAMPING: &str = "viscous_damping";
 /// Largest number of estimators of a scene.
 const MOST: usize = 100;
 
@@ -25,6 +28,8 @@ pub struct EstimatorChoice {
     pub name: String,
     /// Its method and parameters.
     pub settings: EstimatorSettings,
+    /// Nominal viscous damping of its own on a log, N m s; `None` for the common one. A scene has none.
+    pub damping: Option<f64>,
 }
 
 /// Names of the presets, in the order of [`settings`].
@@ -145,14 +150,11 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
     }
 }
 
-/// The preset that settings come from: presets differ in masses and method.
+/// The preset that settings come from: presets differ in masses and filters.
 fn preset_of(found: &EstimatorSettings) -> usize {
-    match (found.method, found.masses) {
-        (Method::Kalman(_), _) => BEST,
-        (Method::Paper(_), Masses::LumpedToBody) => 0,
-        (Method::Paper(_), Masses::LumpedToWheels) => 1,
-        (Method::Paper(_), Masses::True) => 2,
-    }
+    let key = |s: &EstimatorSettings| (s.method.filters() == Filters::Paper).then_some(s.masses);
+    let is_it = |preset: &usize| key(&settings(*preset)) == key(found);
+    (0..PRESETS.len()).find(is_it).unwrap_or(BEST)
 }
 
 /// Label of the default estimator that is given no contact angles.
@@ -160,19 +162,13 @@ pub(crate) const WITHOUT_ANGLES: &str = "no-angles";
 
 /// The estimators of a scene that lists none: all presets under their own names, and `best` without contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
-    let choice = |(i, name): (usize, &&str)| EstimatorChoice {
-        name: (*name).to_owned(),
-        settings: settings(i),
-    };
-    let without_angles = EstimatorChoice {
-        name: WITHOUT_ANGLES.to_owned(),
-        settings: EstimatorSettings::best_without_angles(),
-    };
-    let presets = PRESETS.iter().enumerate().map(choice);
-    presets.chain([without_angles]).collect()
+    let origin = Origin::new(&Source::set(""), 0..0);
+    let (mut reader, mut choices) = (Reader::new(PathBuf::new(), |_| None), Vec::new());
+    Estimators { of_log: false }.read(&mut reader, &default_node(&origin), PATH, &mut choices);
+    choices
 }
 
-/// The default list as a node, for overrides that change a part of it.
+/// That list as a node, which overrides can change.
 pub(crate) fn default_node(origin: &Origin) -> Node {
     let entry = |key: &str, word: &str| Entry {
         key: key.to_owned(),
@@ -193,7 +189,10 @@ pub(crate) fn default_node(origin: &Origin) -> Node {
 }
 
 /// The list of estimators; an empty one means no estimator. Defaults are those of the preset.
-pub(crate) struct Estimators;
+pub(crate) struct Estimators {
+    /// Whether they run on a log: a damping that is not given is the common one.
+    pub of_log: bool,
+}
 
 impl Form for Estimators {
     type Value = Vec<EstimatorChoice>;
@@ -206,7 +205,7 @@ impl Form for Estimators {
             return reader.refuse(node, path, &format!("at most {MOST} estimators"));
         }
         for (item, path) in reader.items(node, path, 0..=MOST, || self.allowed()) {
-            let choice = read_one(reader, item, &path);
+            let choice = self.read_one(reader, item, &path);
             let taken = into.iter().position(|c| c.name == choice.name);
             if let (Some(other), false) = (taken, choice.name.is_empty()) {
                 let by = item.get("label").or_else(|| item.get("name"));
@@ -236,7 +235,14 @@ impl Form for Estimators {
     fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
         for estimator in value {
             out.head(&format!("[[{path}]]"), "");
-            out.fields(KEYS, &mut Keys::of(&estimator.name, &estimator.settings));
+            let mut keys = Keys::of(&estimator.name, &estimator.settings);
+            // With the common damping the settings stay those of a preset, whose figure has its own name.
+            let is_common = self.of_log && estimator.damping.is_none();
+            if let Some(damping) = estimator.damping {
+                keys.settings.viscous_damping = damping;
+            }
+            let is_written = |key: &&Key<Keys>| !(is_common && key.name == DAMPING);
+            out.fields(KEYS.iter().filter(is_written), &mut keys);
         }
     }
 
@@ -246,18 +252,22 @@ impl Form for Estimators {
     }
 }
 
-fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
-    // Needed before the other keys, which change its values. An unknown word is refused when the table is read.
-    let named = node.get("name").and_then(Node::as_text);
-    let preset = PRESETS.iter().position(|p| Some(*p) == named);
-    let name = preset.map_or("", |p| PRESETS[p]);
-    let mut keys = Keys::of(name, &settings(preset.unwrap_or(0)));
-    reader.table(KEYS, node, path, &mut keys);
-    refuse_other_method(reader, node, path, &keys);
-    EstimatorChoice {
-        // Empty after a problem only.
-        name: keys.label.clone(),
-        settings: keys.settings(),
+impl Estimators {
+    fn read_one(&self, reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
+        // Needed before the other keys, which change its values. An unknown word is refused when the table is read.
+        let named = node.get("name").and_then(Node::as_text);
+        let preset = PRESETS.iter().position(|p| Some(*p) == named);
+        let name = preset.map_or("", |p| PRESETS[p]);
+        let mut keys = Keys::of(name, &settings(preset.unwrap_or(0)));
+        reader.table(KEYS, node, path, &mut keys);
+        refuse_other_method(reader, node, path, &keys);
+        let has_damping = self.of_log && node.get(DAMPING).is_some();
+        EstimatorChoice {
+            // Empty after a problem only.
+            name: keys.label.clone(),
+            settings: keys.settings(),
+            damping: has_damping.then_some(keys.settings.viscous_damping),
+        }
     }
 }
 

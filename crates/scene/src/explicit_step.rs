@@ -138,10 +138,6 @@ pub(crate) fn floor(limit: f64) -> String {
 
 /// A positive number rounded down to three digits.
 fn rounded_down(value: f64) -> f64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a decimal exponent of a double is small"
-    )]
     let digits = 2 - value.log10().floor() as i32;
     // Dividing by a power of ten rounds once; multiplying by its inverse would round twice.
     let scale = 10.0_f64.powi(digits.abs());

@@ -20,6 +20,11 @@ pub(crate) struct Key<T: 'static> {
     pub field: &'static dyn Form<Value = T>,
 }
 
+/// Keys in their order.
+pub(crate) trait Keys<'k, T: 'static>: IntoIterator<Item = &'k Key<T>> + Clone {}
+
+impl<'k, T: 'static, K: IntoIterator<Item = &'k Key<T>> + Clone> Keys<'k, T> for K {}
+
 /// What holds where a key is not given.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Absent {
@@ -135,12 +140,7 @@ impl Reader {
     }
 
     /// Adds a problem for each key without a default that a table lacks.
-    pub fn require<'k, T: 'static>(
-        &mut self,
-        keys: impl IntoIterator<Item = &'k Key<T>>,
-        node: &Node,
-        path: &str,
-    ) {
+    pub fn require<'k, T: 'static>(&mut self, keys: impl Keys<'k, T>, node: &Node, path: &str) {
         for key in keys {
             if key.absent == Absent::Required && node.get(key.name).is_none() {
                 self.missing(node, &join(path, key.name), &key.field.allowed());
@@ -179,22 +179,13 @@ impl Out {
     }
 
     /// The keys of a table whose heading is written, then the tables in it.
-    pub fn table<'k, T: 'static>(
-        &mut self,
-        keys: impl IntoIterator<Item = &'k Key<T>> + Clone,
-        of: &mut T,
-        path: &str,
-    ) {
+    pub fn table<'k, T: 'static>(&mut self, keys: impl Keys<'k, T>, of: &mut T, path: &str) {
         self.fields(keys.clone(), of);
         self.tables(keys, of, path);
     }
 
     /// Keys with their units and meanings.
-    pub fn fields<'k, T: 'static>(
-        &mut self,
-        keys: impl IntoIterator<Item = &'k Key<T>>,
-        of: &mut T,
-    ) {
+    pub fn fields<'k, T: 'static>(&mut self, keys: impl Keys<'k, T>, of: &mut T) {
         for key in keys {
             let Some(value) = key.field.text(of) else {
                 continue;
@@ -207,12 +198,7 @@ impl Out {
     }
 
     /// The tables in a table.
-    pub fn tables<'k, T: 'static>(
-        &mut self,
-        keys: impl IntoIterator<Item = &'k Key<T>>,
-        of: &mut T,
-        path: &str,
-    ) {
+    pub fn tables<'k, T: 'static>(&mut self, keys: impl Keys<'k, T>, of: &mut T, path: &str) {
         for key in keys {
             key.field
                 .tables(self, &join(path, key.name), key.meaning, of);
@@ -221,9 +207,7 @@ impl Out {
 }
 
 /// The names of keys, in their order.
-pub(crate) fn names<'k, T: 'static>(
-    keys: impl IntoIterator<Item = &'k Key<T>>,
-) -> Vec<&'static str> {
+pub(crate) fn names<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
     keys.into_iter().map(|k| k.name).collect()
 }
 
@@ -266,15 +250,14 @@ pub(crate) fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
 }
 
 /// The names of the keys without a default.
-pub(crate) fn required<'k, T: 'static>(
-    keys: impl IntoIterator<Item = &'k Key<T>>,
-) -> Vec<&'static str> {
-    names((keys.into_iter()).filter(|k| k.absent == Absent::Required))
+pub(crate) fn required<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
+    let required = keys.into_iter().filter(|k| k.absent == Absent::Required);
+    required.map(|k| k.name).collect()
 }
 
 /// JSON Schema of each key.
 pub(crate) fn properties<'k, T: 'static>(
-    keys: impl IntoIterator<Item = &'k Key<T>>,
+    keys: impl Keys<'k, T>,
     mut of: Option<&mut T>,
 ) -> Map<String, Json> {
     let property = |key: &Key<T>| {

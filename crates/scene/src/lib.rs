@@ -51,8 +51,8 @@ pub use estimators::EstimatorChoice;
 pub use form::KeyReference;
 pub use load::reference;
 pub use log::{
-    ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
-    NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator, log_reference,
+    ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, Mapping, READINGS,
+    ReadingChoice, log_reference,
 };
 pub use plant_failure::PlantFailure;
 pub use robhaz_control::ControlKind;

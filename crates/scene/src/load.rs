@@ -57,7 +57,7 @@ keys! {
     record: section(RECORD) => self;
 
     /// the estimators
-    estimator: Estimators => estimators;
+    estimator: Estimators { of_log: false } => estimators;
 }
 
 keys! {

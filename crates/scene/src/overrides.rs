@@ -22,10 +22,7 @@ pub(crate) fn apply(reader: &mut Reader, root: &mut Node, text: &str) {
     let Some(steps) = steps(key.trim()) else {
         return malformed(reader, &source, key.len());
     };
-    let origin = Origin {
-        source: Arc::clone(&source),
-        span: 0..key.len(),
-    };
+    let origin = Origin::new(&source, 0..key.len());
     let rest = &text[key.len() + 1..];
     let blank = rest.len() - rest.trim_start().len();
     let value = value_or_text(&source, key.len() + 1 + blank);
@@ -33,10 +30,7 @@ pub(crate) fn apply(reader: &mut Reader, root: &mut Node, text: &str) {
 }
 
 fn malformed(reader: &mut Reader, source: &Arc<Source>, length: usize) {
-    let origin = Origin {
-        source: Arc::clone(source),
-        span: 0..length,
-    };
+    let origin = Origin::new(source, 0..length);
     let message = "not an override, allowed: key=value with a dotted key, such as drive.kp=2 or estimator.0.observer_pole=30";
     reader.push(Problem::at(&origin, "", message.to_owned()));
 }

@@ -130,68 +130,60 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
 /// Longest time of a run, s.
 pub(crate) const LONGEST_RUN: f64 = 1e6;
 
-/// The numbers that a key takes, SI. Never an infinite one or a NaN.
+/// The numbers that a key takes, SI: between two ends, each with whether it belongs to them. Never an infinite one or a NaN.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
-    /// Lower and upper end, each with whether it belongs to the range; `None` where there is none.
-    pub low: Option<(f64, bool)>,
-    pub high: Option<(f64, bool)>,
+    pub low: (f64, bool),
+    pub high: (f64, bool),
 }
 
+/// The lower end of a range.
+pub(crate) struct From(f64, bool);
+
 /// Above a number.
-pub(crate) const fn above(low: f64) -> Range {
-    Range {
-        low: Some((low, false)),
-        high: None,
-    }
+pub(crate) const fn above(low: f64) -> From {
+    From(low, false)
 }
 
 /// A number or more.
-pub(crate) const fn at_least(low: f64) -> Range {
-    Range {
-        low: Some((low, true)),
-        high: None,
+pub(crate) const fn at_least(low: f64) -> From {
+    From(low, true)
+}
+
+impl From {
+    /// And at most `high`.
+    pub const fn at_most(self, high: f64) -> Range {
+        Range {
+            low: (self.0, self.1),
+            high: (high, true),
+        }
+    }
+
+    /// And below `high`.
+    pub const fn below(self, high: f64) -> Range {
+        Range {
+            high: (high, false),
+            ..self.at_most(high)
+        }
     }
 }
 
 impl Range {
-    /// And at most `high`.
-    pub const fn at_most(mut self, high: f64) -> Self {
-        self.high = Some((high, true));
-        self
-    }
-
-    /// And below `high`.
-    pub const fn below(mut self, high: f64) -> Self {
-        self.high = Some((high, false));
-        self
-    }
-
     /// Whether a number lies in it.
     pub fn contains(self, value: f64) -> bool {
         let is_within = |distance: f64, included| distance > 0.0 || included && distance == 0.0;
         value.is_finite()
-            && self
-                .low
-                .is_none_or(|(low, included)| is_within(value - low, included))
-            && self
-                .high
-                .is_none_or(|(high, included)| is_within(high - value, included))
+            && is_within(value - self.low.0, self.low.1)
+            && is_within(self.high.0 - value, self.high.1)
     }
 }
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let low = self.low.map(|(low, included)| match included {
-            true => format!("of at least {}", short(low)),
-            false => format!("above {}", short(low)),
-        });
-        let high = self.high.map(|(high, included)| match included {
-            true => format!("at most {}", short(high)),
-            false => format!("below {}", short(high)),
-        });
-        let ends: Vec<String> = low.into_iter().chain(high).collect();
-        f.write_str(&ends.join(" and "))
+        let low = ["above", "of at least"][usize::from(self.low.1)];
+        let high = ["below", "at most"][usize::from(self.high.1)];
+        let (least, most) = (short(self.low.0), short(self.high.0));
+        write!(f, "{low} {least} and {high} {most}")
     }
 }
 
@@ -355,10 +347,9 @@ fn bounded(number: &Number) -> Json {
         ["exclusiveMinimum", "minimum"],
         ["exclusiveMaximum", "maximum"],
     ];
-    for (end, names) in [number.range.low, number.range.high].into_iter().zip(names) {
-        if let Some((at, included)) = end {
-            schema[names[usize::from(included)]] = json!(at);
-        }
+    let ends = [number.range.low, number.range.high];
+    for ((at, included), names) in ends.into_iter().zip(names) {
+        schema[names[usize::from(included)]] = json!(at);
     }
     schema
 }
@@ -417,7 +408,6 @@ mod tests {
         let range = at_least(0.0).below(1.0);
         assert_eq!(range.to_string(), "of at least 0 and below 1");
         assert!(range.contains(0.0) && !range.contains(1.0));
-        assert!(!at_least(0.0).contains(f64::INFINITY));
-        assert!(!at_least(0.0).contains(f64::NAN));
+        assert!(!range.contains(f64::INFINITY) && !range.contains(f64::NAN));
     }
 }

@@ -120,17 +120,12 @@ impl Reader {
 
     /// Parses a text as TOML; `None` after syntax errors, which become problems.
     pub fn document(&mut self, source: &Arc<Source>) -> Option<Node> {
-        let errors = match document(source) {
-            Ok(node) => return Some(node),
-            Err(errors) => errors,
-        };
-        for (origin, message) in errors {
-            self.complain(&origin, "", || {
+        document(source, |origin, message| {
+            self.complain(origin, "", || {
                 let line = origin.whole_line();
                 format!("TOML does not allow this: {message}; found: {line}")
             });
-        }
-        None
+        })
     }
 
     /// What was read, or the problems by file and line. Nothing was read only after a problem.

@@ -133,11 +133,7 @@ impl Default for EngineChoice {
 impl RecordChoice {
     /// Number of records: one at time 0, one at the end, one a period between.
     pub fn count(&self) -> u64 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked when read: positive and bounded"
-        )]
+        // Checked when read: positive and bounded.
         let periods = (self.duration * self.rate).round() as u64;
         periods + 1
     }
@@ -348,11 +344,7 @@ impl Scene {
 
     /// Sensor samples between two records.
     pub fn samples_per_record(&self) -> u64 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked when read: a small whole number"
-        )]
+        // Checked when read: a small whole number.
         let samples = (self.sensors.rate / self.record.rate).round() as u64;
         samples.max(1)
     }

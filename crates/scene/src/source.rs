@@ -132,9 +132,10 @@ impl SourceCode for Source {
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let found = self.text.read_span(span, before, after)?;
+        let lines = found.data().strip_suffix(b"\n").unwrap_or(found.data());
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
-            found.data().trim_ascii_end(),
+            lines.strip_suffix(b"\r").unwrap_or(lines),
             *found.span(),
             found.line(),
             found.column(),
@@ -152,6 +153,13 @@ pub(crate) struct Origin {
 }
 
 impl Origin {
+    pub fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
+        Self {
+            source: Arc::clone(source),
+            span,
+        }
+    }
+
     /// The line, from 1.
     pub fn line(&self) -> usize {
         self.source.line_of(self.span.start)
@@ -320,23 +328,23 @@ impl Node {
     }
 }
 
-/// Reads a TOML document; the errors are places with messages.
-pub(crate) fn document(source: &Arc<Source>) -> Result<Node, Vec<(Origin, String)>> {
+/// Reads a TOML document; hands each error with its place to `refuse`.
+pub(crate) fn document(
+    source: &Arc<Source>,
+    mut refuse: impl FnMut(&Origin, &str),
+) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(&source.text);
     let place = Place { source, offset: 0 };
-    if errors.is_empty() {
-        let origin = place.origin(table.span());
-        return Ok(Node::table(&origin, place.entries(table.get_ref())));
-    }
     let mut lines = HashSet::new();
-    let errors = errors.into_iter().map(|error| {
+    for error in &errors {
         let origin = place.origin(error.span().unwrap_or(0..0));
-        (origin, error.message().to_owned())
-    });
-    // One mistake can cause many errors; the first of a line is enough.
-    Err(errors
-        .filter(|(origin, _)| lines.insert(origin.line()))
-        .collect())
+        // One mistake can cause many errors; the first of a line is enough.
+        if lines.insert(origin.line()) {
+            refuse(&origin, error.message());
+        }
+    }
+    let node = || Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
+    errors.is_empty().then(node)
 }
 
 /// The part of a source from `offset` on as a TOML value; as a text if it is none.
@@ -358,10 +366,8 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn origin(&self, span: Range<usize>) -> Origin {
-        Origin {
-            source: Arc::clone(self.source),
-            span: self.offset + span.start..self.offset + span.end,
-        }
+        let span = self.offset + span.start..self.offset + span.end;
+        Origin::new(self.source, span)
     }
 
     fn node(&self, value: &DeValue<'_>, span: Range<usize>) -> Node {
@@ -401,7 +407,6 @@ impl Place<'_> {
 
 fn whole(integer: &DeInteger<'_>) -> Value {
     let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok();
-    #[expect(clippy::cast_precision_loss, reason = "a whole number as a float")]
     let float = value.map_or(f64::INFINITY, |v| v as f64);
     Value::Integer(value, float)
 }

@@ -73,7 +73,7 @@ pub(crate) const COUNT: Plain<u32> = Plain {
     schema: || json!({"type": "integer", "minimum": 1, "maximum": 1000}),
     read: |node| {
         let whole = match node.value {
-            #[expect(clippy::cast_possible_truncation, reason = "out of range at the ends")]
+            // A cast saturates: out of range at the ends.
             Value::Float(number) if number.fract() == 0.0 => number as i128,
             _ => node.whole()?,
         };

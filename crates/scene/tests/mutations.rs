@@ -38,9 +38,7 @@ impl Random {
 
     /// From 0 to `end` - 1; 0 for an empty range.
     fn below(&mut self, end: usize) -> usize {
-        #[expect(clippy::cast_possible_truncation, reason = "below a length")]
-        let index = (self.next() % end.max(1) as u64) as usize;
-        index
+        (self.next() % end.max(1) as u64) as usize
     }
 
     fn of<'a, T: ?Sized>(&mut self, items: &[&'a T]) -> &'a T {

@@ -1,7 +1,8 @@
 //! Contact states of an estimator against the truth.
 
 use crate::rule::Rule;
-use robhaz_estimator::{ContactEstimate, ContactState as Estimated, Estimate};
+use crate::sum::share;
+use robhaz_estimator::{ContactEstimate, ContactState, Estimate};
 use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -9,37 +10,21 @@ use std::collections::VecDeque;
 /// Time by which an estimated state may differ from the true one, s: around each change of the true state.
 pub const TOLERANCE: f64 = 0.020;
 
-/// A contact state of a wheel that is judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContactFlag {
-    /// The wheel has no contact.
-    Air,
-    /// It has two contacts.
-    TwoContacts,
-    /// It slides ([`WheelTruth::slides`]).
-    Sliding,
-}
+/// Whether a contact state holds, in the truth and in the estimate.
+type Flag = (fn(&WheelTruth) -> bool, fn(&ContactEstimate) -> bool);
 
-impl ContactFlag {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Air, Self::TwoContacts, Self::Sliding];
-
-    fn of_truth(self, wheel: &WheelTruth) -> bool {
-        match self {
-            Self::Air => wheel.contacts == 0,
-            Self::TwoContacts => wheel.contacts > 1,
-            Self::Sliding => wheel.slides,
-        }
-    }
-
-    fn of_estimate(self, wheel: &ContactEstimate) -> bool {
-        match self {
-            Self::Air => wheel.state == Estimated::InAir,
-            Self::TwoContacts => wheel.state == Estimated::TwoContacts,
-            Self::Sliding => wheel.sliding,
-        }
-    }
-}
+/// No contact, two contacts, sliding ([`WheelTruth::slides`]).
+const FLAGS: [Flag; 3] = [
+    (
+        |truth| truth.contacts == 0,
+        |found| found.state == ContactState::InAir,
+    ),
+    (
+        |truth| truth.contacts > 1,
+        |found| found.state == ContactState::TwoContacts,
+    ),
+    (|truth| truth.slides, |found| found.sliding),
+];
 
 /// How well one contact state was found, over the three wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -77,7 +62,7 @@ pub struct ContactScore {
     rule: Rule,
     /// Whether any estimate stated contact states.
     stated: bool,
-    /// By flag in the order of [`ContactFlag::ALL`], then by wheel.
+    /// By flag in the order of [`FLAGS`], then by wheel.
     judges: [[Judge; 3]; 3],
 }
 
@@ -97,12 +82,12 @@ impl ContactScore {
         let contact = estimate.and_then(|e| e.contact);
         self.stated |= contact.is_some();
         let counts = self.rule.compares(truth.time);
-        for (flag, judges) in ContactFlag::ALL.into_iter().zip(&mut self.judges) {
+        for ((of_truth, of_estimate), judges) in FLAGS.into_iter().zip(&mut self.judges) {
             for (i, judge) in judges.iter_mut().enumerate() {
                 judge.add(&Sample {
                     time: truth.time,
-                    truth: flag.of_truth(&truth.wheels[i]),
-                    estimate: contact.is_some_and(|c| flag.of_estimate(&c[i])),
+                    truth: of_truth(&truth.wheels[i]),
+                    estimate: contact.is_some_and(|c| of_estimate(&c[i])),
                     counts,
                 });
             }
@@ -164,9 +149,6 @@ impl Counts {
     }
 
     fn score(&self) -> FlagScore {
-        #[expect(clippy::cast_precision_loss, reason = "counts of samples")]
-        let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        #[expect(clippy::cast_precision_loss, reason = "a count of events")]
         let delay = (self.found > 0).then(|| self.delays / self.found as f64);
         FlagScore {
             events: self.events,

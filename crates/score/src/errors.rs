@@ -1,7 +1,7 @@
 //! Errors of one force on the three wheels.
 
 use crate::rule::Compared;
-use crate::sum::Sum;
+use crate::sum::{Sum, means};
 use robhaz_estimator::Estimate;
 use serde::{Deserialize, Serialize};
 
@@ -54,15 +54,13 @@ impl ErrorSums {
 
     /// The errors over `samples`, for a mean load in N; `None` without samples.
     pub(crate) fn errors(&self, samples: u64, mean_load: Option<f64>) -> Option<ForceErrors> {
-        let [front, middle, rear] = self.squares.map(|sum| sum.mean(samples));
-        let mean_squares = [front?, middle?, rear?];
-        let [front, middle, rear] = self.errors.map(|sum| sum.mean(samples));
+        let mean_squares = means(&self.squares, samples)?;
         let rmse_all = (mean_squares.iter().sum::<f64>() / 3.0).sqrt();
         Some(ForceErrors {
             rmse: mean_squares.map(f64::sqrt),
             rmse_all,
             nrmse: mean_load.map(|load| rmse_all / load),
-            bias: Some([front?, middle?, rear?]),
+            bias: means(&self.errors, samples),
             max_abs: self.largest,
             max_abs_time_s: Some(self.largest_at),
         })

@@ -1,43 +1,33 @@
 //! Events of wheels, end stops and bars, found by comparing each sample with the one before.
 
-use robhaz_model::{Bar, PinStop};
+use robhaz_model::{Bar, PinStop, named};
 use robhaz_sim::clearance::Clearances;
 use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 
-/// Contact and slip state of a wheel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WheelState {
-    /// It touches the ground, and its slip speed is not above the limit of its friction law (half the limit if it slipped at
-    /// the sample before).
-    Grips,
-    /// It touches the ground, and its slip speed is above that limit.
-    Slips,
-    /// It has no contact.
-    InTheAir,
-}
-
-impl WheelState {
-    /// All states.
-    pub const ALL: [Self; 3] = [Self::Grips, Self::Slips, Self::InTheAir];
-
-    /// Its name in recordings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Grips => "grips",
-            Self::Slips => "slips",
-            Self::InTheAir => "in the air",
-        }
+named! {
+    /// Contact and slip state of a wheel.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum WheelState {
+        /// It touches the ground, and its slip speed is not above the limit of its friction law (half the limit if it slipped at
+        /// the sample before).
+        Grips = "grips",
+        /// It touches the ground, and its slip speed is above that limit.
+        Slips = "slips",
+        /// It has no contact.
+        InTheAir = "in the air",
     }
 }
 
-/// One of the two end stops of pin Q.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EndStop {
-    /// At the largest theta1 - theta2.
-    Upper,
-    /// At the smallest theta1 - theta2.
-    Lower,
+named! {
+    /// One of the two end stops of pin Q.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum EndStop {
+        /// At the largest theta1 - theta2.
+        Upper = "upper",
+        /// At the smallest theta1 - theta2.
+        Lower = "lower",
+    }
 }
 
 impl EndStop {
@@ -47,14 +37,6 @@ impl EndStop {
             Self::Upper
         } else {
             Self::Lower
-        }
-    }
-
-    /// Its name in messages.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Upper => "upper",
-            Self::Lower => "lower",
         }
     }
 }

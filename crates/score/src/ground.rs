@@ -1,6 +1,6 @@
 //! Errors of the ground that an estimator has found.
 
-use crate::sum::Rms;
+use crate::sum::{Rms, share};
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_sim::Truth;
@@ -54,12 +54,6 @@ impl Sums {
         self.count += 1;
         self.inside += u64::from(error.abs() <= 2.0 * sigma);
     }
-
-    fn coverage(&self) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "counts of points")]
-        let share = (self.count > 0).then(|| self.inside as f64 / self.count as f64);
-        share
-    }
 }
 
 impl GroundErrors {
@@ -75,9 +69,9 @@ impl GroundErrors {
         Some(Self {
             points: height.count,
             height_rmse_m: height.rms.value()?,
-            height_coverage: height.coverage()?,
+            height_coverage: share(height.inside, height.count)?,
             slope_rmse_rad: slope.rms.value(),
-            slope_coverage: slope.coverage(),
+            slope_coverage: share(slope.inside, slope.count),
         })
     }
 }

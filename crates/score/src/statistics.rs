@@ -3,7 +3,7 @@
 use crate::errors::{ErrorSums, ForceErrors};
 use crate::lag::LagSums;
 use crate::rule::Compared;
-use crate::sum::Sum;
+use crate::sum::{Sum, means, share};
 use nalgebra::{Matrix3, Vector3};
 use robhaz_estimator::Estimate;
 
@@ -80,8 +80,7 @@ impl Statistics {
 
     /// Mean true N of each wheel, N; `None` without samples.
     pub fn mean_normal_force(&self) -> Option<[f64; 3]> {
-        let [front, middle, rear] = self.load.map(|sum| sum.mean(self.samples));
-        Some([front?, middle?, rear?])
+        means(&self.load, self.samples)
     }
 
     /// Geometric mean of the stated standard deviations of N, divided by the mean true N, dimensionless; `None` if the
@@ -111,8 +110,6 @@ impl Statistics {
 
     /// Share of errors of N within two stated standard deviations, -; `None` if none was stated.
     pub fn coverage(&self) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "counts of samples")]
-        let share = |inside: u64, of: u64| (of > 0).then(|| inside as f64 / of as f64);
         share(self.stated.inside, 3 * self.stated.samples)
     }
 

@@ -24,10 +24,19 @@ impl Sum {
 
     /// The sum over a count; `None` for a count of zero.
     pub fn mean(&self, count: u64) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-        let mean = (count > 0).then(|| self.value() / count as f64);
-        mean
+        (count > 0).then(|| self.value() / count as f64)
     }
+}
+
+/// The means over a count; `None` for a count of zero.
+pub(crate) fn means(sums: &[Sum; 3], count: u64) -> Option<[f64; 3]> {
+    let [front, middle, rear] = sums.map(|sum| sum.mean(count));
+    Some([front?, middle?, rear?])
+}
+
+/// The share of a count; `None` of nothing.
+pub(crate) fn share(part: u64, of: u64) -> Option<f64> {
+    (of > 0).then(|| part as f64 / of as f64)
 }
 
 /// A root mean square.

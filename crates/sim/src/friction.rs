@@ -1,30 +1,19 @@
 //! Traction of a wheel: eq. (11), `T = mu(v) N`, and the laws that refine it near standstill of the contact.
 
 use crate::contact::cubic_step;
+use robhaz_model::named;
 
-/// Form of the friction law.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FrictionKind {
-    /// T/N is a function of the slip speed, in ADAMS's form.
-    #[default]
-    Adams,
-    /// The brush model: T/N is a function of the slip ratio, with mu from the slip speed.
-    Brush,
-    /// ADAMS's form with a very small v_s: nearly Coulomb's law. Stiff.
-    Rigid,
-}
-
-impl FrictionKind {
-    /// All forms, in the order of the enum.
-    pub const ALL: [Self; 3] = [Self::Adams, Self::Brush, Self::Rigid];
-
-    /// Name in scene files and summaries.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Adams => "adams",
-            Self::Brush => "brush",
-            Self::Rigid => "rigid",
-        }
+named! {
+    /// Form of the friction law.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum FrictionKind {
+        /// T/N is a function of the slip speed, in ADAMS's form.
+        #[default]
+        Adams = "adams",
+        /// The brush model: T/N is a function of the slip ratio, with mu from the slip speed.
+        Brush = "brush",
+        /// ADAMS's form with a very small v_s: nearly Coulomb's law. Stiff.
+        Rigid = "rigid",
     }
 }
 

@@ -191,10 +191,11 @@ impl Ground {
         !self.ahead.iter().all(known)
     }
 
-    /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) for each newton of N, m.
-    pub fn rolling_moment(&self, spin: f64) -> f64 {
+    /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) under a normal force (N), N m.
+    #[inline]
+    pub fn rolling_moment(&self, normal_force: f64, spin: f64) -> f64 {
         if self.rolling.coefficient > 0.0 {
-            self.rolling.moment(1.0, self.wheel_radius, spin)
+            self.rolling.moment(normal_force, self.wheel_radius, spin)
         } else {
             0.0
         }
@@ -256,11 +257,7 @@ impl Ground {
             normal_sum += normal * normal_force;
             sum.force += normal * normal_force + contact.tangent * traction;
             sum.torque += contact.distance * traction;
-            if self.rolling.coefficient > 0.0 {
-                sum.torque += self
-                    .rolling
-                    .moment(normal_force, self.wheel_radius, wheel.spin);
-            }
+            sum.torque += self.rolling_moment(normal_force, wheel.spin);
             sum.traction += traction;
             sum.energy += one.normal.energy;
             sum.contacts += 1;
@@ -291,16 +288,10 @@ impl Ground {
     ) {
         let truth = &one.truth;
         let (normal_force, traction) = (truth.normal_force, truth.traction);
-        let mut torque = contact.distance * traction;
-        if self.rolling.coefficient > 0.0 {
-            let moment = self
-                .rolling
-                .moment(normal_force, self.wheel_radius, wheel.spin);
-            torque += moment;
-        }
+        let moment = self.rolling_moment(normal_force, wheel.spin);
         *sum = GroundForces {
             force: truth.normal * normal_force + contact.tangent * traction,
-            torque,
+            torque: contact.distance * traction + moment,
             normal_force,
             traction,
             tangent: contact.tangent,

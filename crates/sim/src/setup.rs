@@ -4,30 +4,21 @@ use crate::contact::ContactLaw;
 use crate::drive::Drive;
 use crate::friction::{FrictionLaw, Stretch};
 use crate::rolling::RollingResistance;
-use robhaz_model::Robot;
+use robhaz_model::{Robot, named};
 use robhaz_terrain::Terrain;
 
-/// The engine that computes the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EngineKind {
-    /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts and for stiff laws: [`crate::rapier`].
-    Rapier,
-    /// Equations of motion in minimal coordinates, with a stiff solver: [`crate::direct`].
-    Direct,
+named! {
+    /// The engine that computes the truth.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum EngineKind {
+        /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts and for stiff laws: [`crate::rapier`].
+        Rapier = "rapier",
+        /// Equations of motion in minimal coordinates, with a stiff solver: [`crate::direct`].
+        Direct = "direct",
+    }
 }
 
 impl EngineKind {
-    /// All engines.
-    pub const ALL: [Self; 2] = [Self::Rapier, Self::Direct];
-
-    /// Name in scene files and summaries.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rapier => "rapier",
-            Self::Direct => "direct",
-        }
-    }
-
     /// Library behind the engine, with its version: the rigid bodies of `rapier`, the linear algebra of `direct`. A
     /// test compares both with the locked versions.
     pub const fn library(self) -> &'static str {
@@ -38,29 +29,18 @@ impl EngineKind {
     }
 }
 
-/// State of the robot at time zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum StartKind {
-    /// Static equilibrium under the robot's weight; the drives hold the wheels. Nothing changes until the drives start.
-    ///
-    /// On a slope, a friction law without true stiction needs slip: the robot starts with a small constant speed downhill.
-    #[default]
-    Settled,
-    /// Nominal pose at rest, each wheel at the penetration of the mean wheel load. The robot settles in the first
-    /// milliseconds of the run.
-    Raw,
-}
-
-impl StartKind {
-    /// All kinds, in the order of the enum.
-    pub const ALL: [Self; 2] = [Self::Settled, Self::Raw];
-
-    /// Name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Settled => "settled",
-            Self::Raw => "raw",
-        }
+named! {
+    /// State of the robot at time zero.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum StartKind {
+        /// Static equilibrium under the robot's weight; the drives hold the wheels. Nothing changes until the drives start.
+        ///
+        /// On a slope, a friction law without true stiction needs slip: the robot starts with a small constant speed downhill.
+        #[default]
+        Settled = "settled",
+        /// Nominal pose at rest, each wheel at the penetration of the mean wheel load. The robot settles in the first
+        /// milliseconds of the run.
+        Raw = "raw",
     }
 }
 

@@ -87,6 +87,7 @@ mod tests {
         let expected = steps.map(|(name, settings)| EstimatorChoice {
             name: name.to_owned(),
             settings,
+            damping: None,
         });
         assert_eq!(ladder()?, expected);
         Ok(())

@@ -40,7 +40,7 @@ pub(crate) struct Edge {
     /// Slopes at both ends, -; infinite on a riser.
     slopes: [f64; 2],
     /// Second derivatives at both ends, 1/m.
-    second_derivatives: [f64; 2],
+    pub second_derivatives: [f64; 2],
     /// Coefficients of (x - from.x)^3 to ^5.
     higher: [f64; 3],
     straight: bool,
@@ -115,6 +115,17 @@ impl Edge {
         [s * a1, a1 + s * b2, b2 + s * d3, d3 + s * (d4 + last)]
     }
 
+    /// x of points of the edge between two x (m): the two ends, and on a curve points between, at most `spacing` (m) apart.
+    pub fn places(&self, from: f64, to: f64, spacing: f64) -> impl Iterator<Item = f64> {
+        let (start, end) = (from.max(self.from.x), to.min(self.to.x));
+        let count = match self.straight {
+            true => 1.0,
+            false => ((end - start) / spacing).ceil().max(1.0),
+        };
+        let between = (1..count as u64).map(move |i| start + (end - start) * i as f64 / count);
+        std::iter::once(start).chain(between).chain([end])
+    }
+
     /// Height (m), slope (-) and second derivative (1/m) at x, on any edge but a riser.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         if x >= self.to.x {
@@ -155,16 +166,6 @@ impl Edge {
         let low = b0.min(first).min(second).min(b1);
         let high = b0.max(first).max(second).max(b1);
         (low, high)
-    }
-
-    /// Second derivative at `from`, 1/m.
-    pub fn second_derivative_at_from(&self) -> f64 {
-        self.second_derivatives[0]
-    }
-
-    /// Second derivative at `to`, 1/m.
-    pub fn second_derivative_at_to(&self) -> f64 {
-        self.second_derivatives[1]
     }
 
     /// Tangents at both ends, directed along the edge; not unit vectors.

@@ -100,11 +100,6 @@ impl Grid {
             high: f64::NEG_INFINITY,
             max_second_derivative: 0.0,
         };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count of cells"
-        )]
         let cells = vec![empty; count as usize + 2];
         // Level ground alone has no length between its first and its last edge.
         let width = ((end - start) / count).max(MARGIN);
@@ -139,7 +134,6 @@ impl Grid {
         } else {
             [f64::INFINITY, f64::NEG_INFINITY]
         };
-        #[expect(clippy::cast_possible_truncation, reason = "edges fit into memory")]
         let edges = [from as u32, to as u32];
         Below { edges, single }
     }
@@ -163,7 +157,6 @@ impl Grid {
 
     /// Adds an edge to the cells into which it reaches.
     fn add(&mut self, index: usize, edge: &Edge, next: Option<&Edge>) {
-        #[expect(clippy::cast_possible_truncation, reason = "edges fit into memory")]
         let number = index as u32;
         let (first, last) = (self.cell(edge.from.x), self.cell(edge.to.x));
         let max_second_derivative = edge.second_derivative_bounds().1;
@@ -192,18 +185,13 @@ impl Grid {
 
     /// Index of the cell that holds x (m). It never falls as x rises.
     fn cell(&self, x: f64) -> usize {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "saturates at 0"
-        )]
+        // The cast saturates at 0.
         let cell = self.in_cells(x) as u32;
         (cell as usize).min(self.cells.len() - 1)
     }
 
     /// x of a cell's start and end, m; infinite at the two outer ends.
     fn ends(&self, cell: usize) -> (f64, f64) {
-        #[expect(clippy::cast_precision_loss, reason = "a count of cells")]
         let end = self.start + cell as f64 * self.width;
         let from = if cell == 0 {
             f64::NEG_INFINITY
@@ -226,12 +214,7 @@ impl Grid {
         let range = self.edges(cell, cell, edges);
         let (first, last) = (*range.start(), *range.end());
         // Start near the place that evenly spaced knots would give: most are.
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            clippy::cast_precision_loss,
-            reason = "an index; saturates at 0"
-        )]
+        // The cast saturates at 0.
         let mut guess = {
             let share = self.in_cells(x) - cell as f64;
             (first + (share * (last - first) as f64) as usize).min(last)

@@ -19,7 +19,7 @@ impl Jump {
     /// At the smooth joint of two edges.
     pub(crate) fn at_joint(before: &Edge, after: &Edge) -> Self {
         let tangent = after.tangents()[0].normalize();
-        let second = after.second_derivative_at_from() - before.second_derivative_at_to();
+        let second = after.second_derivatives[0] - before.second_derivatives[1];
         Self {
             point: after.from,
             tangent,

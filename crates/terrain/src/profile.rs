@@ -151,11 +151,10 @@ impl Shape for Course {
         self.parts.iter().try_for_each(|p| p.profile.check())?;
         for (i, pair) in self.parts.windows(2).enumerate() {
             if pair[1].start < pair[0].end - TOLERANCE {
-                return Err(ProfileError::Overlap {
-                    part: i + 1,
-                    start: pair[1].start,
-                    end: pair[0].end,
-                });
+                let (part, start, end) = (i + 1, pair[1].start, pair[0].end);
+                return Err(ProfileError(format!(
+                    "part {part} starts at {start} m, before the end of the part before, {end} m"
+                )));
             }
         }
         Ok(())

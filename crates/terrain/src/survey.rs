@@ -80,17 +80,8 @@ impl Terrain {
                 }
                 continue;
             }
-            let (start, end) = (from.max(edge.from.x), to.min(edge.to.x));
-            add(Surveyed::on(edge, start));
-            if !edge.is_line() {
-                let count = ((end - start) / spacing).ceil();
-                let mut i = 1.0;
-                while i < count {
-                    add(Surveyed::on(edge, start + (end - start) * i / count));
-                    i += 1.0;
-                }
-            }
-            add(Surveyed::on(edge, end));
+            edge.places(from, to, spacing)
+                .for_each(|x| add(Surveyed::on(edge, x)));
         }
         points
     }

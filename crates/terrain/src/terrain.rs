@@ -247,25 +247,13 @@ impl Terrain {
     /// Points of the ground between x = `from` and `to` (m), for drawing: all ends of edges, and points on curves at
     /// most `spacing` (m) apart in x.
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
-        let on = |edge: &Edge, x: f64| Vec2::new(x, edge.height(x));
         let mut points = Vec::new();
-        let edges = &self.ground.edges;
-        let shown = edges.iter().filter(|e| e.to.x >= from && e.from.x <= to);
-        for edge in shown {
-            let start = on(edge, from.max(edge.from.x));
-            let end = on(edge, to.min(edge.to.x));
-            if points.is_empty() {
-                points.push(start);
-            }
-            if !edge.is_line() {
-                let count = ((end.x - start.x) / spacing).ceil().max(1.0);
-                let mut i = 1.0;
-                while i < count {
-                    points.push(on(edge, start.x + (end.x - start.x) * i / count));
-                    i += 1.0;
-                }
-            }
-            points.push(end);
+        let edges = self.ground.edges.iter();
+        for edge in edges.filter(|e| e.to.x >= from && e.from.x <= to) {
+            // The start of an edge is the end of the one before.
+            let known = usize::from(!points.is_empty());
+            let places = edge.places(from, to, spacing).skip(known);
+            points.extend(places.map(|x| Vec2::new(x, edge.height(x))));
         }
         points
     }
@@ -308,7 +296,7 @@ impl Place {
         let at = after.from;
         let arm = centre - at;
         if before.run == after.run {
-            let second = after.second_derivative_at_from();
+            let second = after.second_derivatives[0];
             Self {
                 contact: Contact::on_edge(at, after.tangents()[0], second, arm),
                 run: Some(after.run),

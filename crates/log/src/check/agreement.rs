@@ -182,7 +182,6 @@ impl Judgement {
                 faulty |= Channels::from_bits(bits);
             }
         }
-        #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
         let count = frames.len().max(1) as f64;
         let share = |n: f64| if n > FEW { n / count } else { 0.0 };
         Self {
@@ -236,22 +235,12 @@ pub fn findings(
     }
     // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
     cases.retain(|case| !is_right || case.moved() <= 4 && !case.links);
-    let judged: Vec<(Case, f64)> = cases
-        .into_iter()
-        .map(|case| (case, Judgement::of(part, robot, settings, &case).nis))
-        .collect();
-    let nis_of_own = judged
-        .iter()
-        .find(|(case, _)| *case == OWN)
-        .map_or(REFUSED, |(_, nis)| *nis);
+    let judge = |case: Case| (case, Judgement::of(part, robot, settings, &case).nis);
+    let mut judged: Vec<(Case, f64)> = cases.into_iter().map(judge).collect();
+    let of_own = judged.iter().find(|(case, _)| *case == OWN);
+    let nis_of_own = of_own.map_or(REFUSED, |(_, nis)| *nis);
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
-    let judged: Vec<(Case, f64)> = match is_other {
-        true => judged
-            .into_iter()
-            .filter(|(case, _)| *case != OWN)
-            .collect(),
-        false => judged,
-    };
+    judged.retain(|(case, _)| !is_other || *case != OWN);
     let least = judged
         .iter()
         .map(|(_, nis)| *nis)

@@ -57,10 +57,6 @@ impl Changes {
                 |acceleration| zip(read, acceleration, |x, acceleration| x - acceleration),
             )
         };
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "the number of steps of half a second"
-        )]
         let correlated = (recording.steps(SPAN) as f64).sqrt();
         Self {
             correlated,
@@ -82,23 +78,20 @@ impl Changes {
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
     pub fn fit(&self, k: usize, j: usize) -> Option<Coefficients> {
         let (y, rate) = (&self.inclination[k], self.rate[j].as_slice());
+        let of = |values: &[f64], deviations: &[f64], explained: f64| {
+            let sigma = |i: usize| self.correlated * deviations[i];
+            Coefficients {
+                rate: values[0],
+                rate_sigma: sigma(0),
+                forward: values.get(1).map(|value| (*value, sigma(1))),
+                explained,
+            }
+        };
         if let Some(fit) = robust_fit(y, &[rate, self.forward.as_slice()]) {
-            let [of_rate, of_forward] = fit.coefficients;
-            let [rate_sigma, sigma] = fit.deviations.map(|d| d * self.correlated);
-            return Some(Coefficients {
-                rate: of_rate,
-                rate_sigma,
-                forward: Some((of_forward, sigma)),
-                explained: fit.explained,
-            });
+            return Some(of(&fit.coefficients, &fit.deviations, fit.explained));
         }
         let fit = robust_fit(y, &[rate])?;
-        Some(Coefficients {
-            rate: fit.coefficients[0],
-            rate_sigma: self.correlated * fit.deviations[0],
-            forward: None,
-            explained: fit.explained,
-        })
+        Some(of(&fit.coefficients, &fit.deviations, fit.explained))
     }
 }
 

@@ -135,7 +135,6 @@ fn length(part: &[SensorFrame]) -> f64 {
 }
 
 /// The step of parts, s. With a quarter of the mean there are at most four samples a frame.
-#[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
 fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
     let median = median(parts.iter().flat_map(|part| steps(part)))?;
     let time: f64 = parts.iter().map(|part| length(part)).sum();
@@ -170,11 +169,7 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
 }
 
 /// Number of frames in [`SPAN`].
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a positive number; the cast saturates"
-)]
+// A positive number; the cast saturates.
 fn window(period: f64) -> usize {
     if period > 0.0 {
         ((SPAN / period) as usize).max(LEAST_FRAMES)

@@ -79,7 +79,6 @@ impl<'a> Course<'a> {
 
 /// The sample at each step of the path, and the fraction from there to the next one: at a low rate or a high speed a
 /// sample takes several steps.
-#[expect(clippy::cast_precision_loss, reason = "steps of a path")]
 fn samples(motion: &Motion, robot: &Robot) -> Vec<(usize, f64)> {
     let radius = robot.geometry.wheel_radius;
     let spin = motion.while_driving(robot, &motion.middle_spin);

@@ -100,12 +100,6 @@ pub fn finding(
 /// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
 /// `memory` is the largest number of samples over which residuals are correlated. `None` where the best is at an end, or where
 /// there are too few samples to tell.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    clippy::cast_possible_wrap,
-    reason = "the number of samples of a log"
-)]
 pub fn delay<const K: usize>(
     y: &[f64],
     x: &[&[f64]; K],
@@ -181,7 +175,6 @@ fn slope<const K: usize>(
 
 /// Number of samples over which the products of residuals and slopes are correlated: the sum of their autocorrelation with
 /// Bartlett's weights (Newey and West, Econometrica 55, 1987), from 1 to `longest`.
-#[expect(clippy::cast_precision_loss, reason = "the number of samples of a log")]
 fn correlation(residuals: &[f64], slope: &[f64], longest: usize) -> f64 {
     let product = |(r, s): (&f64, &f64)| if (r * s).is_finite() { r * s } else { 0.0 };
     let products: Vec<f64> = residuals.iter().zip(slope).map(product).collect();

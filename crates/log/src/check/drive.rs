@@ -15,7 +15,7 @@ use crate::check::motion::Motion;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::Channel;
+use crate::check::rewire::{Change, Channel, Tested};
 use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
@@ -46,7 +46,7 @@ const CHANNEL: &str = "torques and encoders";
 const LATE: &str = "torques after encoders";
 
 /// A wiring of the torques: the encoder to which torque i belongs, and the sign of torque i.
-pub type Wiring = ([usize; 3], [f64; 3]);
+type Wiring = ([usize; 3], [f64; 3]);
 
 /// The wiring of the log.
 const OWN: Wiring = ([0, 1, 2], [1.0; 3]);
@@ -164,20 +164,12 @@ impl Moments {
     }
 }
 
-/// What the torques show about the wiring of the wheels.
-pub struct Answer {
-    pub findings: Vec<Finding>,
-    /// The best wiring, if the torques show it.
-    pub wiring: Option<Wiring>,
-}
-
-/// All findings.
-pub fn findings(log: &Readings<'_>) -> Answer {
+/// All findings and what to change, and the encoders to which the torques belong, if these show it.
+pub fn findings(log: &Readings<'_>) -> (Tested, Option<[usize; 3]>) {
     let (recording, motion, budget) = (&log.recording, &log.motion, log.budget);
     let signals = Signals::of(recording, motion);
     let moments = Moments::of(&signals);
     let (size, common) = (moments.size(), moments.common());
-    #[expect(clippy::cast_precision_loss, reason = "the number of steps of 50 ms")]
     let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
     // Noise and different gains make differences, too.
     let least = GATE * noise.hypot(budget.torque_gain * common);
@@ -193,10 +185,9 @@ pub fn findings(log: &Readings<'_>) -> Answer {
             pairing = pairing.with("difference", size, "N m");
         }
         let delay = Finding::ok(DELAY, LATE, figure).cannot_tell(remedy);
-        return Answer {
-            findings: vec![pairing, delay],
-            wiring: None,
-        };
+        let mut tested = Tested::default();
+        tested.findings.extend([pairing, delay]);
+        return (tested, None);
     }
     let shares: Vec<(Wiring, f64)> = wirings()
         .into_iter()
@@ -240,10 +231,13 @@ pub fn findings(log: &Readings<'_>) -> Answer {
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
     let joined = signals.joined(recording.steps(LONGEST_DELAY) + 2, &best);
-    Answer {
-        findings: vec![pairing, late(recording, &joined)],
-        wiring: known.then_some(best),
-    }
+    let mut tested = Tested::default();
+    let (order, signs) = best;
+    let turned = (0..3).filter(|i| known && signs[*i] < 0.0);
+    let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
+    tested.add(pairing, changes);
+    tested.add(late(recording, &joined), None);
+    (tested, known.then_some(order))
 }
 
 /// The channels that a wiring changes.

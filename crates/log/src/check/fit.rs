@@ -18,7 +18,6 @@ pub struct Fit<const K: usize> {
 
 /// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they do not determine the
 /// coefficients.
-#[expect(clippy::cast_precision_loss, reason = "the number of samples of a log")]
 pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
     let mut normal = SMatrix::<f64, K, K>::zeros();
     let (mut right, mut square) = (SVector::<f64, K>::zeros(), 0.0);

@@ -39,24 +39,24 @@ const CHANNEL: &str = "inclinometer 1, inclinometer 2";
 const OFFSET_GATE: f64 = 5.0;
 
 const OFFSET: &str = "zero on the ground";
-const INCLINOMETERS: [Channel; 2] = [Channel::Inclinometer(0), Channel::Inclinometer(1)];
 
-/// Wirings of the two inclinometers, and the change of each.
-const WIRINGS: [(Links, Option<Change>); 4] = [
-    ([(0, 1.0), (1, 1.0)], None),
-    (
-        [(0, -1.0), (1, 1.0)],
-        Some(Change::Factor(INCLINOMETERS[0], -1.0)),
-    ),
-    (
-        [(0, 1.0), (1, -1.0)],
-        Some(Change::Factor(INCLINOMETERS[1], -1.0)),
-    ),
-    (
-        [(1, 1.0), (0, 1.0)],
-        Some(Change::Exchange(INCLINOMETERS[0], INCLINOMETERS[1])),
-    ),
+/// Wirings of the two inclinometers.
+const WIRINGS: [Links; 4] = [
+    [(0, 1.0), (1, 1.0)],
+    [(0, -1.0), (1, 1.0)],
+    [(0, 1.0), (1, -1.0)],
+    [(1, 1.0), (0, 1.0)],
 ];
+
+/// What makes one of them that of the log.
+fn change(wiring: usize) -> Option<Change> {
+    let [first, second] = [0, 1].map(Channel::Inclinometer);
+    match wiring {
+        0 => None,
+        3 => Some(Change::Exchange(first, second)),
+        link => Some(Change::Factor([first, second][link - 1], -1.0)),
+    }
+}
 
 /// How well the curve of the front wheels explains that of the rear ones.
 #[derive(Clone, Copy)]
@@ -95,7 +95,7 @@ pub fn findings(
         );
         return (tested, Signs::Unknown);
     };
-    let passings = WIRINGS.map(|(links, _)| passing(course, &links));
+    let passings = WIRINGS.map(|links| passing(course, &links));
     let (finding, change) = signs(&passings);
     let signs = match (finding.verdict, change) {
         (Verdict::CannotTell, _) => Signs::Unknown,
@@ -124,9 +124,7 @@ fn signs(passings: &[Option<Passing>; 4]) -> (Finding, Option<Change>) {
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    let change = WIRINGS[best]
-        .1
-        .filter(|_| most > CERTAIN && most > own + BETTER);
+    let change = change(best).filter(|_| most > CERTAIN && most > own + BETTER);
     if change.is_some() {
         figure += &format!(", otherwise wired {:.0} %", 100.0 * most);
     }
@@ -151,7 +149,7 @@ fn offset(
     budget: &NoiseBudget,
     speed: f64,
 ) -> Option<Finding> {
-    let [front, rear] = course.heights(&WIRINGS[0].0);
+    let [front, rear] = course.heights(&WIRINGS[0]);
     // On level ground no distance shows, and none is needed.
     let is_level = |x: &[f64]| {
         let middle = median(x.iter().copied()).unwrap_or(0.0);
@@ -168,7 +166,6 @@ fn offset(
     let mean = median(difference)?;
     let angle = mean / course.spacing();
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
-    #[expect(clippy::cast_precision_loss, reason = "steps of a path")]
     let way = n as f64 * STEP;
     let limit = OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * GRAVITY * way);
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
@@ -185,7 +182,7 @@ fn offset(
 
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together: accelerations do not disturb them.
 pub fn distance(fused: &Course<'_>) -> Finding {
-    let own = passing(fused, &WIRINGS[0].0);
+    let own = passing(fused, &WIRINGS[0]);
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
@@ -213,17 +210,11 @@ pub fn distance(fused: &Course<'_>) -> Finding {
 }
 
 /// Steps of the path in the distance of two axles, for encoders of a scale.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "steps of a path"
-)]
 fn steps_of(course: &Course<'_>, scale: f64) -> usize {
     (scale * course.spacing() / STEP) as usize
 }
 
 /// The best passing with the angles of `links`. `None` where the ground shows nothing.
-#[expect(clippy::cast_precision_loss, reason = "steps of a path")]
 fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
     let [front, rear] = course.heights(links);
     let (count, spacing) = (course.len(), course.spacing());

@@ -39,13 +39,13 @@ mod torque_scale;
 mod wheels;
 
 pub use report::{Finding, Report, Verdict};
+pub(crate) use signal::median;
 
 use self::clock::Clock;
 use self::course::Course;
 use self::motion::Motion;
 use self::readings::Readings;
 use self::recording::Recording;
-use self::rewire::{Change, Channel, Tested};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget, SensorFrame};
 use robhaz_model::Robot;
 use std::borrow::Cow;
@@ -127,18 +127,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     }
     let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
     log.findings.extend(fused.as_ref().map(ground::distance));
-    let drive = drive::findings(&log);
-    let (order, signs) = drive
-        .wiring
-        .map_or((None, [1.0; 3]), |(order, signs)| (Some(order), signs));
-    let turned = (0..3).filter(|i| signs[*i] < 0.0);
-    let signs = Tested {
-        findings: drive.findings,
-        changes: turned
-            .map(|i| Change::Factor(Channel::Torque(i), -1.0))
-            .collect(),
-    };
-    log.take(signs);
+    let (drive, order) = drive::findings(&log);
+    log.take(drive);
     let settings = stated.settings(&log.frames);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
     let quiet = rest::has_quiet_torque(&log.findings);

@@ -71,11 +71,6 @@ impl Recording {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "times of this crate are short and positive"
-)]
 fn steps(time: f64, dt: f64) -> usize {
     ((time / dt).round() as usize).max(1)
 }
@@ -112,14 +107,8 @@ impl Channel {
         let bridged = LONGEST_BRIDGE.max(BRIDGED_PERIODS * period);
         let mut readings = self.readings.iter().copied().peekable();
         let mut before: Option<(f64, f64)> = None;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the number of samples of a part: see Clock"
-        )]
         let count = (self.length / dt + 0.5) as usize + 1;
         for k in 0..count {
-            #[expect(clippy::cast_precision_loss, reason = "the number of samples of a log")]
             let time = k as f64 * dt;
             // A thousandth of a step: rounding of time stamps.
             while let Some(next) = readings.next_if(|(at, _)| *at <= time + 1e-3 * dt) {

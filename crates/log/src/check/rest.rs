@@ -44,7 +44,6 @@ struct AtRest<'a> {
 
 impl AtRest<'_> {
     /// Number of readings, at least one.
-    #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
     fn count(&self) -> f64 {
         self.values.iter().filter(|v| v.is_finite()).count().max(1) as f64
     }
@@ -64,15 +63,16 @@ impl AtRest<'_> {
         rms(&steps) / std::f64::consts::SQRT_2
     }
 
-    /// Whether the mean is within a limit (SI), which chance widens.
-    fn zero(&self, limit: f64) -> (Finding, bool) {
+    /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what to do about a larger one.
+    fn zero(&self, limit: f64, judge: impl Fn(Finding, f64) -> Finding) -> Finding {
         let (mean, limit) = (self.mean(), limit + self.mean_by_chance());
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
-        (Finding::ok(ZERO, &self.name, figure), mean.abs() <= limit)
-    }
-
-    fn with_mean(&self, finding: Finding) -> Finding {
-        finding.with("mean", self.factor * self.mean(), self.unit)
+        let finding = Finding::ok(ZERO, &self.name, figure);
+        let finding = finding.with("mean", self.factor * mean, self.unit);
+        match mean.abs() <= limit {
+            true => finding,
+            false => judge(finding, mean),
+        }
     }
 
     fn shown(&self, value: f64) -> String {
@@ -113,9 +113,14 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
     let torque_zero = SMALL_TORQUE + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
-    let mut findings: Vec<Finding> = gyros.iter().map(|x| gyro(x, rate_zero)).collect();
-    findings.extend(inclinometers.iter().map(|x| inclination(x, level_zero)));
-    findings.extend(torques.iter().map(|x| torque(x, torque_zero, level)));
+    let torque = if level { torque } else { torque_on_a_slope };
+    let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, gyro)).collect();
+    findings.extend(
+        inclinometers
+            .iter()
+            .map(|x| x.zero(level_zero, inclination)),
+    );
+    findings.extend(torques.iter().map(|x| x.zero(torque_zero, torque)));
     let all = gyros.iter().chain(&inclinometers).chain(&torques);
     findings.extend(all.map(noise));
     findings
@@ -132,42 +137,25 @@ pub fn rest(recording: &Recording) -> usize {
     (0..last).find(|i| moves(*i)).unwrap_or(last)
 }
 
-fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
-    let (finding, is_zero) = x.zero(limit);
-    x.with_mean(match is_zero {
-        true => finding,
-        false => finding.fault(format!(
-            "zero it at rest: state offset = {:.5} (rad/s)",
-            x.mean()
-        )),
-    })
+fn gyro(finding: Finding, mean: f64) -> Finding {
+    finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
 }
 
-fn inclination(x: &AtRest<'_>, limit: f64) -> Finding {
-    let (finding, is_zero) = x.zero(limit);
-    x.with_mean(match is_zero {
-        true => finding,
-        // At rest the robot may stand on a slope.
-        false => finding.cannot_tell(format!(
-            "if the robot stood on level ground in its nominal pose, state offset = {:.5} (rad)",
-            x.mean()
-        )),
-    })
+/// At rest the robot may stand on a slope.
+fn inclination(finding: Finding, mean: f64) -> Finding {
+    finding.cannot_tell(format!(
+        "if the robot stood on level ground in its nominal pose, state offset = {mean:.5} (rad)"
+    ))
 }
 
-fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
-    let (finding, is_zero) = x.zero(limit);
-    if !is_zero && !level {
-        let remedy = "the robot stands on a slope: record a rest on level ground";
-        return finding.cannot_tell(remedy);
-    }
-    x.with_mean(match is_zero {
-        true => finding,
-        false => finding.fault(format!(
-            "zero it with the motors off: state offset = {:.4} (N m), unless the drive held that torque",
-            x.mean()
-        )),
-    })
+fn torque(finding: Finding, mean: f64) -> Finding {
+    finding.fault(format!(
+        "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
+    ))
+}
+
+fn torque_on_a_slope(finding: Finding, _: f64) -> Finding {
+    finding.cannot_tell("the robot stands on a slope: record a rest on level ground")
 }
 
 /// Whether a torque was found suspiciously quiet: it may be in another unit.

@@ -46,7 +46,6 @@ pub fn difference(x: &[f64], half: usize) -> Vec<f64> {
 
 /// Derivative of smoothed samples: difference of the means of `2 half + 1` samples before and after, over the time
 /// between (`dt` is the step, s).
-#[expect(clippy::cast_precision_loss, reason = "widths of filters")]
 pub fn derivative(x: &[f64], half: usize, dt: f64) -> Vec<f64> {
     let mut slope = difference(&smooth(x, half), half);
     for value in &mut slope {

@@ -34,7 +34,6 @@ pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
     let half = recording.steps(0.5 * SMOOTHING);
     let acceleration = motion.derivative(recording, &motion.middle_spin);
     let constant = vec![1.0; range.len()];
-    #[expect(clippy::cast_precision_loss, reason = "the number of steps of 0.1 s")]
     let correlated = (recording.steps(CORRELATED) as f64).sqrt();
     let coefficients = [0, 1, 2].map(|i| {
         let torque = smooth(&recording.torque[i], half);

@@ -188,7 +188,6 @@ fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Find
         }
         start = i;
     }
-    #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
     let share = 100.0 * share as f64 / values.len() as f64;
     let figure = format!(
         "{least:.4} to {most:.4}; longest at an end {at_end} readings ({share:.1} % of all), elsewhere {elsewhere}"

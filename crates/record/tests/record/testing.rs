@@ -55,6 +55,7 @@ pub fn scene() -> Scene {
     let estimator = |name: &str, settings| EstimatorChoice {
         name: name.to_owned(),
         settings,
+        damping: None,
     };
     Scene {
         name: "trial".to_owned(),

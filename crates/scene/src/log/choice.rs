@@ -1,18 +1,12 @@
 //! A log description with every choice made.
 
 use super::mapping::Mapping;
-use crate::estimators::{self, EstimatorChoice, Estimators, KEYS, Keys, PRESETS};
-use crate::form::{Form, KeyReference};
-use crate::key::Key;
-use crate::reader::Reader;
+use crate::estimators::{self, EstimatorChoice, PRESETS};
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
-use crate::source::Node;
 use crate::suggest::nearest;
-use crate::write::Out;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
 use robhaz_masses::ModelErrorTooLarge;
-use serde_json::Value as Json;
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,61 +28,31 @@ pub struct LogChoice {
     /// `[record]`: errors and means count from this time on, s.
     pub compare_from: f64,
     /// `[[estimator]]`, in order; names are unique.
-    pub estimators: Vec<LogEstimator>,
+    pub estimators: Vec<EstimatorChoice>,
     /// Which column is which reading. `None` for the names that a run writes. Not written into a resolved description:
     /// the table beside it has those names.
     pub mapping: Option<Mapping>,
 }
 
-/// An estimator to run on a log.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LogEstimator {
-    /// Its name and the settings as listed.
-    pub choice: EstimatorChoice,
-    /// Nominal viscous damping, N m s.
-    pub viscous_damping: f64,
-}
-
-/// The name of an estimator that neither the description lists nor a preset has.
+/// Why estimators cannot run on a log.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("estimator: found {found:?}, allowed: {allowed}{hint}")]
-pub struct UnknownEstimator {
-    /// The name.
-    pub found: String,
-    /// All names that are allowed.
-    pub allowed: String,
-    hint: String,
-}
-
-/// Estimators that need contact angles, where there are none.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{0} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
-     --estimator best"
-)]
-pub struct NeedsContactAngles(pub String);
+#[error("{0}")]
+pub struct EstimatorError(String);
 
 impl Default for LogChoice {
     /// Robot A, sensors of the budget [`NoiseBudget::typical`], all presets.
     fn default() -> Self {
         let scene = Scene::default();
-        let damping = scene.drive.viscous_damping;
         Self {
             name: None,
             robot: scene.robot,
             states_robot: false,
             states_loads: false,
-            viscous_damping: damping,
+            viscous_damping: scene.drive.viscous_damping,
             compression: EstimatorSettings::best().compression,
             budget: NoiseBudget::typical(),
             compare_from: scene.record.compare_from,
-            estimators: estimators::defaults()
-                .into_iter()
-                .map(|choice| LogEstimator {
-                    choice,
-                    viscous_damping: damping,
-                })
-                .collect(),
+            estimators: estimators::defaults(),
             mapping: None,
         }
     }
@@ -106,11 +70,14 @@ impl LogChoice {
             false => format!("{name}, nominal"),
         };
         let simulated = &scene.robot;
-        let estimator = |choice: &EstimatorChoice| LogEstimator {
-            choice: choice.clone(),
-            viscous_damping: scene
-                .model_error
-                .nominal_damping(choice.settings.viscous_damping),
+        let nominal = |damping: f64| scene.model_error.nominal_damping(damping);
+        let common = nominal(scene.drive.viscous_damping);
+        let estimator = |choice: &EstimatorChoice| {
+            let own = nominal(choice.settings.viscous_damping);
+            EstimatorChoice {
+                damping: (own.to_bits() != common.to_bits()).then_some(own),
+                ..choice.clone()
+            }
         };
         Ok(Self {
             name: Some(scene.name.clone()),
@@ -124,9 +91,7 @@ impl LogChoice {
             },
             states_robot: true,
             states_loads: true,
-            viscous_damping: scene
-                .model_error
-                .nominal_damping(scene.drive.viscous_damping),
+            viscous_damping: common,
             compression: scene
                 .contact
                 .static_penetration(scene.robot.robot.mean_wheel_load()),
@@ -138,25 +103,25 @@ impl LogChoice {
     }
 
     /// The settings with which an estimator runs: as listed, with its nominal damping and the noise budget.
-    pub fn settings(&self, estimator: &LogEstimator) -> EstimatorSettings {
+    pub fn settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
         EstimatorSettings {
-            viscous_damping: estimator.viscous_damping,
+            viscous_damping: estimator.damping.unwrap_or(self.viscous_damping),
             compression: self.compression,
             budget: self.budget,
-            ..estimator.choice.settings
+            ..estimator.settings
         }
     }
 
     /// Keeps the estimators of these names, in this order: those of the description, else presets.
     ///
     /// # Errors
-    /// [`UnknownEstimator`]
-    pub fn select(&mut self, names: &[String]) -> Result<(), UnknownEstimator> {
-        let mut selected: Vec<LogEstimator> = Vec::new();
+    /// [`EstimatorError`]: a name that neither the description lists nor a preset has.
+    pub fn select(&mut self, names: &[String]) -> Result<(), EstimatorError> {
+        let mut selected: Vec<EstimatorChoice> = Vec::new();
         for name in names {
             let found = self.named(name)?;
             // Named twice, it runs once.
-            if selected.iter().all(|e| e.choice.name != *name) {
+            if selected.iter().all(|e| e.name != *name) {
                 selected.push(found);
             }
         }
@@ -168,14 +133,11 @@ impl LogChoice {
     /// `contact_angles = "none"`. Returns the names of those that were left out.
     ///
     /// # Errors
-    /// [`NeedsContactAngles`] where an estimator cannot be converted, or none is left.
-    pub fn without_contact_angles(
-        &mut self,
-        convert: bool,
-    ) -> Result<Vec<String>, NeedsContactAngles> {
+    /// [`EstimatorError`] where an estimator cannot be converted, or none is left.
+    pub fn without_contact_angles(&mut self, convert: bool) -> Result<Vec<String>, EstimatorError> {
         let mut left_out = Vec::new();
         for mut estimator in std::mem::take(&mut self.estimators) {
-            let settings = &mut estimator.choice.settings;
+            let settings = &mut estimator.settings;
             if let (true, Method::Kalman(method)) = (convert, &mut settings.method)
                 && method.rolling
             {
@@ -184,22 +146,22 @@ impl LogChoice {
             if !settings.needs_contact_angles() {
                 self.estimators.push(estimator);
             } else if convert {
-                return Err(NeedsContactAngles(estimator.choice.name));
+                return Err(needs_contact_angles(&estimator.name));
             } else {
-                left_out.push(estimator.choice.name);
+                left_out.push(estimator.name);
             }
         }
         match (self.estimators.as_slice(), left_out.as_slice()) {
-            ([], [_, ..]) => Err(NeedsContactAngles(left_out.join(", "))),
+            ([], [_, ..]) => Err(needs_contact_angles(&left_out.join(", "))),
             _ => Ok(left_out),
         }
     }
 
     /// Names of the estimators that need contact angles.
     pub fn needing_contact_angles(&self) -> Vec<&str> {
-        let needs = |e: &&LogEstimator| e.choice.settings.needs_contact_angles();
+        let needs = |e: &&EstimatorChoice| e.settings.needs_contact_angles();
         let names = self.estimators.iter().filter(needs);
-        names.map(|e| e.choice.name.as_str()).collect()
+        names.map(|e| e.name.as_str()).collect()
     }
 
     /// The mapping, for its keys.
@@ -207,18 +169,15 @@ impl LogChoice {
         self.mapping.get_or_insert_default()
     }
 
-    fn named(&self, name: &str) -> Result<LogEstimator, UnknownEstimator> {
-        if let Some(listed) = self.estimators.iter().find(|e| e.choice.name == name) {
+    fn named(&self, name: &str) -> Result<EstimatorChoice, EstimatorError> {
+        if let Some(listed) = self.estimators.iter().find(|e| e.name == name) {
             return Ok(listed.clone());
         }
         let mut presets = estimators::defaults().into_iter();
         if let Some(choice) = presets.find(|preset| preset.name == name) {
-            return Ok(LogEstimator {
-                choice,
-                viscous_damping: self.viscous_damping,
-            });
+            return Ok(choice);
         }
-        let listed = self.estimators.iter().map(|e| e.choice.name.as_str());
+        let listed = self.estimators.iter().map(|e| e.name.as_str());
         let mut allowed: Vec<&str> = listed.collect();
         for preset in PRESETS {
             if !allowed.contains(preset) {
@@ -226,66 +185,17 @@ impl LogChoice {
             }
         }
         let near = nearest(name, &allowed);
-        Err(UnknownEstimator {
-            found: name.to_owned(),
-            hint: near.map_or(String::new(), |near| format!("; did you mean {near}?")),
-            allowed: allowed.join(", "),
-        })
+        let hint = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
+        Err(EstimatorError(format!(
+            "estimator: found {name:?}, allowed: {}{hint}",
+            allowed.join(", ")
+        )))
     }
 }
 
-/// `[[estimator]]` of a log: a damping that is not given is the common one.
-pub(super) struct LogEstimators;
-
-/// Key of an estimator's own damping.
-pub(super) const DAMPING: &str = "viscous_damping";
-
-impl Form for LogEstimators {
-    type Value = LogChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut LogChoice) {
-        let mut choices = Vec::new();
-        Estimators.read(reader, node, path, &mut choices);
-        let estimator = |choice: EstimatorChoice| LogEstimator {
-            viscous_damping: choice.settings.viscous_damping,
-            choice,
-        };
-        into.estimators = choices.into_iter().map(estimator).collect();
-    }
-
-    fn text(&self, value: &mut LogChoice) -> Option<String> {
-        value.estimators.is_empty().then(|| "[]".to_owned())
-    }
-
-    fn allowed(&self) -> String {
-        Estimators.allowed()
-    }
-
-    fn schema(&self, _defaults: Option<&mut LogChoice>) -> Json {
-        Estimators.schema(None)
-    }
-
-    fn is_section(&self) -> bool {
-        true
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut LogChoice) {
-        for estimator in &value.estimators {
-            let listed = &estimator.choice;
-            // With the common damping the settings stay those of a preset, whose figure has its own name.
-            let is_common = estimator.viscous_damping.to_bits() == value.viscous_damping.to_bits();
-            let nominal = EstimatorSettings {
-                viscous_damping: estimator.viscous_damping,
-                ..listed.settings
-            };
-            out.head(&format!("[[{path}]]"), "");
-            let is_written = |key: &&Key<Keys>| !(is_common && key.name == DAMPING);
-            let mut keys = Keys::of(&listed.name, &nominal);
-            out.fields(KEYS.iter().filter(is_written), &mut keys);
-        }
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut LogChoice) {
-        Estimators.rows(rows, path, &mut Vec::new());
-    }
+fn needs_contact_angles(names: &str) -> EstimatorError {
+    EstimatorError(format!(
+        "{names} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
+         --estimator best"
+    ))
 }

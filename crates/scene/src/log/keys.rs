@@ -1,9 +1,10 @@
 //! The keys of a log description.
 
-use super::choice::{LogChoice, LogEstimators};
+use super::choice::LogChoice;
 use super::imu::IMUS;
 use super::mapping::{CHANNELS, Missing};
 use super::reading::READING;
+use crate::estimators::Estimators;
 use crate::form::{KeyReference, Maybe};
 use crate::key::{self, keys, section};
 use crate::quantity::{
@@ -36,7 +37,7 @@ keys! {
     record: section(RECORD) => self;
 
     /// the estimators
-    estimator: LogEstimators => self;
+    estimator: Estimators { of_log: true } => estimators;
 
     /// name of the channel whose rows are the frames
     time_base ("the first"): Maybe(text("a text")) => (|l| &mut l.mapped().time_base);

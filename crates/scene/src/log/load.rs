@@ -1,6 +1,6 @@
 //! From a file to a [`LogChoice`], and back.
 
-use super::choice::{DAMPING, LogChoice};
+use super::choice::LogChoice;
 use super::keys::{BUDGET, LOG};
 use super::mapping;
 use crate::error::{Problem, SceneError};
@@ -8,7 +8,7 @@ use crate::form::Form;
 use crate::key::keys;
 use crate::reader::Reader;
 use crate::robot::{ROBOT, RobotChoice};
-use crate::source::{Node, Value};
+use crate::source::Node;
 use crate::write::Out;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{Tolerances, WeighError};
@@ -154,16 +154,8 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
         (choice.robot, choice.states_robot) = (RobotChoice::default(), true);
     }
     reader.table(LOG, root, "", &mut choice);
-    if has("estimator") || has("drive.viscous_damping") {
-        let items = match root.get("estimator").map(|n| &n.value) {
-            Some(Value::Array(items)) => items.as_slice(),
-            _ => &[],
-        };
-        for (i, estimator) in choice.estimators.iter_mut().enumerate() {
-            if items.get(i).and_then(|item| item.get(DAMPING)).is_none() {
-                estimator.viscous_damping = choice.viscous_damping;
-            }
-        }
+    if has("drive.viscous_damping") && !has("estimator") {
+        choice.estimators.iter_mut().for_each(|e| e.damping = None);
     }
     if let (true, Some(mapping)) = (maps, &choice.mapping) {
         mapping::check(reader, root, mapping);

@@ -15,7 +15,7 @@ mod load;
 mod mapping;
 mod reading;
 
-pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
+pub use choice::{EstimatorError, LogChoice};
 pub use imu::{ImuChoice, InclinationSource};
 pub(crate) use keys::LOG;
 pub use keys::log_reference;

@@ -108,7 +108,11 @@ const KEY: Plain<Vec<String>> = read_only(
 const KEY_LIST: Plain<Vec<String>> = read_only(
     "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
     || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
-    |node| different(node.array()?.iter().map(key_of).collect()),
+    |node| {
+        let keys: Vec<String> = node.array()?.iter().map(key_of).collect::<Option<_>>()?;
+        let different = keys.iter().collect::<HashSet<_>>().len();
+        (different > 0 && different == keys.len()).then_some(keys)
+    },
 );
 const NAMES: Plain<Vec<String>> = read_only(
     "a list of different texts, one a value",
@@ -136,14 +140,6 @@ const fn drawn(
 fn key_of(node: &Node) -> Option<String> {
     let key = node.as_text()?;
     (!key.is_empty() && !key.contains('=')).then(|| key.to_owned())
-}
-
-/// At least one text, each once.
-fn different(texts: Option<Vec<String>>) -> Option<Vec<String>> {
-    let is_different = |texts: &Vec<String>| {
-        !texts.is_empty() && texts.iter().collect::<HashSet<_>>().len() == texts.len()
-    };
-    texts.filter(is_different)
 }
 
 fn number(node: &Node) -> Option<f64> {

@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use crate::source::Origin;
+use robhaz_model::named;
 use std::path::{Path, PathBuf};
 
 /// What is varied in which scene: the content of a study file.
@@ -41,27 +42,16 @@ pub struct Draws {
     pub method: DrawMethod,
 }
 
-/// How samples fill the space of the axes with a distribution.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DrawMethod {
-    /// Latin hypercube (McKay, Beckman and Conover 1979): each axis has one sample in each of `count` equally likely
-    /// intervals.
-    #[default]
-    LatinHypercube,
-    /// Independent draws. The first samples stay the same when there are more.
-    Random,
-}
-
-impl DrawMethod {
-    /// All methods.
-    pub const ALL: [Self; 2] = [Self::LatinHypercube, Self::Random];
-
-    /// Its name in study files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::LatinHypercube => "latin-hypercube",
-            Self::Random => "random",
-        }
+named! {
+    /// How samples fill the space of the axes with a distribution.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum DrawMethod {
+        /// Latin hypercube (McKay, Beckman and Conover 1979): each axis has one sample in each of `count` equally likely
+        /// intervals.
+        #[default]
+        LatinHypercube = "latin-hypercube",
+        /// Independent draws. The first samples stay the same when there are more.
+        Random = "random",
     }
 }
 

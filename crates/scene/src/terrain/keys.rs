@@ -360,8 +360,8 @@ impl Form for Terrain {
         }
         reader.require(self.keys(kind), node, path);
         let (points, track) = match kind {
-            "heights" => points::resolve(reader, node, path, &ground.heights),
-            _ => (Vec::new(), None),
+            "heights" => points::resolve(reader, node, path, &ground.heights).unwrap_or_default(),
+            _ => Default::default(),
         };
         *into = ground.choice(points, track, reader.seed);
         if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {

@@ -110,12 +110,12 @@ pub(super) fn resolve(
     node: &Node,
     path: &str,
     keys: &PointKeys,
-) -> (Vec<Vec2>, Option<Track>) {
+) -> Option<(Vec<Vec2>, Option<Track>)> {
     match (node.get("file"), node.get("points")) {
-        (Some(file), None) => match from_file(reader, node, file, path, keys) {
-            Some((points, track)) => (points, Some(track)),
-            None => (Vec::new(), None),
-        },
+        (Some(file), None) => {
+            let (points, track) = from_file(reader, node, file, path, keys)?;
+            Some((points, Some(track)))
+        }
         (None, Some(_)) => {
             for key in ["x_column", "height_column", "sort", "file_hash"] {
                 if let Some(given) = node.get(key) {
@@ -123,13 +123,13 @@ pub(super) fn resolve(
                     reader.refuse(given, &join(path, key), allowed);
                 }
             }
-            (keys.points.clone(), None)
+            Some((keys.points.clone(), None))
         }
         (file, _) => {
             let found = if file.is_some() { "both" } else { "neither" };
             let message = format!("found {found} of file and points, allowed: one of them");
             reader.push(Problem::at(&node.origin, path, message).whole());
-            (Vec::new(), None)
+            None
         }
     }
 }

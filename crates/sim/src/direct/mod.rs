@@ -182,7 +182,6 @@ impl DirectEngine {
 impl Engine for DirectEngine {
     fn mean_step(&self) -> f64 {
         self.solver.as_ref().map_or(0.0, |solver| {
-            #[expect(clippy::cast_precision_loss, reason = "a count of steps")]
             let steps = solver.work().steps.max(1) as f64;
             solver.time() / steps
         })
@@ -205,21 +204,14 @@ impl Engine for DirectEngine {
 
 /// Time of a record, counted from 0, at a period (s), s.
 fn time_of(record: u64, period: f64) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 records")]
-    let time = record as f64 * period;
-    time
+    // Exact below 2^53 records.
+    record as f64 * period
 }
 
 /// Largest number of steps in one period (s): its length in steps of 1 us, at least 1000. An impact on an edge needs
 /// some hundred in a millisecond.
 fn most_steps(period: f64) -> u64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive and bounded"
-    )]
-    let steps = (period / 1e-6).ceil().max(1000.0) as u64;
-    steps
+    (period / 1e-6).ceil().max(1000.0) as u64
 }
 
 /// The error at a time (s) at which no step was found, from the reason why the last trial had no forces.

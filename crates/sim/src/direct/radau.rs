@@ -71,13 +71,8 @@ pub(super) struct Radau<const N: usize, const Q: usize, S: System<N>> {
     work: Work,
 }
 
-/// Result of the Newton iteration.
-enum Newton<const N: usize> {
-    /// Increments of the stages, number of iterations, and contraction of the error per iteration.
-    Converged([SVector<f64, N>; 3], u32, f64),
-    /// Failed; a new attempt with the step times this factor may succeed.
-    Failed(f64),
-}
+/// Increments of the stages, number of iterations, and contraction of the error per iteration.
+type Stages<const N: usize> = ([SVector<f64, N>; 3], u32, f64);
 
 /// The attempt failed; the next one has the step times this factor.
 struct Shorter(f64);
@@ -194,12 +189,11 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     ) -> Result<(), Shorter> {
         let h = self.step;
         let factors = self.factors(model, h).ok_or(Shorter(0.5))?;
-        let newton = self.newton(model, &factors, h);
-        let (z, iterations, contraction) = match newton {
-            Newton::Converged(z, iterations, contraction) => (z, iterations, contraction),
-            Newton::Failed(factor) => {
+        let (z, iterations, contraction) = match self.newton(model, &factors, h) {
+            Ok(stages) => stages,
+            Err(shorter) => {
                 self.factors = Some(factors);
-                return Err(Shorter(factor));
+                return Err(shorter);
             }
         };
         let error = self.error(model, &factors, h, &z, retried || self.last.is_none());
@@ -244,7 +238,6 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
 
     /// RMS over the components of an error relative to the allowed errors.
     fn norm(&self, error: &SVector<f64, N>) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a small number of equations")]
         let count = N as f64;
         (error.component_div(&self.scale).norm_squared() / count).sqrt()
     }
@@ -256,7 +249,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         model: &mut impl Model<N, Q, System = S>,
         factors: &Factors<S>,
         h: f64,
-    ) -> Newton<N> {
+    ) -> Result<Stages<N>, Shorter> {
         let length = self.time - self.begin;
         let mut z = [C1, C2, 1.0].map(|c| {
             if length > 0.0 {
@@ -275,7 +268,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
                 let node = self.time + [C1, C2, 1.0][i] * h;
                 self.work.rates += 1;
                 let Some(rates) = model.rates(node, &(self.y + z[i])) else {
-                    return Newton::Failed(0.5);
+                    return Err(Shorter(0.5));
                 };
                 f[i] = rates;
             }
@@ -296,7 +289,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
                 + self.norm(&pair.map(|p| p.im)).powi(2);
             let change = (square / 3.0).sqrt();
             if !change.is_finite() {
-                return Newton::Failed(0.5);
+                return Err(Shorter(0.5));
             }
             if iteration > 1 {
                 let ratio: f64 = change / before;
@@ -306,7 +299,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
                     (contraction * ratio).sqrt()
                 };
                 if contraction >= 0.99 {
-                    return Newton::Failed(0.5);
+                    return Err(Shorter(0.5));
                 }
                 // Expected error after the remaining iterations.
                 let remaining = i32::try_from(ITERATIONS - iteration).unwrap_or(0);
@@ -317,17 +310,17 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
                         * expected
                             .clamp(1e-4, 20.0)
                             .powf(-1.0 / f64::from(4 + remaining));
-                    return Newton::Failed(factor);
+                    return Err(Shorter(factor));
                 }
                 if left <= NEWTON {
-                    return Newton::Converged(z, iteration, contraction);
+                    return Ok((z, iteration, contraction));
                 }
             } else if self.expected_contraction * change <= NEWTON {
-                return Newton::Converged(z, iteration, 0.0);
+                return Ok((z, iteration, 0.0));
             }
             before = change;
         }
-        Newton::Failed(0.5)
+        Err(Shorter(0.5))
     }
 
     /// Error of the step relative to the allowed one.

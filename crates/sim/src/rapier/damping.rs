@@ -182,7 +182,6 @@ impl Damping {
 
 /// Mass that each of `count` contacts of a wheel moves at least, for a wheel of this mass, kg.
 fn share(mass: f64, count: usize) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "a handful of contacts")]
     let count = count as f64;
     mass / count
 }

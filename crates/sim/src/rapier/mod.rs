@@ -28,7 +28,7 @@ use bodies::Bodies;
 use damping::{DampedContact, Damping};
 use robhaz_model::{Bar, Robot, Vec2, WheelCommand, cross};
 use robhaz_terrain::Contact;
-use step_control::{Division, StepControl, WheelState};
+use step_control::{StepControl, WheelState};
 
 pub use step_control::MOST_PARTS;
 
@@ -97,7 +97,6 @@ impl RapierEngine {
     pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
         let geometry = &setup.robot.geometry;
         let steps_per_period = steps_per_period(setup.period, setup.step);
-        #[expect(clippy::cast_precision_loss, reason = "a count of steps")]
         let step = setup.period / steps_per_period as f64;
         let state = &start.state;
         let link_rates = [state.rates[2], state.rates[3]];
@@ -129,7 +128,7 @@ impl RapierEngine {
     }
 
     fn time(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 steps")]
+        // Exact below 2^53 steps.
         let steps = self.steps as f64;
         steps * self.step
     }
@@ -142,9 +141,9 @@ impl RapierEngine {
         let contact_energy = loads.contact_energy;
         let knows = self.damping.begin(self.step)
             && !(0..3).any(|i| self.ground.meets(i, &loads.motions[i], self.step));
-        let Division { parts, impact } =
-            self.step_control
-                .divide(&loads.wheel_state, self.step, knows);
+        let (parts, impact) = self
+            .step_control
+            .divide(&loads.wheel_state, self.step, knows);
         let length = self.step / f64::from(parts);
         // The pin forces of the first integration belong to the instant of the truth.
         let mut pins = truth.map(|truth| (truth, self.bodies.pin_arms(&self.robot.geometry)));
@@ -188,7 +187,7 @@ impl RapierEngine {
             let below = |error: BelowGround| error.at(time, i);
             let mut ground = GroundForces::default();
             let contacts = self.damping.present(i);
-            let rolling = self.ground.rolling_moment(wheel.spin);
+            let rolling = self.ground.rolling_moment(1.0, wheel.spin);
             let each = |contact: &Contact, forces: &OneContact| {
                 contacts.push(DampedContact::new(contact, forces, rolling));
             };
@@ -325,9 +324,8 @@ impl RapierEngine {
 
 impl Engine for RapierEngine {
     fn mean_step(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 steps")]
-        let mean = self.time() / self.parts_taken.max(1) as f64;
-        mean
+        // Exact below 2^53 steps.
+        self.time() / self.parts_taken.max(1) as f64
     }
 
     fn command(&mut self, commands: [WheelCommand; 3]) {
@@ -350,12 +348,6 @@ impl Engine for RapierEngine {
 
 /// Smallest number of equal steps in a period (s) that are not longer than `step` (s).
 fn steps_per_period(period: f64, step: f64) -> u64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a count of steps"
-    )]
     // The factor compensates rounding: 1 ms contains exactly ten steps of 0.1 ms.
-    let steps = (period / step * (1.0 - 1e-9)).ceil().max(1.0) as u64;
-    steps
+    (period / step * (1.0 - 1e-9)).ceil().max(1.0) as u64
 }

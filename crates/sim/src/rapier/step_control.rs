@@ -36,15 +36,6 @@ pub(super) struct StepControl {
     impact: bool,
 }
 
-/// Division of a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Division {
-    /// Number of parts.
-    pub parts: u32,
-    /// Whether the step is part of an impact.
-    pub impact: bool,
-}
-
 /// The state of the wheels on which the division depends.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WheelState {
@@ -81,9 +72,9 @@ impl StepControl {
         (law.damping + tangent * step) * wheels.approach
     }
 
-    /// Division of the next step (s). In an impact N could rise by more than the mean load in a step. It begins, too, where
+    /// Number of parts of the next step (s), and whether it is part of an impact. In an impact N could rise by more than the mean load in a step. It begins, too, where
     /// a contact is new or the step will find a new one: the step `knows` not all of its contacts.
-    pub fn divide(&mut self, wheels: &WheelState, step: f64, knows: bool) -> Division {
+    pub fn divide(&mut self, wheels: &WheelState, step: f64, knows: bool) -> (u32, bool) {
         let share = if self.impact { END_OF_IMPACT } else { 1.0 };
         self.impact = !knows || self.rise(wheels, step) > share * self.mean_load;
         let parts = if self.impact {
@@ -94,10 +85,7 @@ impl StepControl {
                 .find(|parts| step < f64::from(*parts) * self.friction_limit / wheels.normal_force)
                 .unwrap_or(MOST_PARTS)
         };
-        Division {
-            parts,
-            impact: self.impact,
-        }
+        (parts, self.impact)
     }
 
     /// Number of pieces of a part of a step, `part` (s). An impact of kilonewtons can make the friction unstable in

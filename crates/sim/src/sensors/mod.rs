@@ -126,67 +126,68 @@ impl Sensors {
         let rates = Rates::since(self.last.as_ref(), truth);
         self.last = Some(*truth);
         let delay = self.jitter.sample();
-        let mut readings = Readings {
+        let (wheels, links) = (&mut self.wheels, &mut self.links);
+        Readings {
             time: truth.time,
-            wheel_angle: [None; 3],
-            motor_torque: [None; 3],
-            inclination: [None; 2],
-            rate: [None; 2],
-            contact_angle: [None; 3],
-        };
-        for (i, sensors) in self.wheels.iter_mut().enumerate() {
-            let wheel = &truth.wheels[i];
-            let (encoder, loss) = &mut sensors.encoder;
-            readings.wheel_angle[i] = loss.pass(encoder.read(wheel.angle + delay * wheel.omega));
-            let (torque, loss) = &mut sensors.torque;
-            let sampled = wheel.torque + delay * rates.torque[i];
-            readings.motor_torque[i] = loss.pass(torque.read(sampled, wheel.omega));
-            let (angle, loss) = &mut sensors.contact_angle;
-            let known = wheel
-                .equivalent_contact()
-                .map_or(wheel.contact_angle, |contact| contact.angle);
-            readings.contact_angle[i] = loss.pass(angle.read(known, rates.dt));
+            wheel_angle: [0, 1, 2].map(|i| {
+                let (encoder, loss) = &mut wheels[i].encoder;
+                let wheel = &truth.wheels[i];
+                loss.pass(encoder.read(wheel.angle + delay * wheel.omega))
+            }),
+            motor_torque: [0, 1, 2].map(|i| {
+                let (sensor, loss) = &mut wheels[i].torque;
+                let wheel = &truth.wheels[i];
+                let torque = wheel.torque + delay * rates.torque[i];
+                loss.pass(sensor.read(torque, wheel.omega))
+            }),
+            inclination: [0, 1].map(|i| {
+                let (inclinometer, loss) = &mut links[i].inclinometer;
+                let angle = truth.links[i].angle + delay * truth.links[i].rate;
+                loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt))
+            }),
+            rate: [0, 1].map(|i| {
+                let (gyro, loss) = &mut links[i].gyro;
+                let rate = truth.links[i].rate + delay * rates.rate[i];
+                loss.pass(gyro.read(rate, rates.dt))
+            }),
+            contact_angle: [0, 1, 2].map(|i| {
+                let (angle, loss) = &mut wheels[i].contact_angle;
+                let wheel = &truth.wheels[i];
+                let known = wheel.equivalent_contact();
+                loss.pass(angle.read(known.map_or(wheel.contact_angle, |c| c.angle), rates.dt))
+            }),
         }
-        for (i, sensors) in self.links.iter_mut().enumerate() {
-            let link = &truth.links[i];
-            let (inclinometer, loss) = &mut sensors.inclinometer;
-            let angle = link.angle + delay * link.rate;
-            readings.inclination[i] =
-                loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt));
-            let (gyro, loss) = &mut sensors.gyro;
-            let rate = link.rate + delay * rates.rate[i];
-            readings.rate[i] = loss.pass(gyro.read(rate, rates.dt));
-        }
-        readings
     }
+}
+
+/// A sensor of this name, and the loss of its readings.
+fn lossy<S>(
+    spec: &SensorSpec,
+    seed: u64,
+    name: &str,
+    sensor: fn(&SensorSpec, Source<'_>) -> S,
+) -> (S, Loss) {
+    let source = Source { seed, sensor: name };
+    (sensor(spec, source), Loss::new(source, spec.dropped))
 }
 
 impl WheelSensors {
     fn new(spec: &SensorSpec, seed: u64, wheel: &str) -> Self {
-        let [encoder, torque, angle] =
-            ["encoder", "torque", "contact_angle"].map(|sensor| format!("{wheel}/{sensor}"));
-        let source = |sensor| Source { seed, sensor };
-        let loss = |sensor| Loss::new(source(sensor), spec.dropped);
+        let name = |sensor: &str| format!("{wheel}/{sensor}");
         Self {
-            encoder: (Encoder::new(spec), loss(&encoder)),
-            torque: (TorqueSensor::new(spec, source(&torque)), loss(&torque)),
-            contact_angle: (GivenAngle::new(spec, source(&angle)), loss(&angle)),
+            encoder: lossy(spec, seed, &name("encoder"), |spec, _| Encoder::new(spec)),
+            torque: lossy(spec, seed, &name("torque"), TorqueSensor::new),
+            contact_angle: lossy(spec, seed, &name("contact_angle"), GivenAngle::new),
         }
     }
 }
 
 impl LinkSensors {
     fn new(spec: &SensorSpec, seed: u64, link: &str) -> Self {
-        let [inclinometer, gyro] =
-            ["inclinometer", "gyro"].map(|sensor| format!("{link}/{sensor}"));
-        let source = |sensor| Source { seed, sensor };
-        let loss = |sensor| Loss::new(source(sensor), spec.dropped);
+        let name = |sensor: &str| format!("{link}/{sensor}");
         Self {
-            inclinometer: (
-                Inclinometer::new(spec, source(&inclinometer)),
-                loss(&inclinometer),
-            ),
-            gyro: (Gyro::new(spec, source(&gyro)), loss(&gyro)),
+            inclinometer: lossy(spec, seed, &name("inclinometer"), Inclinometer::new),
+            gyro: lossy(spec, seed, &name("gyro"), Gyro::new),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Parameters of the sensor models, and named grades.
 
+use robhaz_model::named;
+
 /// Counts of the encoder per turn of the wheel: 500 pulses of the motor's encoder, four edges each, gear 80:1.
 pub const ENCODER_COUNTS: f64 = 500.0 * 4.0 * 80.0;
 
@@ -119,30 +121,20 @@ impl SensorSpec {
     }
 }
 
-/// Named sets of sensor parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grade {
-    /// Readings equal the truth: [`SensorSpec::ideal`].
-    Ideal,
-    /// Sensors of a research robot: [`SensorSpec::typical`].
-    Typical,
-    /// Low-cost sensors: [`SensorSpec::poor`].
-    Poor,
+named! {
+    /// Named sets of sensor parameters.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Grade {
+        /// Readings equal the truth: [`SensorSpec::ideal`].
+        Ideal = "ideal",
+        /// Sensors of a research robot: [`SensorSpec::typical`].
+        Typical = "typical",
+        /// Low-cost sensors: [`SensorSpec::poor`].
+        Poor = "poor",
+    }
 }
 
 impl Grade {
-    /// All grades, from the best to the worst.
-    pub const ALL: [Self; 3] = [Self::Ideal, Self::Typical, Self::Poor];
-
-    /// Name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ideal => "ideal",
-            Self::Typical => "typical",
-            Self::Poor => "poor",
-        }
-    }
-
     /// The sensors of this grade.
     pub fn sensors(self) -> SensorSpec {
         match self {

@@ -132,7 +132,6 @@ fn sorted(mut points: Vec<Vec2>) -> Vec<Vec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     #[expect(clippy::float_cmp, reason = "the same number in the file")]
     let groups = points.chunk_by(|a, b| a.x == b.x);
-    #[expect(clippy::cast_precision_loss, reason = "a count of points")]
     let mean = |group: &[Vec2]| {
         let sum: f64 = group.iter().map(|p| p.y).sum();
         Vec2::new(group[0].x, sum / group.len() as f64)

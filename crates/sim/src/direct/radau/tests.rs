@@ -84,7 +84,7 @@ where
     /// A step of fixed length, without error control.
     fn forced_step(&mut self, model: &mut impl Model<N, N, System = Dense<N>>, h: f64) {
         let factors = self.factors(model, h).unwrap();
-        let Newton::Converged(z, ..) = self.newton(model, &factors, h) else {
+        let Ok((z, ..)) = self.newton(model, &factors, h) else {
             panic!("no convergence");
         };
         let y = self.y + z[2];
