@@ -7,7 +7,7 @@ use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_run::Sink;
+use robhaz_run::{Run, Sink};
 use robhaz_scene::Scene;
 use robhaz_viewer::PictureOptions;
 use std::path::{Path, PathBuf};
@@ -116,7 +116,8 @@ fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);
     sinks.push(&mut pace);
-    robhaz_run::run_until(scene, &mut sinks, &|| interrupt.cause())
+    Run::new(scene)
+        .and_then(|run| run.until(&mut sinks, &|| interrupt.cause()))
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
     viewing.finish()

@@ -55,19 +55,7 @@ pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 /// # Errors
 /// As [`Run::new`] and [`Run::until`].
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    run_until(scene, sinks, &|| None)
-}
-
-/// As [`run`], but ends early when `stop` names a cause.
-///
-/// # Errors
-/// As [`Run::new`] and [`Run::until`].
-pub fn run_until(
-    scene: &Scene,
-    sinks: &mut [&mut dyn Sink],
-    stop: Stop<'_>,
-) -> Result<RunEnd, RunError> {
-    Run::new(scene)?.until(sinks, stop)
+    Run::new(scene)?.until(sinks, &|| None)
 }
 
 /// A run that is ready to start.

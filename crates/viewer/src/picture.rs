@@ -44,10 +44,10 @@ impl Default for PictureOptions {
 ///
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
-/// - [`ViewerError::Read`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
+/// - [`ViewerError::Io`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
 /// - [`ViewerError::Picture`]: no picture stays the same within 90 s. [`ViewerError::Control`]: the viewer does not
 ///   answer.
-/// - [`ViewerError::Create`], [`ViewerError::Write`]: the picture, or a file beside it, cannot be written.
+/// - [`ViewerError::Io`]: the picture, or a file beside it, cannot be written.
 /// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn picture(
     recording: &Path,
@@ -140,7 +140,7 @@ fn take(
         if before.as_ref() == Some(&image) {
             return draft
                 .persist(out)
-                .map_err(|error| ViewerError::create(out)(error.error));
+                .map_err(|error| ViewerError::io("create", out.display())(error.error));
         }
         if deadline.is_over() {
             return Err(ViewerError::Picture {
@@ -161,7 +161,7 @@ fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
         name.suffix(".png").tempfile_in(folder)
     });
     file.map(NamedTempFile::into_temp_path)
-        .map_err(ViewerError::create(picture))
+        .map_err(ViewerError::io("create", picture.display()))
 }
 
 /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
@@ -175,7 +175,11 @@ fn take_draft(
     loop {
         match std::fs::read(draft) {
             Ok(image) if image.ends_with(PNG_END) => return Ok(image),
-            Err(cause) if deadline.is_over() => return Err(ViewerError::read(draft)(cause)),
+            Err(cause) if deadline.is_over() => {
+                return Err(ViewerError::io("read the recording", draft.display())(
+                    cause,
+                ));
+            }
             _ => deadline.pause(PERIOD / 10)?,
         }
     }
