@@ -1,8 +1,8 @@
 //! Properties of the simulated forces that need no reference run: static loads, momentum, energy, bounds, determinism.
 
-use crate::support::{keep, scene};
+use crate::support::{keep, scene, truth_of};
 use robhaz_run::verify::{
-    Outcome, Run, agreement, energy, impulse_difference, momentum_error, truth_of, verify,
+    Outcome, Run, agreement, energy, impulse_difference, momentum_error, verify,
 };
 
 const ENGINES: [&str; 2] = ["engine.kind=rapier", "engine.kind=direct"];

@@ -9,7 +9,6 @@ use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};
 use robhaz_scene::Scene;
-use robhaz_viewer::PictureOptions;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz view`.
@@ -71,12 +70,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     // Checked before the work, so that a bad file name costs no time.
     let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
     interrupt.listen()?;
-    let (size, at) = (args.size, args.at);
-    let options = PictureOptions { size, at };
-    robhaz_viewer::picture(&recording(run)?, file.path(), options, &|| {
-        interrupt.cause()
-    })
-    .into_diagnostic()?;
+    let stop = || interrupt.cause();
+    robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
+        .into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))
 }
 

@@ -19,26 +19,8 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// The last chunk of a PNG: its type and checksum.
 const PNG_END: &[u8] = b"IEND\xaeB`\x82";
 
-/// Size and time of a picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PictureOptions {
-    /// Width and height of the picture, pixels.
-    pub size: [u32; 2],
-    /// Simulated time to show, s. `None`: the middle of the run.
-    pub at: Option<f64>,
-}
-
-impl Default for PictureOptions {
-    /// 1400 by 900 pixels, the middle of the run.
-    fn default() -> Self {
-        Self {
-            size: [1400, 900],
-            at: None,
-        }
-    }
-}
-
-/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG).
+/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG): of a width and
+/// height (pixels), at a simulated time (s), or in the middle of the run.
 ///
 /// The picture is saved when the whole recording is loaded and two pictures in a row are equal.
 ///
@@ -52,19 +34,20 @@ impl Default for PictureOptions {
 pub fn picture(
     recording: &Path,
     out: &Path,
-    options: PictureOptions,
+    size: [u32; 2],
+    at: Option<f64>,
     stop: Stop<'_>,
 ) -> Result<(), ViewerError> {
     let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
-    let time = options.at.unwrap_or(0.5 * end);
+    let time = at.unwrap_or(0.5 * end);
     // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
     let port = free_port()?;
-    let size = format!("{}x{}", options.size[0], options.size[1]);
+    let size = format!("{}x{}", size[0], size[1]);
     let mut viewer = Started::at(
         port,
         &[

@@ -12,7 +12,7 @@ mod run;
 
 pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
-pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
+pub use run::{MOST_RECORDS, Run, VerifyError};
 
 use crate::TruthClearance;
 use robhaz_model::Bar;

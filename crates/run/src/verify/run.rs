@@ -1,7 +1,7 @@
 //! A run of a scene, kept in memory.
 
 use crate::{DrivenPlant, StartError};
-use robhaz_scene::{PlantFailure, Scene};
+use robhaz_scene::Scene;
 use robhaz_sim::{Balance, PlantError, Truth};
 
 /// Largest number of records of a run that is verified. A record with its balance has 1.1 kB, and two runs are in
@@ -22,14 +22,6 @@ pub enum VerifyError {
     /// The robot cannot stand at its start. There is no run to judge.
     #[error(transparent)]
     Start(StartError),
-    /// A run stopped before its end, but the whole run is needed.
-    #[error("the run of engine {engine} stopped")]
-    Stopped {
-        /// Name of the engine.
-        engine: &'static str,
-        /// The reason.
-        source: PlantFailure,
-    },
 }
 
 /// Truth and balance of a run at each record, up to its end or until it stopped.
@@ -128,21 +120,6 @@ impl Records {
     /// Impulse and work up to the last record.
     fn balance(&self) -> Option<&Balance> {
         self.plant.balance()
-    }
-}
-
-/// The truth of a whole scene at each record.
-///
-/// # Errors
-/// As [`Run::of`], and [`VerifyError::Stopped`] if the run does not reach its end.
-pub fn truth_of(scene: &Scene) -> Result<Vec<Truth>, VerifyError> {
-    let run = Run::of(scene)?;
-    match run.stopped {
-        None => Ok(run.truth),
-        Some(cause) => Err(VerifyError::Stopped {
-            engine: scene.engine.kind.name(),
-            source: PlantFailure::from(cause),
-        }),
     }
 }
 
