@@ -31,9 +31,9 @@ pub mod verify;
 
 pub use clearance::TruthClearance;
 pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};
-pub use driven_plant::{DrivenPlant, StartError};
+pub use driven_plant::DrivenPlant;
 pub use driver::Driver;
-pub use error::{RunError, in_one_line};
+pub use error::{MOST_KEPT, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};

@@ -48,4 +48,4 @@ pub use report::{Line, Report};
 pub use shard::Shard;
 pub use statistics::Mean;
 pub use study::{Identity, Study};
-pub use truth_run::{TruthRun, TruthRunError};
+pub use truth_run::TruthRun;

@@ -12,9 +12,9 @@ mod run;
 
 pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
-pub use run::{MOST_RECORDS, Run, VerifyError};
+pub use run::Run;
 
-use crate::TruthClearance;
+use crate::{RunError, TruthClearance};
 use robhaz_model::Bar;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
@@ -70,8 +70,8 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 /// that is too stiff for `rapier` is judged by `direct` alone, with a second run at a tenth of the tolerance.
 ///
 /// # Errors
-/// [`VerifyError`] if there is no run to judge.
-pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>, VerifyError> {
+/// [`RunError`] if there is no run to judge.
+pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>, RunError> {
     let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
     let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts);
@@ -117,7 +117,7 @@ fn of_engine(
     has_corners: bool,
     step: &mut dyn FnMut(&str),
     verdicts: &mut Vec<Verdict>,
-) -> Result<Run, VerifyError> {
+) -> Result<Run, RunError> {
     let name = kind.name();
     step(&format!("engine {name}"));
     let scene = with(scene, kind);

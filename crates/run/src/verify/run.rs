@@ -1,28 +1,8 @@
 //! A run of a scene, kept in memory.
 
-use crate::{DrivenPlant, StartError};
+use crate::{DrivenPlant, MOST_KEPT, RunError};
 use robhaz_scene::Scene;
 use robhaz_sim::{Balance, PlantError, Truth};
-
-/// Largest number of records of a run that is verified. A record with its balance has 1.1 kB, and two runs are in
-/// memory at once.
-pub const MOST_RECORDS: u64 = 500_000;
-
-/// Reason why a scene cannot be verified.
-#[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
-    /// The run has too many records to be kept in memory.
-    #[error(
-        "the run has {found} records; verify keeps all in memory and takes at most {MOST_RECORDS}: shorten it, as with --set record.duration=20"
-    )]
-    TooLong {
-        /// Number of records of the scene.
-        found: u64,
-    },
-    /// The robot cannot stand at its start. There is no run to judge.
-    #[error(transparent)]
-    Start(StartError),
-}
 
 /// Truth and balance of a run at each record, up to its end or until it stopped.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,11 +19,12 @@ impl Run {
     /// Runs a whole scene, with one record per period.
     ///
     /// # Errors
-    /// [`VerifyError::TooLong`] and [`VerifyError::Start`].
-    pub fn of(scene: &Scene) -> Result<Self, VerifyError> {
+    /// [`RunError::TooLong`], and as [`DrivenPlant::new`].
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
         let found = scene.record_count();
-        if found > MOST_RECORDS {
-            return Err(VerifyError::TooLong { found });
+        if found > MOST_KEPT {
+            let (of, who) = ("records", "verify");
+            return Err(RunError::TooLong { found, of, who });
         }
         let mut plant = Records::of(scene)?;
         let mut run = Self {
@@ -69,8 +50,8 @@ impl Run {
     /// Runs the scene again, and compares it with this run: the same bits at each record, and the same end.
     ///
     /// # Errors
-    /// [`VerifyError::Start`]
-    pub fn repeats(&self, scene: &Scene) -> Result<bool, VerifyError> {
+    /// As [`DrivenPlant::new`].
+    pub fn repeats(&self, scene: &Scene) -> Result<bool, RunError> {
         let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
             if plant.next_truth() != Ok(*truth) || plant.balance() != Some(balance) {
@@ -92,7 +73,7 @@ struct Records {
 
 impl Records {
     /// Before the first record. A control that takes readings needs every sample; else a period is a record.
-    fn of(scene: &Scene) -> Result<Self, VerifyError> {
+    fn of(scene: &Scene) -> Result<Self, RunError> {
         let mut setup = scene.plant_setup();
         setup.balance = true;
         let mut samples_per_record = scene.samples_per_record();
@@ -101,7 +82,7 @@ impl Records {
             samples_per_record = 1;
         }
         Ok(Self {
-            plant: DrivenPlant::new(scene, &setup).map_err(VerifyError::Start)?,
+            plant: DrivenPlant::new(scene, &setup)?,
             samples_per_record,
             started: false,
         })
