@@ -30,7 +30,7 @@ mod source;
 pub mod verify;
 
 pub use clearance::TruthClearance;
-pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};
+pub use description::{EstimatorDescription, RunDescription};
 pub use driven_plant::DrivenPlant;
 pub use driver::Driver;
 pub use error::{MOST_KEPT, RunError, in_one_line};

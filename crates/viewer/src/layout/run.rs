@@ -8,7 +8,8 @@ use crate::scale::ROOM;
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
 use rerun::components::Range1D;
-use robhaz_run::{EstimatorDescription, RunDescription, World};
+use robhaz_run::{EstimatorDescription, RunDescription};
+use robhaz_scene::Scene;
 
 /// The layout.
 pub(crate) fn layout(run: &RunDescription) -> Part {
@@ -146,7 +147,7 @@ fn others(run: &RunDescription) -> Part {
 }
 
 /// The largest static coefficient of the ground, -.
-fn largest_friction(world: &World) -> f64 {
+fn largest_friction(world: &Scene) -> f64 {
     let stretches = world.terrain.stretches.iter().map(|s| s.mu_s);
     stretches.fold(world.friction.mu_s, f64::max)
 }
