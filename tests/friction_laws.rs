@@ -353,7 +353,10 @@ fn every_law_verifies() {
         ),
         (["contact.friction=rigid", "contact.v_s=0.2 mm/s"], true),
     ] {
-        let verdicts = verify(&with("smooth", "direct", &law, &more), &mut |_| ()).unwrap();
+        let verdicts = verify(&with("smooth", "direct", &law, &more), &mut |_| (), &|| {
+            None
+        })
+        .unwrap();
         for verdict in &verdicts {
             println!("{law:?}: {verdict:?}");
             let expected = if stiff && verdict.check == "rapier: all checks" {

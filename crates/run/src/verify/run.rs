@@ -1,6 +1,6 @@
 //! A run of a scene, kept in memory.
 
-use crate::{DrivenPlant, MOST_KEPT, RunError};
+use crate::{DrivenPlant, MOST_KEPT, RunError, Stop};
 use robhaz_scene::Scene;
 use robhaz_sim::{Balance, PlantError, Truth};
 
@@ -21,6 +21,11 @@ impl Run {
     /// # Errors
     /// [`RunError::TooLong`], and as [`DrivenPlant::new`].
     pub fn of(scene: &Scene) -> Result<Self, RunError> {
+        Self::until(scene, &|| None)
+    }
+
+    /// The same; [`RunError::Stopped`] where `stop` names a cause.
+    pub(super) fn until(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
         let found = scene.record_count();
         if found > MOST_KEPT {
             let (of, who) = ("records", "verify");
@@ -33,6 +38,7 @@ impl Run {
             stopped: None,
         };
         for _ in 0..found {
+            go_on(stop)?;
             match plant.next_truth() {
                 Ok(truth) => {
                     run.truth.push(truth);
@@ -50,10 +56,11 @@ impl Run {
     /// Runs the scene again, and compares it with this run: the same bits at each record, and the same end.
     ///
     /// # Errors
-    /// As [`DrivenPlant::new`].
-    pub fn repeats(&self, scene: &Scene) -> Result<bool, RunError> {
+    /// As [`DrivenPlant::new`]; [`RunError::Stopped`].
+    pub(super) fn repeats(&self, scene: &Scene, stop: Stop<'_>) -> Result<bool, RunError> {
         let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
+            go_on(stop)?;
             if plant.next_truth() != Ok(*truth) || plant.balance() != Some(balance) {
                 return Ok(false);
             }
@@ -62,6 +69,10 @@ impl Run {
             .stopped
             .is_none_or(|why| plant.next_truth() == Err(why)))
     }
+}
+
+fn go_on(stop: Stop<'_>) -> Result<(), RunError> {
+    stop().map_or(Ok(()), |cause| Err(RunError::Stopped { cause }))
 }
 
 /// The records of a scene, with impulse and work.
@@ -115,9 +126,9 @@ mod tests {
         let mut scene = Scene::default();
         scene.record.duration = 0.05;
         let mut run = Run::of(&scene).unwrap();
-        assert!(run.repeats(&scene).unwrap());
+        assert!(run.repeats(&scene, &|| None).unwrap());
         let force = &mut run.truth.last_mut().unwrap().wheels[0].normal_force;
         *force = f64::from_bits(force.to_bits() + 1);
-        assert!(!run.repeats(&scene).unwrap());
+        assert!(!run.repeats(&scene, &|| None).unwrap());
     }
 }
