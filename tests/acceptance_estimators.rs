@@ -9,7 +9,7 @@ use crate::support::scene;
 use robhaz_run::Observers;
 use robhaz_scene::{Scene, SensorSpec};
 use robhaz_study::{
-    Consistency, CovarianceVerdict, Report, Study, TruthRun, Watch, compute_in_memory, ladder,
+    Consistency, CovarianceVerdict, Report, Study, TruthRun, Watch, compute_dataset, ladder,
 };
 use std::sync::OnceLock;
 
@@ -404,7 +404,7 @@ fn a_study_does_not_depend_on_threads() {
     let scene = with_best("smooth", &[&short]);
     let study_of = |jobs| {
         let study = Study::of_scene(&scene, 7, true).unwrap();
-        let data = compute_in_memory(&study, jobs, &Watch::SILENT).unwrap();
+        let data = compute_dataset(&study, jobs, &Watch::SILENT).unwrap();
         Report::of(&study, &data).unwrap()
     };
     let report = study_of(1);

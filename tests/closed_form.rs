@@ -1,9 +1,8 @@
 //! Runs and laws with a known closed form. `conservation.rs` tests static loads on level ground; `contact.rs` of the
 //! simulator tests eq. (10) and the static penetration.
 
-use crate::support::{keep, scene};
+use crate::support::{keep, scene, truth_of};
 use robhaz_model::PinStop;
-use robhaz_run::verify::truth_of;
 use robhaz_scene::EngineKind;
 use robhaz_sim::stop::stop_torque;
 use robhaz_terrain::{Profile, Ramp};

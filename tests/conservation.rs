@@ -1,8 +1,8 @@
 //! Properties of the simulated forces that need no reference run: static loads, momentum, energy, bounds, determinism.
 
-use crate::support::{keep, scene};
+use crate::support::{keep, scene, truth_of};
 use robhaz_run::verify::{
-    Outcome, Run, agreement, energy, impulse_difference, momentum_error, truth_of, verify,
+    Outcome, Run, agreement, energy, impulse_difference, momentum_error, verify,
 };
 use std::sync::OnceLock;
 
@@ -260,7 +260,7 @@ fn shipped_scenes_verify() {
     for entry in std::fs::read_dir(crate::support::root().join("scenes")).unwrap() {
         let path = entry.unwrap().path();
         let scene = robhaz_scene::Scene::load(&path, &["record.duration=6".to_owned()]).unwrap();
-        let verdicts = verify(&scene, &mut |_| ()).unwrap();
+        let verdicts = verify(&scene, &mut |_| (), &|| None).unwrap();
         for verdict in &verdicts {
             assert_ne!(
                 verdict.outcome,
@@ -294,7 +294,7 @@ fn correct_runs_of_any_kind_verify() {
         let scene = scene("smooth", sets);
         let in_the_air = |t: &robhaz_sim::Truth| t.wheels.iter().any(|w| w.contacts == 0);
         assert_eq!(truth_of(&scene).unwrap().iter().any(in_the_air), lifts);
-        let verdicts = verify(&scene, &mut |_| ()).unwrap();
+        let verdicts = verify(&scene, &mut |_| (), &|| None).unwrap();
         for verdict in &verdicts {
             assert_eq!(verdict.outcome, Outcome::Passed, "{sets:?}: {verdict:?}");
         }
@@ -307,7 +307,7 @@ fn correct_runs_of_any_kind_verify() {
 fn a_run_that_stops_is_judged_up_to_there() {
     // The slope is too steep for this robot: it turns over with both engines.
     let scene = scene("ramp", &["terrain.angle=-60 deg"]);
-    let verdicts = verify(&scene, &mut |_| ()).unwrap();
+    let verdicts = verify(&scene, &mut |_| (), &|| None).unwrap();
     let of = |check: &str| verdicts.iter().find(|v| v.check == check).unwrap();
     for engine in ["rapier", "direct"] {
         let end = of(&format!("{engine}: runs to its end"));

@@ -1,7 +1,6 @@
 //! Convergence: with a shorter step or a smaller tolerance, N approaches the exact solution at the order of the method.
 
-use crate::support::scene;
-use robhaz_run::verify::truth_of;
+use crate::support::{scene, truth_of};
 use robhaz_sim::Truth;
 
 const DURATION: &str = "record.duration=6";

@@ -12,9 +12,8 @@
 //! `stairs direct` was renewed when mass matrix, four-bar and terrain got cheaper formulas with the same values but for
 //! rounding: at a corner the last digits decide where a step of the solver ends, within its tolerance.
 
-use crate::support::root;
+use crate::support::{root, truth_of};
 use rayon::prelude::*;
-use robhaz_run::verify::truth_of;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::random::Fnv1a;

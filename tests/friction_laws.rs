@@ -1,8 +1,8 @@
 //! The friction laws, rolling resistance and wheels that are driven apart, in whole runs. `friction/tests.rs` of the
 //! simulator sweeps the laws themselves.
 
-use crate::support::scene;
-use robhaz_run::verify::{Outcome, Run, agreement, energy, momentum_error, truth_of, verify};
+use crate::support::{scene, truth_of};
+use robhaz_run::verify::{Outcome, Run, agreement, energy, momentum_error, verify};
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_score::ProgressMeter;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw};
@@ -353,7 +353,10 @@ fn every_law_verifies() {
         ),
         (["contact.friction=rigid", "contact.v_s=0.2 mm/s"], true),
     ] {
-        let verdicts = verify(&with("smooth", "direct", &law, &more), &mut |_| ()).unwrap();
+        let verdicts = verify(&with("smooth", "direct", &law, &more), &mut |_| (), &|| {
+            None
+        })
+        .unwrap();
         for verdict in &verdicts {
             println!("{law:?}: {verdict:?}");
             let expected = if stiff && verdict.check == "rapier: all checks" {

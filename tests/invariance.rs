@@ -4,9 +4,8 @@
 //! Each test prints the differences of N and T over all records. On rolling ground only rounding differs. At an impact
 //! N rises within microseconds, so a difference in the solver's steps around it changes the recorded values.
 
-use crate::support::scene;
+use crate::support::{scene, truth_of};
 use robhaz_model::{Carrier, Geometry, Outline, PinStop, Pins, Vec2};
-use robhaz_run::verify::truth_of;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
 use robhaz_terrain::{

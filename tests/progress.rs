@@ -1,8 +1,7 @@
 //! A run reports that the robot is stuck if it is, and only then.
 
-use crate::support::{root, scene};
+use crate::support::{root, scene, truth_of};
 use robhaz_run::TruthClearance;
-use robhaz_run::verify::truth_of;
 use robhaz_scene::Scene;
 use robhaz_score::{Progress, ProgressMeter};
 

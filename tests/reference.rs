@@ -1,8 +1,8 @@
 //! The simulation compared with runs of an independent solver, which has another formulation and another language (see
 //! `reference/README.md`).
 
-use crate::support::{Reference, keep, scene};
-use robhaz_run::verify::{Run, agreement, impulse_difference, truth_of};
+use crate::support::{Reference, keep, scene, truth_of};
+use robhaz_run::verify::{Run, agreement, impulse_difference};
 use robhaz_sim::{Truth, WheelTruth};
 use robhaz_terrain::Terrain;
 

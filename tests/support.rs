@@ -1,7 +1,8 @@
 //! Shared by several tests: runs kept in memory, and the reference runs.
 
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::verify::Run;
+use robhaz_run::{Frame, RunDescription, RunEnd, RunError, Sink, SinkError};
 use robhaz_scene::Scene;
 use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
@@ -57,6 +58,13 @@ pub fn short_scene(folder: &Path, extra: &str) -> PathBuf {
     )
     .unwrap();
     path
+}
+
+/// The truth of a whole scene at each record.
+pub fn truth_of(scene: &Scene) -> Result<Vec<Truth>, RunError> {
+    let run = Run::of(scene)?;
+    assert_eq!(run.stopped, None, "{}", scene.name);
+    Ok(run.truth)
 }
 
 /// All records of a run.

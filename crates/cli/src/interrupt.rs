@@ -63,24 +63,4 @@ impl Interrupt {
         let is_it = |(signal, _): &(i32, &str)| usize::try_from(*signal) == Ok(came);
         SIGNALS.into_iter().find(is_it)
     }
-
-    /// For commands that write files only at their end: a signal calls `tidy` and ends the process at once.
-    pub fn end_process(&self, what: &str, tidy: impl Fn() + Send + 'static) -> Result<()> {
-        self.listen()?;
-        let (interrupt, what) = (self.clone(), what.to_owned());
-        let wait = move || {
-            let (signal, cause) = loop {
-                match interrupt.signal() {
-                    Some(signal) => break signal,
-                    None => std::thread::sleep(POLL_TIME),
-                }
-            };
-            tidy();
-            eprintln!("{what}: stopped by {cause}; nothing was written");
-            std::process::exit(128 + signal);
-        };
-        let thread = std::thread::Builder::new().name("signals".to_owned());
-        thread.spawn(wait).into_diagnostic()?;
-        Ok(())
-    }
 }

@@ -56,7 +56,7 @@ impl Rerun {
     }
 
     fn allowed() -> String {
-        "allowed are off, save, spawn, connect, connect=HOST:PORT, and connect=rerun+http://HOST:PORT/proxy".to_owned()
+        "allowed are off, save, spawn, connect, connect=HOST:PORT and connect=rerun+http://HOST:PORT/proxy".to_owned()
     }
 }
 

@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
-use robhaz_study::{Done, Job, Report, RunRecord, Shard, Study, Watch, compute, compute_in_memory};
+use robhaz_study::{Done, Job, Report, RunRecord, Shard, Study, Watch, compute, compute_dataset};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
@@ -154,7 +154,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let start = Instant::now();
     let all = || -> Result<(Option<Done>, Option<Dataset>)> {
         let Some(folder) = folder.as_deref() else {
-            return Ok((None, Some(compute_in_memory(&study, jobs, &watch)?)));
+            return Ok((None, Some(compute_dataset(&study, jobs, &watch)?)));
         };
         let done = compute(
             &study,

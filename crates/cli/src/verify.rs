@@ -4,7 +4,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::bar;
 use crate::terminal::{say, tell_json, warn};
 use indicatif::ProgressBar;
-use miette::{IntoDiagnostic, Result, bail};
+use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::verify::{Outcome, Verdict, verify};
 use robhaz_scene::Scene;
 use serde_json::{Value, json};
@@ -30,11 +30,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     warn(&scene);
     let progress = bar(ProgressBar::new_spinner());
     progress.enable_steady_tick(Duration::from_millis(100));
-    let shown = progress.clone();
-    interrupt.end_process("verify", move || shown.finish_and_clear())?;
-    let verdicts = verify(&scene, &mut |step| progress.set_message(step.to_owned()));
+    interrupt.listen()?;
+    let mut step = |step: &str| progress.set_message(step.to_owned());
+    let verdicts = verify(&scene, &mut step, &|| interrupt.cause()).into_diagnostic();
     progress.finish_and_clear();
-    let verdicts = verdicts.into_diagnostic()?;
+    let verdicts = match interrupt.cause() {
+        Some(_) => verdicts.wrap_err("nothing was written")?,
+        None => verdicts?,
+    };
     let width = verdicts.iter().map(|v| v.check.chars().count()).max();
     tell_json(|| Ok(document(&scene.name, &verdicts)))?;
     for verdict in &verdicts {

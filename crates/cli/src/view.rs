@@ -7,9 +7,8 @@ use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_run::Sink;
+use robhaz_run::{Run, Sink};
 use robhaz_scene::Scene;
-use robhaz_viewer::PictureOptions;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz view`.
@@ -71,12 +70,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     // Checked before the work, so that a bad file name costs no time.
     let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
     interrupt.listen()?;
-    let (size, at) = (args.size, args.at);
-    let options = PictureOptions { size, at };
-    robhaz_viewer::picture(&recording(run)?, file.path(), options, &|| {
-        interrupt.cause()
-    })
-    .into_diagnostic()?;
+    let stop = || interrupt.cause();
+    robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
+        .into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))
 }
 
@@ -116,7 +112,8 @@ fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);
     sinks.push(&mut pace);
-    robhaz_run::run_until(scene, &mut sinks, &|| interrupt.cause())
+    Run::new(scene)
+        .and_then(|run| run.until(&mut sinks, &|| interrupt.cause()))
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
     viewing.finish()

@@ -14,6 +14,7 @@
 //! control slows down to a crawl while wheels slide, and recovers in seconds ([`robhaz_control::shared`]).
 
 use crate::motion::Motion;
+use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
 
 /// A place of the path as the driven robot passes it.
 #[derive(Clone, Debug)]
@@ -26,25 +27,12 @@ pub struct Passed {
     pub impact: bool,
 }
 
-/// Slowing down while wheels slide: the shares of the set speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
-    /// Least share, -.
-    pub crawl: f64,
-    /// Time constant of slowing down to it, s.
-    pub slowing_time: f64,
-    /// Time of recovery from it, s.
-    pub recovery_time: f64,
-}
-
-impl Pace {
-    /// The share of the set speed a time (s) after it was `share`.
-    fn after(&self, share: f64, slides: bool, time: f64) -> f64 {
-        if slides {
-            self.crawl + (share - self.crawl) * (-time / self.slowing_time).exp()
-        } else {
-            (share + time * (1.0 - self.crawl) / self.recovery_time).min(1.0)
-        }
+/// The share of the set speed a time (s) after it was `share`: the shared control slows down to a crawl while wheels slide.
+fn share_after(share: f64, slides: bool, time: f64) -> f64 {
+    if slides {
+        CRAWL + (share - CRAWL) * (-time / SLOWING_TIME).exp()
+    } else {
+        (share + time * (1.0 - CRAWL) / RECOVERY_TIME).min(1.0)
     }
 }
 
@@ -59,8 +47,8 @@ pub struct DriveLimits<'a> {
     pub traction: f64,
     /// Friction at a slip speed (m/s) over the available friction, -.
     pub sliding: &'a dyn Fn(f64) -> f64,
-    /// Slowing down, if the control does.
-    pub pace: Option<Pace>,
+    /// Whether the control slows down while wheels slide.
+    pub slows_down: bool,
 }
 
 /// Where a robot gets stuck.
@@ -108,11 +96,11 @@ impl DriveLimits<'_> {
             if reached <= 0.0 {
                 return Some(Stuck { place, tips: false });
             }
-            if let Some(pace) = &self.pace {
+            if self.slows_down {
                 let mean = 0.5 * (speed + reached.sqrt());
                 let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
                 let slides = most < set * set || slowest > set * set;
-                share = pace.after(share, slides, time);
+                share = share_after(share, slides, time);
             }
             speed = reached.sqrt();
             speeds.push(speed);

@@ -1,14 +1,13 @@
 //! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::follow::{DriveLimits, Pace, Passed, Stuck};
+use crate::follow::{DriveLimits, Passed, Stuck};
 use crate::motion::Motion;
-use crate::report::{Driven, Failure, PathReport, Place, Reason};
+use crate::report::{Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
-use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
 
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
@@ -44,19 +43,15 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
     Ok(PathReport::new(setup, places, end, driven))
 }
 
-/// Drives along the places: where the robot gets stuck, and how far the friction can fall before it does.
-fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
-    let pace = Pace {
-        crawl: CRAWL,
-        slowing_time: SLOWING_TIME,
-        recovery_time: RECOVERY_TIME,
-    };
+/// Drives along the places, and notes where the robot gets stuck. Returns how far all friction coefficients can fall before it
+/// does, -; `None` where no friction helps.
+fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f64> {
     let sliding = |slip: f64| setup.sliding(slip);
     let limits = DriveLimits {
         speed: setup.speed,
         traction: setup.traction_limit(),
         sliding: &sliding,
-        pace: (setup.options.drive == DriveKind::Shared).then_some(pace),
+        slows_down: setup.options.drive == DriveKind::Shared,
     };
     let mut speeds = Vec::with_capacity(passed.len());
     let stuck = limits.follow(passed, 0.0, &mut speeds);
@@ -76,7 +71,7 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
         // Without friction there is nothing left to fall.
         (-holds).min(largest_mu(passed))
     });
-    let failure = stuck.map(|stuck| {
+    if let Some(stuck) = stuck {
         let place = &mut places[stuck.place];
         let without_limit = DriveLimits {
             traction: f64::INFINITY,
@@ -86,11 +81,9 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
             let stuck = without_limit.follow(passed, 0.0, &mut speeds);
             stuck.is_none()
         };
-        let failure = why(stuck, place.x(), margin, torque);
-        place.failure = Some(failure);
-        failure
-    });
-    Driven { failure, margin }
+        place.failure = Some(why(stuck, place.x(), margin, torque));
+    }
+    margin
 }
 
 /// Largest mean of the friction coefficients along the path, -.

@@ -157,12 +157,13 @@ pub struct PathReport {
 }
 
 impl PathReport {
-    /// The judgement from its places, from the reason why there are no further ones, and from driving along them.
+    /// The judgement from its places, from the reason why there are no further ones, and of a driven robot from how far all
+    /// friction coefficients can fall.
     pub(crate) fn new(
         setup: &PathSetup,
         places: Vec<Place>,
         end: Option<Failure>,
-        driven: Option<Driven>,
+        driven: Option<Option<f64>>,
     ) -> Self {
         let options = &setup.options;
         let failures = || places.iter().filter_map(|p| p.failure).chain(end);
@@ -178,7 +179,7 @@ impl PathReport {
         let first_failure = failures().next();
         // Friction alone depends on mu.
         let other_reason = failures().any(|f| f.reason != Reason::Friction);
-        let margin = driven.map_or(least.map(|l| l.0), |d| d.margin);
+        let margin = driven.unwrap_or(least.map(|l| l.0));
         let spread = driven.zip(least).map_or(0.0, |(_, (margin, x))| {
             MODEL_SPREAD * (setup.mu_at(x) - margin).max(0.0)
         });
@@ -207,15 +208,6 @@ impl PathReport {
             places,
         }
     }
-}
-
-/// What driving along the places showed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Driven {
-    /// Where the robot gets stuck, and why.
-    pub failure: Option<Failure>,
-    /// How far all friction coefficients can fall before it does, -; `None` where no friction helps.
-    pub margin: Option<f64>,
 }
 
 /// Standard deviation of the needed friction of a driven robot, over its value: the shares of the tractions follow the estimated

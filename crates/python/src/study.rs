@@ -4,7 +4,7 @@ use crate::error::of_run;
 use crate::scene::Scene;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robhaz_study::{Report, StudyError, Watch, compute_in_memory};
+use robhaz_study::{Report, StudyError, Watch, compute_dataset};
 
 /// See the stub `_robhaz.pyi`.
 #[pyclass(frozen, module = "robhaz")]
@@ -48,7 +48,7 @@ pub fn study(py: Python<'_>, scene: &Scene, seeds: u64, ladder: bool) -> PyResul
     let report = py.detach(|| {
         let study = robhaz_study::Study::of_scene(&scene.checked, seeds, ladder)?;
         let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-        Report::of(&study, &compute_in_memory(&study, jobs, &Watch::SILENT)?)
+        Report::of(&study, &compute_dataset(&study, jobs, &Watch::SILENT)?)
     });
     let report = report.map_err(refused)?;
     Ok(Study { report })

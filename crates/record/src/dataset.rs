@@ -61,19 +61,6 @@ impl Dataset {
         let schema = reader.schema().clone();
         let batches = reader.build().map_err(|e| not(&e))?;
         let batches: Vec<RecordBatch> = batches.collect::<Result<_, _>>().map_err(|e| not(&e))?;
-        Self::of(path, &schema, &batches)
-    }
-
-    /// The dataset of rows that are in memory, with the metadata of its file in the schema. `path` is its name in messages.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
-    pub fn of(
-        path: &Path,
-        schema: &SchemaRef,
-        batches: &[RecordBatch],
-    ) -> Result<Self, RecordError> {
-        let not = |reason: &dyn Display| not_a_dataset(path, reason);
         let text = |key: &str| {
             let note = schema.metadata().get(key).cloned();
             note.ok_or_else(|| not(&format!("its metadata have no {key}")))
@@ -82,7 +69,7 @@ impl Dataset {
         let mut study = StudyChoice::parse(&study, "its study file").map_err(|e| not(&e))?;
         study.name = text("robhaz.name")?;
         Ok(Self {
-            columns: columns(schema, batches).map_err(|e| not(&e))?,
+            columns: columns(&schema, &batches).map_err(|e| not(&e))?,
             study,
             runs: text("robhaz.runs")?.parse().map_err(|e| not(&e))?,
             version: text("robhaz.version")?,

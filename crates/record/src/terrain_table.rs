@@ -4,7 +4,8 @@ use crate::error::RecordError;
 use crate::point_table::{PointColumn, batch_of_points};
 use crate::quantile::extremes;
 use arrow_array::RecordBatch;
-use robhaz_run::{RunDescription, World};
+use robhaz_run::RunDescription;
+use robhaz_scene::Scene;
 use robhaz_terrain::{Profile, Surveyed};
 
 const NAME: &str = "terrain";
@@ -35,7 +36,7 @@ pub fn terrain_batch(
 }
 
 /// The ground of the profile and as far as the wheels can come at the set speed.
-fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
+fn survey(run: &RunDescription, world: &Scene) -> Vec<Surveyed> {
     let profile = &world.terrain.profile;
     let terrain = world.terrain.build(&run.robot.robot);
     let geometry = &run.robot.robot.geometry;

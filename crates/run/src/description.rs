@@ -3,14 +3,9 @@
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
-    ControlKind, EngineKind, EstimatorChoice, Grade, LogChoice, ModelErrorTooLarge, RecordChoice,
-    RobotChoice, Scene, TerrainChoice,
+    EstimatorChoice, LogChoice, ModelErrorTooLarge, RecordChoice, RobotChoice, Scene,
 };
-use robhaz_sim::drive::Drive;
-use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::random::Fnv1a;
-use robhaz_sim::rolling::RollingResistance;
-use robhaz_sim::sensors::DrawnErrors;
 use std::fmt::Write as _;
 
 /// What is known of a run before its first record, simulated or recorded.
@@ -32,8 +27,8 @@ pub struct RunDescription {
     pub nominal_damping: f64,
     /// Whether its records have the truth: those of a simulation, and of a log with a table of true forces.
     pub has_truth: bool,
-    /// What only a simulation has. `None` for a log.
-    pub world: Option<World>,
+    /// The scene of a simulation. `None` for a log.
+    pub world: Option<Box<Scene>>,
 }
 
 /// An estimator of a run.
@@ -45,38 +40,6 @@ pub struct EstimatorDescription {
     pub listed: EstimatorSettings,
     /// The settings that the estimator runs with: as listed, with the nominal damping and the noise budget.
     pub settings: EstimatorSettings,
-}
-
-/// What only a simulation has.
-#[derive(Clone, Debug, PartialEq)]
-pub struct World {
-    /// Seed of everything random in the run.
-    pub seed: u64,
-    /// The engine that computes the truth.
-    pub engine: EngineKind,
-    /// The ground and its friction stretches.
-    pub terrain: TerrainChoice,
-    /// Friction outside of the stretches, eq. (11).
-    pub friction: FrictionLaw,
-    /// Rolling resistance of the wheels.
-    pub rolling: RollingResistance,
-    /// The drive, eq. (2).
-    pub drive: Drive,
-    /// The control of the wheels.
-    pub control: ControlDescription,
-    /// Grade of the sensors.
-    pub grade: Grade,
-    /// Errors of the sensors that are drawn once per run. No estimator knows them.
-    pub drawn: DrawnErrors,
-}
-
-/// The control of a simulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ControlDescription {
-    /// Kind of control.
-    pub kind: ControlKind,
-    /// The estimator that it gets, as an index of [`RunDescription::estimators`]. `None` for a control without readings.
-    pub estimator: Option<usize>,
 }
 
 impl RunDescription {
@@ -104,20 +67,7 @@ impl RunDescription {
             nominal_robot: scene.nominal_robot()?,
             nominal_damping: scene.model_error.nominal_damping(damping),
             has_truth: true,
-            world: Some(World {
-                seed: scene.seed,
-                engine: scene.engine.kind,
-                terrain: scene.terrain.clone(),
-                friction: scene.friction,
-                rolling: scene.rolling,
-                drive: scene.drive.clone(),
-                control: ControlDescription {
-                    kind: scene.control.kind,
-                    estimator: scene.control_estimator(),
-                },
-                grade: scene.sensors.grade,
-                drawn: *scene.sensors().drawn(),
-            }),
+            world: Some(Box::new(scene.clone())),
         })
     }
 }

@@ -1,8 +1,9 @@
 //! A plant with the control of its scene, for those who need the truth alone.
 
 use crate::driver::Driver;
+use crate::error::RunError;
 use crate::estimators::Observers;
-use robhaz_scene::{ModelErrorTooLarge, PlantFailure, Scene};
+use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::{Balance, Plant, PlantError, PlantSetup, Truth};
 
 /// A plant that its control drives: the same loop as [`crate::Run`], without sinks, and with the one estimator that the
@@ -13,27 +14,16 @@ pub struct DrivenPlant {
     control: Option<(Observers, Driver)>,
 }
 
-/// Why a simulation cannot start.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// The robot cannot stand at its start.
-    #[error(transparent)]
-    Plant(#[from] PlantFailure),
-    /// The nominal robot is not a valid robot.
-    #[error("model_error")]
-    ModelError(#[from] ModelErrorTooLarge),
-}
-
 impl DrivenPlant {
     /// The plant of a setup with the control of a scene. For a control that takes readings, the period of the setup is that
     /// of the sensors.
     ///
     /// # Errors
-    /// [`StartError`]
-    pub fn new(scene: &Scene, setup: &PlantSetup) -> Result<Self, StartError> {
+    /// [`RunError::Start`] and [`RunError::ModelError`].
+    pub fn new(scene: &Scene, setup: &PlantSetup) -> Result<Self, RunError> {
         Ok(Self {
             control: control(scene)?,
-            plant: Plant::new(setup).map_err(PlantFailure::from)?,
+            plant: Plant::new(setup).map_err(|cause| RunError::Start(cause.into()))?,
         })
     }
 

@@ -4,7 +4,10 @@ use crate::sink::SinkError;
 use robhaz_scene::{ModelErrorTooLarge, PlantFailure};
 use std::error::Error;
 
-/// Why a run broke off.
+/// Largest number of truths of a run that are kept in memory: some 0.5 GB.
+pub const MOST_KEPT: u64 = 500_000;
+
+/// Why a run broke off, or cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The simulation left its range of validity.
@@ -22,6 +25,18 @@ pub enum RunError {
     /// The system has no more threads.
     #[error("cannot start the threads of the estimators")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The truth of a whole run is too long for the memory.
+    #[error(
+        "the run has {found} {of}; {who} keeps all in memory and takes at most {MOST_KEPT}: shorten it, as with --set record.duration=20"
+    )]
+    TooLong {
+        /// How many there are.
+        found: u64,
+        /// What is kept, in the plural.
+        of: &'static str,
+        /// Who keeps it.
+        who: &'static str,
+    },
     /// The source has no record.
     #[error("the run has no record")]
     Empty,

@@ -30,10 +30,10 @@ mod source;
 pub mod verify;
 
 pub use clearance::TruthClearance;
-pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};
-pub use driven_plant::{DrivenPlant, StartError};
+pub use description::{EstimatorDescription, RunDescription};
+pub use driven_plant::DrivenPlant;
 pub use driver::Driver;
-pub use error::{RunError, in_one_line};
+pub use error::{MOST_KEPT, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
@@ -55,19 +55,7 @@ pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 /// # Errors
 /// As [`Run::new`] and [`Run::until`].
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    run_until(scene, sinks, &|| None)
-}
-
-/// As [`run`], but ends early when `stop` names a cause.
-///
-/// # Errors
-/// As [`Run::new`] and [`Run::until`].
-pub fn run_until(
-    scene: &Scene,
-    sinks: &mut [&mut dyn Sink],
-    stop: Stop<'_>,
-) -> Result<RunEnd, RunError> {
-    Run::new(scene)?.until(sinks, stop)
+    Run::new(scene)?.until(sinks, &|| None)
 }
 
 /// A run that is ready to start.

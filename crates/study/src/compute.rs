@@ -1,8 +1,8 @@
 //! The runs of a shard, on several threads.
 
 use crate::dataset;
-use crate::error::StudyError;
-use crate::folder::Folder;
+use crate::error::{StudyError, io_error};
+use crate::folder::{DATASET, Folder};
 use crate::journal::{Journal, RunRecord, scan};
 use crate::shard::Shard;
 use crate::single::{self, SharedTruth};
@@ -95,17 +95,16 @@ pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
             damaged += scan(path, hash, &mut add)?.damaged;
         }
     }
-    let journal = Mutex::new(journal);
     let work = Work {
         study,
-        folder: Some(&folder),
+        folder: &folder,
         is_pending: &|run| shard.has(run) && !finished.contains(&run),
-        keep: &|record| lock(&journal).append(&record),
+        journal: Mutex::new(journal),
         watch,
         failure: Mutex::new(None),
     };
     let computed = work.run(job.jobs, runs);
-    lock(&journal).sync()?;
+    lock(&work.journal).sync()?;
     let computed = computed?;
     if shard != Shard::ALL {
         return Ok(done(computed, damaged, None));
@@ -115,40 +114,40 @@ pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
     Ok(done(computed, damaged, Some(dataset)))
 }
 
-/// Computes all runs on `jobs` threads, without files. Returns the dataset.
+/// Computes all runs on `jobs` threads, in a temporary folder. Returns the dataset.
 ///
 /// # Errors
 /// As [`compute`]. When the caller stopped it, nothing stays.
-pub fn compute_in_memory(
+pub fn compute_dataset(
     study: &Study,
     jobs: usize,
     watch: &Watch<'_>,
 ) -> Result<Dataset, StudyError> {
-    let records = Mutex::new(Vec::new());
-    let work = Work {
+    let folder = tempfile::tempdir().map_err(io_error("create", &std::env::temp_dir()))?;
+    let (shard, folder) = (Shard::ALL, folder.path());
+    let mut done = compute(
         study,
-        folder: None,
-        is_pending: &|_| true,
-        keep: &|record| {
-            lock(&records).push(record);
-            Ok(())
+        &Job {
+            folder,
+            shard,
+            jobs,
         },
         watch,
-        failure: Mutex::new(None),
-    };
-    work.run(jobs, study.runs())?;
-    let mut records = lock(&records);
-    records.sort_by_key(|record| record.run);
-    dataset::in_memory(study, &records)
+    );
+    if let Err(StudyError::Stopped { kept, .. }) = &mut done {
+        *kept = false;
+    }
+    done?;
+    Ok(Dataset::read(&folder.join(DATASET))?)
 }
 
 /// What the threads share.
 struct Work<'a> {
     study: &'a Study,
     /// Where tables go.
-    folder: Option<&'a Folder>,
+    folder: &'a Folder,
     is_pending: &'a (dyn Fn(u64) -> bool + Sync),
-    keep: &'a (dyn Fn(RunRecord) -> Result<(), StudyError> + Sync),
+    journal: Mutex<Journal>,
     watch: &'a Watch<'a>,
     /// The first error ends all threads.
     failure: Mutex<Option<StudyError>>,
@@ -172,7 +171,7 @@ impl Work<'_> {
                 cause,
                 done: runs - left + computed,
                 runs,
-                kept: self.folder.is_some(),
+                kept: true,
             }),
         }
     }
@@ -206,15 +205,14 @@ impl Work<'_> {
             return false;
         }
         let keeps = self.study.choice().tables.keeps(run);
-        let tables = self.folder.filter(|_| keeps);
-        let tables = tables.map(|folder| folder.tables(run));
+        let tables = keeps.then(|| self.folder.tables(run));
         let computed = single::compute(self.study, run, truth, tables.as_deref(), &stop);
         let kept = computed.and_then(|record| {
             let Some(record) = record else {
                 return Ok(false);
             };
             (self.watch.finished)(&record);
-            (self.keep)(record)?;
+            lock(&self.journal).append(&record)?;
             Ok(true)
         });
         kept.unwrap_or_else(|error| {

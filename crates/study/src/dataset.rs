@@ -4,11 +4,10 @@ use crate::columns::RowBuilder;
 use crate::error::StudyError;
 use crate::files;
 use crate::folder::{Folder, TABLE};
-use crate::journal::{RunRecord, scan};
+use crate::journal::scan;
 use crate::study::{Identity, Study};
-use robhaz_record::{Dataset, GROUP_ROWS, TableFile, TableFormat};
+use robhaz_record::{GROUP_ROWS, TableFile, TableFormat};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Most runs that are in memory at once: some 200 MB. A larger study reads its journals several times.
 const RUNS_AT_ONCE: usize = 50_000;
@@ -41,16 +40,6 @@ pub fn write(study: &Study, folder: &Folder) -> Result<(), StudyError> {
     file.finish(true)?;
     files::sync_parent(&folder.dataset());
     Ok(())
-}
-
-/// The dataset of records in the order of the runs, without a file.
-pub fn in_memory(study: &Study, records: &[RunRecord]) -> Result<Dataset, StudyError> {
-    let mut rows = RowBuilder::new(study.plan(), &notes(study.identity()));
-    for record in records {
-        rows.push(record, &study.settings(record.run));
-    }
-    let (name, batches) = (Path::new("a dataset in memory"), [rows.take()?]);
-    Ok(Dataset::of(name, rows.schema(), &batches)?)
 }
 
 /// What a dataset says of itself.

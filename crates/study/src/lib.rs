@@ -39,7 +39,7 @@ mod study;
 mod truth_run;
 
 pub use ablation::ladder;
-pub use compute::{Done, Job, Watch, compute, compute_in_memory};
+pub use compute::{Done, Job, Watch, compute, compute_dataset};
 pub use consistency::{Consistency, CovarianceVerdict};
 pub use error::StudyError;
 pub use folder::DATASET;
@@ -48,4 +48,4 @@ pub use report::{Line, Report};
 pub use shard::Shard;
 pub use statistics::Mean;
 pub use study::{Identity, Study};
-pub use truth_run::{TruthRun, TruthRunError};
+pub use truth_run::TruthRun;

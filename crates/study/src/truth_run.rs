@@ -1,32 +1,10 @@
 //! The truth of a scene at every sample of its sensors.
 
-use robhaz_run::{DrivenPlant, StartError, Stop};
+use robhaz_run::{DrivenPlant, MOST_KEPT, RunError, Stop};
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_score::{Bound, Rule, SampleNoise};
 use robhaz_sim::Truth;
 use std::sync::Arc;
-
-/// Why a scene has no truth that can be observed.
-#[derive(Debug, thiserror::Error)]
-pub enum TruthRunError {
-    /// The truth of the whole run is kept in memory.
-    #[error(
-        "the run has {found} samples; a study keeps all in memory and takes at most {MOST_SAMPLES}: shorten it, as with --set record.duration=20"
-    )]
-    TooLong {
-        /// Samples of the scene's sensors.
-        found: u64,
-    },
-    /// The simulation cannot start.
-    #[error(transparent)]
-    Start(#[from] StartError),
-    /// The simulation left its range of validity.
-    #[error("the simulation stopped")]
-    Plant(#[from] PlantFailure),
-    /// The caller stopped it.
-    #[error("stopped by {0}")]
-    Stopped(&'static str),
-}
 
 /// Which samples of a scene count.
 pub(crate) fn rule(scene: &Scene) -> Rule {
@@ -41,9 +19,6 @@ pub(crate) fn bound(scene: &Scene) -> Bound {
     Bound::new(noise, scene.robot.robot.clone())
 }
 
-/// Largest number of samples of a run, about 0.5 GB.
-pub const MOST_SAMPLES: u64 = 500_000;
-
 /// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds: without a
 /// control that takes readings it does not depend on sensor noise; with one it is the run of the scene's own seed, which
 /// other seeds observe without driving.
@@ -54,20 +29,21 @@ impl TruthRun {
     /// Simulates a scene with its engine.
     ///
     /// # Errors
-    /// [`TruthRunError`]
-    pub fn of(scene: &Scene) -> Result<Self, TruthRunError> {
+    /// [`RunError`]: it is too long, cannot start or does not reach its end.
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
         Self::simulate(scene, &|| None)
     }
 
     /// The same; `stop` is asked at every sample.
-    pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, TruthRunError> {
+    pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
         let found = (scene.record_count() - 1) * scene.samples_per_record() + 1;
-        if found > MOST_SAMPLES {
-            return Err(TruthRunError::TooLong { found });
+        if found > MOST_KEPT {
+            let (of, who) = ("samples", "a study");
+            return Err(RunError::TooLong { found, of, who });
         }
         let mut plant = DrivenPlant::new(scene, &scene.plant_setup())?;
         let next = |_| match stop() {
-            Some(cause) => Err(TruthRunError::Stopped(cause)),
+            Some(cause) => Err(RunError::Stopped { cause }),
             None => Ok(plant.next_truth().map_err(PlantFailure::from)?),
         };
         Ok(Self((0..found).map(next).collect::<Result<_, _>>()?))

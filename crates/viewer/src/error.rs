@@ -1,6 +1,6 @@
 //! Errors of recording, streaming, showing and picturing a run.
 
-use std::path::{Path, PathBuf};
+use std::fmt::Display;
 
 /// An error of a library or of the system.
 pub(crate) type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -11,28 +11,14 @@ pub const VIEWER_VERSION: &str = "0.36.3";
 /// Why a run cannot be recorded, streamed, shown or pictured.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
-    /// A file cannot be created.
-    #[error("cannot create {}", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// Data cannot be encoded or written. Data written before stay readable.
-    #[error("cannot write {destination}")]
-    Write {
+    /// A file or viewer cannot be created, written or read. Data written before stay readable.
+    #[error("cannot {action} {what}")]
+    Io {
+        /// The action that failed.
+        action: &'static str,
         /// File or address.
-        destination: String,
-        /// The encoder's or the system's error.
-        source: Cause,
-    },
-    /// A recording cannot be read.
-    #[error("cannot read the recording {}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The decoder's or the system's error.
+        what: String,
+        /// The library's or the system's error.
         source: Cause,
     },
     /// A sink was used for a second run.
@@ -111,24 +97,15 @@ pub enum ViewerError {
 }
 
 impl ViewerError {
-    /// Turns a cause into [`ViewerError::Create`] for a file.
-    pub(crate) fn create(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::Create { path, source }
-    }
-
-    /// Turns a cause into [`ViewerError::Write`] for a file or address.
-    pub(crate) fn write<E: Into<Cause>>(destination: &str) -> impl FnOnce(E) -> Self {
-        move |cause| Self::Write {
-            destination: destination.to_owned(),
-            source: cause.into(),
-        }
-    }
-
-    /// Turns a cause into [`ViewerError::Read`] for a file.
-    pub(crate) fn read<E: Into<Cause>>(path: &Path) -> impl FnOnce(E) -> Self {
-        move |cause| Self::Read {
-            path: path.to_owned(),
+    /// Turns a cause into [`ViewerError::Io`].
+    pub(crate) fn io<E: Into<Cause>>(
+        action: &'static str,
+        what: impl Display,
+    ) -> impl FnOnce(E) -> Self {
+        let what = what.to_string();
+        move |cause| Self::Io {
+            action,
+            what,
             source: cause.into(),
         }
     }

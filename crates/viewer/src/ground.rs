@@ -6,7 +6,8 @@ use crate::convert::flat;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
-use robhaz_run::{RunDescription, World};
+use robhaz_run::RunDescription;
+use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::Terrain;
@@ -30,7 +31,7 @@ pub(crate) struct Ground {
 
 impl Ground {
     /// The ground over which the robot of a simulation drives at its set speed.
-    pub(crate) fn new(run: &RunDescription, world: &World) -> Self {
+    pub(crate) fn new(run: &RunDescription, world: &Scene) -> Self {
         let axles = &run.robot.robot.geometry.axles;
         let (rear, front) = (axles[2].x - MARGIN, axles[0].x + MARGIN);
         let radius = run.robot.robot.geometry.wheel_radius;

@@ -54,7 +54,7 @@ mod sink;
 mod writer;
 
 pub use error::{VIEWER_VERSION, ViewerError};
-pub use picture::{PictureOptions, picture};
+pub use picture::picture;
 pub use program::open;
 pub use reading::{recording_end, recording_is_closed};
 pub use sink::RecordingSink;

@@ -19,52 +19,35 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// The last chunk of a PNG: its type and checksum.
 const PNG_END: &[u8] = b"IEND\xaeB`\x82";
 
-/// Size and time of a picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PictureOptions {
-    /// Width and height of the picture, pixels.
-    pub size: [u32; 2],
-    /// Simulated time to show, s. `None`: the middle of the run.
-    pub at: Option<f64>,
-}
-
-impl Default for PictureOptions {
-    /// 1400 by 900 pixels, the middle of the run.
-    fn default() -> Self {
-        Self {
-            size: [1400, 900],
-            at: None,
-        }
-    }
-}
-
-/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG).
+/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG): of a width and
+/// height (pixels), at a simulated time (s), or in the middle of the run.
 ///
 /// The picture is saved when the whole recording is loaded and two pictures in a row are equal.
 ///
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
-/// - [`ViewerError::Read`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
+/// - [`ViewerError::Io`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
 /// - [`ViewerError::Picture`]: no picture stays the same within 90 s. [`ViewerError::Control`]: the viewer does not
 ///   answer.
-/// - [`ViewerError::Create`], [`ViewerError::Write`]: the picture, or a file beside it, cannot be written.
+/// - [`ViewerError::Io`]: the picture, or a file beside it, cannot be written.
 /// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn picture(
     recording: &Path,
     out: &Path,
-    options: PictureOptions,
+    size: [u32; 2],
+    at: Option<f64>,
     stop: Stop<'_>,
 ) -> Result<(), ViewerError> {
     let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
-    let time = options.at.unwrap_or(0.5 * end);
+    let time = at.unwrap_or(0.5 * end);
     // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
     let port = free_port()?;
-    let size = format!("{}x{}", options.size[0], options.size[1]);
+    let size = format!("{}x{}", size[0], size[1]);
     let mut viewer = Started::at(
         port,
         &[
@@ -140,7 +123,7 @@ fn take(
         if before.as_ref() == Some(&image) {
             return draft
                 .persist(out)
-                .map_err(|error| ViewerError::create(out)(error.error));
+                .map_err(|error| ViewerError::io("create", out.display())(error.error));
         }
         if deadline.is_over() {
             return Err(ViewerError::Picture {
@@ -161,7 +144,7 @@ fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
         name.suffix(".png").tempfile_in(folder)
     });
     file.map(NamedTempFile::into_temp_path)
-        .map_err(ViewerError::create(picture))
+        .map_err(ViewerError::io("create", picture.display()))
 }
 
 /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
@@ -175,7 +158,11 @@ fn take_draft(
     loop {
         match std::fs::read(draft) {
             Ok(image) if image.ends_with(PNG_END) => return Ok(image),
-            Err(cause) if deadline.is_over() => return Err(ViewerError::read(draft)(cause)),
+            Err(cause) if deadline.is_over() => {
+                return Err(ViewerError::io("read the recording", draft.display())(
+                    cause,
+                ));
+            }
             _ => deadline.pause(PERIOD / 10)?,
         }
     }

@@ -26,7 +26,7 @@ const MOST_LINES: usize = 5;
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`]: no viewer of the right version.
 /// - [`ViewerError::Start`]: the viewer does not start, or exits with an error.
-/// - [`ViewerError::Create`]: the file for the viewer's output cannot be created.
+/// - [`ViewerError::Io`]: the file for the viewer's output cannot be created.
 /// - [`ViewerError::Stopped`]: `stop` named a cause. The viewer is closed.
 pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
     let mut viewer = Started::with("auto", recordings)?;
@@ -72,7 +72,8 @@ impl Started {
         command.args(["--bind", "127.0.0.1", "--port", port]);
         command.args(arguments);
         // A viewer that inherits this process's output would keep a pipe open after this process has ended.
-        let log = NamedTempFile::new().map_err(ViewerError::create(&std::env::temp_dir()))?;
+        let log = NamedTempFile::new()
+            .map_err(ViewerError::io("create", std::env::temp_dir().display()))?;
         let output = log.reopen().map_err(|e| start_error(&e.to_string()))?;
         command.stderr(output);
         in_own_group(&mut command);

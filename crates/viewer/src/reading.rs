@@ -12,17 +12,20 @@ use std::path::Path;
 /// run, is read up to that message.
 ///
 /// # Errors
-/// [`ViewerError::Read`]
+/// [`ViewerError::Io`]
 pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
     let mut end: Option<i64> = None;
-    let file = File::open(path).map_err(ViewerError::read(path))?;
-    let messages = Decoder::decode_eager(BufReader::new(file)).map_err(ViewerError::read(path))?;
+    let file = File::open(path).map_err(ViewerError::io("read the recording", path.display()))?;
+    let messages = Decoder::decode_eager(BufReader::new(file))
+        .map_err(ViewerError::io("read the recording", path.display()))?;
     for message in messages {
-        let message: LogMsg = message.map_err(ViewerError::read(path))?;
+        let message: LogMsg =
+            message.map_err(ViewerError::io("read the recording", path.display()))?;
         if let LogMsg::ArrowMsg(store, message) = message
             && store.kind() == StoreKind::Recording
         {
-            let chunk = Chunk::from_arrow_msg(&message).map_err(ViewerError::read(path))?;
+            let chunk = Chunk::from_arrow_msg(&message)
+                .map_err(ViewerError::io("read the recording", path.display()))?;
             let newest = chunk.timelines().values().flat_map(|t| t.times_raw()).max();
             end = end.max(newest.copied());
         }
@@ -34,16 +37,20 @@ pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
 /// Whether a recording ends with its index. Otherwise the file was truncated, or its run was killed or has not ended.
 ///
 /// # Errors
-/// [`ViewerError::Read`]
+/// [`ViewerError::Io`]
 pub fn recording_is_closed(path: &Path) -> Result<bool, ViewerError> {
-    let mut file = File::open(path).map_err(ViewerError::read(path))?;
-    let length = file.metadata().map_err(ViewerError::read(path))?.len();
+    let mut file =
+        File::open(path).map_err(ViewerError::io("read the recording", path.display()))?;
+    let length = file
+        .metadata()
+        .map_err(ViewerError::io("read the recording", path.display()))?
+        .len();
     let mut end = [0; StreamFooter::ENCODED_SIZE_BYTES];
     let Some(start) = length.checked_sub(end.len() as u64) else {
         return Ok(false);
     };
     file.seek(SeekFrom::Start(start))
         .and_then(|_| file.read_exact(&mut end))
-        .map_err(ViewerError::read(path))?;
+        .map_err(ViewerError::io("read the recording", path.display()))?;
     Ok(StreamFooter::from_rrd_bytes(&end).is_ok())
 }

@@ -15,7 +15,8 @@ use crate::writer::Writer;
 use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
 use rerun::components::Radius;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
-use robhaz_run::{Frame, RunDescription, World};
+use robhaz_run::{Frame, RunDescription};
+use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 
 /// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
@@ -45,7 +46,7 @@ pub(crate) struct SceneView {
 
 impl SceneView {
     /// The animation of a simulation. `chosen` is the index of the estimator that is drawn.
-    pub(crate) fn new(run: &RunDescription, world: &World, chosen: Option<usize>) -> Self {
+    pub(crate) fn new(run: &RunDescription, world: &Scene, chosen: Option<usize>) -> Self {
         let robot = run.robot.robot.clone();
         let estimator = chosen.map(|k| (k, run.estimators[k].label.clone()));
         Self {

@@ -45,7 +45,7 @@ impl RecordingSink {
     /// A sink for a new file at `path`. An older file of that name is replaced immediately.
     ///
     /// # Errors
-    /// [`ViewerError::Create`], [`ViewerError::Write`]
+    /// [`ViewerError::Io`]
     pub fn save(path: &Path) -> Result<Self, ViewerError> {
         Ok(Self {
             destination: path.display().to_string(),

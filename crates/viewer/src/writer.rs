@@ -44,10 +44,10 @@ pub(crate) enum Target {
 impl Target {
     /// A new file. An older file of that name is replaced immediately.
     pub(crate) fn create(path: &Path) -> Result<Self, ViewerError> {
-        let file = File::create(path).map_err(ViewerError::create(path))?;
+        let file = File::create(path).map_err(ViewerError::io("create", path.display()))?;
         let version = rerun::build_info().version;
         let encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file);
-        let encoder = encoder.map_err(ViewerError::write(&path.display().to_string()))?;
+        let encoder = encoder.map_err(ViewerError::io("write", path.display()))?;
         Ok(Self::File(Box::new(encoder)))
     }
 
@@ -220,7 +220,7 @@ impl Writer {
         if times.is_empty() {
             return Ok(());
         }
-        let columns = columns.map_err(ViewerError::write(&self.destination))?;
+        let columns = columns.map_err(ViewerError::io("write", &self.destination))?;
         let time = TimeColumn::new_duration_secs(TIMELINE, times.iter().copied());
         let chunk = Chunk::from_auto_row_ids(
             self.next_id(),
@@ -228,7 +228,7 @@ impl Writer {
             std::iter::once((*time.timeline().name(), time)).collect(),
             columns.map(|c| (c.descriptor, c.list_array)).collect(),
         )
-        .map_err(ViewerError::write(&self.destination))?;
+        .map_err(ViewerError::io("write", &self.destination))?;
         self.send_chunk(self.recording.clone(), &chunk)
     }
 
@@ -257,14 +257,14 @@ impl Writer {
     pub(crate) fn send(&mut self) -> Result<(), ViewerError> {
         let messages = std::mem::take(&mut self.messages);
         let sent = self.background.send(messages);
-        sent.map_err(ViewerError::write(&self.destination))
+        sent.map_err(ViewerError::io("write", &self.destination))
     }
 
     /// Sends the rest, and closes the recording.
     pub(crate) fn finish(&mut self) -> Result<(), ViewerError> {
         self.send()?;
         let finished = self.background.finish();
-        finished.map_err(ViewerError::write(&self.destination))
+        finished.map_err(ViewerError::io("write", &self.destination))
     }
 
     fn row(
@@ -279,14 +279,14 @@ impl Writer {
         let chunk = Chunk::builder_with_id(id, entity)
             .with_archetype(row, time, what)
             .build()
-            .map_err(ViewerError::write(&self.destination))?;
+            .map_err(ViewerError::io("write", &self.destination))?;
         self.send_chunk(store, &chunk)
     }
 
     fn send_chunk(&mut self, store: StoreId, chunk: &Chunk) -> Result<(), ViewerError> {
         let message = chunk
             .to_arrow_msg()
-            .map_err(ViewerError::write(&self.destination))?;
+            .map_err(ViewerError::io("write", &self.destination))?;
         self.messages.push(LogMsg::ArrowMsg(store, message));
         Ok(())
     }

@@ -6,7 +6,7 @@ mod common;
 
 use robhaz_estimator::SensorFrame;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
-use robhaz_viewer::{PictureOptions, RecordingSink, ViewerError, picture};
+use robhaz_viewer::{RecordingSink, ViewerError, picture};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -64,11 +64,8 @@ fn taken_of(record: impl FnOnce(&Path)) -> Option<Vec<[u8; 3]>> {
         folder.path().join("shot.png"),
     );
     record(&recording);
-    let options = PictureOptions {
-        size: [WIDTH as u32, HEIGHT as u32],
-        at: Some(3.0),
-    };
-    match picture(&recording, &shot, options, &|| None) {
+    let size = [WIDTH as u32, HEIGHT as u32];
+    match picture(&recording, &shot, size, Some(3.0), &|| None) {
         Ok(()) => Some(pixels(&shot)),
         Err(
             error @ (ViewerError::NotInstalled
@@ -172,6 +169,6 @@ fn a_picture_of_nothing_is_refused() {
     let recording = folder.path().join("run.rrd");
     drop(RecordingSink::save(&recording).expect("a file"));
     let shot = folder.path().join("shot.png");
-    picture(&recording, &shot, PictureOptions::default(), &|| None).expect_err("there is no data");
+    picture(&recording, &shot, [1400, 900], None, &|| None).expect_err("there is no data");
     assert!(!shot.exists());
 }

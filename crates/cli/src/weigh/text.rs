@@ -14,7 +14,12 @@ pub fn weighed(of: &Weighed) -> String {
         .inclination_offsets
         .map(|(offset, sigma)| format!("{:+.2} ±{:.2}", offset.to_degrees(), sigma.to_degrees()));
     let is_unseen = |value: &&WeighedValue| value.deviation > NOT_SEEN * value.prior;
-    let unseen: Vec<_> = of.values.iter().filter(is_unseen).map(|v| v.name.as_str()).collect();
+    let unseen: Vec<_> = of
+        .values
+        .iter()
+        .filter(is_unseen)
+        .map(|v| v.name.as_str())
+        .collect();
     let unseen = match unseen.as_slice() {
         [] => "The readings determine every value better than the tolerances do.".to_owned(),
         names => format!(

@@ -5,7 +5,8 @@ use indexmap::IndexMap;
 use robhaz_control::FrictionTestResult;
 use robhaz_estimator::TorqueScale;
 use robhaz_model::{Pin, Robot};
-use robhaz_run::{RunDescription, World};
+use robhaz_run::RunDescription;
+use robhaz_scene::Scene;
 use robhaz_score::contact::FlagScores;
 use robhaz_score::{ForceErrors, GroundErrors};
 use robhaz_sim::friction::FrictionKind;
@@ -94,10 +95,11 @@ pub struct ControlSummary {
 impl ControlSummary {
     /// `None` for recorded readings.
     pub(super) fn of(run: &RunDescription) -> Option<Self> {
-        let control = run.world.as_ref()?.control;
-        let estimator = control.estimator.and_then(|k| run.estimators.get(k));
+        let scene = run.world.as_ref()?;
+        let estimator = scene.control_estimator();
+        let estimator = estimator.and_then(|k| run.estimators.get(k));
         Some(Self {
-            kind: control.kind.name().to_owned(),
+            kind: scene.control.kind.name().to_owned(),
             estimator: estimator.map(|e| e.label.clone()),
         })
     }
@@ -123,7 +125,7 @@ pub struct FrictionSummary {
 }
 
 impl FrictionSummary {
-    pub(crate) fn of(world: &World) -> Self {
+    pub(crate) fn of(world: &Scene) -> Self {
         let law = &world.friction;
         Self {
             law: law.kind.name().to_owned(),
@@ -276,10 +278,10 @@ pub struct EstimatorSummary {
 }
 
 impl SensorErrors {
-    pub(crate) fn of(world: &World) -> Self {
+    pub(crate) fn of(world: &Scene) -> Self {
         Self {
-            grade: world.grade.name().to_owned(),
-            drawn: world.drawn,
+            grade: world.sensors.grade.name().to_owned(),
+            drawn: *world.sensors().drawn(),
         }
     }
 }

@@ -109,7 +109,7 @@ impl SummarySink {
         let (Some(run), Some(end)) = (&self.run, &self.end) else {
             return Err(RecordError::Unfinished);
         };
-        let world = run.world.as_ref();
+        let world = run.world.as_deref();
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
         let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
         let summary =
@@ -119,7 +119,7 @@ impl SummarySink {
             };
         Ok(Summary {
             scene: run.name.clone(),
-            engine: world.map(|w| w.engine.name().to_owned()),
+            engine: world.map(|w| w.engine.kind.name().to_owned()),
             seed: world.map(|w| w.seed),
             duration_s: end.duration,
             wall_s: end.wall,

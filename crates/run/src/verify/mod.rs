@@ -12,9 +12,9 @@ mod run;
 
 pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
-pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
+pub use run::Run;
 
-use crate::TruthClearance;
+use crate::{RunError, Stop, TruthClearance};
 use robhaz_model::Bar;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
@@ -70,18 +70,22 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 /// that is too stiff for `rapier` is judged by `direct` alone, with a second run at a tenth of the tolerance.
 ///
 /// # Errors
-/// [`VerifyError`] if there is no run to judge.
-pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>, VerifyError> {
+/// [`RunError`] if there is no run to judge, or `stop` names a cause.
+pub fn verify(
+    scene: &Scene,
+    step: &mut dyn FnMut(&str),
+    stop: Stop<'_>,
+) -> Result<Vec<Verdict>, RunError> {
     let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
-    let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts);
+    let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts, stop);
     if let Some(why) = scene.too_stiff_for_rapier() {
         let direct = engine(EngineKind::Direct)?;
         verdicts.insert(0, not_judged("rapier: all checks".to_owned(), &why));
         step("engine direct, a tenth of the tolerance");
         let mut finer = with(scene, EngineKind::Direct);
         finer.engine.tolerance *= 0.1;
-        let finer = Run::of(&finer)?;
+        let finer = Run::until(&finer, stop)?;
         let what = "direct and a tenth of its tolerance";
         verdicts.extend(compared(what, [&direct, &finer], has_corners));
         return Ok(verdicts);
@@ -94,7 +98,7 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
     step("engine rapier, half the step");
     let mut halved = with(scene, EngineKind::Rapier);
     halved.engine.step *= 0.5;
-    let halved = Run::of(&halved)?;
+    let halved = Run::until(&halved, stop)?;
     if rapier.stopped.is_none() {
         verdicts.push(reaches_its_end("rapier with half its step", &halved));
     }
@@ -117,38 +121,30 @@ fn of_engine(
     has_corners: bool,
     step: &mut dyn FnMut(&str),
     verdicts: &mut Vec<Verdict>,
-) -> Result<Run, VerifyError> {
+    stop: Stop<'_>,
+) -> Result<Run, RunError> {
     let name = kind.name();
     step(&format!("engine {name}"));
     let scene = with(scene, kind);
-    let run = Run::of(&scene)?;
+    let run = Run::until(&scene, stop)?;
     verdicts.push(reaches_its_end(name, &run));
     verdicts.extend(alone(&scene, &run, has_corners));
     step(&format!("engine {name}, once more"));
-    let same = run.repeats(&scene)?;
-    verdicts.push(Verdict {
-        check: format!("{name}: a second run"),
-        finding: if same {
-            "the same bits"
-        } else {
-            "different bits"
-        }
-        .to_owned(),
-        outcome: outcome(same),
-    });
+    let same = run.repeats(&scene, stop)?;
+    let bits = if same { "the same" } else { "different" };
+    let check = format!("{name}: a second run");
+    verdicts.push(judged(check, format!("{bits} bits"), same));
     Ok(run)
 }
 
 /// Checks that a run was not stopped.
 fn reaches_its_end(name: &str, run: &Run) -> Verdict {
-    Verdict {
-        check: format!("{name}: runs to its end"),
-        finding: match &run.stopped {
-            None => format!("{} s", run.truth.last().map_or(0.0, |t| t.time)),
-            Some(why) => PlantFailure::from(*why).to_string(),
-        },
-        outcome: outcome(run.stopped.is_none()),
-    }
+    let finding = match &run.stopped {
+        None => format!("{} s", run.truth.last().map_or(0.0, |t| t.time)),
+        Some(why) => PlantFailure::from(*why).to_string(),
+    };
+    let check = format!("{name}: runs to its end");
+    judged(check, finding, run.stopped.is_none())
 }
 
 /// Checks of a single run.
@@ -182,16 +178,16 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
             gap_allowed(scene.engine.kind),
             "m",
         ),
-        Verdict {
-            check: format!("{engine}: body and links clear of the ground"),
-            finding: format!("at least {:.0} mm, {}", 1e3 * clearance, bar.name()),
-            outcome: outcome(clearance > 0.0),
-        },
-        Verdict {
-            check: format!("{engine}: N >= 0, |T| <= mu_s N"),
-            finding: format!("{beyond} of {} records outside", truth.len()),
-            outcome: outcome(beyond == 0),
-        },
+        judged(
+            format!("{engine}: body and links clear of the ground"),
+            format!("at least {:.0} mm, {}", 1e3 * clearance, bar.name()),
+            clearance > 0.0,
+        ),
+        judged(
+            format!("{engine}: N >= 0, |T| <= mu_s N"),
+            format!("{beyond} of {} records outside", truth.len()),
+            beyond == 0,
+        ),
         bounded(
             format!("{engine}: momentum"),
             momentum_error(robot, truth, &run.balance),
@@ -273,20 +269,21 @@ fn not_judged(check: String, why: &str) -> Verdict {
     }
 }
 
-fn outcome(holds: bool) -> Outcome {
-    if holds {
-        Outcome::Passed
-    } else {
-        Outcome::Failed
+fn judged(check: String, finding: String, holds: bool) -> Verdict {
+    let outcome = match holds {
+        true => Outcome::Passed,
+        false => Outcome::Failed,
+    };
+    Verdict {
+        check,
+        finding,
+        outcome,
     }
 }
 
 /// A check of a value (in `unit`) against its upper limit.
 fn bounded(check: String, found: f64, allowed: f64, unit: &str) -> Verdict {
-    Verdict {
-        check,
-        finding: format!("{found:.1e} {unit}, at most {allowed:.0e}"),
-        // In this form a NaN fails.
-        outcome: outcome(found <= allowed),
-    }
+    let finding = format!("{found:.1e} {unit}, at most {allowed:.0e}");
+    // In this form a NaN fails.
+    judged(check, finding, found <= allowed)
 }

@@ -1,36 +1,8 @@
 //! A run of a scene, kept in memory.
 
-use crate::{DrivenPlant, StartError};
-use robhaz_scene::{PlantFailure, Scene};
+use crate::{DrivenPlant, MOST_KEPT, RunError, Stop};
+use robhaz_scene::Scene;
 use robhaz_sim::{Balance, PlantError, Truth};
-
-/// Largest number of records of a run that is verified. A record with its balance has 1.1 kB, and two runs are in
-/// memory at once.
-pub const MOST_RECORDS: u64 = 500_000;
-
-/// Reason why a scene cannot be verified.
-#[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
-    /// The run has too many records to be kept in memory.
-    #[error(
-        "the run has {found} records; verify keeps all in memory and takes at most {MOST_RECORDS}: shorten it, as with --set record.duration=20"
-    )]
-    TooLong {
-        /// Number of records of the scene.
-        found: u64,
-    },
-    /// The robot cannot stand at its start. There is no run to judge.
-    #[error(transparent)]
-    Start(StartError),
-    /// A run stopped before its end, but the whole run is needed.
-    #[error("the run of engine {engine} stopped")]
-    Stopped {
-        /// Name of the engine.
-        engine: &'static str,
-        /// The reason.
-        source: PlantFailure,
-    },
-}
 
 /// Truth and balance of a run at each record, up to its end or until it stopped.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,11 +19,17 @@ impl Run {
     /// Runs a whole scene, with one record per period.
     ///
     /// # Errors
-    /// [`VerifyError::TooLong`] and [`VerifyError::Start`].
-    pub fn of(scene: &Scene) -> Result<Self, VerifyError> {
+    /// [`RunError::TooLong`], and as [`DrivenPlant::new`].
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
+        Self::until(scene, &|| None)
+    }
+
+    /// The same; [`RunError::Stopped`] where `stop` names a cause.
+    pub(super) fn until(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
         let found = scene.record_count();
-        if found > MOST_RECORDS {
-            return Err(VerifyError::TooLong { found });
+        if found > MOST_KEPT {
+            let (of, who) = ("records", "verify");
+            return Err(RunError::TooLong { found, of, who });
         }
         let mut plant = Records::of(scene)?;
         let mut run = Self {
@@ -60,6 +38,7 @@ impl Run {
             stopped: None,
         };
         for _ in 0..found {
+            go_on(stop)?;
             match plant.next_truth() {
                 Ok(truth) => {
                     run.truth.push(truth);
@@ -77,10 +56,11 @@ impl Run {
     /// Runs the scene again, and compares it with this run: the same bits at each record, and the same end.
     ///
     /// # Errors
-    /// [`VerifyError::Start`]
-    pub fn repeats(&self, scene: &Scene) -> Result<bool, VerifyError> {
+    /// As [`DrivenPlant::new`]; [`RunError::Stopped`].
+    pub(super) fn repeats(&self, scene: &Scene, stop: Stop<'_>) -> Result<bool, RunError> {
         let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
+            go_on(stop)?;
             if plant.next_truth() != Ok(*truth) || plant.balance() != Some(balance) {
                 return Ok(false);
             }
@@ -89,6 +69,10 @@ impl Run {
             .stopped
             .is_none_or(|why| plant.next_truth() == Err(why)))
     }
+}
+
+fn go_on(stop: Stop<'_>) -> Result<(), RunError> {
+    stop().map_or(Ok(()), |cause| Err(RunError::Stopped { cause }))
 }
 
 /// The records of a scene, with impulse and work.
@@ -100,7 +84,7 @@ struct Records {
 
 impl Records {
     /// Before the first record. A control that takes readings needs every sample; else a period is a record.
-    fn of(scene: &Scene) -> Result<Self, VerifyError> {
+    fn of(scene: &Scene) -> Result<Self, RunError> {
         let mut setup = scene.plant_setup();
         setup.balance = true;
         let mut samples_per_record = scene.samples_per_record();
@@ -109,7 +93,7 @@ impl Records {
             samples_per_record = 1;
         }
         Ok(Self {
-            plant: DrivenPlant::new(scene, &setup).map_err(VerifyError::Start)?,
+            plant: DrivenPlant::new(scene, &setup)?,
             samples_per_record,
             started: false,
         })
@@ -131,21 +115,6 @@ impl Records {
     }
 }
 
-/// The truth of a whole scene at each record.
-///
-/// # Errors
-/// As [`Run::of`], and [`VerifyError::Stopped`] if the run does not reach its end.
-pub fn truth_of(scene: &Scene) -> Result<Vec<Truth>, VerifyError> {
-    let run = Run::of(scene)?;
-    match run.stopped {
-        None => Ok(run.truth),
-        Some(cause) => Err(VerifyError::Stopped {
-            engine: scene.engine.kind.name(),
-            source: PlantFailure::from(cause),
-        }),
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
@@ -157,9 +126,9 @@ mod tests {
         let mut scene = Scene::default();
         scene.record.duration = 0.05;
         let mut run = Run::of(&scene).unwrap();
-        assert!(run.repeats(&scene).unwrap());
+        assert!(run.repeats(&scene, &|| None).unwrap());
         let force = &mut run.truth.last_mut().unwrap().wheels[0].normal_force;
         *force = f64::from_bits(force.to_bits() + 1);
-        assert!(!run.repeats(&scene).unwrap());
+        assert!(!run.repeats(&scene, &|| None).unwrap());
     }
 }

@@ -99,15 +99,9 @@ impl Part {
         }
     }
 
-    fn view(class: &'static str, name: &str, origin: &str, contents: Vec<String>) -> View {
-        View {
-            class,
-            name: name.to_owned(),
-            origin: origin.to_owned(),
-            contents,
-            properties: Vec::new(),
-            past: Vec::new(),
-        }
+    /// A view of a class of the viewer, of the entities `contents`.
+    pub(crate) fn of_class(class: &'static str, name: &str, origin: &str, contents: &str) -> Self {
+        Self::View(View::new(class, name, origin, &[contents]))
     }
 
     /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top to bottom (y down). Of the
@@ -126,12 +120,7 @@ impl Part {
         Self::View(View {
             properties: vec![("VisualBounds2D", Box::new(bounds))],
             past,
-            ..Self::view(
-                "2D",
-                name,
-                origin,
-                contents.iter().map(|c| (*c).to_owned()).collect(),
-            )
+            ..View::new("2D", name, origin, contents)
         })
     }
 
@@ -154,7 +143,7 @@ impl Part {
                 ),
                 ("ScalarAxis", Box::new(axis)),
             ],
-            ..Self::view("TimeSeries", name, "/", vec![format!("+ {entity}/**")])
+            ..View::new("TimeSeries", name, "/", &[&format!("+ {entity}/**")])
         })
     }
 
@@ -168,24 +157,8 @@ impl Part {
         let columns = TextLogColumns::new().with_text_log_columns(columns);
         Self::View(View {
             properties: vec![("TextLogColumns", Box::new(columns))],
-            ..Self::view("TextLog", name, entity, vec![format!("+ {entity}")])
+            ..View::new("TextLog", name, entity, &[&format!("+ {entity}")])
         })
-    }
-
-    /// A page of text.
-    pub(crate) fn page(name: &str, entity: &str) -> Self {
-        Self::View(Self::view(
-            "TextDocument",
-            name,
-            entity,
-            vec![format!("+ {entity}")],
-        ))
-    }
-
-    /// Lanes of states over time.
-    pub(crate) fn lanes(name: &str, entity: &str) -> Self {
-        let contents = vec![format!("+ {entity}/**")];
-        Self::View(Self::view("StateTimeline", name, entity, contents))
     }
 
     /// Tabs, of which one is visible at a time.
@@ -210,6 +183,17 @@ impl Part {
 }
 
 impl View {
+    fn new(class: &'static str, name: &str, origin: &str, contents: &[&str]) -> Self {
+        Self {
+            class,
+            name: name.to_owned(),
+            origin: origin.to_owned(),
+            contents: contents.iter().map(|c| (*c).to_owned()).collect(),
+            properties: Vec::new(),
+            past: Vec::new(),
+        }
+    }
+
     fn log(&self, out: &mut Writer, parts: &mut u128) -> Result<Logged, ViewerError> {
         let view = Logged::next("view", parts);
         let blueprint = ViewBlueprint::new(self.class)

@@ -8,7 +8,8 @@ use crate::scale::ROOM;
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
 use rerun::components::Range1D;
-use robhaz_run::{EstimatorDescription, RunDescription, World};
+use robhaz_run::{EstimatorDescription, RunDescription};
+use robhaz_scene::Scene;
 
 /// The layout.
 pub(crate) fn layout(run: &RunDescription) -> Part {
@@ -21,14 +22,21 @@ fn left(run: &RunDescription) -> Part {
         rows.push((overview(&Ground::new(run, world)), 1.0));
         rows.push((following(), 2.5));
     }
+    let lanes =
+        |name, entity| Part::of_class("StateTimeline", name, entity, &format!("+ {entity}/**"));
     let mut tabs = vec![Part::text_log("Events", "/events")];
     let states = |e: &EstimatorDescription| e.settings.states_contacts();
     if run.world.is_some() || run.estimators.iter().any(states) {
-        tabs.push(Part::lanes("Wheels", "/wheels"));
+        tabs.push(lanes("Wheels", "/wheels"));
     }
-    tabs.push(Part::page("About", "/about"));
+    tabs.push(Part::of_class(
+        "TextDocument",
+        "About",
+        "/about",
+        "+ /about",
+    ));
     let tabs = Part::tabs("Events, wheels, about", tabs);
-    let trust = Part::lanes("Flags of the estimators", "/trust");
+    let trust = lanes("Flags of the estimators", "/trust");
     let below = vec![(tabs, 1.4), (trust, 1.0)];
     let name = "What happens".to_owned();
     rows.push((Part::Container(ContainerKind::Horizontal, name, below), 1.0));
@@ -139,7 +147,7 @@ fn others(run: &RunDescription) -> Part {
 }
 
 /// The largest static coefficient of the ground, -.
-fn largest_friction(world: &World) -> f64 {
+fn largest_friction(world: &Scene) -> f64 {
     let stretches = world.terrain.stretches.iter().map(|s| s.mu_s);
     stretches.fold(world.friction.mu_s, f64::max)
 }

@@ -492,7 +492,7 @@ fn errors_name_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let missing = folder.path().join("missing").join("run.rrd");
     let error = RecordingSink::save(&missing).err().expect("no folder");
-    assert!(matches!(error, ViewerError::Create { .. }));
+    assert!(matches!(error, ViewerError::Io { .. }));
     assert!(error.to_string().contains("run.rrd"), "{error}");
 
     let path = folder.path().join("run.rrd");
