@@ -75,6 +75,7 @@
 mod assembly;
 mod bit_set;
 mod contact;
+mod deviation;
 mod estimate;
 mod estimator;
 pub mod filters;
@@ -85,7 +86,6 @@ mod ground;
 mod health;
 mod methods;
 mod nominal;
-mod quadrature;
 mod settings;
 pub mod statics;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Detection of the contact state of one wheel from its normal force and the residuals of its rolling constraints.
 
 use super::state::{ContactEstimate, ContactState};
-use crate::filters::{EDGE_GATE, GATE};
+use crate::deviation::{EDGE_GATE, GATE};
 use crate::settings::{ContactAngles, EstimatorSettings};
 
 /// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.

@@ -13,13 +13,6 @@ pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
     pub p: [[f64; N]; N],
 }
 
-/// Standard deviations beyond which an innovation is an outlier: white ones are once in 1.7 million samples.
-pub(crate) const GATE: f64 = 5.0;
-
-/// The same for the direction of a wheel's velocity against an estimated contact angle: beyond it the wheel has met an edge. The angle
-/// follows what leaves it, so that the deviation is small: on rolling ground it is beyond once in a thousand samples at most.
-pub(crate) const EDGE_GATE: f64 = 3.0;
-
 /// A measurement minus its prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {

@@ -1,9 +1,10 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
-use super::kalman::{GATE, Innovation, Kalman};
+use super::kalman::{Innovation, Kalman};
 use super::smoothing::{TYPICAL, smoothing_time};
+use crate::deviation::{GATE, root_sum_square};
+
 use crate::frame::{Inputs, LONGEST_GAP};
-use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
 
 /// Angle of one link and bias of its gyroscope.

@@ -19,7 +19,6 @@ mod traction;
 mod wheel_torque;
 
 pub use complementary::ComplementaryFilter;
-pub(crate) use kalman::{EDGE_GATE, GATE};
 pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::{LinkAngleKalman, LinkReadings};
 pub(crate) use smoothing::smoothing_time;

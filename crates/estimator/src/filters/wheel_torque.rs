@@ -1,7 +1,8 @@
 //! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3), without its lag.
 
-use super::kalman::{GATE, Innovation, Kalman};
+use super::kalman::{Innovation, Kalman};
 use super::smoothing::{SMOOTHING, TYPICAL};
+use crate::deviation::GATE;
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use super::needed::{JointForces, NeededFriction, OffsetShare};
 use super::slip_watch::{PeakFriction, SlipEvent, SlipWatch, WheelSample};
 use crate::contact::{ContactEstimate, ContactState};
+use crate::deviation::root_sum_square;
 use crate::ground::GroundMemory;
-use crate::quadrature::root_sum_square;
 use crate::statics::Forces;
 use robhaz_model::Vec2;
 

@@ -2,7 +2,7 @@
 
 use super::needed::{NeededFriction, OffsetShare};
 use crate::contact::ContactDetector;
-use crate::quadrature::root_sum_square;
+use crate::deviation::root_sum_square;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! The errors of dead reckoning and of the stored heights: one Kalman filter.
 
-use crate::filters::{GATE, Kalman};
+use crate::deviation::GATE;
+use crate::filters::Kalman;
 
 /// Error of the height of Q, m.
 const DRIFT: usize = 0;

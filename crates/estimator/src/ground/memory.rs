@@ -3,7 +3,7 @@
 use super::cells::{Cell, Cells, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
-use crate::quadrature::root_sum_square;
+use crate::deviation::root_sum_square;
 use robhaz_model::{Geometry, Vec2};
 
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead reckoning: the penetration

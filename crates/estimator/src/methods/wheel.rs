@@ -1,11 +1,11 @@
 //! Spin and ground torque of one wheel, and its gear friction.
 
+use crate::deviation::{GATE, root_sum_square};
+
 use crate::filters::{
-    COUNT_SIGMA, GATE, Innovation, TorqueObserver, TorqueObserverParameters, UNIFORM,
-    smoothing_time,
+    COUNT_SIGMA, Innovation, TorqueObserver, TorqueObserverParameters, UNIFORM, smoothing_time,
 };
 use crate::frame::{LONGEST_GAP, WheelInputs};
-use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
 use robhaz_model::{GRAVITY, Robot};

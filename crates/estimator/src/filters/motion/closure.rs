@@ -3,7 +3,7 @@
 use super::filter::MotionFilter;
 use super::states::{CONTACT_ANGLE, VELOCITY};
 use crate::contact::ContactVelocity;
-use crate::filters::GATE;
+use crate::deviation::GATE;
 
 impl MotionFilter {
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see

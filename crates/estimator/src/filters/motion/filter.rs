@@ -5,7 +5,8 @@ use super::states::{
     TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use crate::filters::{GATE, Kalman, Projection};
+use crate::deviation::GATE;
+use crate::filters::{Kalman, Projection};
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use robhaz_model::Vec2;

@@ -3,7 +3,8 @@
 use super::filter::MotionFilter;
 use super::states::INPUTS;
 use super::tuning::TUNING;
-use crate::filters::{GATE, Innovation};
+use crate::deviation::GATE;
+use crate::filters::Innovation;
 use crate::statics::input;
 
 /// The parity residual of eq. (8) at one instant.

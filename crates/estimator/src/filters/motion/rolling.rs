@@ -5,8 +5,7 @@ use super::noise::GaussMarkov;
 use super::states::{CONTACT_ANGLE, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
-use crate::filters::{EDGE_GATE, GATE};
-use crate::quadrature::root_sum_square;
+use crate::deviation::{EDGE_GATE, GATE, root_sum_square};
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
 

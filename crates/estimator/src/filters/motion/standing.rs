@@ -5,7 +5,7 @@ use super::rolling::RollingWheel;
 use super::states::{ACCELERATION, CONTACT_ANGLE, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{RollingResiduals, SlipResidual};
-use crate::quadrature::root_sum_square;
+use crate::deviation::root_sum_square;
 use crate::settings::{ContactAngles, NoiseBudget};
 
 impl MotionFilter {

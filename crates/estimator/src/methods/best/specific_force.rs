@@ -1,10 +1,10 @@
 //! The robot's acceleration in the readings of the inclinometers.
 
 use super::BestFilters;
+use crate::deviation::root_sum_square;
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::SensedAcceleration;
 use crate::nominal::Nominal;
-use crate::quadrature::root_sum_square;
 use crate::statics::Arms;
 use robhaz_model::{Bar, GRAVITY, perp};
 
