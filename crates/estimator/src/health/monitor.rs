@@ -73,9 +73,11 @@ pub(crate) struct HealthMonitor {
 }
 
 impl HealthMonitor {
-    /// Time after a wheel was at an edge, slid or stood from which on inclinations count, s. A wheel that lands or grips again
+    /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
     /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment.
     const SETTLES: f64 = 0.5;
+    /// The same after the robot has stood, s.
+    const STARTS: f64 = 0.3;
 
     /// Takes one sample of a `robot`.
     pub fn update(&mut self, sample: &HealthSample<'_>, robot: &RollingRobot) {
@@ -85,8 +87,12 @@ impl HealthMonitor {
         }
         self.wiring
             .update(sample.wheels.as_ref(), sample.drives, robot, dt);
-        if !(sample.drives && sample.model_holds) {
+        if !sample.model_holds {
             self.unsettled = Self::SETTLES;
+        } else if !sample.drives {
+            self.unsettled = self.unsettled.max(Self::STARTS);
+        }
+        if !(sample.drives && sample.model_holds) {
             return;
         }
         self.unsettled = (self.unsettled - dt).max(0.0);

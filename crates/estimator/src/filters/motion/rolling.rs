@@ -267,7 +267,7 @@ impl MotionFilter {
         };
         if square(innovation) > square(GATE) * sample_variance {
             if wheel.ratio.abs() > TUNING.gripping_ratio {
-                self.sliding[i] = TUNING.impact_time;
+                self.sliding[i] = TUNING.sliding_time;
             } else if rolls && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
                 self.inflate_velocity(velocity.direction * innovation);

@@ -72,6 +72,8 @@ pub struct Tuning {
     /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s; after a parity outlier until this time
     /// after the unmodelled load has decayed.
     pub impact_time: f64,
+    /// Time for which a wheel counts as sliding after an outlier of its slip, s.
+    pub sliding_time: f64,
     /// Additional measurement noise of both rolling constraints after an impact, with given contact angles: standard deviation, m/s, and
     /// correlation time, s. They hardly count then.
     pub impact_noise: GaussMarkov,
@@ -112,7 +114,8 @@ pub const TUNING: Tuning = Tuning {
     held_angle: 0.6,
     gripping_ratio: 0.25,
     least_angle: 1e-3,
-    impact_time: 0.1,
+    impact_time: 0.2,
+    sliding_time: 0.1,
     impact_noise: GaussMarkov::new(0.1, 0.1),
     edge_noise: GaussMarkov::new(0.0045, 0.1),
     modelled: 2.0,
