@@ -75,7 +75,6 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
     let readings = Plan {
         source: folder.to_path_buf(),
         channels: vec![own_names::readings(&table)?],
-        files: Vec::new(),
     };
     let (mut forces, mut warnings) = (Vec::new(), Vec::new());
     for (name, path) in forces_in(folder)? {

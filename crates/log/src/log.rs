@@ -54,8 +54,7 @@ impl Log {
             table,
             mut choice,
             mut warnings,
-            file_name: _,
-            is_described: _,
+            ..
         } = place;
         let channels = match (&choice.mapping, &table) {
             (Some(mapping), table) => mapped::channels(&path, table.as_deref(), mapping)?,
@@ -73,21 +72,20 @@ impl Log {
         let mut plan = Plan {
             source: path,
             channels,
-            files,
         };
         warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
         if let Some(truth) = &options.truth {
             let channels = choice.mapping.iter().flat_map(|m| &m.channels);
             let clock = channels.into_iter().find(|c| c.name == mapped::TRUTH);
             plan.channels.push(own_names::truth(truth, clock)?);
-            plan.files.push(truth.clone());
+            files.push(truth.clone());
         }
         let survey = survey(&plan)?;
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         Ok(Self {
-            fingerprint: fingerprint(&plan.files, &choice)?,
+            fingerprint: fingerprint(&files, &choice)?,
             name,
             choice,
             record,
@@ -95,11 +93,6 @@ impl Log {
             plan,
             survey,
         })
-    }
-
-    /// The files that are read.
-    pub fn files(&self) -> &[PathBuf] {
-        &self.plan.files
     }
 
     /// The run of its estimators.

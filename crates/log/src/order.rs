@@ -49,7 +49,16 @@ impl Order {
         };
         let step = time - latest;
         if step >= SHORTEST_STEP {
-            self.go_on(latest, time);
+            // The first step has none before it.
+            if step > GAP * self.step {
+                self.gaps.push_back((latest, time));
+            }
+            if self.gaps.len() > MOST_GAPS {
+                self.gaps.pop_front();
+            }
+            self.latest = Some(time);
+            self.step = step;
+            self.is_set_back = false;
             Accept::Use
         } else if step < -LARGEST_STEP_BACK {
             Accept::JumpBack(-step)
@@ -62,20 +71,6 @@ impl Order {
             // The row is one step after the last one, by the clock that was set.
             Accept::SetBack(self.step - step)
         }
-    }
-
-    fn go_on(&mut self, latest: f64, time: f64) {
-        let step = time - latest;
-        // The first step has none before it.
-        if step > GAP * self.step {
-            self.gaps.push_back((latest, time));
-        }
-        if self.gaps.len() > MOST_GAPS {
-            self.gaps.pop_front();
-        }
-        self.latest = Some(time);
-        self.step = step;
-        self.is_set_back = false;
     }
 
     /// Whether a row at a time (s) is missing between those before.

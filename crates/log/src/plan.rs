@@ -181,8 +181,6 @@ pub struct Plan {
     pub source: PathBuf,
     /// The channels.
     pub channels: Vec<ChannelPlan>,
-    /// Files that are read.
-    pub files: Vec<PathBuf>,
 }
 
 impl Plan {

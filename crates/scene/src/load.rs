@@ -128,9 +128,7 @@ impl Scene {
             Some(read(reader, &root, source_name))
         })
     }
-}
 
-impl Scene {
     /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
     /// [tracks](crate::TerrainChoice::tracks), named [`crate::Track::file_name`]. `version` names the program that writes
     /// it, such as `robhaz 0.1.0, rapier2d 0.36.1`.

@@ -178,22 +178,7 @@ impl FrictionLaw {
             FrictionKind::Brush => self.slip_stiffness / Slip::SLOWEST,
         }
     }
-}
 
-/// A stretch of the terrain with its own friction coefficients.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
-    /// x at which it starts, m.
-    pub from: f64,
-    /// x at which it ends, m. The end does not belong to it.
-    pub to: f64,
-    /// Static coefficient mu_s, -.
-    pub mu_s: f64,
-    /// Dynamic coefficient mu_d, -.
-    pub mu_d: f64,
-}
-
-impl FrictionLaw {
     /// The law at x (m). The first stretch that contains x replaces the coefficients; form, slip speeds and slip stiffness
     /// stay.
     #[inline]
@@ -207,6 +192,19 @@ impl FrictionLaw {
             None => *self,
         }
     }
+}
+
+/// A stretch of the terrain with its own friction coefficients.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// x at which it starts, m.
+    pub from: f64,
+    /// x at which it ends, m. The end does not belong to it.
+    pub to: f64,
+    /// Static coefficient mu_s, -.
+    pub mu_s: f64,
+    /// Dynamic coefficient mu_d, -.
+    pub mu_d: f64,
 }
 
 #[cfg(test)]

@@ -43,9 +43,7 @@ impl LogChoice {
             Some(read(reader, &root, base))
         })
     }
-}
 
-impl LogChoice {
     /// The choice after the user's descriptions of the sensors and of the robot. Where neither states how exact the robot's
     /// masses, centres of mass and pins are, they count as people build them ([`Tolerances::BUILT`]), and the text says so.
     ///
@@ -110,6 +108,16 @@ impl LogChoice {
             })
         })
     }
+
+    /// The description as a file that reads back as this one. `version` names the program that writes it.
+    pub fn to_toml(&self, version: &str) -> String {
+        let comment = "What was known of a log, with every choice written out. SI units.";
+        let mut written = Self {
+            mapping: None,
+            ..self.clone()
+        };
+        Out::file(comment, version, LOG, &mut written)
+    }
 }
 
 /// What a file of a robot is.
@@ -136,6 +144,24 @@ impl RobotChoice {
                 Some(robot)
             })
         })
+    }
+
+    /// A weighed robot as a file: `[robot]`, and the keys of `[budget]` that go with it. `version` names the program that
+    /// writes it.
+    pub fn weighed_to_toml(&self, covariance: &LoadCovariance, version: &str) -> String {
+        let comment =
+            "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";
+        let mut out = Out(Out::file(comment, version, WEIGHED, &mut self.clone()));
+        let mut choice = LogChoice::default();
+        let budget = &mut choice.budget;
+        (budget.body_cg, budget.link_mass) = (0.0, 0.0);
+        budget.load_covariance = Some(*covariance);
+        out.head("[budget]", "errors of the weighing");
+        let of_robot = BUDGET
+            .iter()
+            .filter(|key| ROBOTS_BUDGET.contains(&key.name));
+        out.fields(of_robot, &mut choice);
+        out.0
     }
 }
 
@@ -169,36 +195,4 @@ keys! {
 
     /// geometry and masses
     robot: ROBOT => self;
-}
-
-impl RobotChoice {
-    /// A weighed robot as a file: `[robot]`, and the keys of `[budget]` that go with it. `version` names the program that
-    /// writes it.
-    pub fn weighed_to_toml(&self, covariance: &LoadCovariance, version: &str) -> String {
-        let comment =
-            "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";
-        let mut out = Out(Out::file(comment, version, WEIGHED, &mut self.clone()));
-        let mut choice = LogChoice::default();
-        let budget = &mut choice.budget;
-        (budget.body_cg, budget.link_mass) = (0.0, 0.0);
-        budget.load_covariance = Some(*covariance);
-        out.head("[budget]", "errors of the weighing");
-        let of_robot = BUDGET
-            .iter()
-            .filter(|key| ROBOTS_BUDGET.contains(&key.name));
-        out.fields(of_robot, &mut choice);
-        out.0
-    }
-}
-
-impl LogChoice {
-    /// The description as a file that reads back as this one. `version` names the program that writes it.
-    pub fn to_toml(&self, version: &str) -> String {
-        let comment = "What was known of a log, with every choice written out. SI units.";
-        let mut written = Self {
-            mapping: None,
-            ..self.clone()
-        };
-        Out::file(comment, version, LOG, &mut written)
-    }
 }

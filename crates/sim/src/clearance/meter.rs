@@ -64,19 +64,14 @@ impl ClearanceMeter {
         let (_, ground) = self.ground.as_ref()?;
         let half_width = self.half_width;
         let at_least = |(bar, part): &(Bar, Part)| part.at_least(&bars[*bar as usize]);
-        let mut nearest = (0, f64::INFINITY);
-        for (k, part) in self.parts.iter().enumerate() {
-            let least = at_least(part);
-            if least < nearest.1 {
-                nearest = (k, least);
-            }
-        }
-        if nearest.1 - half_width > bound.max(0.0) {
+        let found = self.parts.iter().map(at_least).enumerate();
+        let (nearest, distance) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if distance - half_width > bound.max(0.0) {
             return None;
         }
         let mut each = [f64::INFINITY; 4];
         let mut least = f64::INFINITY;
-        let (before, from) = self.parts.split_at_mut(nearest.0);
+        let (before, from) = self.parts.split_at_mut(nearest);
         // The one that may be nearest first, so that most others need no measurement. Where it touches, others may, too.
         for (bar, part) in from.iter_mut().chain(before) {
             let place = &bars[*bar as usize];
