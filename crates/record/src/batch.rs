@@ -124,11 +124,7 @@ pub fn array(mut values: Vec<f64>, kind: Kind) -> ArrayRef {
             ))
         }
         Kind::Float | Kind::Optional => Arc::new(Float64Array::from(values)),
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "small counts, kept as numbers"
-        )]
+        // Small counts, kept as numbers.
         Kind::Count => Arc::new(values.iter().map(|v| *v as u32).collect::<UInt32Array>()),
     }
 }

@@ -203,7 +203,7 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
 }
 
 /// A count as a number.
-#[expect(clippy::cast_precision_loss, reason = "counts of rows and records")]
+// Counts of rows and records.
 fn number(count: u64) -> f64 {
     count as f64
 }
