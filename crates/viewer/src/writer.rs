@@ -25,8 +25,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Name by which the viewer groups recordings and their layouts.
-pub(crate) const APPLICATION: &str = "robhaz";
 /// Name of the timeline. It is simulated time.
 pub(crate) const TIMELINE: &str = "sim_time";
 
@@ -183,14 +181,15 @@ impl Writer {
             destination: destination.to_owned(),
             messages: Vec::new(),
             background: Background::start(target)?,
-            recording: StoreId::new(StoreKind::Recording, APPLICATION, id.clone()),
-            layout: StoreId::new(StoreKind::Blueprint, APPLICATION, id),
+            // The viewer has one layout for each application: a run is one, so that each has its own.
+            recording: StoreId::new(StoreKind::Recording, id.clone(), id.clone()),
+            layout: StoreId::new(StoreKind::Blueprint, id.clone(), id),
             fingerprint,
             chunks: 0,
         };
         for store in [writer.recording.clone(), writer.layout.clone()] {
             let row_id = *writer.next_id();
-            let info = StoreInfo::new(store, StoreSource::Other(APPLICATION.to_owned()));
+            let info = StoreInfo::new(store, StoreSource::Other("robhaz".to_owned()));
             writer.messages.push(SetStoreInfo { row_id, info }.into());
         }
         writer.constant(
