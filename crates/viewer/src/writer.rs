@@ -182,8 +182,8 @@ impl Writer {
             messages: Vec::new(),
             background: Background::start(target)?,
             // The viewer has one layout for each application: a run is one, so that each has its own.
-            recording: StoreId::new(StoreKind::Recording, id.clone(), id.clone()),
-            layout: StoreId::new(StoreKind::Blueprint, id.clone(), id),
+            recording: StoreId::new(StoreKind::Recording, id.as_str(), id.clone()),
+            layout: StoreId::new(StoreKind::Blueprint, id.as_str(), id.clone()),
             fingerprint,
             chunks: 0,
         };
