@@ -16,8 +16,8 @@ use rerun::external::re_log_types::{
 use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
 use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink as _};
 use rerun::{
-    AsComponents, EntityPath, SerializationResult, SerializedComponentColumn, StoreId, StoreKind,
-    TimePoint, Timeline,
+    ApplicationId, AsComponents, EntityPath, SerializationResult, SerializedComponentColumn,
+    StoreId, StoreKind, TimePoint, Timeline,
 };
 use std::fs::File;
 use std::path::Path;
@@ -177,13 +177,15 @@ impl Writer {
         fingerprint: u64,
     ) -> Result<Self, ViewerError> {
         let id = format!("{name}-{fingerprint:016x}");
+        // The viewer has one layout for each application: a run is one, so that each has its own.
+        let application = ApplicationId::try_from(format!("robhaz-{fingerprint:016x}"));
+        let application = application.map_err(ViewerError::io("write", destination))?;
         let mut writer = Self {
             destination: destination.to_owned(),
             messages: Vec::new(),
             background: Background::start(target)?,
-            // The viewer has one layout for each application: a run is one, so that each has its own.
-            recording: StoreId::new(StoreKind::Recording, id.as_str(), id.clone()),
-            layout: StoreId::new(StoreKind::Blueprint, id.as_str(), id.clone()),
+            recording: StoreId::new(StoreKind::Recording, application.clone(), id.clone()),
+            layout: StoreId::new(StoreKind::Blueprint, application, id),
             fingerprint,
             chunks: 0,
         };
