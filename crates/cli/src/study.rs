@@ -2,7 +2,7 @@
 
 use crate::interrupt::Interrupt;
 use crate::terminal::{Output, print, print_json, shown, tell, warn_of};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
@@ -280,23 +280,13 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
     }
 }
 
-/// `12 s`, `3.4 min`, `5.6 h`, `7.8 d`
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 100.0 => format!("{s:.0} s"),
-        s if s < 6000.0 => format!("{:.1} min", s / 60.0),
-        s if s < 48.0 * 3600.0 => format!("{:.1} h", s / 3600.0),
-        s => format!("{:.1} d", s / 86400.0),
-    }
-}
-
 /// A bar on a terminal, else a line a minute.
 struct Progress {
     bar: ProgressBar,
     quiet: bool,
     failed: AtomicU64,
-    /// Start, runs done before it, and time of the last line; `None` on a terminal.
-    lines: Mutex<Option<(Instant, u64, Instant)>>,
+    /// Time of the last line; `None` on a terminal.
+    line: Mutex<Option<Instant>>,
 }
 
 impl Progress {
@@ -306,12 +296,11 @@ impl Progress {
         if terminal && !quiet {
             bar.set_draw_target(ProgressDrawTarget::stderr());
         }
-        let now = Instant::now();
         Self {
             bar,
             quiet,
             failed: AtomicU64::new(0),
-            lines: Mutex::new((!terminal && !quiet).then_some((now, 0, now))),
+            line: Mutex::new((!terminal && !quiet).then(Instant::now)),
         }
     }
 
@@ -323,11 +312,6 @@ impl Progress {
         let style = "{wide_bar} {pos}/{len} runs  {per_sec}  {eta} left";
         if let Ok(style) = ProgressStyle::with_template(style) {
             self.bar.set_style(style);
-        }
-        if let Ok(mut lines) = self.lines.lock()
-            && let Some((_, before, _)) = lines.as_mut()
-        {
-            *before = done;
         }
         if done > 0 && done < runs && !self.quiet {
             self.bar
@@ -344,19 +328,14 @@ impl Progress {
         if record.error.is_some() {
             self.failed.fetch_add(1, Ordering::Relaxed);
         }
-        let Ok(mut lines) = self.lines.lock() else {
-            return;
-        };
-        let Some((start, before, last)) = lines.as_mut() else {
-            return;
-        };
-        if last.elapsed() < LINE_TIME {
-            return;
+        if let Ok(mut line) = self.line.lock()
+            && line.is_some_and(|last| last.elapsed() >= LINE_TIME)
+        {
+            *line = Some(Instant::now());
+            let (bar, left) = (&self.bar, HumanDuration(self.bar.eta()));
+            let (done, runs) = (bar.position(), bar.length().unwrap_or(0));
+            let rate = bar.per_sec();
+            eprintln!("{done} of {runs} runs, {rate:.2} a second, {left} left");
         }
-        *last = Instant::now();
-        let (done, runs) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let rate = (done - *before) as f64 / start.elapsed().as_secs_f64();
-        let left = duration((runs - done) as f64 / rate);
-        eprintln!("{done} of {runs} runs, {rate:.2} a second, {left} left");
     }
 }

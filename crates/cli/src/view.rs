@@ -48,6 +48,7 @@ const PICTURE: Format = Format {
     what: "pictures",
     extension: "png",
 };
+
 /// Opens the viewer with the runs or the scene, or saves a picture.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     check(args)?;

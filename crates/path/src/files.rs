@@ -36,9 +36,8 @@ const COLUMNS: &[PointColumn<Place>] = robhaz_record::point_columns! {
 };
 
 fn count(contacts: usize) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "at most a few contacts")]
-    let count = contacts as f64;
-    count
+    // At most a few contacts.
+    contacts as f64
 }
 
 /// Files of a judged path below a folder, in one format of the table.

@@ -90,13 +90,8 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
 
 /// Largest number of steps for a distance (m): a walk that needs more does not get ahead.
 fn most_steps(distance: f64) -> usize {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a checked distance"
-    )]
-    let steps = (distance * STEPS_PER_METRE) as usize;
-    steps + 10_000
+    // A checked distance.
+    (distance * STEPS_PER_METRE) as usize + 10_000
 }
 
 fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {

@@ -106,7 +106,6 @@ impl Estimator {
         let table = Columns::estimate(0, &self.name);
         let name = table.name.clone();
         let mut rows = BatchBuilder::new(table, &[]);
-        rows.reserve(readings.len());
         let inner = &mut self.inner;
         py.detach(|| estimate_rows(inner, &readings, &mut rows))?;
         let batch = rows.take();

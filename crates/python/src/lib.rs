@@ -3,24 +3,17 @@
 //! The classes here convert between Python and the crates of the workspace; they compute nothing. Docstrings for users are
 //! in `python/robhaz/_robhaz.pyi`. The crate is empty without the feature `extension-module`.
 
-#[cfg(feature = "extension-module")]
+#![cfg(feature = "extension-module")]
+
 mod error;
-#[cfg(feature = "extension-module")]
 mod estimate;
-#[cfg(feature = "extension-module")]
 mod estimator;
-#[cfg(feature = "extension-module")]
 mod readings;
-#[cfg(feature = "extension-module")]
 mod run;
-#[cfg(feature = "extension-module")]
 mod scene;
-#[cfg(feature = "extension-module")]
 mod study;
-#[cfg(feature = "extension-module")]
 mod table;
 
-#[cfg(feature = "extension-module")]
 #[pyo3::pymodule]
 mod _robhaz {
     #[pymodule_export]

@@ -7,7 +7,6 @@ use arrow_buffer::{BooleanBuffer, NullBuffer};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
-use std::slice;
 use std::sync::Arc;
 
 /// Records that stay in the fast cache of a core while column after column takes its values.
@@ -36,28 +35,14 @@ impl BatchBuilder {
         }
     }
 
-    /// Adds the rows of records, column after column. A record for which the table has no row is left out.
+    /// Adds the rows of records, column after column.
     pub fn push_all(&mut self, frames: &[Frame<'_>]) {
-        if frames.iter().all(|frame| self.table.has_row(frame)) {
-            return frames.chunks(ROWS_AT_ONCE).for_each(|some| self.add(some));
-        }
-        for frame in frames {
-            if self.table.has_row(frame) {
-                self.add(slice::from_ref(frame));
+        for some in frames.chunks(ROWS_AT_ONCE) {
+            for (values, column) in self.values.iter_mut().zip(&self.table.columns) {
+                column.add(some, values);
             }
         }
-    }
-
-    fn add(&mut self, frames: &[Frame<'_>]) {
-        for (values, column) in self.values.iter_mut().zip(&self.table.columns) {
-            column.add(frames, values);
-        }
         self.rows += frames.len();
-    }
-
-    /// Makes room for more rows, where their number is known.
-    pub fn reserve(&mut self, rows: usize) {
-        self.values.iter_mut().for_each(|v| v.reserve(rows));
     }
 
     /// Number of rows since the last batch.
@@ -139,11 +124,7 @@ pub fn array(mut values: Vec<f64>, kind: Kind) -> ArrayRef {
             ))
         }
         Kind::Float | Kind::Optional => Arc::new(Float64Array::from(values)),
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "small counts, kept as numbers"
-        )]
+        // Small counts, kept as numbers.
         Kind::Count => Arc::new(values.iter().map(|v| *v as u32).collect::<UInt32Array>()),
     }
 }

@@ -64,11 +64,7 @@ fn rows(runs: &[(&str, &Summary)]) -> Vec<([String; 3], Vec<Score>)> {
 /// Those of the writer; in memory there is none to expect.
 pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::Error> {
     let number = |(value, is_count): Score| match value {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count, kept as a number"
-        )]
+        // A count, kept as a number.
         Some(count) if is_count => Value::from(count as u64),
         value => Value::from(value),
     };

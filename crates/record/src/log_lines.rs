@@ -202,8 +202,8 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
     lines
 }
 
-/// A count as a number of a line.
-#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+/// A count as a number.
+// Counts of rows and records.
 fn number(count: u64) -> f64 {
     count as f64
 }
@@ -253,8 +253,7 @@ fn missing_line(log: &LogReport) -> Option<String> {
 }
 
 fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String> {
-    #[expect(clippy::cast_precision_loss, reason = "counts of records")]
-    let share = |count: u64| count as f64 / estimator.samples as f64;
+    let share = |count: u64| number(count) / number(estimator.samples);
     let flags = [
         (
             means.reading_absurd,

@@ -99,7 +99,7 @@ static COLUMNS: &[ScoreColumn] = columns! {
         |run| Some(slipped(run).map(|t| t.mu_max).sum::<f64>() / number(slipped(run).count() as u64)?);
 };
 
-#[expect(clippy::cast_precision_loss, reason = "counts of samples and events")]
+// Counts of samples and events.
 fn number(count: u64) -> Option<f64> {
     Some(count as f64)
 }

@@ -1,9 +1,7 @@
 //! Clearance of a simulated robot.
 
-use crate::description::RunDescription;
 use crate::sink::ClearanceNeed;
-use robhaz_model::Robot;
-use robhaz_scene::{Scene, TerrainChoice};
+use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use robhaz_sim::clearance::{BarPlace, ClearanceMeter, Clearances};
 
@@ -26,19 +24,9 @@ pub struct TruthClearance {
 impl TruthClearance {
     /// For the robot and the ground of a scene.
     pub fn of(scene: &Scene) -> Self {
-        Self::new(&scene.robot.robot, &scene.terrain)
-    }
-
-    /// For a run; `None` for recorded readings.
-    pub(crate) fn of_run(run: &RunDescription) -> Option<Self> {
-        let world = run.world.as_ref()?;
-        Some(Self::new(&run.robot.robot, &world.terrain))
-    }
-
-    fn new(robot: &Robot, terrain: &TerrainChoice) -> Self {
-        let terrain = terrain.build(robot);
+        let robot = &scene.robot.robot;
         Self {
-            meter: ClearanceMeter::new(&robot.geometry, terrain),
+            meter: ClearanceMeter::new(&robot.geometry, scene.terrain.build(robot)),
             least: f64::INFINITY,
         }
     }

@@ -18,7 +18,8 @@ const NOT_YET: Result<Estimate, EstimateError> = Err(EstimateError::Missing { fi
 pub struct Estimators {
     estimators: Vec<Estimator>,
     estimates: Vec<Result<Estimate, EstimateError>>,
-    completed: Vec<Vec<GroundPoint>>,
+    /// Points of the ground that each has completed, and no record has given.
+    pub(crate) completed: Vec<Vec<GroundPoint>>,
 }
 
 impl Estimators {
@@ -89,17 +90,6 @@ impl Estimators {
     pub(crate) fn memory(&self) -> Vec<Vec<GroundPoint>> {
         let memories = self.estimators.iter().map(Estimator::ground);
         memories.map(Iterator::collect).collect()
-    }
-
-    /// Takes the completed points of the ground away.
-    pub(crate) fn take_completed(&mut self) -> Vec<Vec<GroundPoint>> {
-        let none = vec![Vec::new(); self.completed.len()];
-        std::mem::replace(&mut self.completed, none)
-    }
-
-    /// Gives completed points of the ground back, which no record has given.
-    pub(crate) fn set_completed(&mut self, points: Vec<Vec<GroundPoint>>) {
-        self.completed = points;
     }
 
     /// Removes the completed points of the ground, which a record has given.

@@ -122,7 +122,7 @@ impl Run {
         let settings = description.estimators.iter().map(|e| e.settings);
         Self {
             estimators: Estimators::new(&description.nominal_robot, settings),
-            clearance: TruthClearance::of_run(&description),
+            clearance: description.world.as_deref().map(TruthClearance::of),
             clearance_need: ClearanceNeed::Always,
             ground: vec![Vec::new(); description.estimators.len()],
             description,

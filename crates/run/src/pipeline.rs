@@ -94,7 +94,7 @@ pub(crate) fn run(
         });
         *wall += times[0].max(times[1]);
     });
-    estimators.set_completed(left);
+    estimators.completed = left;
     result
 }
 
@@ -172,7 +172,8 @@ fn estimate_all(
             }
         }
         time += start.elapsed();
-        batch.completed = estimators.take_completed();
+        let none = vec![Vec::new(); estimators.count()];
+        batch.completed = std::mem::replace(&mut estimators.completed, none);
         batch.memory = if batch.ends_with_ground {
             estimators.memory()
         } else {

@@ -55,7 +55,7 @@ fn array(kind: &DataType, cells: &[Cell]) -> ArrayRef {
         DataType::Int64 => all::<_, Int64Array>(cells, whole),
         DataType::Float64 => all::<_, Float64Array>(cells, |value| match value {
             AxisValue::Number(number) => Some(*number),
-            #[expect(clippy::cast_precision_loss, reason = "a whole number among others")]
+            // A whole number among others.
             other => whole(other).map(|whole| whole as f64),
         }),
         DataType::Boolean => all::<_, BooleanArray>(cells, |value| match value {
@@ -127,10 +127,7 @@ impl RowBuilder {
             let scores = ScoreColumn::all().iter().enumerate().map(|(i, column)| {
                 let score = row.scores.get(i).copied().flatten()?;
                 Some(match column.is_count {
-                    #[expect(
-                        clippy::cast_possible_truncation,
-                        reason = "a count, written as a number"
-                    )]
+                    // A count, written as a number.
                     true => AxisValue::Whole(score as i64),
                     false => AxisValue::Number(score),
                 })

@@ -32,7 +32,7 @@ impl Samples {
     pub fn value(&self, sample: u64) -> AxisValue {
         let u = uniform(self.draws.seed, &format!("{} {sample}", self.key));
         let interval = usize::try_from(sample).ok();
-        #[expect(clippy::cast_precision_loss, reason = "at most 1e8 samples")]
+        // At most 1e8 samples.
         let u = match interval.and_then(|sample| self.order.get(sample)) {
             Some(interval) => (f64::from(*interval) + u) / self.draws.count as f64,
             None => u,
@@ -43,7 +43,7 @@ impl Samples {
     /// The samples with the least and the largest value.
     pub fn extremes(&self) -> [u64; 2] {
         let number = |sample: u64| match self.value(sample) {
-            #[expect(clippy::cast_precision_loss, reason = "for an order alone")]
+            // For an order alone.
             AxisValue::Whole(whole) => whole as f64,
             AxisValue::Number(number) => number,
             _ => f64::NAN,
@@ -70,12 +70,7 @@ fn shuffled(key: &str, draws: Draws) -> Vec<u32> {
     let mut order: Vec<u32> = (0..count).collect();
     // Fisher and Yates.
     for i in (1..order.len()).rev() {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            clippy::cast_precision_loss,
-            reason = "a random index from 0 to i"
-        )]
+        // A random index from 0 to i.
         let j = (stream.uniform() * (i + 1) as f64) as usize;
         order.swap(i, j.min(i));
     }
@@ -100,11 +95,7 @@ fn quantile(distribution: Distribution, u: f64) -> AxisValue {
         }
         Distribution::Normal(mean, sigma) => mean + sigma * standard_normal(u),
         Distribution::Whole(first, last) => {
-            #[expect(
-                clippy::cast_precision_loss,
-                clippy::cast_possible_truncation,
-                reason = "below 2^63; beyond 2^53 some numbers are never drawn"
-            )]
+            // Below 2^63; beyond 2^53 some numbers are never drawn.
             let step = ((last - first) as f64 * u + u).floor() as i64;
             return AxisValue::Whole(first.saturating_add(step).min(last));
         }

@@ -23,7 +23,7 @@ impl Mean {
         if runs == 0 {
             return None;
         }
-        #[expect(clippy::cast_precision_loss, reason = "a count of seeds")]
+        // A count of seeds.
         let n = runs as f64;
         let mean = values.iter().sum::<f64>() / n;
         let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -47,7 +47,7 @@ impl Mean {
 /// (Wilson and Hilferty): from 5 degrees of freedom on within 0.5 % at the upper end and 5 % at the
 /// lower; from 30 on within 0.1 %.
 pub fn chi_squared_bounds(components: f64, runs: usize) -> (f64, f64) {
-    #[expect(clippy::cast_precision_loss, reason = "a count of seeds")]
+    // A count of seeds.
     let degrees = components * runs as f64;
     let c = 2.0 / (9.0 * degrees);
     let at = |z: f64| components * (1.0 - c + z * c.sqrt()).powi(3);

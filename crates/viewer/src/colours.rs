@@ -46,14 +46,8 @@ impl Colour {
         let mut out = self.0;
         for (own, far) in out.iter_mut().zip(other.0) {
             let value = f32::from(*own) * (1.0 - share) + f32::from(far) * share;
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "the value lies between two bytes"
-            )]
-            {
-                *own = value.round() as u8;
-            }
+            // The value lies between two bytes.
+            *own = value.round() as u8;
         }
         Self(out)
     }

@@ -62,7 +62,7 @@ impl Control {
             .filter_map(|t| t.time_range.as_ref())
             .map(|r| r.end)
             .max();
-        #[expect(clippy::cast_precision_loss, reason = "exact up to a hundred days")]
+        // Exact up to a hundred days.
         Ok(newest.map(|ns| ns as f64 * 1e-9))
     }
 
@@ -71,7 +71,7 @@ impl Control {
     /// # Errors
     /// [`ViewerError::Control`]
     pub(crate) fn show(&mut self, time: f64) -> Result<(), ViewerError> {
-        #[expect(clippy::cast_possible_truncation, reason = "times of a run")]
+        // Times of a run.
         let time = (time * 1e9).round() as i64;
         let request = SetTimeCursorRequest {
             store_id: None,

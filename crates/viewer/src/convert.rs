@@ -20,10 +20,7 @@ pub(crate) fn deep(v: Vec2) -> [f32; 3] {
 }
 
 /// Single precision. The error is at most 0.5 um at 10 m.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the viewer uses single precision"
-)]
+// The viewer uses single precision.
 pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }

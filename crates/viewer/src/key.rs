@@ -22,9 +22,7 @@ const LOWEST: f64 = 0.13;
 
 /// Width of the key to the plots of a run, in units of the view.
 pub(crate) fn width(run: &RunDescription) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "a few entries")]
-    let entries = entries(run).len() as f64;
-    WIDTH * entries
+    WIDTH * entries(run).len() as f64
 }
 
 /// Label, colours of the samples from top to bottom, and their width (points) of each entry. Recorded readings have no true

@@ -30,7 +30,7 @@ pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
             end = end.max(newest.copied());
         }
     }
-    #[expect(clippy::cast_precision_loss, reason = "exact up to a hundred days")]
+    // Exact up to a hundred days.
     Ok(end.map(|ns| ns as f64 * 1e-9))
 }
 

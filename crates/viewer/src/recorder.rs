@@ -132,10 +132,7 @@ impl Recorder {
 /// Wall-clock time, ns. It distinguishes two runs of the same scene in one viewer.
 fn now() -> u64 {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "the lower digits distinguish two runs"
-    )]
+    // The lower digits distinguish two runs.
     since.map_or(0, |time| time.as_nanos() as u64)
 }
 

@@ -16,8 +16,8 @@ use rerun::external::re_log_types::{
 use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
 use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink as _};
 use rerun::{
-    AsComponents, EntityPath, SerializationResult, SerializedComponentColumn, StoreId, StoreKind,
-    TimePoint, Timeline,
+    ApplicationId, AsComponents, EntityPath, SerializationResult, SerializedComponentColumn,
+    StoreId, StoreKind, TimePoint, Timeline,
 };
 use std::fs::File;
 use std::path::Path;
@@ -25,8 +25,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Name by which the viewer groups recordings and their layouts.
-pub(crate) const APPLICATION: &str = "robhaz";
 /// Name of the timeline. It is simulated time.
 pub(crate) const TIMELINE: &str = "sim_time";
 
@@ -179,18 +177,21 @@ impl Writer {
         fingerprint: u64,
     ) -> Result<Self, ViewerError> {
         let id = format!("{name}-{fingerprint:016x}");
+        // The viewer has one layout for each application: a run is one, so that each has its own.
+        let application = ApplicationId::try_from(format!("robhaz-{fingerprint:016x}"));
+        let application = application.map_err(ViewerError::io("write", destination))?;
         let mut writer = Self {
             destination: destination.to_owned(),
             messages: Vec::new(),
             background: Background::start(target)?,
-            recording: StoreId::new(StoreKind::Recording, APPLICATION, id.clone()),
-            layout: StoreId::new(StoreKind::Blueprint, APPLICATION, id),
+            recording: StoreId::new(StoreKind::Recording, application.clone(), id.clone()),
+            layout: StoreId::new(StoreKind::Blueprint, application, id),
             fingerprint,
             chunks: 0,
         };
         for store in [writer.recording.clone(), writer.layout.clone()] {
             let row_id = *writer.next_id();
-            let info = StoreInfo::new(store, StoreSource::Other(APPLICATION.to_owned()));
+            let info = StoreInfo::new(store, StoreSource::Other("robhaz".to_owned()));
             writer.messages.push(SetStoreInfo { row_id, info }.into());
         }
         writer.constant(

@@ -90,7 +90,7 @@ impl Column {
         }
     }
 
-    /// Adds the values in records for which its table has a row. Of [`Kind::Optional`] a value that is not finite is missing.
+    /// Adds the values in records. Of [`Kind::Optional`] a value that is not finite is missing.
     pub fn add(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
         self.source.1.all(frames, to);
     }
@@ -121,8 +121,6 @@ pub struct Table {
     pub name: String,
     /// Its columns, in order; the first is `time`.
     pub columns: Vec<Column>,
-    /// Whether it has no row for a record without truth.
-    pub(super) needs_truth: bool,
 }
 
 impl Table {
@@ -133,13 +131,7 @@ impl Table {
         Self {
             name: name.into(),
             columns: time.into(),
-            needs_truth: false,
         }
-    }
-
-    /// Whether the table has a row for a record: that of the truth needs one.
-    pub fn has_row(&self, frame: &Frame<'_>) -> bool {
-        frame.truth.is_some() || !self.needs_truth
     }
 }
 

@@ -8,7 +8,6 @@ impl Table {
     /// `truth`: motion and forces of the simulation.
     pub fn truth() -> Self {
         let mut table = Self::new("truth");
-        table.needs_truth = true;
         table
             .columns
             .extend(columns! { Source::truth; "body_", "body's ";

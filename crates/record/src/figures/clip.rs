@@ -18,12 +18,7 @@ pub fn range(mut values: Vec<f64>, least_span: f64, tail: f64) -> Range<f64> {
     let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else {
         return 0.0..least_span;
     };
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "an index into some thousand values"
-    )]
+    // An index into some thousand values.
     let tail = (values.len() as f64 * tail) as usize;
     let (low, high) = (values[tail], values[values.len() - 1 - tail]);
     let bulk = (high - low).max(least_span);

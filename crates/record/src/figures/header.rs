@@ -89,7 +89,7 @@ impl Entry {
     }
 
     fn width(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "some marks and letters")]
+        // Some marks and letters.
         let [marks, letters] = [self.marks.len(), self.label.chars().count()].map(|n| n as f64);
         marks * (SAMPLE + SAMPLE_GAP) + letters * LETTER * LETTERS
     }
@@ -108,7 +108,7 @@ pub struct Header {
 impl Header {
     /// Where the panels below it begin, px.
     pub fn bottom(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a few rows")]
+        // A few rows.
         let rows = self.rows().len() as f64;
         KEY_TOP + rows * KEY + 6.0
     }

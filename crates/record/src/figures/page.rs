@@ -75,13 +75,8 @@ impl Page {
     pub fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
         let height = self.header.bottom() + panels + 0.5 * MARGIN;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the height of a picture"
-        )]
-        let height = height.ceil() as u32;
-        (WIDTH, height)
+        // The height of a picture.
+        (WIDTH, height.ceil() as u32)
     }
 
     /// Draws it on a white page of its size.
@@ -96,7 +91,7 @@ impl Page {
         };
         let full = f64::from(WIDTH) - 2.0 * MARGIN;
         let first = self.header.bottom();
-        #[expect(clippy::cast_precision_loss, reason = "a few columns")]
+        // A few columns.
         let count = self.columns.len() as f64;
         let width = (full - (count - 1.0) * GAP) / count;
         let mut left = MARGIN;

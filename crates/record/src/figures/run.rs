@@ -87,7 +87,7 @@ impl RunTraces {
         let rule = Rule {
             compare_from: run.record.compare_from,
         };
-        #[expect(clippy::cast_precision_loss, reason = "records of an interval")]
+        // Records of an interval.
         let interval = Trace::new(records).stride() as f64 / run.record.rate;
         Self {
             rule,

@@ -46,12 +46,8 @@ const TEXT: RGBColor = RGBColor(0x20, 0x20, 0x21);
 
 /// A length in px as units of drawing.
 pub fn units(px: f64) -> i32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "lengths of a picture are small"
-    )]
-    let units = (px * f64::from(SCALE)).round() as i32;
-    units
+    // Lengths of a picture are small.
+    (px * f64::from(SCALE)).round() as i32
 }
 
 /// A line of a width in px.
@@ -90,13 +86,8 @@ pub fn band_color(RGBColor(r, g, b): RGBColor) -> RGBColor {
     const WHITE: f64 = 0.78;
     let mixed = |channel: u8| {
         let value = f64::from(channel) * (1.0 - WHITE) + 255.0 * WHITE;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "between two bytes"
-        )]
-        let byte = value.round() as u8;
-        byte
+        // Between two bytes.
+        value.round() as u8
     };
     RGBColor(mixed(r), mixed(g), mixed(b))
 }

@@ -107,7 +107,7 @@ impl ForceSums {
 
     /// The means; `None` without records.
     pub fn means(&self) -> Option<MeanForces> {
-        #[expect(clippy::cast_precision_loss, reason = "counts of records")]
+        // Counts of records.
         let mean = |sum: f64, of: u64| sum / of as f64;
         if self.samples == 0 {
             return None;
