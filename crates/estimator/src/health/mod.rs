@@ -10,6 +10,7 @@
 //! | slip of wheel i | its rim speed, less the creep of its T/N, with those of the other wheels | encoder i, torque i |
 //! | direction of wheel i | velocity of its centre with its contact angle | contact angle i |
 //! | inclination of link k | inclinometer with the integrated gyroscope | gyroscope k, inclinometer k |
+//! | turning of link k | mean of the inclinometer with the gyroscope, without the filters | gyroscope k, inclinometer k |
 //! | parity | all torques, angles and loads, eq. (8) | parity |
 //! | change of torque i | is it exactly constant while its wheel turns | torque i |
 //! | answer of the control | differences of the torques with those of the encoders, in each pairing | the exchanged torques |
@@ -23,6 +24,7 @@ mod channels;
 mod monitor;
 mod smoothing;
 mod start;
+mod turning;
 mod wiring;
 
 pub use answer::PAIRINGS;
@@ -32,3 +34,4 @@ pub(crate) use monitor::{HealthMonitor, HealthSample, Innovations};
 pub(crate) use smoothing::WheelReadings;
 pub use start::LATE_TORQUE;
 pub(crate) use start::RollingRobot;
+pub(crate) use turning::TurnReadings;

@@ -3,6 +3,7 @@
 use super::channels::Channels;
 use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
+use super::turning::{TurnReadings, Turning};
 use super::wiring::Wiring;
 use crate::frame::Inputs;
 use robhaz_model::Carrier;
@@ -48,6 +49,12 @@ pub(crate) struct HealthSample<'a> {
     pub innovations: &'a Innovations,
     /// Motor torques that must change from sample to sample, N m: those that are read now, have noise, and turn their wheel.
     pub varying_torque: [Option<f64>; 3],
+    /// Gyroscope and inclinometer of links 1 and 2; `None` if one has been missing for long.
+    pub links: [Option<TurnReadings>; 2],
+    /// Largest speed of a wheel's rim, m/s.
+    pub rim: f64,
+    /// Standard deviation of a gyroscope's bias, rad/s.
+    pub rate_bias: f64,
     /// Torques and encoders; `None` if one has been missing for long or counts from a new zero.
     pub wheels: Option<WheelReadings>,
     /// Whether the robot drives.
@@ -67,6 +74,9 @@ pub(crate) struct HealthMonitor {
     inclination: [Mean; 2],
     parity: Mean,
     torque: [Constancy; 3],
+    turning: [Turning; 2],
+    /// Largest speed of a rim, which decays, m/s.
+    fastest: f64,
     wiring: Wiring,
     /// Time from which on inclinations count again, s from now.
     unsettled: f64,
@@ -74,7 +84,8 @@ pub(crate) struct HealthMonitor {
 
 impl HealthMonitor {
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment.
+    /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment. [`Turning`]
+    /// holds meanwhile.
     const SETTLES: f64 = 0.5;
     /// The same after the robot has stood, s.
     const STARTS: f64 = 0.3;
@@ -84,6 +95,11 @@ impl HealthMonitor {
         let dt = sample.dt;
         for (constancy, torque) in self.torque.iter_mut().zip(sample.varying_torque) {
             constancy.update(torque, dt);
+        }
+        self.fastest -= dt / (Mean::WINDOW + dt) * self.fastest;
+        self.fastest = self.fastest.max(sample.rim);
+        for (turning, readings) in self.turning.iter_mut().zip(&sample.links) {
+            turning.update(readings.as_ref(), self.fastest, sample.rate_bias, dt);
         }
         self.wiring
             .update(sample.wheels.as_ref(), sample.drives, robot, dt);
@@ -123,8 +139,9 @@ impl HealthMonitor {
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut faulty = Channels::NONE;
-        let link = self.inclination.map(|mean| mean.beyond);
+        let mut link = [false; 2];
         for k in 0..2 {
+            link[k] = self.inclination[k].beyond || self.turning[k].apart();
             if link[k] {
                 faulty |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
@@ -257,6 +274,9 @@ mod tests {
         HealthSample {
             innovations,
             varying_torque: [None; 3],
+            links: [None; 2],
+            rim: 0.0,
+            rate_bias: 0.0,
             wheels: None,
             drives: true,
             model_holds: true,

@@ -4,7 +4,8 @@ use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::frame::{Held, Inputs, Instant};
 use crate::health::{
-    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, WheelReadings,
+    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, TurnReadings,
+    WheelReadings,
 };
 use crate::nominal::Nominal;
 
@@ -25,15 +26,20 @@ impl BestFilters {
         let speed = self.motion.velocity().norm_squared();
         let drives = speed > DRIVING_SPEED * DRIVING_SPEED;
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
-        let varying = |i: usize| {
+        let rim = [0, 1, 2].map(|i| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
-            let rim = (nominal.robot.geometry.wheel_radius * spin).abs();
+            (nominal.robot.geometry.wheel_radius * spin).abs()
+        });
+        let varying = |i: usize| {
             let torque = instant.inputs.motor_torque[i].now();
-            torque.filter(|_| has_noise && rim > DRIVING_SPEED)
+            torque.filter(|_| has_noise && rim[i] > DRIVING_SPEED)
         };
         let sample = HealthSample {
             innovations,
             varying_torque: [varying(0), varying(1), varying(2)],
+            links: [0, 1].map(|k| turn_readings(instant.inputs, k)),
+            rim: rim.into_iter().fold(0.0, f64::max),
+            rate_bias: nominal.settings.budget.rate_bias,
             wheels: wheel_readings(instant.inputs),
             drives,
             model_holds,
@@ -46,6 +52,16 @@ impl BestFilters {
         }
         health
     }
+}
+
+/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
+fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
+    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
+    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
+    (serves(rate) && serves(inclination)).then_some(TurnReadings {
+        rate: rate.value,
+        inclination: inclination.value,
+    })
 }
 
 /// Inertia and damping of the nominal robot whose wheels all roll.
