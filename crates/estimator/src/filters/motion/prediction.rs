@@ -175,7 +175,7 @@ impl MotionFilter {
         for time in &mut self.sliding {
             *time = (*time - dt).max(0.0);
         }
-        self.unmodelled_load *= libm::exp(-dt / TUNING.filter_time);
+        self.unmodelled_load *= libm::exp(-dt / TUNING.unmodelled_decay);
         if self.unmodelled_load < TUNING.unmodelled_floor {
             self.unmodelled_load = 0.0;
         }

@@ -198,7 +198,7 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
             MeasuredAccelerations::default(),
         );
     }
-    let decayed = expected * libm::exp(-0.1 / TUNING.filter_time);
+    let decayed = expected * libm::exp(-0.1 / TUNING.unmodelled_decay);
     assert!((motion.unmodelled_load - decayed).abs() < 1e-9 * expected);
     // The prediction of the residual itself does not change: its NIS shows impacts.
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).innovation;

@@ -82,6 +82,9 @@ pub struct Tuning {
     pub edge_noise: GaussMarkov,
     /// Size of a parity residual that is not yet unmodelled load, in standard deviations.
     pub modelled: f64,
+    /// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands on two contacts under a low-gain drive has
+    /// a parity residual beyond its gate for seconds.
+    pub unmodelled_decay: f64,
     /// Variance of the unmodelled load below which it becomes zero, N^2.
     pub unmodelled_floor: f64,
 }
@@ -119,5 +122,6 @@ pub const TUNING: Tuning = Tuning {
     impact_noise: GaussMarkov::new(0.1, 0.1),
     edge_noise: GaussMarkov::new(0.0045, 0.1),
     modelled: 2.0,
+    unmodelled_decay: 0.02,
     unmodelled_floor: 1e-6,
 };
