@@ -231,7 +231,7 @@ impl MotionFilter {
         let on = if sample.correct && rolls { 1.0 } else { 0.0 };
         let ratio_sigma = self.ratio_sigma(i, wheel);
         let pulls = wheel.ratio.abs() > TUNING.pulling * ratio_sigma;
-        let shows_creep = pulls && wheel.ratio.abs() < TUNING.gripping_ratio;
+        let shows_creep = pulls && wheel.ratio.abs() < TUNING.linear_ratio;
         let of_creep = if shows_creep { on } else { 0.0 };
         let h = [
             (VELOCITY, velocity.direction.x),
@@ -266,7 +266,7 @@ impl MotionFilter {
             noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
         };
         if square(innovation) > square(GATE) * sample_variance {
-            if wheel.ratio.abs() > TUNING.gripping_ratio {
+            if wheel.ratio.abs() > TUNING.sticking_ratio {
                 self.sliding[i] = TUNING.sliding_time;
             } else if rolls && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
