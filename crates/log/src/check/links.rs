@@ -237,7 +237,11 @@ fn sign(
         (coefficient.cannot_tell(remedy), None)
     } else if !found.is_known() {
         // An inclinometer measures the accelerations of impacts.
-        let remedy = "record a drive over smooth ground";
+        let remedy = if is(-1.0) {
+            "it looks as if one of them had the wrong sign: turn the link by hand, or record a drive over smooth ground"
+        } else {
+            "record a drive over smooth ground"
+        };
         (finding.cannot_tell(remedy), None)
     } else if is(-1.0) {
         let (wrong, remedy) = wrong_sign(fits, k, on_ground);
