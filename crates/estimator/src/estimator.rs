@@ -21,6 +21,7 @@ pub struct Estimator {
 }
 
 /// Time that counts as passed when it is not known, s: a gap.
+/// Definition.
 const UNKNOWN_TIME: f64 = 2.0 * LONGEST_GAP;
 
 /// The state from frame to frame.

@@ -29,22 +29,29 @@ pub struct SensorFrame {
 }
 
 /// Gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
+/// Chosen: a robot can stop within it.
 pub(crate) const LONGEST_GAP: f64 = 0.5;
 /// Least time between frames, s. Half of the shortest period that is supported, 1 us: time stamps are rounded, so that
 /// their differences are not exactly equal (at 3 s by 4e-16 s, in seconds since 1970 by 2e-7 s).
+/// Definition.
 pub(crate) const SHORTEST_STEP: f64 = 0.5e-6;
 
 /// Limits of a robot of this kind. A reading beyond its limit counts as missing.
 mod limit {
     /// Motor torque at a wheel, N m: thirty times the drive's.
+    /// Guard.
     pub const TORQUE: f64 = 300.0;
     /// Turn of a wheel, rad: 100 000 km. Beyond it rounding exceeds a count.
+    /// Guard.
     pub const TURN: f64 = 1e9;
     /// Inclination and contact angle, rad: upside down.
+    /// Guard.
     pub const ANGLE: f64 = core::f64::consts::FRAC_PI_2;
     /// Angular rate of a link, rad/s: 2000 deg/s, the range of common gyroscopes.
+    /// Data sheet.
     pub const RATE: f64 = 35.0;
     /// Spin speed of a wheel, rad/s: 20 m/s at the rim.
+    /// Guard.
     pub const SPIN: f64 = 200.0;
 }
 
@@ -131,6 +138,7 @@ pub(crate) struct Instant<'a> {
 
 impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
+    /// Chosen.
     pub const STALE_AFTER: f64 = 0.1;
 
     /// Takes a frame `dt` seconds after the last one. Contact angles are read `with_angles` only.

@@ -23,10 +23,13 @@ pub(crate) struct Nominal {
 }
 
 /// Distance to an end stop at which its torque may act, rad: half a degree.
+/// Chosen: some times the error of an inclinometer.
 const STOP_MARGIN: f64 = 0.0087;
 /// Standard deviation of the torque of an end stop, N m.
+/// Guard: more than any stop bears in the shipped scenes.
 const STOP_TORQUE: f64 = 20.0;
 /// Standard deviation of the remaining errors of a row of eq. (8), N: arm r for r - g, accelerations within a step.
+/// Guard.
 const LOAD_SIGMA: f64 = 0.01;
 
 impl Nominal {

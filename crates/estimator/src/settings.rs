@@ -212,6 +212,7 @@ pub struct EstimatorSettings {
 impl EstimatorSettings {
     /// Part of the mean wheel load below which a wheel counts as unloaded: a twentieth. Such a wheel does not roll for
     /// sure, and its T/N is mostly noise.
+    /// Chosen.
     pub(crate) const UNLOADED: f64 = 0.05;
 
     /// `paper-body`: the linkage's mass in the body (Fig. 7).

@@ -13,7 +13,9 @@ use crate::statics::LOAD_PARAMETERS;
 use robhaz_model::{GRAVITY, Geometry, MassSet, Outline, PinStop, Pins, Robot};
 
 /// Radius of a wheel, m, and mass of one side, kg, of the robot whose units are SI.
+/// Definition.
 const RADIUS: f64 = 0.1;
+/// Definition.
 const MASS: f64 = 14.0;
 
 /// The units of one robot, in SI.

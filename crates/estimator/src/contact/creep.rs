@@ -11,6 +11,7 @@ pub(crate) struct Creep {
 
 impl Creep {
     /// T/N from which slip is no longer linear in it, -: on poor ground.
+    /// Chosen; sensitive.
     const LINEAR_RATIO: f64 = 0.12;
 
     /// Slip speed by the linear law, m/s.

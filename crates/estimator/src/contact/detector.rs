@@ -38,6 +38,7 @@ impl RollingResiduals {
 impl SlipResidual {
     /// Slip beyond creep that needs no fault, in units of that creep: a wheel that comes to other ground may have none, or three times as
     /// much where friction is poor. Beyond that it slides.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const OTHER_GROUND: [f64; 2] = [-1.0, 2.0];
 
     /// Normalised innovation squared of the speed constraint, relative to the slip of another wheel beyond its creep. What other ground
@@ -88,23 +89,31 @@ pub(crate) struct ContactDetector {
 
 impl ContactDetector {
     /// Load over the mean wheel load below which a wheel is in the air, and above which it has landed, -.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const UNLOADED: [f64; 2] = [EstimatorSettings::UNLOADED, 0.10];
     /// Speed away from the ground, in standard deviations, below which a wheel has one contact again.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const ONE_CONTACT: f64 = 2.0;
     /// Time for which it has to be below, s.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const ONE_CONTACT_TIME: f64 = 0.02;
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
     /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const SLIDING: [f64; 2] = [2.0, 1.5];
     /// Least slip beyond creep of a wheel that slides, m/s: errors of the estimated speed while two wheels slide, and of the creep near the
     /// peak of friction.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const LEAST_SLIP: f64 = 0.008;
     /// The same in standard deviations of the gyroscope's part.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const LEAST_SIGMAS: f64 = 3.0;
     /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows
     /// there comes from a wrong velocity, as after an impact.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     pub const LEAST_RATIO: f64 = 0.15;
     /// Time for which a condition has to hold before a state changes, and time constant of the slip's low pass, s.
+    /// Chosen; held by `tests/acceptance_contacts.rs`.
     const HOLD: f64 = 0.005;
 
     /// Takes the evidence of one sample, `dt` seconds after the last.
@@ -189,6 +198,7 @@ struct Switch {
 
 impl Switch {
     /// Rounding of the times between samples, s.
+    /// Definition.
     const ROUNDING: f64 = 1e-9;
 
     /// `opposite`: whether the opposite of the present condition holds at this sample, `dt` seconds after the last. It

@@ -25,20 +25,27 @@ pub(crate) struct StandingDetector {
 
 impl StandingDetector {
     /// Change of a link angle that is a change of the posture, rad: five times the noise of an inclinometer that errs by 0.1 deg.
+    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const CHANGE: f64 = 0.01;
     /// Sum of the tractions over the weight from which on a robot pushes: that of a slope of 11 deg.
+    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     pub const PUSHES: f64 = 0.2;
     /// Angle between the lines from axle to axle from which on they are not one line, rad. Drawings that err by 2 mm make 0.015.
+    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const BEND: f64 = 0.05;
     /// Distance by which the wheels have to turn, over the largest distance between neighbouring axles.
+    /// Chosen; sensitive. Held by `contact/standing.rs` and `tests/check/health.rs`.
     const DISTANCES: f64 = 1.05;
     /// The same for contact angles that deviate by [`Self::STEEP`].
+    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const STEEP_DISTANCES: f64 = 0.25;
     /// Mean deviation of the contact angles from the lines between the axles that no robot meets while its posture stays, rad.
+    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const STEEP: f64 = 0.35;
 
     /// Least speed at which wheels that push count as turning while the contact angles deviate by [`Self::STEEP`], m/s: a robot whose
     /// wheels are at rest stands. It takes 0.75 s with axles 0.3 m apart, longer than any impact.
+    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const LEAST_SPEED: f64 = 0.1;
 
     /// Whether the robot stands while its wheels turn, by the last sample.

@@ -15,6 +15,7 @@ pub(crate) struct ContactVelocity {
 
 impl ContactVelocity {
     /// Speed below which a velocity has no direction, m/s, and a wheel may bear its traction without slip.
+    /// Chosen; insensitive.
     pub const SLOW: f64 = 0.02;
 
     /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad).

@@ -48,17 +48,23 @@ pub struct LinkReadings {
 
 impl LinkAngleKalman {
     /// Random walk of the rate while the gyroscope is not read, rad/s/sqrt(s).
+    /// Chosen: rates of some tenths of rad/s within a tenth of a second.
     const UNREAD_WALK: f64 = 0.5;
     /// Relative error of the acceleration that is subtracted from the inclinometer.
+    /// Chosen; sensitive.
     const ACCELERATION_ERROR: f64 = 0.5;
     /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
+    /// Guard.
     const LEAST_NOISE: f64 = 5e-4;
     /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
     /// whose wheel follows ground with a radius of R = 0.1 m at 0.2 m/s.
+    /// Chosen; sensitive.
     const IMPACT: f64 = 20.0;
     /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
+    /// Guard.
     const LEAST_UNMODELLED: f64 = 1e-4;
     /// Relative error of an inclinometer's lag: tolerance of a low pass.
+    /// Data sheet: tolerance of the capacitors of a low pass.
     const LAG_ERROR: f64 = 0.2;
 
     /// A filter that waits for its first reading.

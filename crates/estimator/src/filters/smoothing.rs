@@ -6,9 +6,11 @@ use crate::settings::NoiseBudget;
 pub(crate) const TYPICAL: NoiseBudget = NoiseBudget::typical();
 
 /// Time constant of a low pass on a rate of typical sensors, s.
+/// Chosen; sensitive.
 pub(crate) const SMOOTHING: f64 = 0.02;
 
 /// Least time constant of a low pass, s.
+/// Guard.
 const SHORTEST: f64 = 0.001;
 
 /// Time constant of a low pass on a rate, s, for readings whose noise is `noise` times that of typical sensors: the finer, the shorter.

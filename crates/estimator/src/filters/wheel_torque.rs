@@ -34,8 +34,10 @@ pub struct TorqueObserver {
 }
 
 /// Standard deviation of the angle of a typical encoder, rad: a count over sqrt(12).
+/// Definition.
 pub(crate) const COUNT_SIGMA: f64 = 2.0 * core::f64::consts::PI / TYPICAL.encoder_counts * UNIFORM;
 /// Standard deviation of a uniform error over its width, 1/sqrt(12).
+/// Definition.
 pub(crate) const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
 const ANGLE: usize = 0;
@@ -55,20 +57,25 @@ impl TorqueObserver {
     /// the PI drive's fast torques and the noise of the encoder cost the same error. For finer readings the density is
     /// larger, so the observer is faster: in inverse proportion to the coarser of the two readings, down to
     /// [`Self::FINEST`] of these.
+    /// Chosen; sensitive.
     const TORQUE_JERK: f64 = 5.0;
     /// Speed of the rim, m/s, above which that density grows with the speed to the power of 3/2. The torque changes along the ground: at
     /// the speed v its second derivative is v^2 times that along the ground, whose white noise over the length is by 1/v less dense over
     /// the time.
+    /// Chosen; sensitive.
     const REFERENCE_SPEED: f64 = 0.2;
     /// See [`Self::TORQUE_JERK`].
+    /// Chosen; insensitive.
     const FINEST: f64 = 0.04;
     /// Standard deviation of the change of the ground's torque in an impact, N m; its rate changes by that over [`SMOOTHING`].
     ///
     /// This and the next one were chosen from 0.5 to 5 N m and 0.01 to 0.5 rad/s for the least error
     /// behind a ramp's corner and a ditch's edges. On rolling ground no innovation exceeds the gate.
+    /// Chosen; sensitive.
     const IMPACT_TORQUE: f64 = 1.0;
     /// Standard deviation of the change of the spin speed, rad/s. Without it the filter would explain the speed change of
     /// the impact by a constant torque.
+    /// Chosen; sensitive.
     const IMPACT_SPEED: f64 = 0.02;
 
     /// Starts with a wheel at rest: its speed is within 0.01 rad/s, the ground's torque within 5 N m.

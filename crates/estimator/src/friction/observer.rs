@@ -58,11 +58,14 @@ pub(crate) struct FrictionObserver {
 
 impl FrictionObserver {
     /// Standard deviations between what was found and the bound.
+    /// A wrong bound of 2.3 % for a Gaussian.
     const BOUND: f64 = 2.0;
     /// Part of the mean wheel load from which T/N is exact enough to teach anything.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const LEAST_LOAD: f64 = 0.2;
     /// Part of a slipping wheel's |T/N| from which another wheel may be the one that slips: the speed of the ground is that of the
     /// other rims, less their creep.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const AMBIGUOUS: f64 = 0.9;
 
     /// Takes a sample. What it teaches goes to the memory of the ground.

@@ -113,26 +113,35 @@ impl Peak {
 impl SlipWatch {
     /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel
     /// has accelerated.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const RATIO_SMOOTHING: f64 = 0.05;
     /// Time constant of the faster low pass on T/N, s.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const FAST_SMOOTHING: f64 = 0.01;
     /// Increase of |T/N| in that time with which the wheel still grips, -: at 0.5/s or faster the creep alone accelerates the slip as
     /// much.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const RISE: f64 = 0.015;
     /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders and gyroscopes the acceleration
     /// of a gripping wheel then stays below 0.02 m/s^2.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const SLIP_SMOOTHING: f64 = 0.05;
     /// Slip acceleration at the onset, m/s^2: for a rotor and wheel of 0.094 kg m^2 and a load of 46 N it is a torque of 1.6 % of r N
     /// that the ground does not bear. A gripping wheel under a ramp of 0.25 N m/s stays below 0.02 m/s^2 up to 98 % of mu_max.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const ACCELERATION: f64 = 0.08;
     /// Time for which it has to be beyond, s.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const HOLD: f64 = 0.03;
     /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less grips.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const LEAST_SLIP: f64 = 0.005;
     /// Age beyond which a peak is forgotten, s.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const WINDOW: f64 = 0.6;
     /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than half of mu_max on all common grounds.
     /// A wheel that was relieved after the peak bears less, and is moved by others.
+    /// Chosen; held by `crates/study/tests/study/friction_test`.
     const STILL_BORNE: f64 = 0.5;
 
     /// Takes a sample, `dt` seconds after the last. Returns the event at the sample at which an onset is found.

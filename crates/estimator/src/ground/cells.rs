@@ -9,12 +9,14 @@ const CELLS: i64 = 96;
 /// Points that the wheels can reach, from the rearmost to the foremost contact. The others have just been left.
 const WINDOW: i64 = 88;
 /// Points over which wheelbase and wheels extend.
+/// Definition.
 const REACH: f64 = 80.0;
 /// Points that can be left, or passed by one wheel, in one sample.
 pub const MOST_AT_ONCE: i64 = CELLS - WINDOW;
 /// Points from one node of the drift to the next: [`CELLS`] points have at most `drift::NODE_COUNT` nodes.
 pub const NODE_EVERY: i64 = 6;
 /// Largest number of a point: at a spacing of 10 mm ten million kilometres.
+/// Guard.
 const LARGEST: f64 = 1e12;
 
 /// A stored point.

@@ -18,13 +18,17 @@ pub const NODE_COUNT: usize = 18;
 const COUNT: usize = NODES + NODE_COUNT;
 
 /// Correlation length of the fluctuating direction error, m.
+/// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SLOPE_LENGTH: f64 = 0.1;
 /// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error in the motion filter for as long as
 /// they are not found: 1 N at each wheel of a robot of 14 kg is 1.2 deg.
+/// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SLOW: f64 = 0.02;
 /// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
+/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const RECENT: f64 = 40.0;
 /// Misfit below which the wheels have passed the same ground. At the start of a section it is 1.
+/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const AGREES: f64 = 0.7;
 
 /// The height of a contact relative to Q, and how it errs.
@@ -216,6 +220,7 @@ impl Drift {
 
     /// Whether a number has left the range of sensible ones.
     pub fn is_lost(&self) -> bool {
+        /// Guard.
         const LIMIT: f64 = 1e6;
         let Kalman { x, p } = &self.filter;
         let mut numbers = x.iter().chain(p.iter().flatten());

@@ -8,18 +8,24 @@ use robhaz_model::{Geometry, Vec2};
 
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead reckoning: the penetration
 /// depends on the load; the link angles lag.
+/// Chosen; held by `crates/run/tests/run/ground.rs`.
 pub(super) const UNEVEN: f64 = 3e-4;
 /// Correlation time of the error of the speed, s.
+/// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SPEED_TIME: f64 = 1.0;
 /// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is nothing to store.
+/// Guard.
 const MOVING: f64 = 0.005;
 /// Length after which passes show an error of the direction anew, m: about the distance of two wheels.
+/// Chosen; held by `crates/run/tests/run/ground.rs`.
 const DIRECTION_EVERY: f64 = 0.3;
 /// Least number of passed points that show it.
 const LEAST_PASSES: i64 = 3;
 /// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of the direction.
+/// Chosen; held by `crates/run/tests/run/ground.rs`.
 const BIAS_LENGTH: f64 = 3.0;
 /// Bound of places and speeds, SI. Beyond it they are not those of a robot.
+/// Guard.
 const LARGEST: f64 = 1e9;
 
 /// The last contact of a wheel.

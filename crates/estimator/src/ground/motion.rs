@@ -39,6 +39,7 @@ impl GroundMotion {
     /// Whether all numbers are finite and can be those of a robot.
     pub fn is_possible(&self) -> bool {
         /// Bound of the root of the sum of all squares, SI.
+        /// Guard.
         const LARGEST: f64 = 1e6;
         let [xx, xy, yy] = self.velocity_covariance;
         let mut sum = self.velocity.norm_squared() + xx * xx + xy * xy + yy * yy;
@@ -53,6 +54,7 @@ impl GroundMotion {
     /// Standard deviations of the velocity: across its direction, as an error of dy/dx, at most 1; and along it, m/s.
     pub fn velocity_sigma(&self) -> (f64, f64) {
         /// Speed below which a velocity has no direction, m/s.
+        /// Guard.
         const LEAST_SPEED: f64 = 1e-6;
         let [xx, xy, yy] = self.velocity_covariance;
         let v = self.velocity;

@@ -6,8 +6,10 @@ use super::motion::{level, tangent};
 use super::point::GroundPoint;
 
 /// Length along the ground over which the error of a stored slope lasts, m: that of the penetration speed, 50 ms at 0.2 m/s.
+/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const SLOPE_LENGTH: f64 = 0.01;
 /// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of the wheel that comes there, too.
+/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const REPEATED: f64 = 8.7e-3;
 
 impl GroundMemory {

@@ -29,8 +29,10 @@ pub(super) struct Answer {
 
 impl Answer {
     /// Time constant beyond which differences are slow, s: offsets of torques, wheels on a longer way.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const SLOW: f64 = 0.3;
     /// Time constant of the means, s: that of the other tests.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const WINDOW: f64 = 2.0;
     /// Takes a step.
     pub fn update(&mut self, step: &Step) {

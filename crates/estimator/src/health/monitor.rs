@@ -9,6 +9,7 @@ use crate::frame::Inputs;
 use robhaz_model::Carrier;
 
 /// Least speed of a robot that drives, m/s.
+/// Chosen; held by the faults and honest logs of `tests/check`.
 pub const DRIVING_SPEED: f64 = 0.02;
 
 /// Whether the readings agree with each other and with the robot's model.
@@ -86,8 +87,10 @@ impl HealthMonitor {
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
     /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment. [`Turning`]
     /// holds meanwhile.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const SETTLES: f64 = 0.5;
     /// The same after the robot has stood, s.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const STARTS: f64 = 0.3;
 
     /// Takes one sample of a `robot`.
@@ -197,12 +200,17 @@ struct Mean {
 impl Mean {
     /// Time constant, s: long against impacts and against the correlation times of the errors, which are at most 0.5 s;
     /// short enough to report a fault within 5 s.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const WINDOW: f64 = 2.0;
     /// Mean beyond which a test fails: innovations of twice their standard deviation throughout the window.
+    /// White innovations have a mean of 1 within some hundredths: only correlated errors and wrong
+    /// budgets come near. Chosen; held by the faults and honest logs of `tests/check`.
     const FAILS: f64 = 4.0;
     /// Mean below which it passes again.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const PASSES: f64 = 2.0;
     /// Largest value of one sample, five standard deviations: a short outlier is no fault.
+    /// Definition: the square of the gate.
     const LARGEST: f64 = 25.0;
 
     fn update(&mut self, nis: Option<f64>, weight: f64) {
@@ -232,6 +240,7 @@ struct Constancy {
 impl Constancy {
     /// Time from which on a torque is stuck, s. Quantisation alone does not repeat a reading for so long: the torque of a
     /// wheel that rolls on real ground changes.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LONGEST: f64 = 1.0;
 
     fn update(&mut self, torque: Option<f64>, dt: f64) {

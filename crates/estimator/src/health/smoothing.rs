@@ -41,8 +41,10 @@ pub(super) struct Smoothing {
 
 impl Smoothing {
     /// Time constant, s.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     pub const TIME: f64 = 0.03;
     /// Time between steps, s: shorter than the time constant.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     pub const INTERVAL: f64 = 0.01;
 
     /// Takes the readings of one sample, `dt` (s) after the last. Returns a step each [`Self::INTERVAL`]; it is that of the

@@ -5,6 +5,7 @@ use crate::filters::Kalman;
 
 /// Delay from which on torques are late, s: a speed control answers its encoders sooner, and filters of a motor's current are
 /// shorter.
+/// Chosen; held by the faults and honest logs of `tests/check`.
 pub const LATE_TORQUE: f64 = 0.008;
 
 /// What the nominal parameters say of a robot whose wheels all roll, per rad of a wheel.
@@ -65,24 +66,34 @@ impl Default for Start {
 
 impl Start {
     /// Mean speed of the wheels from which on the robot moves, rad/s: dry friction then has its direction.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const MOVES: f64 = 0.05;
     /// Time of rest before a start, s: several time constants of the smoothing.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const STANDS: f64 = 0.1;
     /// Time of the fit, s: a robot is at its speed, and has rolled no further than some wheel radii.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LASTS: f64 = 0.8;
     /// Noise of a sum of torques to which the fit's covariance refers, N m. The residuals scale it.
+    /// Definition.
     const REFERENCE: f64 = 0.02;
     /// Standard deviations of d (s), k (N m/rad) and c (N m) before the fit; J and B have those of J, and J over
     /// [`Self::LASTS`], of the nominal parameters. All are wide: the least squares without them are the same.
+    /// Guard.
     const PRIOR: [f64; 3] = [0.1, 10.0, 20.0];
     /// Error of J over J: payload, nominal parameters, gains of the torques.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const INERTIA: f64 = 0.2;
     /// Torque that grows with the speed beyond the nominal parameters' over the mean torque of the acceleration: the ground's curvature
     /// where it is larger.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const DAMPING: f64 = 0.25;
     /// Part of the squared torque of the acceleration that the fit leaves at most.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEFT: f64 = 0.02;
     /// Standard deviations beyond [`LATE_TORQUE`] which tell that torques are late. Those that tell that they are not: one.
+    /// A false alarm of 1.3e-3 a start for a Gaussian. Chosen; held by the faults and honest logs
+    /// of `tests/check`.
     const LATE: f64 = 3.0;
 
     /// Whether the last start that showed it found the torques late.

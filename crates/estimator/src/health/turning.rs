@@ -36,12 +36,16 @@ pub(super) struct Turning {
 
 impl Turning {
     /// Time in which the angle follows the inclinometer, s: longer than an obstacle turns a link.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const FOLLOWS: f64 = 2.0;
     /// Time of the mean, s: longer than impacts.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const MEAN: f64 = 0.5;
     /// Standard deviations of a gyroscope's bias that count.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const BIASES: f64 = 3.0;
     /// Margin, rad: speeds of links that turn, noise, lag of an inclinometer.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const MARGIN: f64 = 0.04;
 
     /// Whether gyroscope and inclinometer contradict each other.

@@ -26,18 +26,25 @@ pub(crate) struct Wiring {
 
 impl Wiring {
     /// Time of driving from which on the fit is judged, s: the start of the drive is one event only.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_TIME: f64 = 1.0;
     /// RMS of the differences between the torques that shows something, N m: some times their smoothed noise.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_DIFFERENCE: f64 = 0.1;
     /// Part of the residual that another pairing leaves at most if torques are exchanged.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const EXCHANGED: f64 = 1.0 / 3.0;
     /// Part of the residual from which on they are no longer.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const RIGHT: f64 = 0.5;
     /// Share that the other pairing explains at least.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const EXPLAINED: f64 = 0.8;
     /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that of their noise.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_RESIDUAL: f64 = 0.005;
     /// Time for which another pairing must fit better, s: an impact disturbs the fit for some hundredths.
+    /// Chosen; held by the faults and honest logs of `tests/check`.
     const LASTS: f64 = 0.2;
     /// The torques that belong to another encoder, for each of [`PAIRINGS`](super::answer::PAIRINGS).
     const MOVED: [[bool; 3]; 6] = [

@@ -56,10 +56,12 @@ pub(crate) struct BestFilters {
 impl BestFilters {
     /// Time beyond the parity gate after which the estimated motion and errors are discarded, s: longer than any impact.
     /// Errors that were estimated from false readings would otherwise make the gate reject correct readings for ever.
+    /// Chosen.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
 
     /// Largest force of a wheel that can be true, over the mean load: five times the weight of the robot. An impact that the
     /// filters follow, over some 20 ms, adds m v/20 ms to the weight: five weights at 1 m/s.
+    /// Guard.
     const LARGEST_FORCE: f64 = 15.0;
 
     /// Creates the filters of a robot at rest.
@@ -317,6 +319,7 @@ impl BestFilters {
     ) -> [WheelFriction; 3] {
         /// Part of the offsets' standard deviation in the differences of three offsets, sqrt(2/3). Their sum is known from the balance
         /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
+        /// Definition.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
         let uncertain = flags.intersects(Flags::UNRELIABLE);

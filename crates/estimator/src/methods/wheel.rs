@@ -26,10 +26,13 @@ pub(crate) struct Wheel {
 
 impl Wheel {
     /// Speed over which gear friction rises once the direction is certain, rad/s: 1 mm/s at the rim.
+    /// Guard.
     const FRICTION_SPEED: f64 = 0.01;
     /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
+    /// Chosen; held by `tests/check/clock_faults.rs`.
     const JITTER: f64 = 0.01;
     /// Random walk of a motor torque while it is not read, N m/sqrt(s).
+    /// Chosen: half of the drive's torque within 0.1 s.
     const UNREAD_TORQUE_WALK: f64 = 5.0;
 
     /// A wheel at rest.
@@ -209,6 +212,7 @@ impl Wheel {
 /// (rad/s).
 fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
     /// A twentieth of a micrometre at the rim. With an exact angle the observer would not correct its other states.
+    /// Guard.
     const LEAST: f64 = 5e-7;
     let count = if budget.encoder_counts > 0.0 {
         2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM

@@ -27,6 +27,7 @@ pub struct Equilibrium {
 
 impl Equilibrium {
     /// Sine of the angle PSR below which P, R and S count as on one line: rounding leaves less, and no robot has less.
+    /// Guard.
     const STRAIGHT: f64 = 1e-9;
 
     /// The equations in a posture, for contact angles in rad and a lever in m. The arm from axle to contact is the wheel

@@ -132,6 +132,7 @@ impl core::fmt::Display for LoadCovarianceError {
 impl core::error::Error for LoadCovarianceError {}
 
 /// Largest relative rounding error of a written covariance.
+/// Definition.
 const ROUNDING: f64 = 1e-9;
 
 impl LoadCovariance {

@@ -36,19 +36,26 @@ pub(super) struct WorkBalance {
 
 impl WorkBalance {
     /// Standard deviation of q before any reading.
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const PRIOR: f64 = 1.0;
     /// Height by which posture and place err, m: 0.1 deg over the wheelbase of 0.3 m. What the fit
     /// leaves scales it.
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const HEIGHT: f64 = 5e-4;
     /// Independent passages by which that height counts against what the fit leaves.
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const PRIOR_COUNT: f64 = 2.0;
     /// Relative error of the speed along the ground, of which the slip is a part, and so of q.
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const SPEED: f64 = 0.015;
     /// Passages after which what the fit has left no longer counts: some 25 m.
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const LASTS: f64 = 2000.0;
     /// Change of q in that way.
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const CHANGE: f64 = 0.01;
     /// Factor on the deviations of q and b by [`Self::loosen`].
+    /// Chosen; held by `tests/check/torque_scale.rs`.
     const LOOSE: f64 = 3.0;
 
     /// For axles at a distance of `between` (m). `resisted` is the deviation of what offsets,

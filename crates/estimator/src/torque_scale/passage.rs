@@ -2,9 +2,11 @@
 
 /// Cells from the front wheel to the middle one, and in memory: the distance in x changes with the
 /// posture.
+/// Definition.
 const CELLS_BETWEEN: f64 = 24.0;
 const CELLS: i64 = 40;
 /// Largest number of a cell: ten million kilometres.
+/// Guard.
 const LARGEST: f64 = 1e12;
 
 /// Motion and forces of a robot whose wheels roll, at one sample.
@@ -65,6 +67,7 @@ pub(crate) struct Passage {
 
 impl Passage {
     /// Passages that share a part of the way: one a cell.
+    /// Definition.
     pub const OVERLAP: f64 = CELLS_BETWEEN;
 
     /// For axles at a distance of `between`, m.

@@ -10,6 +10,7 @@ use robhaz_model::{Bar, GRAVITY, perp};
 
 impl BestFilters {
     /// Least vertical specific force whose direction is that of gravity, m/s^2: half of gravity.
+    /// Guard.
     const LEAST_UPWARD: f64 = 0.5 * GRAVITY;
 
     /// Corrects the motion by the innovations of the inclinometers (rad), `dt` seconds after the last sample.

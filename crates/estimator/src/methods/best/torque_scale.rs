@@ -13,9 +13,11 @@ use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
 
 /// Steepest way of an axle, as dy/dx. On a steeper one an error of its place is one of its height,
 /// and impacts take energy.
+/// Chosen; held by `tests/check/torque_scale.rs`.
 const STEEPEST: f64 = 0.6;
 
 /// Longest step with which the torque of the ground is followed, s: 50 Hz.
+/// Chosen; held by `tests/check/torque_scale.rs`.
 const LONGEST_STEP: f64 = 0.0205;
 
 /// For a robot whose torques err as the budget states.
