@@ -46,7 +46,8 @@ fn speed_and_accuracy(_: &mut Criterion) {
     speed::table(setup, if testing { 1.0 } else { 20.0 });
 }
 
-/// The third simulated second of `smooth`, with truth at 1 kHz. The real-time factor is 1 s divided by the time.
+/// The third simulated second of `smooth`, with truth at 1 kHz. The real-time factor is 1 s divided
+/// by the time.
 fn plant(c: &mut Criterion) {
     let terrain = Terrain::new(Profile::smooth());
     let mut group = c.benchmark_group("plant: 1 s on smooth, 1 kHz truth");
@@ -82,10 +83,11 @@ fn terrain(c: &mut Criterion) {
     }
 }
 
-/// The same 4 m of ground through 100 knots and through 1 000 000: the time of a step must not depend on their number.
+/// The same 4 m of ground through 100 knots and through 1 000 000: the time of a step must not
+/// depend on their number.
 ///
-/// The two are measured alternately, and the shortest times are compared: other work on the machine can only add to
-/// them.
+/// The two are measured alternately, and the shortest times are compared: other work on the machine
+/// can only add to them.
 fn knots(_: &mut Criterion) {
     // Follows criterion's filter and test mode, because criterion does not measure this.
     let given = |wanted: fn(&str) -> bool| std::env::args().skip(1).any(|a| wanted(&a));
@@ -124,7 +126,8 @@ fn knots(_: &mut Criterion) {
     }
 }
 
-/// One sample of all sensors: ideal ones, which copy the truth, and poor ones, which have every error.
+/// One sample of all sensors: ideal ones, which copy the truth, and poor ones, which have every
+/// error.
 fn sensors(c: &mut Criterion) {
     let mut group = c.benchmark_group("sensors: one sample of all");
     for grade in [Grade::Ideal, Grade::Poor] {
@@ -139,7 +142,8 @@ fn sensors(c: &mut Criterion) {
     }
 }
 
-/// Sensor frames of `smooth` with the grade `typical` from 1 s, when the robot moves and its posture changes.
+/// Sensor frames of `smooth` with the grade `typical` from 1 s, when the robot moves and its
+/// posture changes.
 fn frames(count: usize) -> Vec<SensorFrame> {
     let setup = setup(EngineKind::Direct, &Terrain::new(Profile::smooth()));
     let mut plant = Plant::new(&setup).expect("the robot stands");
@@ -154,7 +158,8 @@ fn frames(count: usize) -> Vec<SensorFrame> {
     frames
 }
 
-/// Updates of the paper's estimator and of `best` with 4000 consecutive frames. Goals: 0.5 us and 3 us per update.
+/// Updates of the paper's estimator and of `best` with 4000 consecutive frames. Goals: 0.5 us and 3
+/// us per update.
 fn estimate(c: &mut Criterion) {
     let frames = frames(4000);
     let mut group = c.benchmark_group("estimator: 4000 updates");
@@ -179,8 +184,8 @@ fn estimate(c: &mut Criterion) {
     println!("estimator: {} bytes in memory", size_of::<Estimator>());
 }
 
-/// Cost of the viewer to the simulating thread in the third and fourth second of `smooth`: the simulation alone; with a
-/// recording. The times exclude layout and start.
+/// Cost of the viewer to the simulating thread in the third and fourth second of `smooth`: the
+/// simulation alone; with a recording. The times exclude layout and start.
 #[cfg(feature = "viewer")]
 fn viewing(c: &mut Criterion) {
     use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};

@@ -20,7 +20,8 @@ pub fn thread_time() -> Duration {
     START.elapsed()
 }
 
-/// Shortest of at least five times and half a second in all, s: other work on the machine can only add to them.
+/// Shortest of at least five times and half a second in all, s: other work on the machine can only
+/// add to them.
 fn shortest(mut work: impl FnMut()) -> f64 {
     let mut times: Vec<f64> = Vec::new();
     while times.len() < 5 || times.iter().sum::<f64>() < 0.5 {
@@ -31,8 +32,9 @@ fn shortest(mut work: impl FnMut()) -> f64 {
     times.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Time of a fixed loop of floating-point work, s: four chains of 10 million multiplications and additions each, with a
-/// division after every hundred. It shows how fast the machine is at the moment.
+/// Time of a fixed loop of floating-point work, s: four chains of 10 million multiplications and
+/// additions each, with a division after every hundred. It shows how fast the machine is at the
+/// moment.
 fn loop_time() -> f64 {
     shortest(|| {
         let mut chains = black_box([0.1_f64, 0.2, 0.3, 0.4]);
@@ -50,9 +52,10 @@ fn loop_time() -> f64 {
     })
 }
 
-/// Prints the table: simulated seconds per second of CPU time for complete scenes on one core, with truth at 1 kHz; the
-/// error of N relative to `direct` at a tolerance of 1e-8, as the 99th percentile over wheels and records divided by the
-/// mean of N; simulated seconds in the time of the loop; the share of time that impulse and work would add.
+/// Prints the table: simulated seconds per second of CPU time for complete scenes on one core, with
+/// truth at 1 kHz; the error of N relative to `direct` at a tolerance of 1e-8, as the 99th
+/// percentile over wheels and records divided by the mean of N; simulated seconds in the time of
+/// the loop; the share of time that impulse and work would add.
 pub fn table(setup: impl Fn(EngineKind, &Terrain) -> PlantSetup, duration: f64) {
     let unit = loop_time();
     println!("speed: loop of floating-point work {:.1} ms", 1e3 * unit);

@@ -1,4 +1,5 @@
-//! Acceptance of the contact states of `best`: in the air, two contacts, sliding. The judge is `robhaz_score::contact`.
+//! Acceptance of the contact states of `best`: in the air, two contacts, sliding. The judge is
+//! `robhaz_score::contact`.
 //!
 //! With `--nocapture` each test prints its table. Engine direct, typical sensors.
 
@@ -51,8 +52,8 @@ fn print(what: &str, flag: &str, score: &FlagScore) {
     );
 }
 
-/// Acceptance: on rolling ground no wheel is reported in the air or on two contacts for more than 0.1 % of the time,
-/// nor as sliding where the soft drive keeps all wheels from it.
+/// Acceptance: on rolling ground no wheel is reported in the air or on two contacts for more than
+/// 0.1 % of the time, nor as sliding where the soft drive keeps all wheels from it.
 #[test]
 fn rolling_wheels_have_one_contact() {
     for name in ["smooth", "sine", "rough", "heights", "cosbump"] {
@@ -77,8 +78,9 @@ fn rolling_wheels_have_one_contact() {
                 } else {
                     // Measured: at most 0.2 % false.
                     assert!(sliding.false_share <= Some(3e-3), "{what}: {sliding:?}");
-                    // Where the PI drive makes wheels slide for tenths of a second; on `sine` they hardly pass the peak of the friction
-                    // law, on `heights` not by much. Measured: 5 to 15 % missed, on `heights` 20 to 45 %.
+                    // Where the PI drive makes wheels slide for tenths of a second; on `sine` they
+                    // hardly pass the peak of the friction law, on `heights` not by much. Measured:
+                    // 5 to 15 % missed, on `heights` 20 to 45 %.
                     if let Some(missed) = sliding.missed_share
                         && name != "sine"
                     {
@@ -91,8 +93,8 @@ fn rolling_wheels_have_one_contact() {
     }
 }
 
-/// Acceptance: a wheel that meets a riser or a concave corner is found within 20 ms, although its two contacts last for
-/// 3 to 20 ms only.
+/// Acceptance: a wheel that meets a riser or a concave corner is found within 20 ms, although its
+/// two contacts last for 3 to 20 ms only.
 #[test]
 fn two_contacts_are_found_at_corners() {
     for name in ["step", "ditch", "ramp", "course"] {
@@ -109,8 +111,9 @@ fn two_contacts_are_found_at_corners() {
     }
 }
 
-/// Equivalence: on `stairs` the middle wheel of geometry A stands on tread and edge for seconds. With exact readings `best` estimates
-/// N and T of its equivalent contact, not the vector sum of its normal forces.
+/// Equivalence: on `stairs` the middle wheel of geometry A stands on tread and edge for seconds.
+/// With exact readings `best` estimates N and T of its equivalent contact, not the vector sum of
+/// its normal forces.
 #[test]
 fn an_estimate_at_two_contacts_is_that_of_the_equivalent_contact() {
     let overrides = [

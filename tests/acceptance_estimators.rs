@@ -1,8 +1,9 @@
-//! Acceptance of `best`: its error, the consistency of its covariance, and its error relative to the Cramer-Rao bound
-//! of one sample.
+//! Acceptance of `best`: its error, the consistency of its covariance, and its error relative to
+//! the Cramer-Rao bound of one sample.
 //!
-//! With `--nocapture` each test prints its table. All runs use the engine direct. Figures are means over ten seeds on
-//! the main scene and five elsewhere, and of one seed with ideal sensors, where no error is random.
+//! With `--nocapture` each test prints its table. All runs use the engine direct. Figures are means
+//! over ten seeds on the main scene and five elsewhere, and of one seed with ideal sensors, where
+//! no error is random.
 
 use crate::seeds::{SeedScores, floor, study};
 use crate::support::scene;
@@ -22,15 +23,16 @@ fn on_smooth() -> &'static [Vec<SeedScores>; 2] {
 const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
 const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
 
-/// Sensor and model errors of increasing size, and the level of each: the NRMSE of N allowed on `smooth`, %, with PI
-/// and soft drive.
+/// Sensor and model errors of increasing size, and the level of each: the NRMSE of N allowed on
+/// `smooth`, %, with PI and soft drive.
 const CASES: [(&str, &[&str], [f64; 2]); 6] = [
-    // Errors of the method itself: the penetration's slope along the ground, the lag of the observer.
+    // Errors of the method itself: the penetration's slope along the ground, the lag of the
+    // observer.
     ("ideal", &["sensors.grade=ideal"], [0.5, 0.12]),
     // An independent implementation reaches 1.96 and 1.3 %.
     ("typical", &["sensors.grade=typical"], [2.0, 1.4]),
-    // Gear friction that the nominal robot lacks must be estimated. The independent implementation: 4.5 and 3.4 %
-    // without an estimate of the friction, 2.2 and 1.4 % with one.
+    // Gear friction that the nominal robot lacks must be estimated. The independent implementation:
+    // 4.5 and 3.4 % without an estimate of the friction, 2.2 and 1.4 % with one.
     (
         "friction in the reading",
         &["sensors.grade=typical", "sensors.torque_friction=0.5"],
@@ -42,8 +44,8 @@ const CASES: [(&str, &[&str], [f64; 2]); 6] = [
         &["sensors.grade=typical", "drive.gear_friction=0.5"],
         [2.2, 1.5],
     ),
-    // No estimator estimates masses: an error of 10 % in the link masses is 2 % of N. The independent implementation
-    // reaches 3.2 and 2.7 %.
+    // No estimator estimates masses: an error of 10 % in the link masses is 2 % of N. The
+    // independent implementation reaches 3.2 and 2.7 %.
     (
         "+ CAD errors",
         &[
@@ -76,11 +78,12 @@ fn measure(scene: &Scene, truth: &TruthRun, seeds: usize) -> SeedScores {
     summaries.into_iter().next().unwrap()
 }
 
-/// Prints one row of the table. Returns the NRMSE of N, %, and the consistency, both over the samples without two
-/// contacts.
+/// Prints one row of the table. Returns the NRMSE of N, %, and the consistency, both over the
+/// samples without two contacts.
 ///
-/// On rolling ground no wheel has two contacts. At corners the impacts, kilonewtons for less than a millisecond, make
-/// nearly all of the error at two contacts: whether a sample contains a peak decides on it, not the estimator.
+/// On rolling ground no wheel has two contacts. At corners the impacts, kilonewtons for less than a
+/// millisecond, make nearly all of the error at two contacts: whether a sample contains a peak
+/// decides on it, not the estimator.
 fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) {
     let judged = scores.at_one_contact();
     let (nrmse, stated) = (judged.nrmse().unwrap(), judged.stated().unwrap());
@@ -100,15 +103,17 @@ fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) 
     (100.0 * nrmse.mean, consistency)
 }
 
-/// Asserts that the covariance of `best` holds: NEES and NIS are not above the 95 % bounds of chi-squared, the NEES is at least 0.5 (the
-/// stated sigma is at most 2.5 times too large: it covers harder and softer wheels than the simulated ones, and a rolling resistance, which
-/// these have not), and the coverage is at least 85 %. It should be 95.4 %, but errors are correlated over a run, so that a few runs give
-/// it to several percent only.
+/// Asserts that the covariance of `best` holds: NEES and NIS are not above the 95 % bounds of
+/// chi-squared, the NEES is at least 0.5 (the stated sigma is at most 2.5 times too large: it
+/// covers harder and softer wheels than the simulated ones, and a rolling resistance, which these
+/// have not), and the coverage is at least 85 %. It should be 95.4 %, but errors are correlated
+/// over a run, so that a few runs give it to several percent only.
 fn assert_consistent(what: &str, case: &str, consistency: &Consistency) {
     let coverage = consistency.coverage.mean;
     assert!(coverage >= 0.85, "{what}: {coverage}");
     if case == "ideal" {
-        // No error is random, so there is no verdict. The errors of the method must lie within the stated covariance.
+        // No error is random, so there is no verdict. The errors of the method must lie within the
+        // stated covariance.
         let nees = consistency.nees.mean;
         assert_eq!(consistency.verdict(), CovarianceVerdict::NotJudged);
         assert!(nees <= Consistency::COMPONENTS, "{what}: NEES {nees}");
@@ -127,7 +132,8 @@ fn assert_consistent(what: &str, case: &str, consistency: &Consistency) {
     assert!(parity.is_some_and(holds), "{what}: {nis:?}");
 }
 
-/// The scores of the included cases with a drive. All sensors read one truth, except where a case changes the drive.
+/// The scores of the included cases with a drive. All sensors read one truth, except where a case
+/// changes the drive.
 fn scores(
     name: &str,
     overrides: &[&str],
@@ -148,7 +154,8 @@ fn scores(
     cases.map(of).collect()
 }
 
-/// Asserts that `best` stays within `factor` times the levels of the included cases, with a consistent covariance.
+/// Asserts that `best` stays within `factor` times the levels of the included cases, with a
+/// consistent covariance.
 fn assert_levels(
     what: &str,
     scores: [&[SeedScores]; 2],
@@ -171,7 +178,8 @@ fn assert_levels(
     }
 }
 
-/// The same over five seeds elsewhere, the fewest that give a verdict on the covariance: within 1.3 times the levels.
+/// The same over five seeds elsewhere, the fewest that give a verdict on the covariance: within 1.3
+/// times the levels.
 fn assert_levels_elsewhere(
     name: &str,
     overrides: &[&str],
@@ -190,11 +198,12 @@ fn best_meets_its_levels_on_smooth_ground() {
     assert_levels("smooth", [pi, soft], 1.0, |_, _| true);
 }
 
-/// With model errors and the soft drive, where the error is close to its level, the model errors dominate: alone, with
-/// ideal sensors, they cost 2.0 % over these seeds. Together with sensors and friction, the error is at most 1.3 times
-/// the root of the sum of squares of both alone. The factor allows for sensor errors that model errors make harder to
-/// estimate, and for the work of the torques: it shows a part of the error of the masses (2.4 % without it) where the
-/// sensors are ideal, and hardly any where they are not.
+/// With model errors and the soft drive, where the error is close to its level, the model errors
+/// dominate: alone, with ideal sensors, they cost 2.0 % over these seeds. Together with sensors and
+/// friction, the error is at most 1.3 times the root of the sum of squares of both alone. The
+/// factor allows for sensor errors that model errors make harder to estimate, and for the work of
+/// the torques: it shows a part of the error of the masses (2.4 % without it) where the sensors are
+/// ideal, and hardly any where they are not.
 #[test]
 fn model_errors_dominate_the_error_that_is_left() {
     let truth = TruthRun::of(&with_best("smooth", &[DRIVES[1].1])).unwrap();
@@ -213,8 +222,9 @@ fn model_errors_dominate_the_error_that_is_left() {
     assert!(all <= 1.3 * model.hypot(friction), "{all}");
 }
 
-/// Acceptance: one tuning serves all scenes. On other terrain and with geometry B, `best` is within 1.3 times the
-/// levels. Every case has both drives, and every ground, in turn: what a drive changes is the same on all of them.
+/// Acceptance: one tuning serves all scenes. On other terrain and with geometry B, `best` is within
+/// 1.3 times the levels. Every case has both drives, and every ground, in turn: what a drive
+/// changes is the same on all of them.
 #[test]
 fn best_meets_its_levels_on_other_terrain_and_geometry() {
     let grounds: [(&str, &[&str]); 5] = [
@@ -224,7 +234,8 @@ fn best_meets_its_levels_on_other_terrain_and_geometry() {
         ("rough", &[]),
         ("smooth", &["robot.geometry=B"]),
     ];
-    // Friction as on `smooth`, where the one in the plant and the one in the reading are equivalent, is part of the CAD errors.
+    // Friction as on `smooth`, where the one in the plant and the one in the reading are
+    // equivalent, is part of the CAD errors.
     let cases = ["ideal", "typical", "+ CAD errors", "poor"];
     for (ground, (name, overrides)) in grounds.into_iter().enumerate() {
         assert_levels_elsewhere(name, overrides, |drive, case| {
@@ -234,8 +245,9 @@ fn best_meets_its_levels_on_other_terrain_and_geometry() {
     }
 }
 
-/// Acceptance: one tuning serves all speeds. At 0.3 m/s, where the wheels of the PI drive slide for part of the way,
-/// and at 0.1 m/s `best` is within 1.3 times the levels, with a consistent covariance.
+/// Acceptance: one tuning serves all speeds. At 0.3 m/s, where the wheels of the PI drive slide for
+/// part of the way, and at 0.1 m/s `best` is within 1.3 times the levels, with a consistent
+/// covariance.
 #[test]
 fn best_meets_its_levels_at_other_speeds() {
     let included = |_, case: &str| ["typical", "friction in the reading", "poor"].contains(&case);
@@ -243,16 +255,16 @@ fn best_meets_its_levels_at_other_speeds() {
     assert_levels_elsewhere("smooth", &["drive.speed=0.1"], included);
 }
 
-/// Acceptance on the ramp, whose concave corner causes impacts: within 1.3 times the levels, and its
-/// covariance holds.
+/// Acceptance on the ramp, whose concave corner causes impacts: within 1.3 times the levels, and
+/// its covariance holds.
 #[test]
 fn best_meets_its_levels_on_the_ramp() {
     assert_levels_elsewhere("ramp", &[], |_, _| true);
 }
 
-/// At corners the errors of `best` are several percent, more than on rolling ground, but the coverage stays above 90 %.
-/// A wheel that touches riser and tread for seconds does not roll along the contact angle that is given to the
-/// estimator.
+/// At corners the errors of `best` are several percent, more than on rolling ground, but the
+/// coverage stays above 90 %. A wheel that touches riser and tread for seconds does not roll along
+/// the contact angle that is given to the estimator.
 #[test]
 fn at_corners_errors_are_larger_but_mostly_covered() {
     for (drive, drive_keys) in DRIVES {
@@ -272,8 +284,8 @@ fn at_corners_errors_are_larger_but_mostly_covered() {
     }
 }
 
-/// The tuning does not depend on one friction law: with a tenth and with twice the default's creep, the error of `best`
-/// is less than twice as large, and the coverage is at least 90 %.
+/// The tuning does not depend on one friction law: with a tenth and with twice the default's creep,
+/// the error of `best` is less than twice as large, and the coverage is at least 90 %.
 #[test]
 fn creep_other_than_the_defaults_is_tolerated() {
     // Less than twice the 0.83 and 0.61 % of the default's creep.
@@ -290,9 +302,9 @@ fn creep_other_than_the_defaults_is_tolerated() {
     }
 }
 
-/// A robot that stands for 20 s has no information on the friction of gears that do not turn. The estimate of the
-/// friction stays zero and its standard deviation that of the prior, except for the first milliseconds, before the
-/// speeds are known.
+/// A robot that stands for 20 s has no information on the friction of gears that do not turn. The
+/// estimate of the friction stays zero and its standard deviation that of the prior, except for the
+/// first milliseconds, before the speeds are known.
 #[test]
 fn gear_friction_is_not_estimated_at_standstill() {
     for name in ["flat", "smooth"] {
@@ -316,8 +328,9 @@ fn gear_friction_is_not_estimated_at_standstill() {
     }
 }
 
-/// Reference: with errors of T of 1 N and of contact angles of 2 deg, an independent implementation gives a Cramer-Rao
-/// bound of 1.9 % for the PI drive and 1.3 % for the soft drive. Both agree to the stated digits.
+/// Reference: with errors of T of 1 N and of contact angles of 2 deg, an independent implementation
+/// gives a Cramer-Rao bound of 1.9 % for the PI drive and 1.3 % for the soft drive. Both agree to
+/// the stated digits.
 #[test]
 fn the_cramer_rao_bound_is_that_of_the_independent_implementation() {
     for ((drive, drive_keys), expected) in DRIVES.into_iter().zip([0.019, 0.013]) {
@@ -334,9 +347,10 @@ fn the_cramer_rao_bound_is_that_of_the_independent_implementation() {
     }
 }
 
-/// `whitening` uses one sample, except that its observer averages the white noise of the torque: its error is within
-/// 1.2 times the Cramer-Rao bound of one sample, and not below the bound without that noise. `best` estimates offsets
-/// and angle errors over time: its error is below half of the bound.
+/// `whitening` uses one sample, except that its observer averages the white noise of the torque:
+/// its error is within 1.2 times the Cramer-Rao bound of one sample, and not below the bound
+/// without that noise. `best` estimates offsets and angle errors over time: its error is below half
+/// of the bound.
 #[test]
 fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
     for (d, (drive, drive_keys)) in DRIVES.into_iter().enumerate() {
@@ -373,9 +387,10 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
     }
 }
 
-/// Ablation: with typical sensors, every step of the ladder reduces the error or increases it by at most 2 % (the
-/// benefit of a step can depend on a later one), and `best` errs by less than a tenth of `paper-wheels`. Without contact
-/// angles the parity residual reduces the error, too, below that of every ablation step that is given them but corrects nothing over time.
+/// Ablation: with typical sensors, every step of the ladder reduces the error or increases it by at
+/// most 2 % (the benefit of a step can depend on a later one), and `best` errs by less than a tenth
+/// of `paper-wheels`. Without contact angles the parity residual reduces the error, too, below that
+/// of every ablation step that is given them but corrects nothing over time.
 #[test]
 fn every_rung_of_the_ladder_carries() {
     let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
@@ -397,7 +412,8 @@ fn every_rung_of_the_ladder_carries() {
     assert!(errors[place("no-angles")] < errors[whitening], "{errors:?}");
 }
 
-/// Determinism and equivalence: on one thread and on three a study gives the bits of the plain loop over seeds and samples.
+/// Determinism and equivalence: on one thread and on three a study gives the bits of the plain loop
+/// over seeds and samples.
 #[test]
 fn a_study_does_not_depend_on_threads() {
     let short = ["record.duration=3", "sensors.grade=poor", "record.rate=500"];

@@ -1,11 +1,12 @@
-//! Fig. 5: "the position analysis of 4-bar linkage in the robot properly performed", from two inclinometers and gyros.
+//! Fig. 5: "the position analysis of 4-bar linkage in the robot properly performed", from two
+//! inclinometers and gyros.
 
 use crate::support::{keep, scene};
 use robhaz_model::Pin;
 
-/// Acceptance: the sensors on links 1 and 2 determine the position of the linkage. With ideal sensors the estimated
-/// position of every pin relative to Q is within 0.1 mm of the truth; the rest is the error of the trapezoidal rule on
-/// the gyro's rate.
+/// Acceptance: the sensors on links 1 and 2 determine the position of the linkage. With ideal
+/// sensors the estimated position of every pin relative to Q is within 0.1 mm of the truth; the
+/// rest is the error of the trapezoidal rule on the gyro's rate.
 #[test]
 fn the_sensors_of_two_links_give_the_pin_positions() {
     let kept = keep(&scene("smooth", &["record.duration=12"]));

@@ -7,8 +7,8 @@ fn errors(kept: &Kept) -> [f64; 3] {
     [0, 1, 2].map(|i| 100.0 * kept.nrmse(i, 2.0))
 }
 
-/// Tolerance, %: half of the last digit of the independent implementation's figures, and an allowance for the
-/// discretisation of eq. (3).
+/// Tolerance, %: half of the last digit of the independent implementation's figures, and an
+/// allowance for the discretisation of eq. (3).
 const TOLERANCE: f64 = 0.1;
 
 fn assert_close(found: [f64; 3], expected: [f64; 3]) {
@@ -20,8 +20,9 @@ fn assert_close(found: [f64; 3], expected: [f64; 3]) {
     }
 }
 
-/// Acceptance of the paper's claim "better performance is observed with the second case that the mass of linkages is
-/// lumped in the wheels evenly", for the PI drive. The expected figures are those of an independent implementation.
+/// Acceptance of the paper's claim "better performance is observed with the second case that the
+/// mass of linkages is lumped in the wheels evenly", for the PI drive. The expected figures are
+/// those of an independent implementation.
 #[test]
 fn lumped_to_wheels_beats_lumped_to_body() {
     let kept = keep(&scene("smooth", &[]));

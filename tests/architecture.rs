@@ -4,7 +4,8 @@ use crate::support::root;
 use std::collections::BTreeSet;
 use std::process::Command;
 
-/// Direct dependencies between the workspace's crates without dev-dependencies, as pairs of names without `robhaz-`.
+/// Direct dependencies between the workspace's crates without dev-dependencies, as pairs of names
+/// without `robhaz-`.
 fn dependencies() -> BTreeSet<(String, String)> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--offline", "--locked"])

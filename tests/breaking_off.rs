@@ -1,5 +1,5 @@
-//! Runs that are stopped or killed, or that run out of disk space: a stopped run keeps its records, and
-//! nothing that is not complete looks finished.
+//! Runs that are stopped or killed, or that run out of disk space: a stopped run keeps its records,
+//! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
 use std::fs;
@@ -44,7 +44,8 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.unwrap().success());
 }
 
-/// Waits until a process has installed its handlers of SIGINT and SIGTERM, which /proc shows on Linux.
+/// Waits until a process has installed its handlers of SIGINT and SIGTERM, which /proc shows on
+/// Linux.
 fn wait_until_it_listens(child: &Child) {
     let status = PathBuf::from(format!("/proc/{}/status", child.id()));
     if !status.exists() {
@@ -106,8 +107,8 @@ fn growing(format: &str) -> String {
     format!("truth.{format}.partial")
 }
 
-/// Ctrl-C and SIGTERM end a run in order: complete tables, figures, a summary with time and cause, the shell's exit
-/// codes.
+/// Ctrl-C and SIGTERM end a run in order: complete tables, figures, a summary with time and cause,
+/// the shell's exit codes.
 #[test]
 fn a_stopped_run_keeps_all_its_records() {
     for (name, format, cause, code) in [
@@ -186,7 +187,8 @@ fn a_second_signal_ends_at_once() {
     let partial = dir.path().join("runs/long.partial");
     let growing = partial.join(growing("csv"));
     wait_until("no rows", || size(&growing) > 500_000);
-    // Opening a pipe for writing blocks until there is a reader: the run cannot complete this figure.
+    // Opening a pipe for writing blocks until there is a reader: the run cannot complete this
+    // figure.
     fs::create_dir_all(partial.join("figures")).unwrap();
     let pipe = Command::new("mkfifo")
         .arg(partial.join("figures/fig6_forces.svg"))
@@ -266,7 +268,8 @@ fn a_full_disk_is_an_error_that_names_the_file() {
     }
 }
 
-/// `study` and `verify` leave no files before their end: a signal ends them at once, with the shell's exit code.
+/// `study` and `verify` leave no files before their end: a signal ends them at once, with the
+/// shell's exit code.
 #[test]
 fn study_and_verify_can_be_stopped() {
     for (arguments, name, code) in [

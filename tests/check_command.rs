@@ -19,8 +19,8 @@ fn run(folder: &Path, command: &str) -> Output {
     robhaz(folder).args(arguments).output().unwrap()
 }
 
-/// A log of a robot with names and units of its own: inclinations in degrees, the second gyroscope mounted the other way
-/// round, the first two motor torques exchanged. No contact angles.
+/// A log of a robot with names and units of its own: inclinations in degrees, the second gyroscope
+/// mounted the other way round, the first two motor torques exchanged. No contact angles.
 fn write_log(folder: &Path) {
     let mut command = robhaz(folder);
     command.arg("run").arg(root().join("scenes/smooth.toml"));
@@ -61,7 +61,8 @@ fn write_log(folder: &Path) {
     writer.flush().unwrap();
 }
 
-/// A description with the torques of wheels 1 and 2 in these columns, a unit of the inclinations and a sign of gyro 2.
+/// A description with the torques of wheels 1 and 2 in these columns, a unit of the inclinations
+/// and a sign of gyro 2.
 fn write_description(folder: &Path, torques: [&str; 2], unit: &str, sign: &str) {
     describe(folder, torques, unit, sign, ["", ""]);
 }
@@ -114,8 +115,8 @@ fn has_numbers(finding: &serde_json::Value) -> bool {
             || !numbers.is_empty())
 }
 
-/// Encoders in degrees or turns where radians are stated are found by the robot's acceleration, and torques of the motor's
-/// side are not called right: their noise is a hundredth of the budget's.
+/// Encoders in degrees or turns where radians are stated are found by the robot's acceleration, and
+/// torques of the motor's side are not called right: their noise is a hundredth of the budget's.
 #[test]
 fn units_that_fit_each_other_are_found() {
     let dir = tempfile::tempdir().unwrap();
@@ -150,8 +151,9 @@ fn units_that_fit_each_other_are_found() {
     );
 }
 
-/// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are named, then all
-/// three faults at once with what to do; corrected, there is none, and the forces add up to about the weight.
+/// The guide's commands lead from a log with foreign names, units and wiring to forces: missing
+/// names are named, then all three faults at once with what to do; corrected, there is none, and
+/// the forces add up to about the weight.
 #[test]
 fn five_commands_lead_from_an_unknown_log_to_forces() {
     let guide = fs::read_to_string(root().join("docs/on-your-robot.md")).unwrap();
@@ -213,12 +215,14 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let means = &summary["estimators"]["best"]["means"]["normal_force"];
     let sum: f64 = (0..3).map(|i| means[i].as_f64().unwrap()).sum();
-    // More than the weight: wheels that work against each other press on slopes. Within 1 % of the simulation's.
+    // More than the weight: wheels that work against each other press on slopes. Within 1 % of the
+    // simulation's.
     let truth = mean_force(&folder.join("run/truth.csv"));
     assert!((sum - truth).abs() < 0.01 * truth, "{sum} {truth}");
 }
 
-/// A contradiction is reported at the end of an estimate and in its summary: the gyroscope with the wrong sign.
+/// A contradiction is reported at the end of an estimate and in its summary: the gyroscope with the
+/// wrong sign.
 #[test]
 fn an_estimate_tells_a_contradiction() {
     let dir = tempfile::tempdir().unwrap();
@@ -235,8 +239,8 @@ fn an_estimate_tells_a_contradiction() {
     assert!(faulty["records"].as_u64().unwrap() > 1000, "{faulty}");
 }
 
-/// A log that does not say how exact the robot is counts as people build them, and both commands say so; a budget of its
-/// own, here or in the file of the robot, is silent.
+/// A log that does not say how exact the robot is counts as people build them, and both commands
+/// say so; a budget of its own, here or in the file of the robot, is silent.
 #[test]
 fn the_default_budget_of_a_robot_is_named() {
     let dir = tempfile::tempdir().unwrap();

@@ -4,7 +4,8 @@ use crate::support::{robhaz, root, scene, text};
 use robhaz_path::{Options, PathSetup, Reason, judge};
 use std::process::Output;
 
-/// A body that hangs down to 20 mm, less its wall of 15 mm: the nose would have to rise by 45 mm for a kerb of 50 mm.
+/// A body that hangs down to 20 mm, less its wall of 15 mm: the nose would have to rise by 45 mm
+/// for a kerb of 50 mm.
 const LOW_BODY: &str = "robot.geometry.outline.body_lower=[-0.17, 0.02]";
 
 fn robhaz_on_step(arguments: &[&str]) -> Output {
@@ -16,7 +17,8 @@ fn robhaz_on_step(arguments: &[&str]) -> Output {
     robhaz(dir.path()).args(arguments).output().unwrap()
 }
 
-/// Boundary: the kerb is go for the nominal outline and no-go for a body that hangs lower than it, by its clearance.
+/// Boundary: the kerb is go for the nominal outline and no-go for a body that hangs lower than it,
+/// by its clearance.
 #[test]
 fn a_path_is_no_go_where_the_body_touches() {
     let report = |overrides: &[&str]| {
@@ -34,13 +36,14 @@ fn a_path_is_no_go_where_the_body_touches() {
         !low.go && failure.reason == Reason::Clearance,
         "{failure:?}"
     );
-    // The body's box reaches from 0.2 m behind its centre to 0.2 m ahead of it, and the kerb is at 0.7 m.
+    // The body's box reaches from 0.2 m behind its centre to 0.2 m ahead of it, and the kerb is at
+    // 0.7 m.
     assert!(failure.x > 0.3 && failure.x < 1.0, "{failure:?}");
     assert!(low.clearance.unwrap() <= 0.0 && low.probability.abs() < 1e-15);
 }
 
-/// The run of such a robot reports the touch and has the least clearance in `summary.json` and in the table; without it, it
-/// reports nothing.
+/// The run of such a robot reports the touch and has the least clearance in `summary.json` and in
+/// the table; without it, it reports nothing.
 #[test]
 fn a_run_says_where_a_bar_touched() {
     let dir = tempfile::tempdir().unwrap();

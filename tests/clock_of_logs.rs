@@ -1,4 +1,5 @@
-//! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate` survives them.
+//! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate`
+//! survives them.
 
 use crate::support::{columns, robhaz, root, text};
 use std::fs;
@@ -49,8 +50,8 @@ fn fault<'a>(lines: &'a [String], test: &str) -> &'a str {
         .unwrap_or_else(|| panic!("{test}: {lines:#?}"))
 }
 
-/// A clock that is set back by 0.2 s: `check` names it before all else; `best` states no force beyond five times the weight,
-/// 687 N, and starts anew once, with the flag.
+/// A clock that is set back by 0.2 s: `check` names it before all else; `best` states no force
+/// beyond five times the weight, 687 N, and starts anew once, with the flag.
 #[test]
 fn a_clock_that_is_set_back_is_named_and_survived() {
     let dir = tempfile::tempdir().unwrap();
@@ -91,8 +92,8 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
     assert_eq!(started.count(), 1);
 }
 
-/// A clock that is set by 54 years after the start, and stamps in milliseconds that are read as seconds: named, without the
-/// memory of all these seconds.
+/// A clock that is set by 54 years after the start, and stamps in milliseconds that are read as
+/// seconds: named, without the memory of all these seconds.
 #[test]
 fn implausible_times_are_named() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Runs and laws with a known closed form. `conservation.rs` tests static loads on level ground; `contact.rs` of the
-//! simulator tests eq. (10) and the static penetration.
+//! Runs and laws with a known closed form. `conservation.rs` tests static loads on level ground;
+//! `contact.rs` of the simulator tests eq. (10) and the static penetration.
 
 use crate::support::{keep, scene, truth_of};
 use robhaz_model::PinStop;
@@ -7,14 +7,16 @@ use robhaz_scene::EngineKind;
 use robhaz_sim::stop::stop_torque;
 use robhaz_terrain::{Profile, Ramp};
 
-/// Closed form: the robot rolls down a slope of angle a with a drive so soft that gravity dominates. Let d = r - g be
-/// the arm of the traction. Wheels and rotors add to the mass, `M = m + 3 (J_wheel + J_rotor)/d^2`. The driving forces
-/// are `m g sin a` of gravity and `3 Kp omega_set/d` of the drive, the braking force is `3 (B + Kp) v/d^2` of damping and
-/// control. So the rims' speed v approaches its final value with `exp(-t/tau)`, `tau = M d^2/(3 (B + Kp))`. The test
-/// compares v over the whole run.
+/// Closed form: the robot rolls down a slope of angle a with a drive so soft that gravity
+/// dominates. Let d = r - g be the arm of the traction. Wheels and rotors add to the mass,
+/// `M = m + 3 (J_wheel + J_rotor)/d^2`. The driving forces are `m g sin a` of gravity and
+/// `3 Kp omega_set/d` of the drive, the braking force is `3 (B + Kp) v/d^2` of damping and control.
+/// So the rims' speed v approaches its final value with `exp(-t/tau)`, `tau = M d^2/(3 (B + Kp))`.
+/// The test compares v over the whole run.
 ///
-/// At the end the acceleration is zero: the sum of N is the component of the weight normal to the slope, the sum of T
-/// the one along it, and each N is that of the paper's statics (the estimator `true-mass`) for the given T.
+/// At the end the acceleration is zero: the sum of N is the component of the weight normal to the
+/// slope, the sum of T the one along it, and each N is that of the paper's statics (the estimator
+/// `true-mass`) for the given T.
 #[test]
 fn rolling_down_a_slope() {
     let angle = 5.0_f64.to_radians();
@@ -50,7 +52,8 @@ fn rolling_down_a_slope() {
                 .sum::<f64>()
                 / 3.0
         };
-        // All wheels have been on the slope for 0.1 s: the impact of the rear wheel at the corner has decayed.
+        // All wheels have been on the slope for 0.1 s: the impact of the rear wheel at the corner
+        // has decayed.
         let all_on =
             |w: &robhaz_sim::WheelTruth| w.contacts == 1 && (w.contact_angle + angle).abs() < 1e-6;
         let on = kept
@@ -71,9 +74,11 @@ fn rolling_down_a_slope() {
             engine.name(),
             speed(on)
         );
-        // The creep, the difference between the speed of the rims and that of the robot, changes during the run.
+        // The creep, the difference between the speed of the rims and that of the robot, changes
+        // during the run.
         assert!(worst < 1e-3, "{worst}");
-        // At v = 0 the slope of mu(v) is 3 mu_s/(2 v_s) = 60 s/m: T/N = -tan a gives a creep of 1.5 mm/s.
+        // At v = 0 the slope of mu(v) is 3 mu_s/(2 v_s) = 60 s/m: T/N = -tan a gives a creep of 1.5
+        // mm/s.
         let friction = &scene.friction;
         let creep = angle.tan() * 2.0 * friction.v_s / (3.0 * friction.mu_s);
         let rims = speed(kept.truth.len() - 1);
@@ -84,7 +89,8 @@ fn rolling_down_a_slope() {
             rims / end - 1.0,
             body - rims
         );
-        // The wheels' loads differ, and with them the arms (by 0.02 mm) and the creeps (by 0.06 mm/s).
+        // The wheels' loads differ, and with them the arms (by 0.02 mm) and the creeps (by 0.06
+        // mm/s).
         assert!((rims / end - 1.0).abs() < 1e-4 && ((body - rims) / creep - 1.0).abs() < 0.04);
 
         let last = kept.truth.last().unwrap();
@@ -115,8 +121,9 @@ fn rolling_down_a_slope() {
     }
 }
 
-/// Closed form: the torque of the end stops is k times the angle beyond a limit plus c times the rate, and never acts
-/// away from the free range. Tested over a grid of angles and rates, and in runs in which the robot rests on its stops.
+/// Closed form: the torque of the end stops is k times the angle beyond a limit plus c times the
+/// rate, and never acts away from the free range. Tested over a grid of angles and rates, and in
+/// runs in which the robot rests on its stops.
 #[test]
 fn a_stop_holds_with_stiffness_and_damping() {
     let stop = PinStop::standard();

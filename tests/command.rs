@@ -3,7 +3,8 @@
 use crate::support::{robhaz, root, short_scene, text};
 use std::fs;
 
-/// A new scene is that of the defaults with three of the five estimators; it is not written over another file.
+/// A new scene is that of the defaults with three of the five estimators; it is not written over
+/// another file.
 #[test]
 fn a_new_scene_runs_with_the_defaults() {
     let dir = tempfile::tempdir().unwrap();
@@ -33,7 +34,8 @@ fn a_new_scene_runs_with_the_defaults() {
     assert_eq!(made.to_toml("x"), default.to_toml("x"));
 }
 
-/// Every key is explained, by part of its name or meaning; a shell gets its completions and `man` its page.
+/// Every key is explained, by part of its name or meaning; a shell gets its completions and `man`
+/// its page.
 #[test]
 fn keys_completions_and_manual_are_printed() {
     let dir = tempfile::tempdir().unwrap();

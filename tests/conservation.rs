@@ -1,4 +1,5 @@
-//! Properties of the simulated forces that need no reference run: static loads, momentum, energy, bounds, determinism.
+//! Properties of the simulated forces that need no reference run: static loads, momentum, energy,
+//! bounds, determinism.
 
 use crate::support::{keep, scene, truth_of};
 use robhaz_run::verify::{
@@ -17,11 +18,11 @@ fn whole_runs(ground: usize) -> &'static [Run; 2] {
     RUNS[ground].get_or_init(|| ENGINES.map(run))
 }
 
-/// Closed form: static loads on level ground (the four-bar's statics by hand), and the penetration of eq. (10) under
-/// them.
+/// Closed form: static loads on level ground (the four-bar's statics by hand), and the penetration
+/// of eq. (10) under them.
 ///
-/// From a raw start, at 0.75 s: the slow mode of the contact (0.118 s) has reduced the initial error of at most 2 N by
-/// exp(-6).
+/// From a raw start, at 0.75 s: the slow mode of the contact (0.118 s) has reduced the initial
+/// error of at most 2 N by exp(-6).
 #[test]
 fn static_loads_and_penetrations_on_level_ground() {
     for (geometry, expected) in [("A", [43.58, 48.05, 45.71]), ("B", [46.21, 45.65, 45.48])] {
@@ -46,12 +47,13 @@ fn static_loads_and_penetrations_on_level_ground() {
     }
 }
 
-/// Closed form: a settled start is in equilibrium. N at the first record is the static load, to its stated digits, and
-/// stays constant until the drive starts at 0.8 s.
+/// Closed form: a settled start is in equilibrium. N at the first record is the static load, to its
+/// stated digits, and stays constant until the drive starts at 0.8 s.
 #[test]
 fn a_settled_start_stands_still() {
     for (geometry, expected) in [("A", [43.58, 48.05, 45.71]), ("B", [46.21, 45.65, 45.48])] {
-        // A step of direct can reach beyond the drive's start; its dense output then has the error of the tolerance.
+        // A step of direct can reach beyond the drive's start; its dense output then has the error
+        // of the tolerance.
         for (engine, bound) in ENGINES.into_iter().zip([1e-4, 1e-3]) {
             let overrides = [engine, &format!("robot.geometry={geometry}")];
             let truth = truth_of(&scene("flat", &overrides)).unwrap();
@@ -72,8 +74,9 @@ fn a_settled_start_stands_still() {
     }
 }
 
-/// Closed form: after a settled start on a slope the ground carries the weight, friction holds the robot, and N stays
-/// constant while the motors hold. The robot creeps, because the friction law has no stiction.
+/// Closed form: after a settled start on a slope the ground carries the weight, friction holds the
+/// robot, and N stays constant while the motors hold. The robot creeps, because the friction law
+/// has no stiction.
 #[test]
 fn a_settled_start_on_a_slope_is_in_equilibrium_but_for_creep() {
     let slope = 0.1_f64;
@@ -105,15 +108,16 @@ fn a_settled_start_on_a_slope_is_in_equilibrium_but_for_creep() {
         }
         println!("{engine}: N changes by {most:.1e} N before the drive starts");
         assert!(most < bound, "{engine}: {most}");
-        // T/N = 0.1 over the slope of the friction law at v = 0, 3 mu_s/(2 v_s) = 60 s/m, is a creep of 1.7 mm/s.
+        // T/N = 0.1 over the slope of the friction law at v = 0, 3 mu_s/(2 v_s) = 60 s/m, is a
+        // creep of 1.7 mm/s.
         let crept = (truth[800].body.position - truth[0].body.position).norm();
         assert!((crept - 0.8 * 0.1 / 60.0).abs() < 1e-5, "{engine}: {crept}");
     }
 }
 
-/// Conservation: the impulse of the ground equals the change of momentum minus the impulse of gravity, over the whole
-/// run and over parts of it, on smooth ground and at corners. The engines integrate the impulse of the ground
-/// themselves.
+/// Conservation: the impulse of the ground equals the change of momentum minus the impulse of
+/// gravity, over the whole run and over parts of it, on smooth ground and at corners. The engines
+/// integrate the impulse of the ground themselves.
 #[test]
 fn momentum_balances() {
     for (ground, name) in GROUNDS.into_iter().enumerate() {
@@ -129,8 +133,8 @@ fn momentum_balances() {
     }
 }
 
-/// Equivalence: on rolling ground the recorded N and T, integrated by the trapezoidal rule, give the impulses that the
-/// engines integrate. So the recorded forces are those that act.
+/// Equivalence: on rolling ground the recorded N and T, integrated by the trapezoidal rule, give
+/// the impulses that the engines integrate. So the recorded forces are those that act.
 #[test]
 fn recorded_forces_add_up_to_the_impulses() {
     for (engine, run) in ENGINES.into_iter().zip(whole_runs(0)) {
@@ -169,8 +173,8 @@ fn balance_changes_no_bit_of_the_truth() {
     }
 }
 
-/// Determinism: two runs of the same scene give estimates of the same bits. That the truth repeats on both engines is a check
-/// of `verify`, on all shipped scenes.
+/// Determinism: two runs of the same scene give estimates of the same bits. That the truth repeats
+/// on both engines is a check of `verify`, on all shipped scenes.
 #[test]
 fn runs_repeat_to_the_bit() {
     for name in ["smooth", "stairs"] {
@@ -181,7 +185,8 @@ fn runs_repeat_to_the_bit() {
     }
 }
 
-/// Property: N is never negative, T never exceeds mu_s N and all values are finite, on smooth ground and on stairs.
+/// Property: N is never negative, T never exceeds mu_s N and all values are finite, on smooth
+/// ground and on stairs.
 #[test]
 fn forces_stay_within_their_laws() {
     let stairs = ENGINES.map(|engine| truth_of(&scene("stairs", &[engine])).unwrap());
@@ -201,10 +206,12 @@ fn forces_stay_within_their_laws() {
     }
 }
 
-/// Conservation: the work of the motors equals the losses in gears, friction and contacts plus the change of energy.
+/// Conservation: the work of the motors equals the losses in gears, friction and contacts plus the
+/// change of energy.
 #[test]
 fn energy_balances() {
-    // Ten times the measured errors of rapier, whose step of 0.2 ms is of first order, and of direct.
+    // Ten times the measured errors of rapier, whose step of 0.2 ms is of first order, and of
+    // direct.
     let bounds = [[4e-5, 2e-7], [4e-3, 2e-6]];
     for (ground, (name, bounds)) in GROUNDS.into_iter().zip(bounds).enumerate() {
         let robot = scene(name, &[]).robot.robot;
@@ -218,7 +225,8 @@ fn energy_balances() {
     }
 }
 
-/// Equivalence and conservation: with gear friction the engines agree as without it, and the balance contains its loss.
+/// Equivalence and conservation: with gear friction the engines agree as without it, and the
+/// balance contains its loss.
 #[test]
 fn gear_friction_is_in_both_engines_and_in_the_balance() {
     let kept = ENGINES.map(|engine| {
@@ -231,7 +239,8 @@ fn gear_friction_is_in_both_engines_and_in_the_balance() {
         println!("{engine}: {balance:.4?}, left {error:.1e}");
         // Ten times the measured error of rapier.
         assert!(error < 1e-4, "{engine}: {error}");
-        // Without the loss of friction, 0.5 N m at three wheels over 66 rad, the energy must not balance.
+        // Without the loss of friction, 0.5 N m at three wheels over 66 rad, the energy must not
+        // balance.
         let viscous: f64 = run
             .truth
             .iter()
@@ -253,8 +262,9 @@ fn gear_friction_is_in_both_engines_and_in_the_balance() {
     assert!(apart.normal_force < 1e-3 && apart.apart < 1e-3, "{apart:?}");
 }
 
-/// Acceptance: no check of `robhaz verify` fails in the first 6 s of a shipped scene, in which the front wheel passes the first
-/// obstacle: laws, balances, repetition, closed loops, and that the engines agree.
+/// Acceptance: no check of `robhaz verify` fails in the first 6 s of a shipped scene, in which the
+/// front wheel passes the first obstacle: laws, balances, repetition, closed loops, and that the
+/// engines agree.
 #[test]
 fn shipped_scenes_verify() {
     for entry in std::fs::read_dir(crate::support::root().join("scenes")).unwrap() {
@@ -274,8 +284,8 @@ fn shipped_scenes_verify() {
     }
 }
 
-/// Acceptance: a robot at rest, a wheel that lifts and lands, and records of 20 ms pass every check; the truth is
-/// correct. At 1 m/s the front wheel leaves the second bump of `smooth`.
+/// Acceptance: a robot at rest, a wheel that lifts and lands, and records of 20 ms pass every
+/// check; the truth is correct. At 1 m/s the front wheel leaves the second bump of `smooth`.
 #[test]
 fn correct_runs_of_any_kind_verify() {
     for (sets, lifts) in [
@@ -302,7 +312,8 @@ fn correct_runs_of_any_kind_verify() {
     }
 }
 
-/// Acceptance: an engine that stops fails one check, with the reason; the other checks judge the run up to the stop.
+/// Acceptance: an engine that stops fails one check, with the reason; the other checks judge the
+/// run up to the stop.
 #[test]
 fn a_run_that_stops_is_judged_up_to_there() {
     // The slope is too steep for this robot: it turns over with both engines.
@@ -321,8 +332,8 @@ fn a_run_that_stops_is_judged_up_to_there() {
     assert_eq!(of("the engines").outcome, Outcome::NotJudged);
 }
 
-/// Sensitivity: the measures detect an error of 0.1 % in one wheel's impulse, one of 1 % in the motors' work, a shift
-/// by one millisecond, and NaN.
+/// Sensitivity: the measures detect an error of 0.1 % in one wheel's impulse, one of 1 % in the
+/// motors' work, a shift by one millisecond, and NaN.
 #[test]
 fn wrong_forces_are_detected() {
     let scene = scene("smooth", &["engine.kind=direct", "record.duration=8"]);

@@ -1,4 +1,5 @@
-//! Convergence: with a shorter step or a smaller tolerance, N approaches the exact solution at the order of the method.
+//! Convergence: with a shorter step or a smaller tolerance, N approaches the exact solution at the
+//! order of the method.
 
 use crate::support::{scene, truth_of};
 use robhaz_sim::Truth;
@@ -23,8 +24,8 @@ fn difference(a: &[Truth], b: &[Truth]) -> f64 {
     f64::sqrt(square / count)
 }
 
-/// Convergence: symplectic Euler is of first order, so half the step gives half the error. At a step of 0.1 ms the
-/// error of N is below 2 mN RMS.
+/// Convergence: symplectic Euler is of first order, so half the step gives half the error. At a
+/// step of 0.1 ms the error of N is below 2 mN RMS.
 #[test]
 fn rapier_converges_at_first_order() {
     let exact = run(&["engine.kind=direct", "engine.tolerance=1e-8"]);
@@ -41,8 +42,9 @@ fn rapier_converges_at_first_order() {
     }
 }
 
-/// Accuracy with friction ten times as stiff as the default: rapier subdivides its steps according to N, and the error
-/// of N stays small. Measured: 1.9 mN RMS; without subdivision 1.4 N, near the limit of stability.
+/// Accuracy with friction ten times as stiff as the default: rapier subdivides its steps according
+/// to N, and the error of N stays small. Measured: 1.9 mN RMS; without subdivision 1.4 N, near the
+/// limit of stability.
 #[test]
 fn rapier_subdivides_its_steps_for_stiff_friction() {
     let stiff = "contact.v_s=2 mm/s";
@@ -52,9 +54,9 @@ fn rapier_subdivides_its_steps_for_stiff_friction() {
     assert!(error < 0.01, "{error}");
 }
 
-/// Convergence: the error of N falls with the tolerance. The step is proportional to the fourth root of the tolerance,
-/// the error of the dense output to the third power of the step: three decades of tolerance reduce it at most 180
-/// times. A factor of 44 was measured, 20 is required.
+/// Convergence: the error of N falls with the tolerance. The step is proportional to the fourth
+/// root of the tolerance, the error of the dense output to the third power of the step: three
+/// decades of tolerance reduce it at most 180 times. A factor of 44 was measured, 20 is required.
 #[test]
 fn direct_converges_with_its_tolerance() {
     let exact = run(&["engine.kind=direct", "engine.tolerance=1e-9"]);

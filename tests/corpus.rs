@@ -1,7 +1,9 @@
-//! What the command says today, frozen: bad inputs with their messages, logs with what is said of them, folders of an
-//! earlier version. A change of the code that means to keep behaviour passes the corpus unchanged.
+//! What the command says today, frozen: bad inputs with their messages, logs with what is said of
+//! them, folders of an earlier version. A change of the code that means to keep behaviour passes
+//! the corpus unchanged.
 //!
-//! A difference is a change that a user sees. Mend the code; or, if the new text is meant, renew the corpus with
+//! A difference is a change that a user sees. Mend the code; or, if the new text is meant, renew
+//! the corpus with
 //!
 //! ```sh
 //! ROBHAZ_BLESS=1 cargo test --release -p robhaz --test robhaz corpus
@@ -22,8 +24,9 @@
 //! ? its exit code, where it is not 0
 //! ```
 //!
-//! Files and commands before the first case are there for all cases: the commands run once. Lines with `>`, `!` and `?`
-//! are what the test expects, and what it renews. The folder and the durations of a command are left out.
+//! Files and commands before the first case are there for all cases: the commands run once. Lines
+//! with `>`, `!` and `?` are what the test expects, and what it renews. The folder and the
+//! durations of a command are left out.
 
 use crate::support::{robhaz, root, text};
 use rayon::prelude::*;
@@ -110,7 +113,8 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// Does the steps of a case in a folder, and puts what the commands print in place of what was expected.
+/// Does the steps of a case in a folder, and puts what the commands print in place of what was
+/// expected.
 fn perform(case: &Case, folder: &Path) -> Case {
     let step = |step: &Step| match step {
         Step::File(name, lines) => {

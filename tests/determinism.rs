@@ -1,16 +1,18 @@
-//! The same scene gives the same bits on any number of threads, and every shipped scene gives the numbers recorded in
-//! `golden.txt` beside this file.
+//! The same scene gives the same bits on any number of threads, and every shipped scene gives the
+//! numbers recorded in `golden.txt` beside this file.
 //!
-//! Bits are compared within one binary only: another compiler, mathematical library or processor may round differently.
-//! The golden hashes must not depend on that, so they are hashes of rounded values at a few instants. A difference of
-//! 1e-9 N changes about one in 1e6 of the rounded values.
+//! Bits are compared within one binary only: another compiler, mathematical library or processor
+//! may round differently. The golden hashes must not depend on that, so they are hashes of rounded
+//! values at a few instants. A difference of 1e-9 N changes about one in 1e6 of the rounded values.
 //!
-//! Renewal: `ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden` rewrites the file. Do so only
-//! if a change was meant to alter numbers (a law, a default, a solver, a step, a shipped scene) and the tests of
-//! references, conservation and convergence pass. State the reason in the commit.
+//! Renewal: `ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden` rewrites
+//! the file. Do so only if a change was meant to alter numbers (a law, a default, a solver, a step,
+//! a shipped scene) and the tests of references, conservation and convergence pass. State the
+//! reason in the commit.
 //!
-//! `stairs direct` was renewed when mass matrix, four-bar and terrain got cheaper formulas with the same values but for
-//! rounding: at a corner the last digits decide where a step of the solver ends, within its tolerance.
+//! `stairs direct` was renewed when mass matrix, four-bar and terrain got cheaper formulas with the
+//! same values but for rounding: at a corner the last digits decide where a step of the solver
+//! ends, within its tolerance.
 
 use crate::support::{root, truth_of};
 use rayon::prelude::*;
@@ -22,8 +24,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-/// Indices of the records that enter a scene's golden hash. At the last one the front wheel has reached the first
-/// obstacle.
+/// Indices of the records that enter a scene's golden hash. At the last one the front wheel has
+/// reached the first obstacle.
 fn instants(scene: &str) -> [usize; 4] {
     match scene {
         // The bump begins 0.55 m ahead of the front wheel, which reaches it at 4.0 s.
@@ -57,8 +59,8 @@ fn scenes() -> Vec<Scene> {
     paths.iter().flat_map(both).collect()
 }
 
-/// Hash of every tenth record and the last one as text in which different floats differ, also zeros of both signs. A record
-/// follows from the one before: a difference stays.
+/// Hash of every tenth record and the last one as text in which different floats differ, also zeros
+/// of both signs. A record follows from the one before: a difference stays.
 fn bits(truth: &[Truth]) -> u64 {
     let every: Vec<&Truth> = truth.iter().step_by(10).chain(truth.last()).collect();
     fnv(&format!("{every:?}"))
@@ -71,7 +73,8 @@ fn alone() -> &'static [(u64, String)] {
     ALONE.get_or_init(|| run_all(&scenes(), 1, of))
 }
 
-/// Runs all scenes on a number of threads and applies `of` to each truth. The results are in the order of the scenes.
+/// Runs all scenes on a number of threads and applies `of` to each truth. The results are in the
+/// order of the scenes.
 fn run_all<T: Send>(
     scenes: &[Scene],
     threads: usize,
@@ -122,7 +125,8 @@ fn rounded(scene: &Scene, truth: &[Truth]) -> String {
     text
 }
 
-/// Golden: the shipped scenes give the recorded numbers, and no two scenes have the same hash with one engine.
+/// Golden: the shipped scenes give the recorded numbers, and no two scenes have the same hash with
+/// one engine.
 #[test]
 fn golden_hashes() {
     let path = root().join("tests/golden.txt");

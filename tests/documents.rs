@@ -22,7 +22,8 @@ fn documents() -> Vec<PathBuf> {
     documents
 }
 
-/// Every path into this repository in backticks or links of the README, of CONTRIBUTING and of the docs exists.
+/// Every path into this repository in backticks or links of the README, of CONTRIBUTING and of the
+/// docs exists.
 #[test]
 fn paths_named_in_documents_exist() {
     let root = root();
@@ -106,7 +107,8 @@ fn links_of_documents_lead_somewhere() {
     assert!(count > 100, "{count}");
 }
 
-/// Every page of measured tables is one that `just measure` writes, with the version of the code and the seeds in its head.
+/// Every page of measured tables is one that `just measure` writes, with the version of the code
+/// and the seeds in its head.
 #[test]
 fn measured_pages_are_written_by_their_recipe() {
     let folder = root().join("docs/measurements");
@@ -163,7 +165,8 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(of).filter(is_rust).collect()
 }
 
-/// Crates whose manifest has `doctest = false` have no code in their documentation that `cargo test` would have to run.
+/// Crates whose manifest has `doctest = false` have no code in their documentation that
+/// `cargo test` would have to run.
 #[test]
 fn examples_in_documentation_are_run() {
     let mut crates = 0;

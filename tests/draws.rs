@@ -11,8 +11,8 @@ use std::ops::Range;
 /// Level ground on either side of the start, m.
 const LEVEL: f64 = 0.55;
 
-/// Robots A and B with every point moved by up to 20 mm, wheels of another size, and masses and inertias times a factor
-/// from `scale`.
+/// Robots A and B with every point moved by up to 20 mm, wheels of another size, and masses and
+/// inertias times a factor from `scale`.
 pub fn robots(scale: Range<f64>) -> impl Strategy<Value = (Geometry, MassSet)> {
     let moved = proptest::collection::vec(-0.02..0.02_f64, 19);
     let scaled = proptest::collection::vec(scale, 10);
@@ -42,8 +42,9 @@ pub fn robots(scale: Range<f64>) -> impl Strategy<Value = (Geometry, MassSet)> {
     })
 }
 
-/// Grounds of every kind, in front of the robot or behind it, within the ranges that a scene allows but no larger than the robot.
-/// `size` multiplies heights, depths and slopes: at 1 most grounds can be passed, at 4 kerbs are up to 0.24 m high.
+/// Grounds of every kind, in front of the robot or behind it, within the ranges that a scene allows
+/// but no larger than the robot. `size` multiplies heights, depths and slopes: at 1 most grounds
+/// can be passed, at 4 kerbs are up to 0.24 m high.
 pub fn grounds(size: f64) -> impl Strategy<Value = Profile> {
     let height = -0.06 * size..0.06 * size;
     let start = LEVEL..1.0_f64;

@@ -31,7 +31,8 @@ fn dependencies(package: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// Estimator and control depend, directly or indirectly, neither on the simulator nor on its engines, terrain or scenes.
+/// Estimator and control depend, directly or indirectly, neither on the simulator nor on its
+/// engines, terrain or scenes.
 #[test]
 fn estimator_and_control_cannot_reach_the_simulator() {
     let allowed: [&[&str]; 2] = [
@@ -57,7 +58,8 @@ fn estimator_and_control_cannot_reach_the_simulator() {
     assert!(dependencies("robhaz-sim").contains("rapier2d-f64"));
 }
 
-/// Model, estimator and control can run on a robot: they declare `no_std`, which the compiler enforces.
+/// Model, estimator and control can run on a robot: they declare `no_std`, which the compiler
+/// enforces.
 #[test]
 fn model_estimator_and_control_are_no_std() {
     for name in ["model", "estimator", "control"] {

@@ -1,5 +1,5 @@
-//! The friction laws, rolling resistance and wheels that are driven apart, in whole runs. `friction/tests.rs` of the
-//! simulator sweeps the laws themselves.
+//! The friction laws, rolling resistance and wheels that are driven apart, in whole runs.
+//! `friction/tests.rs` of the simulator sweeps the laws themselves.
 
 use crate::support::{scene, truth_of};
 use robhaz_run::verify::{Outcome, Run, agreement, energy, momentum_error, verify};
@@ -45,9 +45,10 @@ fn with(name: &str, engine: &str, law: &[&str], more: &[&str]) -> Scene {
     scene(name, &sets)
 }
 
-/// Slip speed (m/s) of a gripping contact with the ratio `T/N` at the speed `u` of a rim that is faster than the wheel's
-/// centre: the laws solved for the slip. In ADAMS's form `mu_s (3 x - x^3)/2 = T/N` has the root `x = 2 sin(asin(T/(mu_s
-/// N))/3)`; the brush model's is `a = 1 - cbrt(1 - T/(mu_s N))`.
+/// Slip speed (m/s) of a gripping contact with the ratio `T/N` at the speed `u` of a rim that is
+/// faster than the wheel's centre: the laws solved for the slip. In ADAMS's form
+/// `mu_s (3 x - x^3)/2 = T/N` has the root `x = 2 sin(asin(T/(mu_s N))/3)`; the brush model's is
+/// `a = 1 - cbrt(1 - T/(mu_s N))`.
 fn slip_speed(law: &FrictionLaw, ratio: f64, u: f64) -> f64 {
     let share = ratio / law.mu_s;
     match law.kind {
@@ -59,9 +60,10 @@ fn slip_speed(law: &FrictionLaw, ratio: f64, u: f64) -> f64 {
     }
 }
 
-/// Closed form: the robot climbs a slope of 10 deg under the soft drive. At constant speed a wheel's traction follows from
-/// its torque, `d T = tau - B omega - f_r r N`, with the arm d = r - g and the set speed in tau; the tractions carry the
-/// weight along the slope, and the slip speed of each wheel is that of its law at T/N.
+/// Closed form: the robot climbs a slope of 10 deg under the soft drive. At constant speed a
+/// wheel's traction follows from its torque, `d T = tau - B omega - f_r r N`, with the arm d = r -
+/// g and the set speed in tau; the tractions carry the weight along the slope, and the slip speed
+/// of each wheel is that of its law at T/N.
 #[test]
 fn a_climbing_wheel_slips_as_its_law_says() {
     let angle = 10.0_f64.to_radians();
@@ -114,8 +116,8 @@ fn a_climbing_wheel_slips_as_its_law_says() {
     }
 }
 
-/// Closed form: at constant speed on level ground the tractions add up to zero and the motors give `B omega + f_r r N +
-/// d T` at each wheel, together 3 B omega + f_r r W.
+/// Closed form: at constant speed on level ground the tractions add up to zero and the motors give
+/// `B omega + f_r r N + d T` at each wheel, together 3 B omega + f_r r W.
 #[test]
 fn rolling_resistance_costs_its_torque() {
     for engine in EngineKind::ALL {
@@ -149,8 +151,8 @@ fn rolling_resistance_costs_its_torque() {
     }
 }
 
-/// Conservation: with rolling resistance energy and momentum balance, and without its loss they do not: 0.02 of the weight
-/// over the way is 7 J.
+/// Conservation: with rolling resistance energy and momentum balance, and without its loss they do
+/// not: 0.02 of the weight over the way is 7 J.
 #[test]
 fn the_balance_contains_rolling_resistance() {
     let runs = EngineKind::ALL.map(|engine| {
@@ -188,9 +190,10 @@ fn the_balance_contains_rolling_resistance() {
     assert!(apart.normal_force < 1e-3 && apart.apart < 1e-3, "{apart:?}");
 }
 
-/// Closed form: on level ground with mu = 0.5 the front wheel is driven 1.5 times as fast as the others for ten seconds. It
-/// slides with T = mu_d N all that time, the others carry the opposite traction, and the robot keeps its speed. The run
-/// counts as travelling, and no wheel as spinning: the slip is asked for. Afterwards all wheels grip.
+/// Closed form: on level ground with mu = 0.5 the front wheel is driven 1.5 times as fast as the
+/// others for ten seconds. It slides with T = mu_d N all that time, the others carry the opposite
+/// traction, and the robot keeps its speed. The run counts as travelling, and no wheel as spinning:
+/// the slip is asked for. Afterwards all wheels grip.
 #[test]
 fn a_wheel_driven_apart_slides() {
     let apart = "drive.scaling=[{wheels=[1],from=6,to=16,factor=1.5}]";
@@ -231,8 +234,8 @@ fn a_wheel_driven_apart_slides() {
             (None, [0.0; 3]),
             "{engine} {law:?}"
         );
-        // The front wheel pulls with 0.5 N against the others, which creep by 3 mm/s with `adams`; the arm r - g instead of r
-        // costs 0.6 %.
+        // The front wheel pulls with 0.5 N against the others, which creep by 3 mm/s with `adams`;
+        // the arm r - g instead of r costs 0.6 %.
         let share = found.distance / found.asked;
         assert!((share - 1.0).abs() < 0.02, "{engine} {law:?}: {share}");
         for w in &last.wheels {
@@ -241,8 +244,8 @@ fn a_wheel_driven_apart_slides() {
     }
 }
 
-/// Equivalence: with mu that falls from 0.6 to 0.5 the sliding wheel of the law `brush` has the traction of `adams`, since
-/// both take mu from the slip speed, and the engines agree.
+/// Equivalence: with mu that falls from 0.6 to 0.5 the sliding wheel of the law `brush` has the
+/// traction of `adams`, since both take mu from the slip speed, and the engines agree.
 #[test]
 fn sliding_wheels_have_the_same_traction_under_every_law() {
     let more = [
@@ -262,8 +265,9 @@ fn sliding_wheels_have_the_same_traction_under_every_law() {
     }
 }
 
-/// Closed form: with all set speeds reversed the robot comes back, and with one wheel locked it goes on and drags this
-/// wheel. Neither counts as stuck; a robot that is held while it is asked to come back does.
+/// Closed form: with all set speeds reversed the robot comes back, and with one wheel locked it
+/// goes on and drags this wheel. Neither counts as stuck; a robot that is held while it is asked to
+/// come back does.
 #[test]
 fn reversed_and_locked_wheels_are_no_trouble() {
     for engine in EngineKind::ALL {
@@ -273,7 +277,8 @@ fn reversed_and_locked_wheels_are_no_trouble() {
         let mut meter = ProgressMeter::new(&scene.drive, 0.1);
         truth.iter().for_each(|t| meter.add(t));
         let found = meter.progress();
-        // Forward for half of the start's ramp and 4.6 s, back for 5.4 s, forward for 1.4 s. The changes cancel.
+        // Forward for half of the start's ramp and 4.6 s, back for 5.4 s, forward for 1.4 s. The
+        // changes cancel.
         let expected = 0.2 * (0.3 + 4.6 - 5.4 + 1.4);
         println!("{}: {found:?}", engine.name());
         assert!((found.asked - expected).abs() < 1e-4, "{found:?}");
@@ -304,8 +309,8 @@ fn truth_and_step(scene: &Scene) -> (Vec<Truth>, f64) {
     (truth, plant.mean_step())
 }
 
-/// Accuracy: stiff laws cost direct neither accuracy nor many steps, on the smooth course under the PI drive. The reference
-/// has a thousandth of the tolerance.
+/// Accuracy: stiff laws cost direct neither accuracy nor many steps, on the smooth course under the
+/// PI drive. The reference has a thousandth of the tolerance.
 #[test]
 fn stiff_laws_are_exact_in_direct() {
     for (engine, law) in LAWS.into_iter().filter(|(engine, _)| *engine == "direct") {
@@ -327,14 +332,15 @@ fn stiff_laws_are_exact_in_direct() {
             "{law:?}: mean step {:.2} ms, error of N {n:.1e}, of T {t:.1e} N RMS",
             1e3 * step
         );
-        // Five times the largest measured errors, 0.2 and 0.6 mN; half the shortest mean step, 29 ms.
+        // Five times the largest measured errors, 0.2 and 0.6 mN; half the shortest mean step, 29
+        // ms.
         assert!(n < 1e-3 && t < 3e-3, "{law:?}: {n} {t}");
         assert!(step > 15e-3, "{law:?}: {step}");
     }
 }
 
-/// Acceptance: `robhaz verify` passes scenes of every law with rolling resistance and a wheel driven apart. A law that is
-/// too stiff for rapier is judged by direct alone.
+/// Acceptance: `robhaz verify` passes scenes of every law with rolling resistance and a wheel
+/// driven apart. A law that is too stiff for rapier is judged by direct alone.
 #[test]
 fn every_law_verifies() {
     let more = [

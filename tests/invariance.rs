@@ -1,8 +1,9 @@
-//! Invariances: the forces are the same for a mirrored robot on mirrored ground, for the same ground at another place,
-//! and for the same ground through more points.
+//! Invariances: the forces are the same for a mirrored robot on mirrored ground, for the same
+//! ground at another place, and for the same ground through more points.
 //!
-//! Each test prints the differences of N and T over all records. On rolling ground only rounding differs. At an impact
-//! N rises within microseconds, so a difference in the solver's steps around it changes the recorded values.
+//! Each test prints the differences of N and T over all records. On rolling ground only rounding
+//! differs. At an impact N rises within microseconds, so a difference in the solver's steps around
+//! it changes the recorded values.
 
 use crate::support::{scene, truth_of};
 use robhaz_model::{Carrier, Geometry, Outline, PinStop, Pins, Vec2};
@@ -166,7 +167,8 @@ fn mirrored_profiles() -> [(&'static str, Profile, Profile); 4] {
             periods: 2,
         })
     };
-    // A step far behind the robot raises the ground to the height from which the mirrored ramp descends to the start.
+    // A step far behind the robot raises the ground to the height from which the mirrored ramp
+    // descends to the start.
     let up = |rise| {
         Profile::Stairs(Stairs {
             rise,
@@ -201,7 +203,8 @@ fn mirrored_profiles() -> [(&'static str, Profile, Profile); 4] {
     ]
 }
 
-/// Symmetry: a mirrored robot that drives backwards over the mirrored ground has the mirrored forces.
+/// Symmetry: a mirrored robot that drives backwards over the mirrored ground has the mirrored
+/// forces.
 #[test]
 fn forward_and_backward_are_symmetric() {
     for engine in EngineKind::ALL {
@@ -232,8 +235,8 @@ type Allowed = (f64, f64);
 
 /// Rounding, and for direct its effect on the steps: ten times the measured differences.
 const ROUNDING: Allowed = (1e-4, 1e-8);
-/// Rapier solves its joints one after the other. Mirroring reverses their order, which changes the error of its
-/// iterations.
+/// Rapier solves its joints one after the other. Mirroring reverses their order, which changes the
+/// error of its iterations.
 const RAPIER_MIRRORED: Allowed = (2e-4, 2e-7);
 /// The same at impacts of kilonewtons: ten times the measured differences.
 const RAPIER_MIRRORED_AT_CORNERS: Allowed = (0.2, 5e-6);
@@ -268,8 +271,8 @@ fn shifted(profile: &Profile, by: f64) -> Profile {
     }
 }
 
-/// Invariance: the same ground and start at another x. The start follows from the nominal positions, so these are
-/// shifted.
+/// Invariance: the same ground and start at another x. The start follows from the nominal
+/// positions, so these are shifted.
 #[test]
 fn a_shift_in_x_changes_nothing() {
     let grounds = [
@@ -280,7 +283,8 @@ fn a_shift_in_x_changes_nothing() {
     ];
     for engine in EngineKind::ALL {
         for (name, ground) in &grounds {
-            // Not a multiple of the cells' or edges' width, so that the ground is divided at other places.
+            // Not a multiple of the cells' or edges' width, so that the ground is divided at other
+            // places.
             let by = 98.765_432_1;
             let scene = on(ground.clone(), engine);
             let mut other = on(shifted(ground, by), engine);
@@ -326,8 +330,8 @@ fn track(interpolation: Interpolation, parts: u32) -> Profile {
     Profile::Heights(Heights::new(points, interpolation))
 }
 
-/// Invariance: more points on the same curve give the same ground. This does not hold for a monotone curve, whose slopes come from
-/// the points.
+/// Invariance: more points on the same curve give the same ground. This does not hold for a
+/// monotone curve, whose slopes come from the points.
 #[test]
 fn more_points_on_the_ground_change_nothing() {
     for engine in EngineKind::ALL {

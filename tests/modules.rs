@@ -1,10 +1,10 @@
 //! Modules do not import each other in a loop.
 //!
-//! No module of a loop can be understood, tested or moved without all the others. The check reads the `use crate::` and
-//! `super::` paths of every crate, in declarations and in expressions. Its graph has one node for each child of a
-//! module, with all that lies below it, and one for the module's own file. A file that only re-exports its children
-//! (`pub use`) does not depend on them, and an import through such a re-export counts for the child. Test modules do
-//! not count.
+//! No module of a loop can be understood, tested or moved without all the others. The check reads
+//! the `use crate::` and `super::` paths of every crate, in declarations and in expressions. Its
+//! graph has one node for each child of a module, with all that lies below it, and one for the
+//! module's own file. A file that only re-exports its children (`pub use`) does not depend on them,
+//! and an import through such a re-export counts for the child. Test modules do not count.
 
 use crate::support::root;
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,8 +31,9 @@ fn modules_do_not_import_each_other_in_a_loop() {
     assert!(count > 100, "only {count} modules found");
 }
 
-/// Sensitivity: the check finds loops between files, between folders, through re-exports, in expressions, and between a
-/// module and its parent. It ignores re-exports of children, tests, comments and string literals.
+/// Sensitivity: the check finds loops between files, between folders, through re-exports, in
+/// expressions, and between a module and its parent. It ignores re-exports of children, tests,
+/// comments and string literals.
 #[test]
 fn the_check_finds_loops() {
     let check = |files: &[(&str, &str)]| {
@@ -57,7 +58,8 @@ fn the_check_finds_loops() {
         ("d", ""),
     ];
     assert_eq!(check(&of_three), ["a, b, c"]);
-    // `x` imports from `y` and `y::inner` from `x`: a loop of folders, though no two files import each other.
+    // `x` imports from `y` and `y::inner` from `x`: a loop of folders, though no two files import
+    // each other.
     let folders = [
         ("", "mod x; mod y;"),
         ("x", "mod one; mod two; pub use two::Two;"),
@@ -376,7 +378,8 @@ fn without_tests(text: &str) -> (String, Vec<String>) {
     (out, files)
 }
 
-/// Length of an item: up to its semicolon or closing brace. A `use` of several names ends with its semicolon.
+/// Length of an item: up to its semicolon or closing brace. A `use` of several names ends with its
+/// semicolon.
 fn item_end(text: &str) -> usize {
     let is_use = text.trim_start().starts_with("use ")
         || text.contains(" use ") && {

@@ -30,8 +30,8 @@ fn has(document: &Value, keys: &[&str]) {
 const STUDY: &str = "scene = \"short.toml\"\nset = [\"record.duration=0.6\"]\n[[axis]]\nkey = \"drive.speed\"\n\
     names = [\"slow\", \"fast\"]\nvalues = [0.1, 0.2]\n[[axis]]\nkey = \"seed\"\ncount = 2\n";
 
-/// Every command with a result in JSON prints one document with the keys that docs/command.md names, and nothing else on
-/// standard output. The others refuse the flag.
+/// Every command with a result in JSON prints one document with the keys that docs/command.md
+/// names, and nothing else on standard output. The others refuse the flag.
 #[test]
 fn each_command_prints_one_document() {
     let dir = tempfile::tempdir().unwrap();
@@ -104,8 +104,8 @@ fn each_command_prints_one_document() {
     }
 }
 
-/// 0: done; 1: an error or a bad verdict, of which a document is printed all the same; 2: a wrong command line. 130 and 143 are
-/// tested where runs break off.
+/// 0: done; 1: an error or a bad verdict, of which a document is printed all the same; 2: a wrong
+/// command line. 130 and 143 are tested where runs break off.
 #[test]
 fn exit_codes_are_those_of_the_help() {
     let dir = tempfile::tempdir().unwrap();
@@ -155,12 +155,14 @@ fn exit_codes_are_those_of_the_help() {
     }
 }
 
-/// `--quiet` prints nothing but errors, on either side of the command; documents that were asked for are still printed.
+/// `--quiet` prints nothing but errors, on either side of the command; documents that were asked
+/// for are still printed.
 #[test]
 fn quiet_is_quiet() {
     let dir = tempfile::tempdir().unwrap();
     let at = dir.path();
-    // An override of the friction law without effect makes no difference; a spline that overshoots warns.
+    // An override of the friction law without effect makes no difference; a spline that overshoots
+    // warns.
     let warns = "[terrain]\nkind = \"heights\"\ninterpolation = \"spline\"\npoints = [[-2, 0], [0.8, 0], [0.81, 0.02], [4, 0.02]]\n\
         [record]\nduration = 0.6\ncompare_from = 0.5\n[engine]\nkind = \"direct\"\n";
     fs::write(at.join("warns.toml"), warns).unwrap();
@@ -187,7 +189,8 @@ fn quiet_is_quiet() {
     assert!(!run(at, &["-q", "compare", "nowhere"]).stderr.is_empty());
 }
 
-/// `-v` tells of scenes and stages, `-vv` also of each file, all on standard error; the result is the same.
+/// `-v` tells of scenes and stages, `-vv` also of each file, all on standard error; the result is
+/// the same.
 #[test]
 fn verbose_tells_what_is_done() {
     let dir = tempfile::tempdir().unwrap();

@@ -49,7 +49,8 @@ fn an_existing_folder_is_safe() {
     assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
 }
 
-/// A slash at the end, an empty folder, a file, a run that broke off, a folder with something else beside the run.
+/// A slash at the end, an empty folder, a file, a run that broke off, a folder with something else
+/// beside the run.
 #[test]
 fn output_folders_are_distinguished() {
     let dir = tempfile::tempdir().unwrap();
@@ -101,7 +102,8 @@ fn output_folders_are_distinguished() {
     assert!(dir.path().join("own/scene.toml").exists());
 }
 
-/// The folder of a run that a user has put something into is not replaced: not in `figures` either, nor where that is a link.
+/// The folder of a run that a user has put something into is not replaced: not in `figures` either,
+/// nor where that is a link.
 #[test]
 fn force_removes_only_what_a_run_wrote() {
     let dir = tempfile::tempdir().unwrap();
@@ -199,7 +201,8 @@ fn force_replaces_a_run_of_every_control() {
     }
 }
 
-/// A folder in which a run is writing is left alone, even with `--force`, and so is a target that appears during the run.
+/// A folder in which a run is writing is left alone, even with `--force`, and so is a target that
+/// appears during the run.
 #[cfg(unix)]
 #[test]
 fn a_run_in_progress_is_left_alone() {

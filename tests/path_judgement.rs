@@ -44,9 +44,10 @@ fn driven(ground: &str, mu: f64) -> f64 {
     x
 }
 
-/// Acceptance: on ramps the simulated robot does not pass with less friction than the best tractions need; on ramps and kerbs it
-/// passes with more than equal T/N need. 0.85 and 1.25 leave room for what statics leaves out: momentum, unequal T/N,
-/// slip. A kerb of 30 mm it passes with less than statics asks for (docs/paths.md).
+/// Acceptance: on ramps the simulated robot does not pass with less friction than the best
+/// tractions need; on ramps and kerbs it passes with more than equal T/N need. 0.85 and 1.25 leave
+/// room for what statics leaves out: momentum, unequal T/N, slip. A kerb of 30 mm it passes with
+/// less than statics asks for (docs/paths.md).
 #[test]
 fn the_simulated_robot_passes_as_judged() {
     let grounds = [RAMP, STEEP, LOW_KERB, KERB];
@@ -60,7 +61,8 @@ fn the_simulated_robot_passes_as_judged() {
         .collect();
     for (ground, (below, stuck, above, passed)) in grounds.iter().zip(runs) {
         println!("{below:.3}: {stuck:.3} m; {above:.3}: {passed:.3} m");
-        // The rear wheel meets the kerb or the slope when the middle one is at 0.7 m; 20 s at 0.1 m/s are 1.9 m.
+        // The rear wheel meets the kerb or the slope when the middle one is at 0.7 m; 20 s at 0.1
+        // m/s are 1.9 m.
         if [RAMP, STEEP].contains(ground) {
             assert!(stuck < 0.9, "{ground}: {stuck} m with mu = {below}");
         }
@@ -109,7 +111,8 @@ fn the_documented_commands_run() {
     }
 }
 
-/// No-go has the exit code 1 and says where and why; files are replaced only with `--force`; bad options are named.
+/// No-go has the exit code 1 and says where and why; files are replaced only with `--force`; bad
+/// options are named.
 #[test]
 fn the_command_says_why() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,9 +13,9 @@ fn progress(scene: &Scene) -> Progress {
     meter.progress()
 }
 
-/// Acceptance: with geometry A on the shipped stairs, at a kerb of 150 mm and on a ramp of 45 deg the robot is stuck from the time at
-/// which its body last advanced, and every wheel slips for the rest of the run. Measured: 6.2, 7.0 and 6.7 s with both
-/// engines.
+/// Acceptance: with geometry A on the shipped stairs, at a kerb of 150 mm and on a ramp of 45 deg
+/// the robot is stuck from the time at which its body last advanced, and every wheel slips for the
+/// rest of the run. Measured: 6.2, 7.0 and 6.7 s with both engines.
 #[test]
 fn stairs_a_high_kerb_and_a_steep_ramp_stop_the_robot() {
     for engine in ["engine.kind=direct", "engine.kind=rapier"] {
@@ -36,8 +36,8 @@ fn stairs_a_high_kerb_and_a_steep_ramp_stop_the_robot() {
     }
 }
 
-/// Acceptance: geometry C climbs the shipped stairs with a margin in friction, and touches neither an end stop nor, with a bar,
-/// the ground. At the goal its rear wheel is on the last tread.
+/// Acceptance: geometry C climbs the shipped stairs with a margin in friction, and touches neither
+/// an end stop nor, with a bar, the ground. At the goal its rear wheel is on the last tread.
 #[test]
 fn geometry_c_climbs_the_stairs() {
     let drives: [&[&str]; 2] = [&[], &["drive.kp=2", "drive.ki=0"]];
@@ -67,8 +67,9 @@ fn geometry_c_climbs_the_stairs() {
     }
 }
 
-/// Acceptance: in every shipped scene the robot travels at least 90 % of the commanded distance, and no wheel
-/// slips for longer than half a second. A robot is not stuck before its drive starts or at a set speed of zero.
+/// Acceptance: in every shipped scene the robot travels at least 90 % of the commanded distance,
+/// and no wheel slips for longer than half a second. A robot is not stuck before its drive starts
+/// or at a set speed of zero.
 #[test]
 fn robots_that_travel_are_not_stuck() {
     let mut count = 0;

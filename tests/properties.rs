@@ -1,5 +1,5 @@
-//! Properties of the forces over random robots, grounds and speeds: every record obeys the laws, or the run stops with
-//! a reason. A wrong force without an error must not occur.
+//! Properties of the forces over random robots, grounds and speeds: every record obeys the laws, or
+//! the run stops with a reason. A wrong force without an error must not occur.
 
 use crate::draws::{grounds, robots};
 use crate::support::scene;
@@ -22,7 +22,8 @@ fn check_record(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), S
     let geometry = &scene.robot.robot.geometry;
     for (i, w) in truth.wheels.iter().enumerate() {
         let wheel = i + 1;
-        // Independent of the plant: at its nearest point, the ground must be below the wheel's centre.
+        // Independent of the plant: at its nearest point, the ground must be below the wheel's
+        // centre.
         if terrain
             .nearest(w.position)
             .is_none_or(|c| c.distance <= 0.0)
@@ -32,7 +33,8 @@ fn check_record(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), S
         if w.normal_force < 0.0 || (w.contacts == 0 && w.normal_force > 0.0) {
             return Err(format!("N of wheel {wheel} is {}", w.normal_force));
         }
-        // With two contacts, N is the vector sum but T the scalar sum: the bound holds for one contact only.
+        // With two contacts, N is the vector sum but T the scalar sum: the bound holds for one
+        // contact only.
         let most = scene.friction.mu_s * w.normal_force * (1.0 + 1e-12);
         if w.contacts == 1 && w.traction.abs() > most {
             return Err(format!(
@@ -41,7 +43,8 @@ fn check_record(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), S
             ));
         }
     }
-    // Both bars of a pin give it the same position, and each axle has the position that its link gives it.
+    // Both bars of a pin give it the same position, and each axle has the position that its link
+    // gives it.
     let image = |bar: Bar, nominal: Vec2| {
         let b = truth.bar(bar);
         b.position + rotate(nominal - geometry.cg(bar), b.angle)
@@ -148,8 +151,8 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
     outcome.into_inner()
 }
 
-/// Property: of 40 random runs of the direct engine each obeys the laws to its end, or stops with a reason, which few do. None
-/// stops for lack of a step.
+/// Property: of 40 random runs of the direct engine each obeys the laws to its end, or stops with a
+/// reason, which few do. None stops for lack of a step.
 #[test]
 fn random_runs_by_direct() {
     let found = runs(40, 5.0, EngineKind::Direct);

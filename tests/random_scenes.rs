@@ -1,8 +1,9 @@
-//! Random scenes at the limits of what a robot does: saturated motors, impacts, kerbs higher than a wheel, wheels in the air,
-//! friction from ice to twice that of rubber, bodies of 1.5 to 20 kg.
+//! Random scenes at the limits of what a robot does: saturated motors, impacts, kerbs higher than a
+//! wheel, wheels in the air, friction from ice to twice that of rubber, bodies of 1.5 to 20 kg.
 //!
-//! Each run goes to its end or stops with a physical reason, on both engines. The engines agree: impulse of the ground
-//! and place of the body, as `robhaz verify` asks on edges. Where rapier's step is too long for that, a finer one agrees.
+//! Each run goes to its end or stops with a physical reason, on both engines. The engines agree:
+//! impulse of the ground and place of the body, as `robhaz verify` asks on edges. Where rapier's
+//! step is too long for that, a finer one agrees.
 
 use crate::draws::{grounds, robots};
 use crate::support::scene;
@@ -20,10 +21,12 @@ use std::sync::Mutex;
 
 /// Duration of a run, s.
 const SECONDS: f64 = 8.0;
-/// Bounds of `robhaz verify`: impulse of the ground on a wheel, of itself; distance of the bodies, m.
+/// Bounds of `robhaz verify`: impulse of the ground on a wheel, of itself; distance of the bodies,
+/// m.
 const IMPULSE: f64 = 1e-2;
 const APART: f64 = 1e-3;
-/// Both engines stop within this time, s, where they stop: a robot that turns over takes some tenths of a second.
+/// Both engines stop within this time, s, where they stop: a robot that turns over takes some
+/// tenths of a second.
 const SAME_STOP: f64 = 0.05;
 /// Finer runs: rapier's step and direct's tolerance times these.
 const FINER: [(f64, f64); 2] = [(0.25, 0.1), (0.0625, 0.01)];
@@ -130,7 +133,8 @@ fn is_physical(run: &Run) -> bool {
 /// One scene on both engines.
 struct Pair {
     runs: [Run; 2],
-    /// Up to the end of the shorter run: difference of the wheels' impulses, of themselves; distance of the bodies, m.
+    /// Up to the end of the shorter run: difference of the wheels' impulses, of themselves;
+    /// distance of the bodies, m.
     impulse: f64,
     apart: f64,
 }
@@ -257,7 +261,8 @@ fn random_scenes_end_for_physical_reasons_and_engines_agree() {
     assert!(found.saturated >= 6 && found.in_the_air >= 6);
 }
 
-/// The whole study, a minute and a half: `cargo test --release -p robhaz --test robhaz study_of_500 -- --ignored --nocapture`.
+/// The whole study, a minute and a half:
+/// `cargo test --release -p robhaz --test robhaz study_of_500 -- --ignored --nocapture`.
 /// docs/validation.md states what was found.
 #[test]
 #[ignore = "a minute and a half"]
@@ -265,12 +270,13 @@ fn study_of_500_random_scenes() {
     let found = study(&(0..500).collect::<Vec<_>>());
     println!("{found:#?}");
     assert!(found.unphysical.is_empty(), "{:?}", found.unphysical);
-    // One scene in a hundred: a place can depend on an impact so strongly that a sixteenth of the step is not fine enough.
+    // One scene in a hundred: a place can depend on an impact so strongly that a sixteenth of the
+    // step is not fine enough.
     assert!(found.differ.len() <= 5, "{:?}", found.differ);
 }
 
-/// A motor in saturation never stops `direct`: shipped scenes with low torque limits, heavy bodies, high speeds, much
-/// friction. The engines agree.
+/// A motor in saturation never stops `direct`: shipped scenes with low torque limits, heavy bodies,
+/// high speeds, much friction. The engines agree.
 #[test]
 fn saturated_motors_do_not_stop_direct() {
     let mut cases = Vec::new();
@@ -294,7 +300,8 @@ fn saturated_motors_do_not_stop_direct() {
         let mut scene = scene(name, &keys);
         let run = Run::of(&scene).unwrap();
         assert!(is_physical(&run), "{name}, {change}: {:?}", run.stopped);
-        // Three of those that found no step while the anti-windup was discontinuous; the rest is the study's.
+        // Three of those that found no step while the anti-windup was discontinuous; the rest is
+        // the study's.
         let compared = [
             ("smooth", "drive.torque_limit=5"),
             ("step", "drive.torque_limit=4"),
@@ -308,8 +315,8 @@ fn saturated_motors_do_not_stop_direct() {
     }
 }
 
-/// Equivalence: the engines agree at gains just within the limits of `rapier`. Convergence: at the greatest gains `direct`
-/// agrees with itself at a tolerance a hundred times smaller.
+/// Equivalence: the engines agree at gains just within the limits of `rapier`. Convergence: at the
+/// greatest gains `direct` agrees with itself at a tolerance a hundred times smaller.
 #[test]
 fn high_gains_do_not_chatter() {
     for gains in ["drive.kp=450", "drive.ki=16000"] {

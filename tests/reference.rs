@@ -1,13 +1,14 @@
-//! The simulation compared with runs of an independent solver, which has another formulation and another language (see
-//! `reference/README.md`).
+//! The simulation compared with runs of an independent solver, which has another formulation and
+//! another language (see `reference/README.md`).
 
 use crate::support::{Reference, keep, scene, truth_of};
 use robhaz_run::verify::{Run, agreement, impulse_difference};
 use robhaz_sim::{Truth, WheelTruth};
 use robhaz_terrain::Terrain;
 
-/// Pin forces are compared from this time, s. In the first step after the raw start the fast pole of the wheels
-/// (0.075 ms) changes them by several newtons, and those of rapier are means over one step.
+/// Pin forces are compared from this time, s. In the first step after the raw start the fast pole
+/// of the wheels (0.075 ms) changes them by several newtons, and those of rapier are means over one
+/// step.
 const AFTER_FIRST_STEP: f64 = 0.02;
 
 /// The start of the reference runs.
@@ -46,7 +47,8 @@ fn assert_matches(case: &str, truth: &[Truth], bounds: &Bounds) {
         check(&name("pen_mm"), 0.0, 1e-3, &|t| {
             1e3 * t.wheels[i].penetration
         });
-        // At the slope of the friction law at rest, 60 s/m, 1e-5 m/s is 28 mN of T at the mean load.
+        // At the slope of the friction law at rest, 60 s/m, 1e-5 m/s is 28 mN of T at the mean
+        // load.
         check(&name("vslip"), 0.0, 1e-5, &|t| t.wheels[i].slip_speed);
         // The error of symplectic Euler is about half a step: 1e-4 rad at 2 rad/s.
         check(&name("phi"), 0.0, 2e-4, &|t| t.wheels[i].angle);
@@ -76,8 +78,8 @@ fn assert_matches(case: &str, truth: &[Truth], bounds: &Bounds) {
     }
 }
 
-/// Twice the measured differences (8.3 mN RMS in N) of rapier at a step of 0.2 ms; those of direct at a tolerance of 1e-5 are at
-/// most 0.22 mN.
+/// Twice the measured differences (8.3 mN RMS in N) of rapier at a step of 0.2 ms; those of direct
+/// at a tolerance of 1e-5 are at most 0.22 mN.
 const BOUNDS: Bounds = Bounds {
     force: 0.015,
     pin_force: 0.02,
@@ -112,7 +114,8 @@ fn smooth_without_the_ramp_of_c(engine: &str) -> f64 {
 
 #[test]
 fn smooth_by_rapier() {
-    // The drift of the joints grows with the square of the step; at 0.2 ms it is below a micrometre.
+    // The drift of the joints grows with the square of the step; at 0.2 ms it is below a
+    // micrometre.
     assert!(smooth_without_the_ramp_of_c("engine.kind=rapier") < 1e-6);
 }
 
@@ -122,8 +125,9 @@ fn smooth_by_direct() {
     assert!(smooth_without_the_ramp_of_c("engine.kind=direct") < 1e-12);
 }
 
-/// A ramp of 15 deg: the wheels bridge its concave corner and have two contacts there. The bound is 0.5 N, except
-/// around impacts at corners: there N reaches hundreds of newtons, and a shift by one sample changes it by tens.
+/// A ramp of 15 deg: the wheels bridge its concave corner and have two contacts there. The bound is
+/// 0.5 N, except around impacts at corners: there N reaches hundreds of newtons, and a shift by one
+/// sample changes it by tens.
 fn ramp(engine: &str) {
     let kept = keep(&scene("ramp", &[RAW, engine]));
     let reference = Reference::read("c3_ramp15");
@@ -198,12 +202,13 @@ fn ramp_by_direct() {
     ramp("engine.kind=direct");
 }
 
-/// Equivalence of two formulations that share the laws of contact, friction and drive and the settled start, on every
-/// shipped scene.
+/// Equivalence of two formulations that share the laws of contact, friction and drive and the
+/// settled start, on every shipped scene.
 ///
-/// On rolling ground N agrees within 0.1 % of its mean. At corners the peaks of N depend on the step; there the impulse
-/// of the ground over the run agrees within 1 %. The bodies are at most a millimetre apart. The loop stays closed:
-/// within 1 um by rapier's joints, within rounding errors (the bound is 1 nm) in closed form.
+/// On rolling ground N agrees within 0.1 % of its mean. At corners the peaks of N depend on the
+/// step; there the impulse of the ground over the run agrees within 1 %. The bodies are at most a
+/// millimetre apart. The loop stays closed: within 1 um by rapier's joints, within rounding errors
+/// (the bound is 1 nm) in closed form.
 #[test]
 #[ignore = "prints a table of docs/measurements/truth.md; conservation::shipped_scenes_verify asserts its bounds over 8 s"]
 fn engines_agree_on_every_shipped_scene() {
@@ -232,7 +237,8 @@ fn engines_agree_on_every_shipped_scene() {
     }
 }
 
-/// Both engines on a slope that begins at x = 0.7 m with a corner and rises by `rise` (m) over 5 m, with a constant c.
+/// Both engines on a slope that begins at x = 0.7 m with a corner and rises by `rise` (m) over 5 m,
+/// with a constant c.
 fn over_a_corner(rise: f64) -> [Vec<Truth>; 2] {
     ["engine.kind=rapier", "engine.kind=direct"].map(|kind| {
         let points = format!("terrain.points=[[-5,0],[0.7,0],[5.7,{rise}]]");
@@ -254,8 +260,8 @@ fn two_contacts(truth: &[Truth]) -> usize {
     truth.iter().filter(two).count()
 }
 
-/// Equivalence: a blunt corner, here of 3 deg, is rounded. A wheel has one contact there, and the engines agree as on rolling
-/// ground.
+/// Equivalence: a blunt corner, here of 3 deg, is rounded. A wheel has one contact there, and the
+/// engines agree as on rolling ground.
 #[test]
 fn engines_agree_at_a_blunt_corner() {
     let [rapier, direct] = over_a_corner(0.25);
@@ -265,9 +271,10 @@ fn engines_agree_at_a_blunt_corner() {
     assert!(found.normal_force < 1e-3, "{found:?}");
 }
 
-/// Equivalence at a concave corner of 10 deg with a constant c: each wheel has two damped contacts for a while, and a
-/// contact starts and ends with a jump of the force by c v. N must not oscillate at rapier's step: measured 0.35 % RMS. An
-/// oscillation by the jump, 700 N, over the records with two contacts would be 60 %.
+/// Equivalence at a concave corner of 10 deg with a constant c: each wheel has two damped contacts
+/// for a while, and a contact starts and ends with a jump of the force by c v. N must not oscillate
+/// at rapier's step: measured 0.35 % RMS. An oscillation by the jump, 700 N, over the records with
+/// two contacts would be 60 %.
 #[test]
 fn two_contacts_do_not_oscillate() {
     let [rapier, direct] = over_a_corner(0.9);

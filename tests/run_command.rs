@@ -64,7 +64,8 @@ fn run_leaves_tables_figures_summary_and_scene() {
     assert_eq!(summary["duration_s"], 1.5);
     let error = &summary["estimators"]["true-mass"]["normal_force"];
     assert_eq!(error["rmse"].as_array().unwrap().len(), 3);
-    // Statics with true masses, nearly at rest on level ground: a thousandth of the load is far more than the start leaves.
+    // Statics with true masses, nearly at rest on level ground: a thousandth of the load is far
+    // more than the start leaves.
     assert!(error["nrmse"].as_f64().unwrap() < 1e-2, "{error}");
 
     let compared = robhaz(dir.path())
@@ -75,7 +76,8 @@ fn run_leaves_tables_figures_summary_and_scene() {
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
 
-/// Several scenes run one after the other, each into its folder; two with one name are refused before the first runs.
+/// Several scenes run one after the other, each into its folder; two with one name are refused
+/// before the first runs.
 #[test]
 fn several_scenes_run_one_after_the_other() {
     let dir = tempfile::tempdir().unwrap();
@@ -112,7 +114,8 @@ fn several_scenes_run_one_after_the_other() {
     }
 }
 
-/// The page of a run belongs to its folder: it is written once, and does not keep the run from being replaced.
+/// The page of a run belongs to its folder: it is written once, and does not keep the run from
+/// being replaced.
 #[test]
 fn a_run_has_a_page() {
     let dir = tempfile::tempdir().unwrap();
@@ -134,7 +137,8 @@ fn a_run_has_a_page() {
     assert!(!dir.path().join("a/report.html").exists());
 }
 
-/// What a run resolved can be run again, and gives the same tables to the bit; so does the scene itself.
+/// What a run resolved can be run again, and gives the same tables to the bit; so does the scene
+/// itself.
 #[test]
 fn the_resolved_scene_runs_again_to_the_same_bits() {
     let dir = tempfile::tempdir().unwrap();

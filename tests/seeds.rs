@@ -1,5 +1,5 @@
-//! The scores of estimators over many seeds of one truth, by the plain loop over its samples: what `robhaz study` is compared
-//! with, and scores at one contact, which it has not.
+//! The scores of estimators over many seeds of one truth, by the plain loop over its samples: what
+//! `robhaz study` is compared with, and scores at one contact, which it has not.
 
 use rayon::prelude::*;
 use robhaz_run::Observers;

@@ -20,7 +20,8 @@ fn sensors_never_change_the_truth() {
     }
 }
 
-/// Determinism: a run with poor sensors and a run of its resolved scene give the same bits; another seed gives others.
+/// Determinism: a run with poor sensors and a run of its resolved scene give the same bits; another
+/// seed gives others.
 #[test]
 fn noisy_runs_repeat_to_the_bit() {
     let first = with(&["sensors.grade=poor", "seed=3"]);
@@ -32,9 +33,9 @@ fn noisy_runs_repeat_to_the_bit() {
     assert!(a.sensors != other.sensors);
 }
 
-/// The nominal robot differs from the simulated one by the scene's model errors, and the estimators use the nominal
-/// robot: with exact readings at rest, where the statics are exact, the error of the estimate comes from the model
-/// errors alone.
+/// The nominal robot differs from the simulated one by the scene's model errors, and the estimators
+/// use the nominal robot: with exact readings at rest, where the statics are exact, the error of
+/// the estimate comes from the model errors alone.
 #[test]
 fn estimators_use_the_nominal_robot() {
     let at_rest = |overrides: &[&str]| {
@@ -48,12 +49,13 @@ fn estimators_use_the_nominal_robot() {
     let exact = at_rest(&[]);
     assert!(exact < 0.05, "{exact}");
     let cad = at_rest(&["model_error.body_cg='10 mm'", "model_error.pins='2 mm'"]);
-    // 5 kg shifted by 10 mm give 0.5 N m, over a base of at least 0.3 m at most 1.6 N; pins shifted by 2 mm give as
-    // much.
+    // 5 kg shifted by 10 mm give 0.5 N m, over a base of at least 0.3 m at most 1.6 N; pins shifted
+    // by 2 mm give as much.
     assert!((0.1..4.0).contains(&cad), "{cad}");
 }
 
-/// A run with impossible model errors ends with a reason, also if the scene was not read from a file.
+/// A run with impossible model errors ends with a reason, also if the scene was not read from a
+/// file.
 #[test]
 fn impossible_model_errors_stop_the_run() {
     let mut scene = with(&[]);
@@ -65,14 +67,14 @@ fn impossible_model_errors_stop_the_run() {
     );
 }
 
-/// Equivalence: friction in the reading and friction in the plant have the same effect on the readings. At constant
-/// speed on level ground either raises the torque reading by F.
+/// Equivalence: friction in the reading and friction in the plant have the same effect on the
+/// readings. At constant speed on level ground either raises the torque reading by F.
 #[test]
 fn friction_in_the_reading_and_in_the_plant_give_the_same_readings() {
     let read = |overrides: &[&str]| {
         let kept = keep(&scene("flat", &[&SHORT, overrides].concat()));
-        // 2.9 s: 1.5 s after the start's ramp, many times the slowest time constants of drive (Kp/Ki = 0.1 s) and
-        // contact.
+        // 2.9 s: 1.5 s after the start's ramp, many times the slowest time constants of drive
+        // (Kp/Ki = 0.1 s) and contact.
         let torque = kept.sensors[2900].motor_torque.map(Option::unwrap);
         torque.iter().sum::<f64>() / 3.0
     };
@@ -83,8 +85,8 @@ fn friction_in_the_reading_and_in_the_plant_give_the_same_readings() {
     assert!((plant - 0.5).abs() < 1e-3, "{plant}");
 }
 
-/// Statistics: lost readings are missing in the sensor frames, as many as the grade states. A complete frame always
-/// gives an estimate.
+/// Statistics: lost readings are missing in the sensor frames, as many as the grade states. A
+/// complete frame always gives an estimate.
 #[test]
 fn lost_readings_are_missing_and_not_replaced() {
     let kept = keep(&with(&["sensors.grade=poor"]));

@@ -3,8 +3,8 @@
 use crate::support::{robhaz, short_scene, text};
 use std::fs;
 
-/// A study prints its table, says what was run, prints the same as JSON, repeats to the bit, and with a folder leaves its
-/// dataset, also of shards.
+/// A study prints its table, says what was run, prints the same as JSON, repeats to the bit, and
+/// with a folder leaves its dataset, also of shards.
 #[test]
 fn study_prints_a_table_and_writes_its_dataset() {
     let dir = tempfile::tempdir().unwrap();
@@ -37,7 +37,8 @@ fn study_prints_a_table_and_writes_its_dataset() {
     assert_eq!(report["estimators"].as_array().unwrap().len(), 12);
     let best = &report["estimators"][9];
     assert_eq!(best["nrmse"]["runs"], 5);
-    // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the bound of one sample of some percent.
+    // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the bound of
+    // one sample of some percent.
     let error = best["nrmse"]["mean"].as_f64().unwrap();
     assert!(error > 1e-3 && error < 0.1, "{error}");
     assert!(best["consistency"]["nees"]["mean"].as_f64().unwrap() > 0.0);

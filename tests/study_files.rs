@@ -42,8 +42,9 @@ const MANY: &str = "tables = [3]\n[[axis]]\nkey = \"drive.speed\"\nvalues = [0.1
     [[axis]]\nkey = \"robot.mass.body\"\nnormal = [5, 0.2]\n[[axis]]\nkey = \"contact.mu_s\"\nuniform = [0.75, 1]\n\
     [draw]\ncount = 25\n";
 
-/// Kills at random instants, 20 of them, lose nothing: the dataset has the same bytes as that of a study that was left alone.
-/// So has the one of three shards, with other numbers of threads, and that of one shard and the rest.
+/// Kills at random instants, 20 of them, lose nothing: the dataset has the same bytes as that of a
+/// study that was left alone. So has the one of three shards, with other numbers of threads, and
+/// that of one shard and the rest.
 #[test]
 fn kills_and_shards_leave_the_same_dataset() {
     let dir = study(MANY);
@@ -64,8 +65,8 @@ fn kills_and_shards_leave_the_same_dataset() {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        // Up to 15 runs more than at the last kill and up to 16 ms later, by a congruential generator: before the first run,
-        // in a run, in a line. The last kill is far from the end.
+        // Up to 15 runs more than at the last kill and up to 16 ms later, by a congruential
+        // generator: before the first run, in a run, in a line. The last kill is far from the end.
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
@@ -92,7 +93,8 @@ fn kills_and_shards_leave_the_same_dataset() {
     assert!(dataset(dir.path(), "killed") == whole);
     assert!(!journal.exists());
 
-    // Most runs of a shard have a truth of their own, most of the whole study share one with others.
+    // Most runs of a shard have a truth of their own, most of the whole study share one with
+    // others.
     for part in ["1", "2", "3"] {
         let shard = format!("{part}/3");
         let study = ["study", "study.toml", "--out", "parts", "--jobs", part];
@@ -127,7 +129,8 @@ fn kills_and_shards_leave_the_same_dataset() {
     }
 }
 
-/// A finished study computes nothing again. A changed study or base scene is refused, and what is there stays.
+/// A finished study computes nothing again. A changed study or base scene is refused, and what is
+/// there stays.
 #[test]
 fn a_changed_study_is_refused() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
@@ -165,7 +168,8 @@ fn a_changed_study_is_refused() {
     assert!(text(&output.stderr).contains("holds no study"));
 }
 
-/// Ctrl-C ends a study in order: exit code 130, the number of finished runs, and the same command goes on.
+/// Ctrl-C ends a study in order: exit code 130, the number of finished runs, and the same command
+/// goes on.
 #[test]
 fn an_interrupted_study_goes_on() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3000\n");
@@ -195,7 +199,8 @@ fn an_interrupted_study_goes_on() {
     assert!(lines.ends_with('\n') && error.contains(&format!("{} of 3000", lines.lines().count())));
 }
 
-/// A full disk (here: a limit on the size of files) ends the study with its reason and keeps the finished runs.
+/// A full disk (here: a limit on the size of files) ends the study with its reason and keeps the
+/// finished runs.
 #[test]
 fn a_full_disk_keeps_finished_runs() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 60\n");
@@ -376,7 +381,8 @@ fn the_number_of_threads_is_bounded() {
     }
 }
 
-/// Values that are allowed alone and not together are a row with the reason, and the other runs go on.
+/// Values that are allowed alone and not together are a row with the reason, and the other runs go
+/// on.
 #[test]
 fn a_failing_run_does_not_stop_the_others() {
     let axes = |durations: &str| {
@@ -402,7 +408,8 @@ fn a_failing_run_does_not_stop_the_others() {
     );
 }
 
-/// `--dry-run` lists the runs, their simulated time and the truths that they share, also with `--quiet`, and writes nothing.
+/// `--dry-run` lists the runs, their simulated time and the truths that they share, also with
+/// `--quiet`, and writes nothing.
 #[test]
 fn a_dry_run_lists_the_runs() {
     let dir = study(MANY);
@@ -418,7 +425,8 @@ fn a_dry_run_lists_the_runs() {
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
 }
 
-/// Sensors, model errors and estimators leave the truth as it is, unless the control takes readings.
+/// Sensors, model errors and estimators leave the truth as it is, unless the control takes
+/// readings.
 #[test]
 fn runs_that_differ_in_sensors_alone_share_their_truth() {
     let axis = |key: &str, values: &str| format!("[[axis]]\nkey = \"{key}\"\nvalues = {values}\n");

@@ -5,8 +5,9 @@ use robhaz_scene::{BaseScene, StudyChoice};
 use std::fs;
 use std::path::Path;
 
-/// Runs the lines `robhaz ...` of a page in a folder. The others call the script that draws studies, whose own test runs them
-/// (examples/python/test_plot_study.py). Returns the number of each.
+/// Runs the lines `robhaz ...` of a page in a folder. The others call the script that draws
+/// studies, whose own test runs them (examples/python/test_plot_study.py). Returns the number of
+/// each.
 fn run_all(folder: &Path, page: &str) -> (usize, usize) {
     let (ours, scripts): (Vec<String>, Vec<String>) = page_commands(page)
         .into_iter()
@@ -34,7 +35,8 @@ fn the_page_on_studies_has_every_score() {
     assert_eq!(missing.map(|s| s.name).collect::<Vec<_>>(), [""; 0]);
 }
 
-/// Every command of docs/studies.md runs, on the study that it shows, with fewer seeds and shorter runs.
+/// Every command of docs/studies.md runs, on the study that it shows, with fewer seeds and shorter
+/// runs.
 #[test]
 fn the_commands_of_the_page_on_studies_run() {
     let page = fs::read_to_string(root().join("docs/studies.md")).unwrap();

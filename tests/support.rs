@@ -149,7 +149,8 @@ impl Reference {
         &self.columns[name]
     }
 
-    /// RMS and greatest difference between a column and a run recorded at 1 kHz, over times from `from` (s).
+    /// RMS and greatest difference between a column and a run recorded at 1 kHz, over times from
+    /// `from` (s).
     pub fn difference(
         &self,
         name: &str,

@@ -1,4 +1,5 @@
-//! A measured track on its way through the command: copied, run again to the bit, shown as a table, warned of.
+//! A measured track on its way through the command: copied, run again to the bit, shown as a table,
+//! warned of.
 
 use crate::support::root;
 use std::fs;
@@ -17,7 +18,8 @@ fn run(folder: &Path, args: &[&str]) -> Output {
     output
 }
 
-/// A kerb of 5 cm with points every 5 cm, as a spreadsheet in German writes it, out of order, with a column too many.
+/// A kerb of 5 cm with points every 5 cm, as a spreadsheet in German writes it, out of order, with
+/// a column too many.
 fn kerb(folder: &Path) {
     let mut csv = String::from("Zeit [s];x [mm];Höhe [cm]\r\n");
     for i in (0..40).rev() {
@@ -33,8 +35,8 @@ fn kerb(folder: &Path) {
     fs::write(folder.join("kerb.toml"), scene).unwrap();
 }
 
-/// Equivalence: the resolved scene with the copy of its track runs to the same bits, wherever its folder lies and when the
-/// original is gone; a run with a copy can be replaced by another one.
+/// Equivalence: the resolved scene with the copy of its track runs to the same bits, wherever its
+/// folder lies and when the original is gone; a run with a copy can be replaced by another one.
 #[test]
 fn a_run_with_a_track_runs_again_to_the_bit() {
     let dir = tempfile::tempdir().unwrap();
@@ -67,7 +69,8 @@ fn a_run_with_a_track_runs_again_to_the_bit() {
     assert!(scene.contains("file = \"track.csv\"") && scene.contains("file_hash = \"sha256:"));
     assert!(!scene.contains("points = ["));
 
-    // The table holds the ground of the run: at most 5 cm high, nowhere below 0, with the kerb where the file has it.
+    // The table holds the ground of the run: at most 5 cm high, nowhere below 0, with the kerb
+    // where the file has it.
     let mut table = csv::Reader::from_path(a.join("terrain.csv")).unwrap();
     assert_eq!(
         table.headers().unwrap(),

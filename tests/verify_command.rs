@@ -2,7 +2,8 @@
 
 use crate::support::{robhaz, short_scene, text};
 
-/// `verify` prints a verdict a line and succeeds where all hold; a run that it cannot keep in memory is refused.
+/// `verify` prints a verdict a line and succeeds where all hold; a run that it cannot keep in
+/// memory is refused.
 #[test]
 fn verify_prints_a_verdict_a_line() {
     let dir = tempfile::tempdir().unwrap();
@@ -29,7 +30,8 @@ fn verify_prints_a_verdict_a_line() {
     );
 }
 
-/// A reader of `verify` that goes away is no error, and an engine that stops does not hide what the other found.
+/// A reader of `verify` that goes away is no error, and an engine that stops does not hide what the
+/// other found.
 #[test]
 fn verify_survives_its_reader_and_its_engines() {
     use std::io::Read;

@@ -121,7 +121,8 @@ fn what_cannot_be_shown_is_refused() {
     assert!(!dir.path().join("runs").exists());
 }
 
-/// Invalid screenshots are refused before a viewer is searched: wrong format, existing file, time outside of the run.
+/// Invalid screenshots are refused before a viewer is searched: wrong format, existing file, time
+/// outside of the run.
 #[test]
 fn invalid_screenshots_are_refused_at_once() {
     let dir = tempfile::tempdir().unwrap();
@@ -164,7 +165,8 @@ fn invalid_screenshots_are_refused_at_once() {
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 3);
 }
 
-/// A truncated recording is shown up to its end, with a warning that names it; one without data is an error.
+/// A truncated recording is shown up to its end, with a warning that names it; one without data is
+/// an error.
 #[test]
 fn a_truncated_recording_is_named() {
     let dir = tempfile::tempdir().unwrap();
@@ -197,7 +199,8 @@ fn a_truncated_recording_is_named() {
     }
 }
 
-/// Ctrl-C ends the viewer that `view` has started, the processes that the viewer has started, and the command.
+/// Ctrl-C ends the viewer that `view` has started, the processes that the viewer has started, and
+/// the command.
 #[test]
 #[cfg(unix)]
 fn view_ends_its_viewer() {
@@ -241,7 +244,8 @@ fn view_ends_its_viewer() {
     assert!(kill(&["-INT", &view.id().to_string()]));
     let output = view.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    // On a loaded machine a killed process takes a moment to end. It can remain as a zombie process.
+    // On a loaded machine a killed process takes a moment to end. It can remain as a zombie
+    // process.
     let runs = || {
         let state = fs::read_to_string(format!("/proc/{program}/stat")).unwrap_or_default();
         let state = state.rsplit_once(") ").map_or("?", |(_, rest)| rest);
@@ -256,7 +260,8 @@ fn view_ends_its_viewer() {
     panic!("the viewer still runs");
 }
 
-/// The viewer's layout works for every shipped scene: each can be recorded and read back to its end.
+/// The viewer's layout works for every shipped scene: each can be recorded and read back to its
+/// end.
 #[test]
 fn every_shipped_scene_can_be_recorded() {
     let dir = tempfile::tempdir().unwrap();

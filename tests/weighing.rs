@@ -9,8 +9,8 @@ use robhaz_study::{CovarianceVerdict, TruthRun};
 use std::fs;
 use std::path::Path;
 
-/// Equivalence: at rest on blocks both engines have the normal forces that the weighing's statics give for the same
-/// posture and tractions. So a scene shows what scales would show.
+/// Equivalence: at rest on blocks both engines have the normal forces that the weighing's statics
+/// give for the same posture and tractions. So a scene shows what scales would show.
 #[test]
 fn robots_on_blocks_have_the_forces_of_the_statics() {
     for engine in ["rapier", "direct"] {
@@ -25,7 +25,8 @@ fn robots_on_blocks_have_the_forces_of_the_statics() {
         let found = plate_forces(&robot, angles, truth.wheels.map(|w| w.traction)).unwrap();
         for (found, wheel) in found.iter().zip(&truth.wheels) {
             assert!(wheel.contact_angle.abs() < 1e-9);
-            // The traction acts at r - g from the axle, g = 0.6 mm: 0.01 N for some newtons. Creeping at rest adds as much.
+            // The traction acts at r - g from the axle, g = 0.6 mm: 0.01 N for some newtons.
+            // Creeping at rest adds as much.
             let difference = found - wheel.normal_force;
             assert!(difference.abs() < 0.03, "{engine}: {difference} N");
         }
@@ -38,8 +39,9 @@ fn run_in(folder: &Path, arguments: &[&str]) -> (bool, String) {
     (output.status.success(), said)
 }
 
-/// The shipped example, end to end: the plan's table filled by `--simulate` is the shipped one; weighing writes a robot
-/// with the forces of the real one, far closer than the nominal values; `estimate` takes robot and budget from it.
+/// The shipped example, end to end: the plan's table filled by `--simulate` is the shipped one;
+/// weighing writes a robot with the forces of the real one, far closer than the nominal values;
+/// `estimate` takes robot and budget from it.
 #[test]
 fn the_example_leads_from_a_nominal_to_a_weighed_robot() {
     let dir = tempfile::tempdir().unwrap();
@@ -112,9 +114,10 @@ fn the_example_leads_from_a_nominal_to_a_weighed_robot() {
     assert_eq!(again.unwrap().budget, choice.budget);
 }
 
-/// Acceptance: six robots that differ from their nominal values by 10 mm (centre of mass), 10 % (link masses) and 2 mm (pins),
-/// typical sensors, friction that the estimator does not know. Weighed on scales good to 0.2 N in six postures, `best` errs
-/// by at most 1.0 % of N, in place of more than 2 % with the nominal values, and its covariance is not overconfident.
+/// Acceptance: six robots that differ from their nominal values by 10 mm (centre of mass), 10 %
+/// (link masses) and 2 mm (pins), typical sensors, friction that the estimator does not know.
+/// Weighed on scales good to 0.2 N in six postures, `best` errs by at most 1.0 % of N, in place of
+/// more than 2 % with the nominal values, and its covariance is not overconfident.
 #[test]
 fn weighing_reduces_the_error_of_the_nominal_masses() {
     let seeds: Vec<u64> = (0..6).collect();

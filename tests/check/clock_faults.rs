@@ -1,6 +1,7 @@
 //! Clocks that are set, and gaps: what `best` states as trusted stays within what it states.
 //!
-//! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture` runs the study.
+//! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture`
+//! runs the study.
 
 use super::common::{Failure, SOFT, readings_of, scene};
 use rayon::prelude::*;
@@ -13,7 +14,8 @@ use std::collections::BTreeMap;
 /// Time at which the clock is set, s.
 const AT: f64 = 8.0;
 
-/// Faults of the clock: by how much it is set (s, back is negative), and for how long readings are lost (s).
+/// Faults of the clock: by how much it is set (s, back is negative), and for how long readings are
+/// lost (s).
 const FAULTS: [(f64, f64); 10] = [
     (-0.4, 0.0),
     (-0.2, 0.0),
@@ -27,7 +29,8 @@ const FAULTS: [(f64, f64); 10] = [
     (0.0, 0.3),
 ];
 
-/// Readings with the truth, of a clock that is set: rows with times that were there are left out, as when a log is read.
+/// Readings with the truth, of a clock that is set: rows with times that were there are left out,
+/// as when a log is read.
 fn set<'a>(
     frames: &[SensorFrame],
     truth: &[&'a Truth],
@@ -178,8 +181,9 @@ impl Sum {
         self.off += count.off;
     }
 
-    /// Of no log more than 1 % of the samples are trusted although they are off by more than five stated deviations; no force
-    /// beyond five times the weight is trusted, nor off by more than five deviations.
+    /// Of no log more than 1 % of the samples are trusted although they are off by more than five
+    /// stated deviations; no force beyond five times the weight is trusted, nor off by more than
+    /// five deviations.
     fn holds(&self) -> bool {
         self.bad_logs == 0
     }
@@ -205,7 +209,8 @@ fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A clock that is set forward by years while wheels work against each other: `best` starts anew in motion.
+/// A clock that is set forward by years while wheels work against each other: `best` starts anew in
+/// motion.
 #[test]
 fn a_clock_that_is_set_forward_is_survived() -> Result<(), Failure> {
     let set = ["sensors.grade=typical", "record.duration=12"];
@@ -217,9 +222,9 @@ fn a_clock_that_is_set_forward_is_survived() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Of no log with a fault of the clock more than 1 % of the samples are trusted although they are off by more than five stated
-/// deviations, and no force beyond five times the weight is: five grounds, both drives, 1 kHz and 100 Hz, with contact
-/// angles and without, 800 logs.
+/// Of no log with a fault of the clock more than 1 % of the samples are trusted although they are
+/// off by more than five stated deviations, and no force beyond five times the weight is: five
+/// grounds, both drives, 1 kHz and 100 Hz, with contact angles and without, 800 logs.
 #[test]
 #[ignore = "some minutes of two cores"]
 fn nothing_wrong_is_trusted() -> Result<(), Failure> {

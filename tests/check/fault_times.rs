@@ -1,5 +1,5 @@
-//! How long `best` takes to report faults, on every ground on which the robot rolls; and starts on uneven ground, which must not
-//! look like late torques.
+//! How long `best` takes to report faults, on every ground on which the robot rolls; and starts on
+//! uneven ground, which must not look like late torques.
 
 use super::common::faults::fault;
 use super::common::{Failure, SOFT, readings, scene};
@@ -57,7 +57,8 @@ fn reported(
     Ok(None)
 }
 
-/// Times from its begin until a fault is reported, s, with given contact angles and with none, of the seeds from 0 on.
+/// Times from its begin until a fault is reported, s, with given contact angles and with none, of
+/// the seeds from 0 on.
 fn times(
     scene: &Scene,
     truth: &TruthRun,
@@ -92,13 +93,15 @@ fn in_short(times: &[Option<f64>]) -> String {
     }
 }
 
-/// Each fault is reported within 5 s of driving on each ground, by the PI drive with typical sensors, in 20 seeds, with given
-/// contact angles and with none. The one exception: on `cosbump` link 2 turns from 4.65 s on; within 1 s after that. Prints
-/// the table: reported within 5 s / reported / runs.
+/// Each fault is reported within 5 s of driving on each ground, by the PI drive with typical
+/// sensors, in 20 seeds, with given contact angles and with none. The one exception: on `cosbump`
+/// link 2 turns from 4.65 s on; within 1 s after that. Prints the table: reported within 5 s /
+/// reported / runs.
 #[test]
 #[ignore = "two minutes of two cores"]
 fn every_fault_is_reported_on_every_ground() -> Result<(), Failure> {
-    // Environment variables make it another one: SEEDS, SCENE, FAULT, GRADE, SOFT (the soft drive). Only printed then.
+    // Environment variables make it another one: SEEDS, SCENE, FAULT, GRADE, SOFT (the soft drive).
+    // Only printed then.
     let stated = |name: &str| std::env::var(name).ok();
     let seeds = stated("SEEDS").and_then(|n| n.parse().ok()).unwrap_or(20);
     let grade = stated("GRADE").unwrap_or_else(|| "typical".to_owned());
@@ -131,8 +134,8 @@ fn every_fault_is_reported_on_every_ground() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Late torques are reported within 5 s on a ground where the wheels never work against each other, too: the robot's start
-/// tells them, without contact angles, and whatever the control is.
+/// Late torques are reported within 5 s on a ground where the wheels never work against each other,
+/// too: the robot's start tells them, without contact angles, and whatever the control is.
 #[test]
 fn late_torques_are_reported_on_flat_ground() -> Result<(), Failure> {
     let set = ["sensors.grade=typical", "record.duration=4"];
@@ -146,7 +149,8 @@ fn late_torques_are_reported_on_flat_ground() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Grounds on which a robot starts: random ones of three classes of ISO 8608, and waves of 20 mm at different phases.
+/// Grounds on which a robot starts: random ones of three classes of ISO 8608, and waves of 20 mm at
+/// different phases.
 fn uneven_starts() -> Vec<(&'static str, Vec<String>)> {
     let mut grounds = Vec::new();
     for class in ["C", "D", "E"] {
@@ -173,7 +177,8 @@ fn uneven_starts() -> Vec<(&'static str, Vec<String>)> {
     grounds
 }
 
-/// The slope of uneven ground changes the torques of a robot that starts: the fit of the start must not take that for a delay.
+/// The slope of uneven ground changes the torques of a robot that starts: the fit of the start must
+/// not take that for a delay.
 #[test]
 fn starts_on_uneven_ground_raise_no_alarm() -> Result<(), Failure> {
     for drive in [&[] as &[&str], &SOFT] {

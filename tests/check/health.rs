@@ -1,7 +1,9 @@
-//! Health of `best` on honest and faulty readings: a contradiction must be reported soon, and honest sensors must raise none.
+//! Health of `best` on honest and faulty readings: a contradiction must be reported soon, and
+//! honest sensors must raise none.
 //!
-//! A flag that honest sensors raise is soon ignored. `cargo test --release -p robhaz --test robhaz check::health:: -- --ignored
-//! --nocapture` repeats the study over 100 seeds of all scenes.
+//! A flag that honest sensors raise is soon ignored.
+//! `cargo test --release -p robhaz --test robhaz check::health:: -- --ignored --nocapture` repeats
+//! the study over 100 seeds of all scenes.
 
 use super::common::faults::fault;
 use super::common::{Failure, SOFT, readings, scene};
@@ -15,8 +17,8 @@ use robhaz_study::TruthRun;
 struct Raised {
     first: Option<f64>,
     channels: Channels,
-    /// Time of the first frame without an estimate, because the four-bar could not close, or with a reading beyond what the
-    /// robot can do, s.
+    /// Time of the first frame without an estimate, because the four-bar could not close, or with a
+    /// reading beyond what the robot can do, s.
     refused: Option<f64>,
     /// Largest mean of any test.
     largest: f64,
@@ -59,8 +61,8 @@ fn names(channels: Channels) -> String {
 /// The start of the drive in the shipped scenes, s.
 const START: f64 = 0.8;
 
-/// Each fault of this list raises the flag within 5 s of driving over `smooth`, with the right channel, with and without
-/// contact angles.
+/// Each fault of this list raises the flag within 5 s of driving over `smooth`, with the right
+/// channel, with and without contact angles.
 #[test]
 fn faults_are_reported_within_five_seconds() -> Result<(), Failure> {
     let link = |k: usize| Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
@@ -101,8 +103,9 @@ fn faults_are_reported_within_five_seconds() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Torques of wheels 2 and 3 exchanged, which are on one link, and torques that are 20 ms late: no balance tells them, but
-/// the PI drive's answer to each wheel's own speed, and the robot's to the torques at its start, do within 5 s of driving.
+/// Torques of wheels 2 and 3 exchanged, which are on one link, and torques that are 20 ms late: no
+/// balance tells them, but the PI drive's answer to each wheel's own speed, and the robot's to the
+/// torques at its start, do within 5 s of driving.
 #[test]
 fn exchanged_and_late_torques_are_reported() -> Result<(), Failure> {
     let [first, second, third] = Channels::TORQUE;
@@ -161,8 +164,9 @@ const SCENES: [(&str, &[&str]); 20] = [
 const POOR_STRETCHES: &str =
     "terrain.stretch=[{from=0.8,to=1.6,mu_s=0.3,mu_d=0.25},{from=2.2,to=2.6,mu_s=0.3,mu_d=0.25}]";
 
-/// Runs honest readings of scenes with those drives and grades that `has` takes by the numbers of scene, drive and grade. Prints each alarm, and returns their number with the
-/// number of runs and the largest mean.
+/// Runs honest readings of scenes with those drives and grades that `has` takes by the numbers of
+/// scene, drive and grade. Prints each alarm, and returns their number with the number of runs and
+/// the largest mean.
 fn alarms(
     scenes: &[(&str, &[&str])],
     seeds: u64,
@@ -211,7 +215,8 @@ fn alarms(
     Ok((alarms, runs, largest))
 }
 
-/// No alarm with honest sensors in any shipped scene, with both drives and both grades. A part of the study below.
+/// No alarm with honest sensors in any shipped scene, with both drives and both grades. A part of
+/// the study below.
 #[test]
 fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
     let (alarms, runs, _) = alarms(&SCENES, 1, |numbers| numbers.iter().sum::<usize>() % 2 == 0)?;
@@ -219,8 +224,9 @@ fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Nor, with typical sensors, on a kerb higher than a wheel's radius, which stops the front wheel while the others slide: link
-/// angles are off for a second after that, and inclinations must not count.
+/// Nor, with typical sensors, on a kerb higher than a wheel's radius, which stops the front wheel
+/// while the others slide: link angles are off for a second after that, and inclinations must not
+/// count.
 #[test]
 fn typical_sensors_raise_no_alarm_on_a_high_kerb() -> Result<(), Failure> {
     let set = [
@@ -241,13 +247,14 @@ fn typical_sensors_raise_no_alarm_on_a_high_kerb() -> Result<(), Failure> {
     Ok(())
 }
 
-/// At most one alarm in ten thousand runs with honest sensors: 100 seeds of every shipped scene, with both drives, grades,
-/// and with and without contact angles. One is known in 16 000, of the scale of the torques: a random error of the drive
-/// beyond its gate.
+/// At most one alarm in ten thousand runs with honest sensors: 100 seeds of every shipped scene,
+/// with both drives, grades, and with and without contact angles. One is known in 16 000, of the
+/// scale of the torques: a random error of the drive beyond its gate.
 #[test]
 #[ignore = "five minutes of two cores"]
 fn honest_sensors_hardly_raise_alarms_in_100_seeds() -> Result<(), Failure> {
-    // A number of seeds in the environment variable SEEDS, or the name of a scene in SCENE, makes it shorter.
+    // A number of seeds in the environment variable SEEDS, or the name of a scene in SCENE, makes
+    // it shorter.
     let stated = std::env::var("SEEDS").ok();
     let seeds = stated.and_then(|n| n.parse().ok()).unwrap_or(100);
     let one = std::env::var("SCENE").ok();

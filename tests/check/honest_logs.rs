@@ -1,7 +1,8 @@
-//! Honest logs of all lengths, rates and speeds: `check` must not call them faulty. A user who gets false alarms ignores
-//! the true ones.
+//! Honest logs of all lengths, rates and speeds: `check` must not call them faulty. A user who gets
+//! false alarms ignores the true ones.
 //!
-//! `cargo test --release -p robhaz --test robhaz check::honest_logs:: -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
+//! `cargo test --release -p robhaz --test robhaz check::honest_logs:: -- --ignored --nocapture`
+//! runs 2 400 logs and prints each alarm.
 
 use super::common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
@@ -122,8 +123,8 @@ fn add_drive(
     Ok(())
 }
 
-/// At most 0.5 % of honest logs have a false alarm: five grounds, both drives, 0.05 to 1 m/s, 10 Hz to 1 kHz, 5 to 60 s, two
-/// grades of sensors, 2 400 logs.
+/// At most 0.5 % of honest logs have a false alarm: five grounds, both drives, 0.05 to 1 m/s, 10 Hz
+/// to 1 kHz, 5 to 60 s, two grades of sensors, 2 400 logs.
 #[test]
 #[ignore = "twenty minutes of two cores"]
 fn honest_logs_have_no_fault() -> Result<(), Failure> {
@@ -156,7 +157,8 @@ fn verdict<'a>(report: &'a Report, test: &str) -> Option<(Verdict, &'a str)> {
     Some((found.verdict, &found.figure))
 }
 
-/// At 40 to 83 Hz and at 0.5 m/s, where a sample takes several steps of the path, the distance is found right.
+/// At 40 to 83 Hz and at 0.5 m/s, where a sample takes several steps of the path, the distance is
+/// found right.
 #[test]
 fn the_distance_is_found_at_low_rates_and_high_speeds() -> Result<(), Failure> {
     for (speed, strides) in [("0.2", [25, 20, 12]), ("0.5", [12, 5, 1])] {
@@ -177,7 +179,8 @@ fn the_distance_is_found_at_low_rates_and_high_speeds() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Ideal sensors have no fault: noise and zeros that are shown as 0.000 are none, whatever the budget.
+/// Ideal sensors have no fault: noise and zeros that are shown as 0.000 are none, whatever the
+/// budget.
 #[test]
 fn ideal_sensors_have_no_fault() -> Result<(), Failure> {
     let scene = scene("smooth", &["record.duration=8"])?;
@@ -209,7 +212,8 @@ fn a_slow_imu_has_no_delay() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Short logs in which a delay was found that is none: the example of docs/logs.md, and ground through points.
+/// Short logs in which a delay was found that is none: the example of docs/logs.md, and ground
+/// through points.
 #[test]
 fn short_logs_have_no_delay() -> Result<(), Failure> {
     for (name, duration) in [("smooth", 5), ("heights", 8)] {
@@ -225,8 +229,8 @@ fn short_logs_have_no_delay() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Readings that agree far better than their budget says show no wrong wiring, however small the differences between
-/// wirings are.
+/// Readings that agree far better than their budget says show no wrong wiring, however small the
+/// differences between wirings are.
 #[test]
 fn quiet_readings_on_an_edge_have_no_fault() -> Result<(), Failure> {
     let quiet = scene("step", &["record.duration=6", "engine.kind=rapier"])?;
@@ -244,7 +248,8 @@ fn quiet_readings_on_an_edge_have_no_fault() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A clock that is set forward and one that is set back are named, and raise no other fault: the log is split there.
+/// A clock that is set forward and one that is set back are named, and raise no other fault: the
+/// log is split there.
 #[test]
 fn a_clock_that_is_set_raises_one_fault() -> Result<(), Failure> {
     let scene = scene("smooth", &["sensors.grade=typical"])?;

@@ -1,8 +1,8 @@
-//! Faults of wiring, units and sensors against `check`: a fault that the readings show must be found under the name of its
-//! channel, honest readings must not be called faulty.
+//! Faults of wiring, units and sensors against `check`: a fault that the readings show must be
+//! found under the name of its channel, honest readings must not be called faulty.
 //!
-//! `cargo test --release -p robhaz --test robhaz check::study:: -- --ignored --nocapture` prints the table of
-//! `docs/measurements/check-faults.md`.
+//! `cargo test --release -p robhaz --test robhaz check::study:: -- --ignored --nocapture` prints
+//! the table of `docs/measurements/check-faults.md`.
 
 use super::common::faults::{FAULTS, Fault};
 use super::common::{Failure, SOFT, readings, report, scene};
@@ -15,7 +15,8 @@ use std::ops::Range;
 /// Of each fault, whether it was found and named exactly; the false alarms.
 type OfSeed = (Vec<(bool, bool)>, Vec<String>);
 
-/// Grounds of the study. Level ground for as long as the others: a robot that drives for 3 s shows less.
+/// Grounds of the study. Level ground for as long as the others: a robot that drives for 3 s shows
+/// less.
 const GROUNDS: [(&str, &[&str]); 5] = [
     ("smooth", &[]),
     ("sine", &[]),
@@ -41,7 +42,8 @@ fn words(report: &Report) -> Vec<String> {
         .collect()
 }
 
-/// Whether a fault was found under the name of one of its channels, and whether a remedy names it exactly.
+/// Whether a fault was found under the name of one of its channels, and whether a remedy names it
+/// exactly.
 fn found(fault: &Fault, report: &Report) -> (bool, bool) {
     let named =
         |f: &robhaz_log::check::Finding| fault.channels.iter().any(|c| f.channel.contains(c));
@@ -51,7 +53,8 @@ fn found(fault: &Fault, report: &Report) -> (bool, bool) {
     (channel, channel && report.faults().any(exact))
 }
 
-/// Of one ground and drive: how often each fault was found, and named exactly; false alarms of honest readings.
+/// Of one ground and drive: how often each fault was found, and named exactly; false alarms of
+/// honest readings.
 struct Table {
     found: Vec<(u32, u32)>,
     alarms: BTreeMap<String, u32>,
@@ -106,8 +109,8 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
     Ok(table)
 }
 
-/// Each kind of fault that the readings show is found on the main scene with typical sensors; honest readings have no
-/// fault. The study below in small, at its 200 Hz.
+/// Each kind of fault that the readings show is found on the main scene with typical sensors;
+/// honest readings have no fault. The study below in small, at its 200 Hz.
 #[test]
 fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
     let fixed = [
@@ -133,9 +136,10 @@ fn seeds() -> u64 {
 /// First seed of a study: no threshold of `check` was chosen with this or a later one.
 const FRESH: u64 = 1000;
 
-/// Faults over 20 seeds of five grounds and two drives: found under the name of its channel / named exactly. Where the
-/// list of faults does not say that the readings hide one, at least 95 % are found, and there is no false alarm. 200 Hz:
-/// at 1 kHz the study takes five times as long, and readings show more.
+/// Faults over 20 seeds of five grounds and two drives: found under the name of its channel / named
+/// exactly. Where the list of faults does not say that the readings hide one, at least 95 % are
+/// found, and there is no false alarm. 200 Hz: at 1 kHz the study takes five times as long, and
+/// readings show more.
 #[test]
 #[ignore = "half an hour of two cores"]
 fn faults_over_twenty_seeds() -> Result<(), Failure> {
@@ -196,7 +200,8 @@ fn faults_over_twenty_seeds() -> Result<(), Failure> {
     assert!(cases.iter().all(|(.., t)| t.alarms.is_empty()));
     Ok(())
 }
-/// Honest readings of every shipped scene are not called faulty: a log of a kerb, stairs or a slippery course is no fault.
+/// Honest readings of every shipped scene are not called faulty: a log of a kerb, stairs or a
+/// slippery course is no fault.
 #[test]
 #[ignore = "ten minutes of two cores"]
 fn honest_readings_of_all_scenes_have_no_fault() -> Result<(), Failure> {

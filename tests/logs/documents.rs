@@ -3,8 +3,8 @@
 use crate::support::{robhaz, root, text};
 use robhaz_scene::KeyReference;
 
-/// Every column of the truth that a run writes has its place when it is read, but for the contacts of a wheel one by one and the
-/// clearance, which is no truth of a sensor.
+/// Every column of the truth that a run writes has its place when it is read, but for the contacts
+/// of a wheel one by one and the clearance, which is no truth of a sensor.
 #[test]
 fn every_column_of_the_truth_is_read() {
     let table = robhaz_record::Table::truth();

@@ -3,8 +3,8 @@
 use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
 use crate::support::{robhaz, text};
 
-/// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's estimates to the bit,
-/// as Parquet and as CSV, with lost readings and model errors.
+/// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's
+/// estimates to the bit, as Parquet and as CSV, with lost readings and model errors.
 #[test]
 fn a_recorded_run_gives_its_own_estimates_to_the_bit() {
     for format in ["parquet", "csv"] {
@@ -44,8 +44,8 @@ fn a_recorded_run_gives_its_own_estimates_to_the_bit() {
     }
 }
 
-/// Equivalence: with the truth of the run the summary has the run's errors, digit for digit; without it means, which add up
-/// to the weight of the robot, and counts of the records.
+/// Equivalence: with the truth of the run the summary has the run's errors, digit for digit;
+/// without it means, which add up to the weight of the robot, and counts of the records.
 #[test]
 fn truth_gives_the_errors_of_the_run() {
     let (folder, run) = recorded("parquet", &[]);
@@ -86,7 +86,8 @@ fn truth_gives_the_errors_of_the_run() {
     assert!(found["log"]["missing"]["link1_rate"].as_u64().unwrap() > 0);
 }
 
-/// A run that records every tenth reading only cannot be repeated: it is reported, and estimated from what there is.
+/// A run that records every tenth reading only cannot be repeated: it is reported, and estimated
+/// from what there is.
 #[test]
 fn a_run_with_unrecorded_readings_is_reported() {
     let (folder, _) = recorded("parquet", &["record.rate=100"]);

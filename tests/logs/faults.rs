@@ -10,7 +10,8 @@ fn lines(run: &Path) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-/// Lost rows, repeated rows, late rows and a row that is cut are reported and counted; the rest is estimated.
+/// Lost rows, repeated rows, late rows and a row that is cut are reported and counted; the rest is
+/// estimated.
 #[test]
 fn faults_that_leave_the_rest_usable_are_counted() {
     let (folder, run) = recorded("csv", &[]);
@@ -162,8 +163,8 @@ fn a_truth_that_cannot_be_used_says_why() {
     assert!(crate::support::text(&output.stdout).contains("Errors count from 1 s on"));
 }
 
-/// A recording that was killed: an MCAP file without its end. All that is there is estimated, and it is
-/// reported.
+/// A recording that was killed: an MCAP file without its end. All that is there is estimated, and
+/// it is reported.
 #[test]
 fn a_killed_recording_is_estimated_as_far_as_it_goes() {
     let (folder, _) = recorded("parquet", &[]);
@@ -192,7 +193,8 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
     assert!((1000..2501).contains(&rows), "{rows}");
 }
 
-/// A table of estimates with a fault in its middle is left out of an export and named; the rest is whole.
+/// A table of estimates with a fault in its middle is left out of an export and named; the rest is
+/// whole.
 #[test]
 fn a_faulty_table_is_left_out_of_an_export() {
     let (folder, run) = recorded("csv", &[]);
@@ -220,7 +222,8 @@ fn a_faulty_table_is_left_out_of_an_export() {
     }
 }
 
-/// A log without any estimate is not said to be one without truth. Its page tells the log and its description.
+/// A log without any estimate is not said to be one without truth. Its page tells the log and its
+/// description.
 #[test]
 fn a_log_without_an_estimate_says_so() {
     let (folder, run) = recorded("csv", &[]);

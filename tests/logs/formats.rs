@@ -1,4 +1,5 @@
-//! The same faults in each format: lost rows, a recording that was killed, tables with clocks of their own.
+//! The same faults in each format: lost rows, a recording that was killed, tables with clocks of
+//! their own.
 
 use super::recorded::{estimated, recorded, refused, summary};
 use crate::support::robhaz;
@@ -25,8 +26,8 @@ fn nrmse(summary: &serde_json::Value) -> f64 {
         .unwrap()
 }
 
-/// One row of a hundred is lost: the estimates are the same bits from CSV, Parquet and MCAP, each of which counts the rows,
-/// and as accurate as those of the whole log.
+/// One row of a hundred is lost: the estimates are the same bits from CSV, Parquet and MCAP, each
+/// of which counts the rows, and as accurate as those of the whole log.
 #[test]
 fn lost_rows_cost_no_accuracy_in_any_format() {
     let (folder, run) = recorded("csv", &["sensors.dropped=0"]);
@@ -56,7 +57,8 @@ fn lost_rows_cost_no_accuracy_in_any_format() {
     assert_eq!(errors(&of_csv), errors(&of_parquet));
 }
 
-/// A Parquet file that was killed while it was written has no footer: an error, and nothing is written.
+/// A Parquet file that was killed while it was written has no footer: an error, and nothing is
+/// written.
 #[test]
 fn a_parquet_file_without_its_end_is_refused() {
     let (folder, run) = recorded("parquet", &[]);
@@ -73,8 +75,8 @@ fn a_parquet_file_without_its_end_is_refused() {
     assert!(!folder.path().join("runs").exists());
 }
 
-/// Two Parquet tables with clocks of their own: that of the inertial units started half a second later. With its offset the
-/// readings are those of the run, row for row.
+/// Two Parquet tables with clocks of their own: that of the inertial units started half a second
+/// later. With its offset the readings are those of the run, row for row.
 #[test]
 fn two_parquet_tables_with_two_clocks() {
     let (folder, run) = recorded("csv", &["sensors.dropped=0", "record.compare_from=1.2"]);

@@ -23,7 +23,8 @@ fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     (names, rows.collect())
 }
 
-/// Largest difference of the columns of two tables whose names end like this, over rows from a time (s) on.
+/// Largest difference of the columns of two tables whose names end like this, over rows from a time
+/// (s) on.
 fn difference(a: &Path, b: &Path, end: &str, from: f64) -> f64 {
     let ((names, a), (other, b)) = (table(a), table(b));
     assert_eq!((&names, a.len()), (&other, b.len()));
@@ -46,8 +47,9 @@ fn difference(a: &Path, b: &Path, end: &str, from: f64) -> f64 {
     largest
 }
 
-/// The standard messages in an exported file, read with the example's description: time stamps are whole nanoseconds and
-/// inclinations pass through a quaternion, which changes N by less than 10 nN.
+/// The standard messages in an exported file, read with the example's description: time stamps are
+/// whole nanoseconds and inclinations pass through a quaternion, which changes N by less than 10
+/// nN.
 #[test]
 fn standard_messages_give_nearly_the_same_estimates() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
@@ -100,12 +102,14 @@ fn standard_messages_give_nearly_the_same_estimates() {
     );
     let [a, b] = ["direct", "mcap"].map(|f| folder.path().join(f).join("estimate-best.csv"));
     let largest = difference(&a, &b, "normal_force", 0.0);
-    // Ten times what was found over 20 s; a wrong sign or a lost reading changes N by 0.01 N and more.
+    // Ten times what was found over 20 s; a wrong sign or a lost reading changes N by 0.01 N and
+    // more.
     assert!(largest < 1e-8, "{largest} N");
     assert!(largest > 0.0, "nothing was rounded: the files are the same");
 }
 
-/// Sets the clock of both IMUs of an MCAP file ahead, by 100 s in the headers and by 200 s where it was recorded.
+/// Sets the clock of both IMUs of an MCAP file ahead, by 100 s in the headers and by 200 s where it
+/// was recorded.
 fn set_ahead(from: &Path, to: &Path) {
     let bytes = std::fs::read(from).unwrap();
     let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
@@ -125,8 +129,9 @@ fn set_ahead(from: &Path, to: &Path) {
     writer.finish().unwrap();
 }
 
-/// Topics with clocks of their own, by their headers and by the recorder: with the offsets the estimates are those of the file
-/// with one clock, but for the rounding of the times; without them no row is in common.
+/// Topics with clocks of their own, by their headers and by the recorder: with the offsets the
+/// estimates are those of the file with one clock, but for the rounding of the times; without them
+/// no row is in common.
 #[test]
 fn topics_with_two_clocks_are_brought_onto_one_time() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
@@ -239,7 +244,8 @@ fn joints_in_messages_of_their_own_are_read() {
     }
     let table = |log: &str| folder.join(format!("of-{log}/estimate-best.csv"));
     for log in ["split", "apart"] {
-        // `apart`: offsets are rounded as any time in seconds; a reading in another frame changes N by 1e-4 N and more.
+        // `apart`: offsets are rounded as any time in seconds; a reading in another frame changes N
+        // by 1e-4 N and more.
         let largest = difference(&table("run"), &table(log), "normal_force", 0.0);
         assert!(
             largest <= if log == "split" { 0.0 } else { 1e-8 },
@@ -248,7 +254,8 @@ fn joints_in_messages_of_their_own_are_read() {
     }
 }
 
-/// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the run's readings.
+/// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the
+/// run's readings.
 #[test]
 fn two_clocks_are_brought_onto_one_time() {
     let (folder, run) = recorded("csv", &["sensors.dropped=0"]);
@@ -309,7 +316,8 @@ fn two_clocks_are_brought_onto_one_time() {
     assert_eq!(found["log"]["missing"]["link1_inclination"], 1250);
     assert_eq!(found["log"]["missing"]["wheel1_angle"], 0);
     let nrmse = found["estimators"]["no-angles"]["normal_force"]["nrmse"].as_f64();
-    // The run's own figure without contact angles is 2 to 4 % at the start of the course; wrong signs give 20 % and more.
+    // The run's own figure without contact angles is 2 to 4 % at the start of the course; wrong
+    // signs give 20 % and more.
     assert!(nrmse.unwrap() < 0.06, "{nrmse:?}");
     // An offset that is forgotten leaves no row in common.
     let text = std::fs::read_to_string(folder.path().join("two.toml")).unwrap();

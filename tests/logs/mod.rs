@@ -1,4 +1,5 @@
-//! `robhaz estimate` and `robhaz export`: recorded logs give the estimates of the run, and faults of logs are reported.
+//! `robhaz estimate` and `robhaz export`: recorded logs give the estimates of the run, and faults
+//! of logs are reported.
 
 mod documents;
 mod equivalence;

@@ -12,9 +12,11 @@ use std::path::PathBuf;
 /// Arguments of `robhaz check`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
+    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an
+    /// estimate.
     log: PathBuf,
-    /// The robot: a file with the section robot of a scene; by default that of the log's folder, else robot A.
+    /// The robot: a file with the section robot of a scene; by default that of the log's folder,
+    /// else robot A.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: Option<PathBuf>,
     /// Description of the log, as for `robhaz estimate`.

@@ -13,7 +13,8 @@ pub struct Args {
     /// Folders of finished runs, as `robhaz run` leaves them.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// What to print. All but `table` also have bias, time of the largest error, lag, coverage and NEES.
+    /// What to print. All but `table` also have bias, time of the largest error, lag, coverage and
+    /// NEES.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
 }

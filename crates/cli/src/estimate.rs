@@ -11,17 +11,19 @@ use std::time::Instant;
 /// Arguments of `robhaz estimate`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
+    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an
+    /// estimate.
     log: PathBuf,
-    /// The robot: a file with the section robot of a scene, or a weighed robot; by default that of the log's folder, else
-    /// robot A.
+    /// The robot: a file with the section robot of a scene, or a weighed robot; by default that of
+    /// the log's folder, else robot A.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: Option<PathBuf>,
-    /// Description of the log: columns and units of the readings, clocks, noise budget, nominal damping, estimators. See
-    /// docs/logs.md.
+    /// Description of the log: columns and units of the readings, clocks, noise budget, nominal
+    /// damping, estimators. See docs/logs.md.
     #[arg(long, value_name = "SENSORS.toml")]
     sensors: Option<PathBuf>,
-    /// An estimator of the description, or a preset; can be repeated. By default all of the description.
+    /// An estimator of the description, or a preset; can be repeated. By default all of the
+    /// description.
     #[arg(long, value_name = "NAME")]
     estimator: Vec<String>,
     /// Whether contact angles of the log are used; by default where the log has them.
@@ -79,7 +81,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     tell_json(|| Ok(document))
 }
 
-/// Applies descriptions of the sensors and of the robot to a log. Warns where the robot, or how exact it is, is not stated.
+/// Applies descriptions of the sensors and of the robot to a log. Warns where the robot, or how
+/// exact it is, is not stated.
 pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Path>) -> Result<()> {
     let (choice, notice) = place.choice.clone().described(sensors, robot)?;
     if !choice.states_robot && !place.is_described {

@@ -21,8 +21,8 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// From now on the first signal is only stored, and the second ends the process at once. Before, the first one ends
-    /// it.
+    /// From now on the first signal is only stored, and the second ends the process at once.
+    /// Before, the first one ends it.
     pub fn listen(&self) -> Result<()> {
         self.register()
             .into_diagnostic()
@@ -52,7 +52,8 @@ impl Interrupt {
         self.signal().map(|(_, name)| name)
     }
 
-    /// The exit code of a command that a signal has ended: 128 and the signal's number, as in shells.
+    /// The exit code of a command that a signal has ended: 128 and the signal's number, as in
+    /// shells.
     pub fn exit_code(&self) -> Option<ExitCode> {
         let (signal, _) = self.signal()?;
         Some(u8::try_from(128 + signal).map_or(ExitCode::FAILURE, ExitCode::from))

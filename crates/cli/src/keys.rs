@@ -6,8 +6,8 @@ use robhaz_record::Grid;
 use robhaz_scene::{KeyReference, reference};
 use serde_json::{Value, json};
 
-/// Arguments of `robhaz keys`. With `--json` an array of objects with `key`, `unit`, `other_units`, `default`, `allowed` and
-/// `meaning`.
+/// Arguments of `robhaz keys`. With `--json` an array of objects with `key`, `unit`, `other_units`,
+/// `default`, `allowed` and `meaning`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Part of a key's name or of its meaning, such as `drive` or `torque`; without it all keys.

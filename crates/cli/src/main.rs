@@ -36,7 +36,8 @@ use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::time::uptime;
 use tracing_subscriber::prelude::*;
 
-/// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulation, estimation after Choi et al., comparison.
+/// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulation, estimation after Choi et al.,
+/// comparison.
 #[derive(Parser)]
 #[command(version, about, after_help = EXIT_CODES)]
 struct Cli {
@@ -76,35 +77,39 @@ enum Command {
     New(new::Args),
     /// Explain the keys of scene files: unit, default, allowed values, meaning.
     Keys(keys::Args),
-    /// Print the JSON Schema of scene files, studies and others, by which an editor completes and checks them.
+    /// Print the JSON Schema of scene files, studies and others, by which an editor completes and
+    /// checks them.
     Schema(schema::Args),
-    /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of the estimates.
+    /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of
+    /// the estimates.
     Run(run::Args),
     /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
     Estimate(estimate::Args),
-    /// Check whether a recorded log is what the estimators take it for: signs, units, wiring, delays, zeros, noise. Exit code
-    /// 0 without a fault, 1 with faults and for errors.
+    /// Check whether a recorded log is what the estimators take it for: signs, units, wiring,
+    /// delays, zeros, noise. Exit code 0 without a fault, 1 with faults and for errors.
     Check(check::Args),
     /// Write a run or an estimate as a log that other tools open: MCAP or CSV.
     Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
-    /// Write a run, an estimate or a study as one page of HTML that needs no other file: errors, figures, how it was made.
+    /// Write a run, an estimate or a study as one page of HTML that needs no other file: errors,
+    /// figures, how it was made.
     Report(report::Args),
-    /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
+    /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict
+    /// a line.
     Verify(verify::Args),
     /// Show runs in the Rerun viewer, or a scene while it is simulated.
     #[cfg(feature = "viewer")]
     View(view::Args),
-    /// Judge the path of a scene from its geometry before it is driven: needed friction, go or no-go. Exit code 0 for go,
-    /// 1 for no-go and for errors.
+    /// Judge the path of a scene from its geometry before it is driven: needed friction, go or
+    /// no-go. Exit code 0 for go, 1 for no-go and for errors.
     Path(path::Args),
-    /// Run a scene with many seeds of its sensors, or a study file, which varies anything: errors of the estimators,
-    /// consistency of their covariance, one table of scores. On all cores or many machines; stopped at any instant, the same
-    /// command goes on.
+    /// Run a scene with many seeds of its sensors, or a study file, which varies anything: errors
+    /// of the estimators, consistency of their covariance, one table of scores. On all cores or
+    /// many machines; stopped at any instant, the same command goes on.
     Study(study::Args),
-    /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
-    /// tell most.
+    /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the
+    /// estimators; the postures that tell most.
     Weigh(weigh::Args),
     /// Print the completions of a shell.
     Completions(shell::Args),
@@ -153,7 +158,8 @@ impl OutputArgs {
     }
 }
 
-/// Commands of earlier versions and of a build with more features, each with what does its work here.
+/// Commands of earlier versions and of a build with more features, each with what does its work
+/// here.
 const ABSENT: &[(&str, &str)] = &[
     #[cfg(not(feature = "viewer"))]
     ("view", live::WITHOUT_VIEWER),

@@ -1,8 +1,8 @@
 //! The output folder of a run.
 //!
-//! A run is written into `FOLDER.partial` and renamed at its end. So a folder under its own name is always a complete
-//! run, and a run that broke off leaves its files in `FOLDER.partial`. With `--force` files that a run wrote are
-//! removed, and no others.
+//! A run is written into `FOLDER.partial` and renamed at its end. So a folder under its own name is
+//! always a complete run, and a run that broke off leaves its files in `FOLDER.partial`. With
+//! `--force` files that a run wrote are removed, and no others.
 
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use robhaz_log::LogPlace;
@@ -24,7 +24,8 @@ fn left_alone(what: String) -> Report {
 
 const ELSEWHERE: &str = "--out DIR writes elsewhere";
 
-/// Name of the lock file in a folder that a run is writing. The system releases the lock when the process ends.
+/// Name of the lock file in a folder that a run is writing. The system releases the lock when the
+/// process ends.
 const LOCK: &str = "lock";
 
 /// A folder being written.
@@ -38,7 +39,8 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Prepares `target` for a run. An existing folder of that name stays until [`OutputFolder::finish`].
+    /// Prepares `target` for a run. An existing folder of that name stays until
+    /// [`OutputFolder::finish`].
     pub fn create(target: &Path, force: bool) -> Result<Self> {
         // Without a slash at the end: with it the partial folder would be inside the target.
         let mut target: PathBuf = target.components().collect();
@@ -185,7 +187,8 @@ fn check_replaceable(path: &Path) -> Result<()> {
     let (scene, log) = (read("scene.toml"), read(LogPlace::DESCRIPTION));
     let names = names(path)?;
     let estimators: Vec<&str> = names.iter().filter_map(|n| estimator(n)).collect();
-    // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a run.
+    // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a
+    // run.
     let is_ours = |name: &String| {
         let at = path.join(name);
         let kind = at.symlink_metadata();

@@ -1,5 +1,5 @@
-//! A result file that the user names. It appears only when it is complete, and replaces another file only with
-//! `--force`.
+//! A result file that the user names. It appears only when it is complete, and replaces another
+//! file only with `--force`.
 
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use std::io;
@@ -15,8 +15,8 @@ pub struct Format {
     pub extension: &'static str,
 }
 
-/// A file being written under a temporary name in the same folder. Dropped before [`OutputFile::finish`], it leaves
-/// nothing.
+/// A file being written under a temporary name in the same folder. Dropped before
+/// [`OutputFile::finish`], it leaves nothing.
 pub struct OutputFile {
     target: PathBuf,
     temporary: TempPath,
@@ -24,7 +24,8 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// Prepares a file. `inputs` are files that the command reads: they are never replaced, not even with `force`.
+    /// Prepares a file. `inputs` are files that the command reads: they are never replaced, not
+    /// even with `force`.
     pub fn create(target: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<Self> {
         let path = target.display();
         let Format { what, extension } = format;
@@ -65,7 +66,8 @@ impl OutputFile {
         &self.temporary
     }
 
-    /// Gives the complete file its name. Without `force`, a file that was created meanwhile is not replaced.
+    /// Gives the complete file its name. Without `force`, a file that was created meanwhile is not
+    /// replaced.
     pub fn finish(self) -> Result<PathBuf> {
         let named = if self.force {
             self.temporary.persist(&self.target)

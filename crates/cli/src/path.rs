@@ -28,7 +28,8 @@ pub struct Args {
     /// How the tractions are distributed over the wheels.
     #[arg(long, value_enum, default_value_t = Drive::Ideal)]
     drive: Drive,
-    /// Distance that the middle wheel travels, m; by default until the rear wheel has passed the profile.
+    /// Distance that the middle wheel travels, m; by default until the rear wheel has passed the
+    /// profile.
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     distance: Option<f64>,
     /// Sets a key of the scene, in place of the file's value. Can be repeated.

@@ -12,10 +12,12 @@ pub fn bar(bar: ProgressBar) -> ProgressBar {
     bar
 }
 
-/// A sink that shows the progress of the simulated time. Hidden if standard error is not a terminal.
+/// A sink that shows the progress of the simulated time. Hidden if standard error is not a
+/// terminal.
 pub struct Progress {
     bar: ProgressBar,
-    /// Number of records between two updates of the bar: an update for each would cost more than the estimators.
+    /// Number of records between two updates of the bar: an update for each would cost more than
+    /// the estimators.
     every: u64,
     count: u64,
 }

@@ -17,15 +17,16 @@ use tracing::info;
 /// Arguments of every command that leaves the folder of a run.
 #[derive(Clone, clap::Args)]
 pub struct Args {
-    /// Folder for the results; by default in `runs/`, with the name of the scene, or with that of the log and
-    /// `-estimate`.
+    /// Folder for the results; by default in `runs/`, with the name of the scene, or with that of
+    /// the log and `-estimate`.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Format of the tables.
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
-    /// Output for the Rerun viewer: `off` none; `save` the file run.rrd. With that file and live: `spawn` starts the
-    /// viewer on this machine, `connect=HOST:PORT` sends the run to a viewer that listens there.
+    /// Output for the Rerun viewer: `off` none; `save` the file run.rrd. With that file and live:
+    /// `spawn` starts the viewer on this machine, `connect=HOST:PORT` sends the run to a viewer
+    /// that listens there.
     #[arg(long, value_name = "HOW", value_parser = Rerun::parse, default_value = Rerun::DEFAULT)]
     rerun: Rerun,
     /// Speed of the run.
@@ -85,8 +86,9 @@ impl Args {
     }
 }
 
-/// Runs to the end, writes the results, prints the table. Returns the document of the run for `--json`: `name`, `folder`,
-/// `command_s` (time of the command) and `summary`, the content of `summary.json`.
+/// Runs to the end, writes the results, prints the table. Returns the document of the run for
+/// `--json`: `name`, `folder`, `command_s` (time of the command) and `summary`, the content of
+/// `summary.json`.
 pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Result<Value> {
     let target = args.target(job);
     let mut viewing = Viewing::open(&args.rerun)?;
@@ -104,7 +106,8 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
     info!(seconds, "simulated, estimated, wrote tables and figures");
     let table = |summary: &Summary| say(&comparison_table(&[(job.name, summary)]));
     if let Err(error) = done {
-        // A run without a record has no summary. The first error is reported, not those that follow from it.
+        // A run without a record has no summary. The first error is reported, not those that follow
+        // from it.
         let is_stopped = matches!(error, RunError::Stopped { .. });
         if is_stopped && sink.summary().is_err() {
             folder.discard()?;

@@ -14,10 +14,12 @@ use tracing::info;
 /// Arguments of `robhaz run`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scene files (TOML), run one after the other. With several, --out is the folder of their folders.
+    /// Scene files (TOML), run one after the other. With several, --out is the folder of their
+    /// folders.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
-    /// Sets a key of the scene, in place of the file's value: `--set drive.speed=0.3`. Can be repeated.
+    /// Sets a key of the scene, in place of the file's value: `--set drive.speed=0.3`. Can be
+    /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
@@ -30,8 +32,8 @@ pub struct Args {
     results: results::Args,
 }
 
-/// Runs each scene, writes its results, prints its table. All scenes are read before the first runs; the first run that fails is
-/// the last one.
+/// Runs each scene, writes its results, prints its table. All scenes are read before the first
+/// runs; the first run that fails is the last one.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let mut start = Instant::now();
     let mut overrides = args.set.clone();

@@ -1,4 +1,5 @@
-//! `robhaz study`: a scene with many seeds, or a study file, from its runs to its dataset and its report.
+//! `robhaz study`: a scene with many seeds, or a study file, from its runs to its dataset and its
+//! report.
 
 use crate::interrupt::Interrupt;
 use crate::terminal::{Output, print, print_json, shown, tell, warn_of};
@@ -20,7 +21,8 @@ use tracing::{debug, info};
 const LISTED: u64 = 20;
 /// Most runs of which the report is printed: it needs the dataset in memory.
 const MOST_REPORTED: u64 = 100_000;
-/// Time between two lines of progress where standard error is no terminal, as in the log of a cluster's job.
+/// Time between two lines of progress where standard error is no terminal, as in the log of a
+/// cluster's job.
 const LINE_TIME: Duration = Duration::from_secs(60);
 
 /// Arguments of `robhaz study`.
@@ -30,15 +32,16 @@ pub struct Args {
     file: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Folder of the dataset, in which a study that was stopped goes on. Without it, that of a study file is `runs/NAME`, and
-    /// a scene writes nothing.
+    /// Folder of the dataset, in which a study that was stopped goes on. Without it, that of a
+    /// study file is `runs/NAME`, and a scene writes nothing.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of threads, at most 1024; without it one a core.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Computes only every N-th run, from the I-th on: one of N parts, I from 1 on. The same command without --shard makes the
-    /// dataset of all parts in the folder, and computes what is missing.
+    /// Computes only every N-th run, from the I-th on: one of N parts, I from 1 on. The same
+    /// command without --shard makes the dataset of all parts in the folder, and computes what is
+    /// missing.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
     /// Lists the runs, their number and simulated time. Computes and writes nothing.
@@ -55,14 +58,16 @@ struct SceneArgs {
     /// Number of seeds of a scene, from its own on; 10 without it. Fewer than 5 give no verdict.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: Option<u64>,
-    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be repeated.
+    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be
+    /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
-    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`. From the fourth on
-    /// each has one method more than the one above. The last two are given no contact angles.
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`.
+    /// From the fourth on each has one method more than the one above. The last two are given no
+    /// contact angles.
     #[arg(long)]
     ladder: bool,
 }
@@ -75,7 +80,8 @@ fn shard(text: &str) -> Result<Shard, String> {
     shard.ok_or_else(|| "allowed: I/N with I from 1 to N, such as 1/8".to_owned())
 }
 
-/// Whether a file is a study file: it names its scene, or has an axis. One that cannot be read is taken for a scene.
+/// Whether a file is a study file: it names its scene, or has an axis. One that cannot be read is
+/// taken for a scene.
 fn is_study(path: &Path) -> bool {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     text.lines().any(|line| {

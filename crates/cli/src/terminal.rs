@@ -68,7 +68,8 @@ pub fn tell_json(document: impl FnOnce() -> Result<Value>) -> Result<()> {
     }
 }
 
-/// Prints what was asked for, also with `--quiet`. A closed pipe is no error: its reader needs no more.
+/// Prints what was asked for, also with `--quiet`. A closed pipe is no error: its reader needs no
+/// more.
 pub fn print(text: &str) -> Result<()> {
     match writeln!(io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).into_diagnostic(),

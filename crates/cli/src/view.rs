@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `robhaz view`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folders of runs or their recordings (.rrd), shown in one viewer. Or one scene file (.toml): it is simulated and shown
-    /// live.
+    /// Folders of runs or their recordings (.rrd), shown in one viewer. Or one scene file (.toml):
+    /// it is simulated and shown live.
     #[arg(required = true, value_name = "RUN|SCENE")]
     what: Vec<PathBuf>,
     /// Saves a picture of the viewer (PNG) instead of opening it; needs no screen.

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `robhaz weigh`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The table of the weighing: inclinations of links 1 and 2 and forces of the wheels, a posture a line. See
-    /// docs/weighing.md.
+    /// The table of the weighing: inclinations of links 1 and 2 and forces of the wheels, a posture
+    /// a line. See docs/weighing.md.
     #[arg(
         value_name = "MEASUREMENTS.csv",
         required_unless_present = "plan",
@@ -25,7 +25,8 @@ pub struct Args {
     /// The nominal robot: a file with the section robot of a scene.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: PathBuf,
-    /// Writes the weighed robot with its budget (.toml), or with --plan the table to fill in (.csv).
+    /// Writes the weighed robot with its budget (.toml), or with --plan the table to fill in
+    /// (.csv).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replaces an existing file.

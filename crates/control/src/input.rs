@@ -39,8 +39,9 @@ pub struct FrictionTestPlan {
 }
 
 impl Default for FrictionTestPlan {
-    /// Each wheel in turn from 6 s on, both ways: the robot has rolled for a metre, by which the errors of the readings are
-    /// found. At 0.35 N m/s a wheel slips within 10 s even at mu = 0.9, where it needs 3.5 N m.
+    /// Each wheel in turn from 6 s on, both ways: the robot has rolled for a metre, by which the
+    /// errors of the readings are found. At 0.35 N m/s a wheel slips within 10 s even at mu = 0.9,
+    /// where it needs 3.5 N m.
     fn default() -> Self {
         Self {
             wheels: [Some(0), Some(1), Some(2)],

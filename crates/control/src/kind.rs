@@ -9,7 +9,8 @@ named! {
         /// Every drive follows its own plan with its continuous PI control. It needs no readings.
         #[default]
         Speed = "speed",
-        /// One speed control, its torque shared so that every wheel needs the same T/N: [`crate::shared`].
+        /// One speed control, its torque shared so that every wheel needs the same T/N:
+        /// [`crate::shared`].
         Shared = "shared",
         /// Torque ramps on one wheel after the other, which find mu_max: [`crate::friction_test`].
         FrictionTest = "friction-test",

@@ -1,6 +1,7 @@
 //! Shared traction: one speed control, its torque shared so that every wheel needs the same T/N.
 //!
-//! With the wheel speeds `omega_i`, their reference `omega_ref`, the set speed `omega_set` and the gains of one wheel:
+//! With the wheel speeds `omega_i`, their reference `omega_ref`, the set speed `omega_set` and the
+//! gains of one wheel:
 //!
 //! ```text
 //! e       = p omega_set - omega_ref                          p: pace, 1 unless a wheel slides
@@ -9,31 +10,36 @@
 //! tau_i   = B omega_i + s_i (tau - sum B omega_j)            s_i = N_i/sum N_j
 //! ```
 //!
-//! `B omega_i` keeps a wheel turning without traction, so `T_i = s_i (tau - sum B omega_j)/r`: T/N is the same for all
-//! wheels. The torque is then corrected and limited, in this order:
+//! `B omega_i` keeps a wheel turning without traction, so `T_i = s_i (tau - sum B omega_j)/r`: T/N
+//! is the same for all wheels. The torque is then corrected and limited, in this order:
 //!
-//! - slip: a wheel whose speed along the robot, `u_i = omega_i cos(gamma_i)`, differs from the others by more than the
-//!   allowed difference gets Kp times the excess against it. One that spins gets less, one that stays behind more;
+//! - slip: a wheel whose speed along the robot, `u_i = omega_i cos(gamma_i)`, differs from the
+//!   others by more than the allowed difference gets Kp times the excess against it. One that spins
+//!   gets less, one that stays behind more;
 //! - load: a wheel without load gets `Kp (omega_ref - omega_i)` in addition, which holds its speed;
 //! - `|tau_i|` is at most the torque limit.
 //!
-//! `omega_ref` is the mean of the speeds, each within the allowed difference of their median: a wheel that spins or stands
-//! has little influence. The reference of `u_i` is the same mean of the `u_i`.
+//! `omega_ref` is the mean of the speeds, each within the allowed difference of their median: a
+//! wheel that spins or stands has little influence. The reference of `u_i` is the same mean of the
+//! `u_i`.
 //!
-//! While a wheel slides the pace falls to a quarter, and then recovers in seconds: where the dynamic coefficient is below
-//! the static one, the ground bears more at a small slip speed. A wheel slides where the estimate says so, or where its
-//! `u_i` differs from the others by more than twice the allowed difference. That difference grows with the paced set speed.
+//! While a wheel slides the pace falls to a quarter, and then recovers in seconds: where the
+//! dynamic coefficient is below the static one, the ground bears more at a small slip speed. A
+//! wheel slides where the estimate says so, or where its `u_i` differs from the others by more than
+//! twice the allowed difference. That difference grows with the paced set speed.
 //!
-//! N_i and gamma_i are those of the estimate, smoothed; N_i is drawn to the mean load where its standard deviation is
-//! large. Without an estimate, and where its readings are stale or the linkage is at a stop, all shares become equal.
+//! N_i and gamma_i are those of the estimate, smoothed; N_i is drawn to the mean load where its
+//! standard deviation is large. Without an estimate, and where its readings are stale or the
+//! linkage is at a stop, all shares become equal.
 
 use crate::input::{ControlInput, ControlSettings};
 use crate::wheel_speed::WheelSpeed;
 use robhaz_estimator::{Estimate, Flags};
 use robhaz_model::Robot;
 
-/// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for standstill, rad/s.
-/// It leaves room for creep (5 % of the speed at T = N for a slip stiffness of 20) and for the turning of the links.
+/// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for
+/// standstill, rad/s. It leaves room for creep (5 % of the speed at T = N for a slip stiffness of
+/// 20) and for the turning of the links.
 const DIFFERENCE: (f64, f64) = (0.15, 0.05);
 /// Pace while a wheel slides, -.
 pub const CRAWL: f64 = 0.25;
@@ -43,7 +49,8 @@ pub const SLOWING_TIME: f64 = 0.2;
 pub const RECOVERY_TIME: f64 = 3.0;
 /// Smallest cos(gamma) that is counted, -: a wheel on the edge of a kerb turns on the spot.
 const STEEPEST: f64 = 0.5;
-/// Prior standard deviation of N, as a share of the mean load: wide, since one wheel may carry the load of two.
+/// Prior standard deviation of N, as a share of the mean load: wide, since one wheel may carry the
+/// load of two.
 const LOAD_SPREAD: f64 = 0.5;
 /// Share of the mean load below which a wheel counts as unloaded, -; without load it counts fully.
 const UNLOADED: f64 = 0.1;
@@ -52,20 +59,20 @@ const SHARE_TIME: f64 = 0.05;
 /// Longest time between samples that is integrated over, s.
 const LONGEST_STEP: f64 = 0.1;
 
-/// Time by which the control of a wheel's speed lags behind, s, at a rate of the samples (Hz): the filter of the speed, one
-/// sample until a command acts, half of one because it is held.
+/// Time by which the control of a wheel's speed lags behind, s, at a rate of the samples (Hz): the
+/// filter of the speed, one sample until a command acts, half of one because it is held.
 pub fn lag(rate: f64) -> f64 {
     WheelSpeed::TIME_CONSTANT + 1.5 / rate
 }
 
-/// Largest Kp of one wheel, N m s, at a rate of the samples (Hz): 0.7 J/lag. A wheel in the air, of inertia J, then has a
-/// phase margin of at least 90 deg - 0.7 rad = 50 deg without the integral.
+/// Largest Kp of one wheel, N m s, at a rate of the samples (Hz): 0.7 J/lag. A wheel in the air, of
+/// inertia J, then has a phase margin of at least 90 deg - 0.7 rad = 50 deg without the integral.
 pub fn largest_proportional_gain(robot: &Robot, rate: f64) -> f64 {
     0.7 * (robot.mass.wheel_inertia + robot.mass.rotor_inertia) / lag(rate)
 }
 
-/// Largest Ki/Kp, 1/s, at a rate of the samples (Hz): at the largest Kp the integral takes atan(0.25/0.7) = 20 deg of the
-/// phase margin.
+/// Largest Ki/Kp, 1/s, at a rate of the samples (Hz): at the largest Kp the integral takes
+/// atan(0.25/0.7) = 20 deg of the phase margin.
 pub fn largest_integral_ratio(rate: f64) -> f64 {
     0.25 / lag(rate)
 }

@@ -12,13 +12,14 @@ pub(crate) struct WheelSpeed {
 }
 
 impl WheelSpeed {
-    /// Time constant of the filter, s. A wheel in the air follows its set speed with the time constant J/Kp = 19 ms for the
-    /// default robot and gains.
+    /// Time constant of the filter, s. A wheel in the air follows its set speed with the time
+    /// constant J/Kp = 19 ms for the default robot and gains.
     pub const TIME_CONSTANT: f64 = 5e-3;
     /// Largest plausible speed, rad/s: 20 m/s at the rim. An encoder that jumps farther was reset.
     const LARGEST: f64 = 200.0;
 
-    /// Takes a reading (rad) at a time (s). Returns the speed, rad/s; without a reading the last one.
+    /// Takes a reading (rad) at a time (s). Returns the speed, rad/s; without a reading the last
+    /// one.
     pub fn update(&mut self, time: f64, angle: Option<f64>) -> f64 {
         let Some(angle) = angle.filter(|angle| angle.is_finite()) else {
             return self.speed;

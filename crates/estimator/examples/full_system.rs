@@ -1,5 +1,5 @@
-//! The paper's equations one after the other, on level ground: eq. (1), its blocks (4) to (7), eq. (8), and least squares;
-//! then the same eq. (8) as the estimators write it.
+//! The paper's equations one after the other, on level ground: eq. (1), its blocks (4) to (7), eq.
+//! (8), and least squares; then the same eq. (8) as the estimators write it.
 //!
 //! `cargo run --release -p robhaz-estimator --example full_system`
 

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p robhaz-estimator --example on_a_robot`
 //!
-//! With the argument `paper-wheels` it runs this estimator of the paper instead of `best`: `.ci/instructions` compares their
-//! cost.
+//! With the argument `paper-wheels` it runs this estimator of the paper instead of `best`:
+//! `.ci/instructions` compares their cost.
 
 use robhaz_estimator::{
     Estimator, EstimatorSettings, Flags, LinkReading, NoiseBudget, SensorFrame,
@@ -25,11 +25,13 @@ struct Raw {
     rate: [Option<f64>; 2],
 }
 
-/// Stands in for the drivers: starts on level ground and rolls at 0.2 m/s; the second motor's current drops out for a while.
+/// Stands in for the drivers: starts on level ground and rolls at 0.2 m/s; the second motor's
+/// current drops out for a while.
 fn read_sensors(k: u32) -> Raw {
     /// Spin acceleration at the start, rad/s^2: 0.2 m/s^2.
     const ACCELERATION: f64 = 2.0;
-    /// Torque for it at each wheel, N m: 0.094 kg m^2 of wheel and rotor, a third of 14 kg at 0.1 m.
+    /// Torque for it at each wheel, N m: 0.094 kg m^2 of wheel and rotor, a third of 14 kg at 0.1
+    /// m.
     const TO_ACCELERATE: f64 = 0.281;
     /// Damping of a wheel module, N m s.
     const DAMPING: f64 = 0.15;

@@ -7,8 +7,9 @@ use crate::statics::{Equations, Forces};
 use nalgebra::Vector4;
 use robhaz_model::Vec2;
 
-/// The estimate at `time` (s): forces and posture, for the contact angles (rad) and the right-hand side `F' - H_T T` (N) of the least
-/// squares. Without what only some filters state. Inlined, so that it is made where it is returned: it has more than a kilobyte.
+/// The estimate at `time` (s): forces and posture, for the contact angles (rad) and the right-hand
+/// side `F' - H_T T` (N) of the least squares. Without what only some filters state. Inlined, so
+/// that it is made where it is returned: it has more than a kilobyte.
 #[inline(always)]
 pub(crate) fn assemble(
     nominal: &Nominal,

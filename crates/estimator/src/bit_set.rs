@@ -1,6 +1,7 @@
 //! Sets of named bits.
 
-/// Gives a set of bits, a tuple struct of a `u16` with the constant `NAMES` (pairs of an element and its name), its operations.
+/// Gives a set of bits, a tuple struct of a `u16` with the constant `NAMES` (pairs of an element
+/// and its name), its operations.
 macro_rules! bit_set {
     ($set:ident) => {
         impl $set {

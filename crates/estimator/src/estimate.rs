@@ -16,9 +16,11 @@ pub struct Estimate {
     pub normal_force: [f64; 3],
     /// Traction T of each wheel, N, driving forward positive.
     pub traction: [f64; 3],
-    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which state none.
+    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which state
+    /// none.
     pub covariance: Option<[[f64; 6]; 6]>,
-    /// Contact angle gamma of each wheel, rad: given (the paper's methods), given minus its estimated error, or estimated.
+    /// Contact angle gamma of each wheel, rad: given (the paper's methods), given minus its
+    /// estimated error, or estimated.
     pub contact_angle: [f64; 3],
     /// Standard deviation of the contact angles, rad. `None` from the paper's filters.
     pub contact_angle_sigma: Option<[f64; 3]>,
@@ -30,20 +32,24 @@ pub struct Estimate {
     pub pin_from_q: [Vec2; 4],
     /// Forces in P, Q, R, S on the first bar of [`robhaz_model::Pin::bars`], N.
     pub pin_force: [Vec2; 4],
-    /// Residual of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N m).
+    /// Residual of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N
+    /// m).
     pub residual: [f64; 4],
-    /// Parity residual of eq. (8), before it corrects any state; `None` where the contacts leave it undefined.
+    /// Parity residual of eq. (8), before it corrects any state; `None` where the contacts leave it
+    /// undefined.
     pub parity: Option<Parity>,
     /// Estimated errors of the readings; `None` from the paper's filters.
     pub reading_errors: Option<ReadingErrors>,
     /// Contact state of each wheel; `None` from the paper's filters.
     pub contact: Option<[ContactEstimate; 3]>,
-    /// Friction that each wheel needs, and what is known of the ground; `None` from the paper's filters. Its T/N can differ from that of
-    /// `traction` and `normal_force`: it takes the slope from the memory of the ground, too.
+    /// Friction that each wheel needs, and what is known of the ground; `None` from the paper's
+    /// filters. Its T/N can differ from that of `traction` and `normal_force`: it takes the slope
+    /// from the memory of the ground, too.
     pub friction: Option<[WheelFriction; 3]>,
     /// Whether the readings agree with each other; `None` from the paper's filters.
     pub health: Option<Health>,
-    /// The torques against the weight; `None` from the paper's filters, and before the readings show anything.
+    /// The torques against the weight; `None` from the paper's filters, and before the readings
+    /// show anything.
     pub torque_scale: Option<TorqueScale>,
     /// Warnings.
     pub flags: Flags,
@@ -60,7 +66,8 @@ impl Estimate {
         self.sigma(2 * i)
     }
 
-    /// The wheel (0 to 2) that is nearest to the known friction, and its margin, -. `None` before any wheel has slipped.
+    /// The wheel (0 to 2) that is nearest to the known friction, and its margin, -. `None` before
+    /// any wheel has slipped.
     pub fn least_friction_margin(&self) -> Option<(usize, f64)> {
         let wheels = self.friction.as_ref()?.iter().enumerate();
         let margins = wheels.filter_map(|(i, wheel)| Some((i, wheel.margin?)));
@@ -87,8 +94,8 @@ impl Estimate {
     }
 }
 
-/// Parity residual: the combination of the rows of eq. (8) without normal forces. It is zero for exact torques, contact
-/// angles and loads.
+/// Parity residual: the combination of the rows of eq. (8) without normal forces. It is zero for
+/// exact torques, contact angles and loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parity {
     /// The residual, N (moments at the lever).
@@ -134,7 +141,8 @@ pub enum EstimateError {
     },
     /// The four-bar cannot close at these link angles.
     Linkage(PostureError),
-    /// The statics are singular in this posture: P lies on the line RS, or the contacts leave a normal force undetermined.
+    /// The statics are singular in this posture: P lies on the line RS, or the contacts leave a
+    /// normal force undetermined.
     Singular,
 }
 

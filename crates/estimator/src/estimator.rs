@@ -47,8 +47,8 @@ enum FilterState {
 }
 
 impl FilterState {
-    /// For a start after a gap: the robot may be moving, and the section of the ground of `before` ends. The paper's filters do
-    /// not assume rest.
+    /// For a start after a gap: the robot may be moving, and the section of the ground of `before`
+    /// ends. The paper's filters do not assume rest.
     fn start_after(&mut self, before: &Self) {
         if let (Self::Best(filters), Self::Best(before)) = (self, before) {
             filters.reset_motion();
@@ -84,8 +84,8 @@ impl State {
 }
 
 impl State {
-    /// Time since the last frame by the wheels, s, where it contradicts the `dt` (s) of the time stamps. The paper's filters use
-    /// the time stamps.
+    /// Time since the last frame by the wheels, s, where it contradicts the `dt` (s) of the time
+    /// stamps. The paper's filters use the time stamps.
     fn time_of_wheels(&self, nominal: &Nominal, frame: &SensorFrame, dt: f64) -> Option<f64> {
         let FilterState::Best(filters) = &self.filters else {
             return None;
@@ -124,15 +124,16 @@ impl Estimator {
 
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
-    /// Times below are those of robot A on Earth; a robot of another size, or on another planet, has them times sqrt(r/g) over A's.
-    /// The last good value stands in for a missing reading, and a flag says so. After a gap of more than 0.5 s the filters
-    /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does. Where all wheels have turned
-    /// further than they can since the last frame, the clock was set back by less: `best` takes the time from their speeds, as
-    /// for lost frames, and a flag says so.
+    /// Times below are those of robot A on Earth; a robot of another size, or on another planet,
+    /// has them times sqrt(r/g) over A's. The last good value stands in for a missing reading, and
+    /// a flag says so. After a gap of more than 0.5 s the filters start anew; after a step back of
+    /// more than 0.5 s (a clock that was set) everything does. Where all wheels have turned further
+    /// than they can since the last frame, the clock was set back by less: `best` takes the time
+    /// from their speeds, as for lost frames, and a flag says so.
     ///
     /// # Errors
-    /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other errors it has taken the
-    /// readings, and continues with the next frame.
+    /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other
+    /// errors it has taken the readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
         let mut found = self.update_in_units(&self.units.frame_in(frame));
         match &mut found {
@@ -185,20 +186,22 @@ impl Estimator {
         }
     }
 
-    /// The ground in memory, from rear to front: what the wheels have passed since they were about as far apart as they are
-    /// now, a little more than the robot's length. A point is there as soon as the first wheel has passed it. Later wheels
-    /// correct it until it leaves the memory: see [`Self::completed_ground`]. The paper's methods have none.
+    /// The ground in memory, from rear to front: what the wheels have passed since they were about
+    /// as far apart as they are now, a little more than the robot's length. A point is there as
+    /// soon as the first wheel has passed it. Later wheels correct it until it leaves the memory:
+    /// see [`Self::completed_ground`]. The paper's methods have none.
     ///
-    /// Points are at equal distances along x, 10 mm for the default robot. Places that no wheel has touched, such as the foot of
-    /// a kerb, have none.
+    /// Points are at equal distances along x, 10 mm for the default robot. Places that no wheel has
+    /// touched, such as the foot of a kerb, have none.
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let memory = self.state.filters.ground();
         let points = memory.into_iter().flat_map(GroundMemory::points);
         points.map(|point| self.units.point_out(point))
     }
 
-    /// The points of the ground that left the memory with the last update, in their final form. All wheels have passed them. To
-    /// keep the whole profile, append them after every update, and [`Self::ground`] at the end.
+    /// The points of the ground that left the memory with the last update, in their final form. All
+    /// wheels have passed them. To keep the whole profile, append them after every update, and
+    /// [`Self::ground`] at the end.
     ///
     /// A robot that comes back to a place gives its points again.
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
@@ -207,28 +210,29 @@ impl Estimator {
         points.map(|point| self.units.point_out(point))
     }
 
-    /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a wheel that comes to that place
-    /// now. `None` where the ground is not in memory.
+    /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
+    /// wheel that comes to that place now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
         let x = self.units.length_in(x);
         self.state.filters.ground()?.slope_at(x)
     }
 
-    /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`]. `None` from the paper's methods.
+    /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
+    /// `None` from the paper's methods.
     pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
         let x = self.units.length_in(x);
         Some(self.state.filters.ground()?.friction_at(x))
     }
 
-    /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of [`Self::ground`]. `None` before
-    /// the robot has moved, and from the paper's methods.
+    /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of
+    /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
         let places = self.state.filters.ground()?.wheel_places()?;
         Some(places.map(|place| self.units.length_out(place)))
     }
 
-    /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and the flag of a clock that
-    /// was set back.
+    /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and
+    /// the flag of a clock that was set back.
     fn advance_clock(&mut self, now: f64) -> Result<(f64, Flags), EstimateError> {
         let last = self.state.time;
         let mut dt = if self.state.started { now - last } else { 0.0 };

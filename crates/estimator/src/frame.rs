@@ -2,7 +2,8 @@
 
 use crate::flags::Flags;
 
-/// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is missing.
+/// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is
+/// missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkReading {
     /// Turn from the nominal pose, rad, counter-clockwise.
@@ -16,7 +17,8 @@ pub struct LinkReading {
 pub struct SensorFrame {
     /// Time of the sample, s; must increase from frame to frame.
     pub time: f64,
-    /// Turn of each wheel relative to its link, rad, forward positive: encoder counts times 2 pi / counts a turn.
+    /// Turn of each wheel relative to its link, rad, forward positive: encoder counts times 2 pi /
+    /// counts a turn.
     pub wheel_angle: [Option<f64>; 3],
     /// Motor torque at each wheel after the gear, N m, forward positive.
     pub motor_torque: [Option<f64>; 3],
@@ -24,15 +26,17 @@ pub struct SensorFrame {
     pub link1: LinkReading,
     /// Sensors on link 2.
     pub link2: LinkReading,
-    /// Contact angles, rad: given, as the paper assumes. An estimator for [`crate::ContactAngles::Unknown`] ignores them.
+    /// Contact angles, rad: given, as the paper assumes. An estimator for
+    /// [`crate::ContactAngles::Unknown`] ignores them.
     pub contact_angle: [Option<f64>; 3],
 }
 
 /// Gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
 /// Chosen: a robot can stop within it.
 pub(crate) const LONGEST_GAP: f64 = 0.5;
-/// Least time between frames, s. Half of the shortest period that is supported, 1 us: time stamps are rounded, so that
-/// their differences are not exactly equal (at 3 s by 4e-16 s, in seconds since 1970 by 2e-7 s).
+/// Least time between frames, s. Half of the shortest period that is supported, 1 us: time stamps
+/// are rounded, so that their differences are not exactly equal (at 3 s by 4e-16 s, in seconds
+/// since 1970 by 2e-7 s).
 /// Definition.
 pub(crate) const SHORTEST_STEP: f64 = 0.5e-6;
 
@@ -153,7 +157,8 @@ impl Inputs {
                 libm::fabs(v) <= limit::TURN && (!known || libm::fabs(v - last) <= reach)
             });
             flags |= found;
-            // An encoder that stays out of the wheel's reach has a new zero: it was reset, or the last angle was false.
+            // An encoder that stays out of the wheel's reach has a new zero: it was reset, or the
+            // last angle was false.
             self.new_zero[i] = false;
             if let Some(value) = frame.wheel_angle[i]
                 && found.contains(Flags::SENSOR_ABSURD | Flags::SENSOR_STALE)

@@ -1,8 +1,8 @@
 //! Wheel forces of ROBHAZ-6WHEEL from sensor readings alone.
 //!
-//! After Choi, Kang, Hyun, Kim and Kwak, *Force Distribution Estimation of Wheeled Mobile Robot: Application to Friction
-//! Coefficients Estimation*: linkage angles, motor torque and wheel speed, put into static equilibrium, give the normal
-//! force of every wheel by least squares.
+//! After Choi, Kang, Hyun, Kim and Kwak, *Force Distribution Estimation of Wheeled Mobile Robot:
+//! Application to Friction Coefficients Estimation*: linkage angles, motor torque and wheel speed,
+//! put into static equilibrium, give the normal force of every wheel by least squares.
 //!
 //! | paper | here |
 //! |---|---|
@@ -14,8 +14,9 @@
 //! | section 3.4, least squares for the three N | [`statics::full_system::ReducedSystem::normal_forces`] |
 //! | Figs. 7 and 8, the linkage's mass lumped to body or wheels | [`Masses`] |
 //!
-//! [`statics::full_system`] derives eq. (8) as the paper does. It is a reference: it runs in tests, in
-//! `examples/full_system.rs`, and where a path is judged. The estimators use [`statics::Equilibrium`], the same eq. (8) written directly.
+//! [`statics::full_system`] derives eq. (8) as the paper does. It is a reference: it runs in tests,
+//! in `examples/full_system.rs`, and where a path is judged. The estimators use
+//! [`statics::Equilibrium`], the same eq. (8) written directly.
 //!
 //! | beyond the paper: [`EstimatorSettings::best`] | here |
 //! |---|---|
@@ -40,13 +41,14 @@
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
-//! Constants say where they come from. *Definition*, *Data sheet*, *Textbook*: the value follows from it. *Chosen*: an assumption of
-//! the stated size; *sensitive* if half or double of it changes the error of N of a case by more than 2 %
-//! (`docs/measurements/sensitivity.md` has the figures), else *insensitive*; *held by* the tests that fail first. *Guard*: any value far
-//! beyond those of a robot does.
+//! Constants say where they come from. *Definition*, *Data sheet*, *Textbook*: the value follows
+//! from it. *Chosen*: an assumption of the stated size; *sensitive* if half or double of it changes
+//! the error of N of a case by more than 2 % (`docs/measurements/sensitivity.md` has the figures),
+//! else *insensitive*; *held by* the tests that fail first. *Guard*: any value far beyond those of
+//! a robot does.
 //!
-//! The crate is `no_std`, allocates nothing, and depends on the robot's nominal parameters (`robhaz-model`) alone: it cannot reach
-//! the simulator.
+//! The crate is `no_std`, allocates nothing, and depends on the robot's nominal parameters
+//! (`robhaz-model`) alone: it cannot reach the simulator.
 //!
 //! ```
 //! use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};

@@ -1,4 +1,5 @@
-//! The nominal robot: its nominal parameters, its settings, and the equations that every method takes from them.
+//! The nominal robot: its nominal parameters, its settings, and the equations that every method
+//! takes from them.
 
 use crate::estimate::EstimateError;
 use crate::flags::Flags;
@@ -18,7 +19,8 @@ pub(crate) struct Nominal {
     pub mass_sigma: f64,
     /// The masses, placed as the settings choose.
     pub masses: PointMasses,
-    /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels of each link, at the mean load.
+    /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels
+    /// of each link, at the mean load.
     pub by_rolling_resistance: Vector4<f64>,
 }
 
@@ -28,7 +30,8 @@ const STOP_MARGIN: f64 = 0.0087;
 /// Standard deviation of the torque of an end stop, N m.
 /// Guard: more than any stop bears in the shipped scenes.
 const STOP_TORQUE: f64 = 20.0;
-/// Standard deviation of the remaining errors of a row of eq. (8), N: arm r for r - g, accelerations within a step.
+/// Standard deviation of the remaining errors of a row of eq. (8), N: arm r for r - g,
+/// accelerations within a step.
 /// Guard.
 const LOAD_SIGMA: f64 = 0.01;
 
@@ -67,7 +70,8 @@ impl Nominal {
             .ok_or(EstimateError::Singular)
     }
 
-    /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the nominal parameters, and the torque of a stop.
+    /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the nominal
+    /// parameters, and the torque of a stop.
     pub fn load_noise(&self, equations: &Equations) -> Matrix4<f64> {
         let (arms, loads) = (&equations.arms, &equations.loads);
         let (settings, budget) = (&self.settings, &self.settings.budget);
@@ -157,8 +161,9 @@ fn by_rolling_resistance(robot: &Robot, settings: &EstimatorSettings) -> Vector4
 mod tests {
     use super::*;
 
-    /// Closed form: on level ground at T = 0 a moment M = f_r r N a wheel changes N by the moments of link 1 (wheel 1) and link 2
-    /// (wheels 2 and 3) about Q, with the same weight: x1 N1 = -M, x2 N2 + x3 N3 = -2 M, N1 + N2 + N3 = 0. Rounding.
+    /// Closed form: on level ground at T = 0 a moment M = f_r r N a wheel changes N by the moments
+    /// of link 1 (wheel 1) and link 2 (wheels 2 and 3) about Q, with the same weight: x1 N1 = -M,
+    /// x2 N2 + x3 N3 = -2 M, N1 + N2 + N3 = 0. Rounding.
     #[test]
     fn rolling_resistance_moves_the_normal_forces() {
         let robot = Robot::default_a();

@@ -13,10 +13,12 @@ pub enum Masses {
     True,
 }
 
-/// How tractions and link angles follow from the readings, with the choices that only that method has.
+/// How tractions and link angles follow from the readings, with the choices that only that method
+/// has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
-    /// As in the paper: eq. (3), a complementary filter for Fig. 5, gravity alone. States no covariance.
+    /// As in the paper: eq. (3), a complementary filter for Fig. 5, gravity alone. States no
+    /// covariance.
     Paper(PaperMethod),
     /// Kalman filters. States the covariance of the forces.
     Kalman(KalmanMethod),
@@ -36,14 +38,16 @@ pub struct PaperMethod {
 pub enum ContactAngles {
     /// They are readings, as the paper assumes: [`crate::SensorFrame::contact_angle`].
     Given,
-    /// No frame has any: they are estimated from the other readings. Frames may still have some; they are ignored.
+    /// No frame has any: they are estimated from the other readings. Frames may still have some;
+    /// they are ignored.
     Unknown,
 }
 
 /// Steps that use the Kalman filters' results. Each works without the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KalmanMethod {
-    /// Where the contact angles come from. Without readings only the rolling constraints find them: `rolling` must be on.
+    /// Where the contact angles come from. Without readings only the rolling constraints find them:
+    /// `rolling` must be on.
     pub contact_angles: ContactAngles,
     /// Whether inertial loads are added to gravity.
     pub inertia: bool,
@@ -51,8 +55,8 @@ pub struct KalmanMethod {
     pub whitening: bool,
     /// Whether the parity residual corrects torques and contact angles.
     pub parity: bool,
-    /// Whether the rolling constraints correct torques and contact angles: a wheel's centre moves along the ground, and
-    /// the wheel slips in proportion to T/N.
+    /// Whether the rolling constraints correct torques and contact angles: a wheel's centre moves
+    /// along the ground, and the wheel slips in proportion to T/N.
     pub rolling: bool,
 }
 
@@ -104,10 +108,12 @@ impl KalmanMethod {
 
 /// Standard deviations of the readings' errors, from data sheets or measured at rest.
 ///
-/// Errors that are not white are drawn once (offset, gain, bias) or are random walks; `best` estimates them.
+/// Errors that are not white are drawn once (offset, gain, bias) or are random walks; `best`
+/// estimates them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseBudget {
-    /// Encoder counts in a turn of the wheel (motor-side counts times gear ratio); 0 for an exact angle.
+    /// Encoder counts in a turn of the wheel (motor-side counts times gear ratio); 0 for an exact
+    /// angle.
     pub encoder_counts: f64,
     /// Error of the time stamp, s.
     pub jitter: f64,
@@ -119,8 +125,8 @@ pub struct NoiseBudget {
     pub torque_gain: f64,
     /// Unmodelled dry friction in the gears, N m at the wheel; common to all wheels.
     pub gear_friction: f64,
-    /// Coefficient of the rolling resistance that the estimator does not know, -: a moment of this times r N against the rolling, as if N acted
-    /// ahead of the axle. Common to all wheels.
+    /// Coefficient of the rolling resistance that the estimator does not know, -: a moment of this
+    /// times r N against the rolling, as if N acted ahead of the axle. Common to all wheels.
     pub rolling_resistance: f64,
     /// White noise of an inclinometer, rad a sample.
     pub inclination_noise: f64,
@@ -130,7 +136,8 @@ pub struct NoiseBudget {
     pub specific_force: bool,
     /// Time constant of the inclinometers' low pass, s: 1/(2 pi bandwidth).
     pub inclination_lag: f64,
-    /// Distance of an inclinometer from the centre of mass of its link, m, as a standard deviation. It measures the acceleration of its place.
+    /// Distance of an inclinometer from the centre of mass of its link, m, as a standard deviation.
+    /// It measures the acceleration of its place.
     pub inclination_place: f64,
     /// White noise of a gyroscope, rad/s a sample.
     pub rate_noise: f64,
@@ -146,18 +153,20 @@ pub struct NoiseBudget {
     pub body_cg: f64,
     /// Relative error of each link's mass.
     pub link_mass: f64,
-    /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count in addition to the
-    /// two above, which are 0 then.
+    /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count
+    /// in addition to the two above, which are 0 then.
     pub load_covariance: Option<LoadCovariance>,
-    /// Payload that nobody has stated, over the mass of the robot. It counts in the stated deviations alone, and until the
-    /// torques show the robot's weight ([`crate::TorqueScale`]).
+    /// Payload that nobody has stated, over the mass of the robot. It counts in the stated
+    /// deviations alone, and until the torques show the robot's weight ([`crate::TorqueScale`]).
     pub payload: f64,
 }
 
 impl NoiseBudget {
-    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction, wheels on firm ground, exact nominal parameters.
+    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction,
+    /// wheels on firm ground, exact nominal parameters.
     ///
-    /// Rolling resistance of tyres on concrete and asphalt is 0.010 to 0.020 (Wong, Theory of Ground Vehicles, ch. 1).
+    /// Rolling resistance of tyres on concrete and asphalt is 0.010 to 0.020 (Wong, Theory of
+    /// Ground Vehicles, ch. 1).
     pub const fn typical() -> Self {
         const DEGREE: f64 = core::f64::consts::PI / 180.0;
         Self {
@@ -197,11 +206,12 @@ pub struct EstimatorSettings {
     pub gravity: f64,
     /// Nominal viscous damping B of the wheel module, N m s.
     pub viscous_damping: f64,
-    /// Nominal compression of wheel and ground at the mean wheel load, m: a wheel rolls with its radius less this. Measured by
-    /// driving a known distance. Only the places of the ground use it ([`crate::Estimator::ground`]).
+    /// Nominal compression of wheel and ground at the mean wheel load, m: a wheel rolls with its
+    /// radius less this. Measured by driving a known distance. Only the places of the ground use it
+    /// ([`crate::Estimator::ground`]).
     pub compression: f64,
-    /// Row scaling of eq. (8): moments count as forces at this lever, m. 1 m leaves N and N m as they are, as the paper
-    /// does. The result of an unweighted least squares depends on it.
+    /// Row scaling of eq. (8): moments count as forces at this lever, m. 1 m leaves N and N m as
+    /// they are, as the paper does. The result of an unweighted least squares depends on it.
     pub moment_lever: f64,
     /// Whether negative normal forces are excluded.
     pub nonnegative: bool,
@@ -210,8 +220,8 @@ pub struct EstimatorSettings {
 }
 
 impl EstimatorSettings {
-    /// Part of the mean wheel load below which a wheel counts as unloaded: a twentieth. Such a wheel does not roll for
-    /// sure, and its T/N is mostly noise.
+    /// Part of the mean wheel load below which a wheel counts as unloaded: a twentieth. Such a
+    /// wheel does not roll for sure, and its T/N is mostly noise.
     /// Chosen.
     pub(crate) const UNLOADED: f64 = 0.05;
 
@@ -231,7 +241,8 @@ impl EstimatorSettings {
         }
     }
 
-    /// `true-mass`: the links' masses at their own places; all else as in the paper. B = 0.15 N m s.
+    /// `true-mass`: the links' masses at their own places; all else as in the paper. B = 0.15 N m
+    /// s.
     pub const fn true_mass() -> Self {
         Self {
             masses: Masses::True,

@@ -3,7 +3,8 @@
 use crate::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Geometry;
 
-/// Random numbers that are the same in every run: a linear congruential generator (Knuth's MMIX), its high bits.
+/// Random numbers that are the same in every run: a linear congruential generator (Knuth's MMIX),
+/// its high bits.
 pub struct Random(u64);
 
 impl Random {

@@ -1,8 +1,10 @@
-//! Units in which the filters compute: of length, mass and time, so that one tuning holds for robots of every size, on every planet.
+//! Units in which the filters compute: of length, mass and time, so that one tuning holds for
+//! robots of every size, on every planet.
 //!
-//! Robots that differ in size alone move alike where their Froude number v^2/(g r) is equal. In units in which the wheels' radius is
-//! 0.1 m, the robot's mass 14 kg and gravity 9.81 m/s^2, they give the same numbers; for robot A on Earth these units are SI.
-//! Readings and settings are converted at the door, and estimates back.
+//! Robots that differ in size alone move alike where their Froude number v^2/(g r) is equal. In
+//! units in which the wheels' radius is 0.1 m, the robot's mass 14 kg and gravity 9.81 m/s^2, they
+//! give the same numbers; for robot A on Earth these units are SI. Readings and settings are
+//! converted at the door, and estimates back.
 
 use crate::estimate::{Estimate, Parity, ReadingErrors};
 use crate::frame::{LinkReading, SensorFrame};

@@ -1,4 +1,5 @@
-//! Faulty readings: no panic, no number that is not finite, no number without a flag, and a full recovery soon after.
+//! Faulty readings: no panic, no number that is not finite, no number without a flag, and a full
+//! recovery soon after.
 
 use proptest::prelude::*;
 use robhaz_estimator::{
@@ -8,9 +9,11 @@ use robhaz_model::Robot;
 
 const STEP: f64 = 1e-3;
 
-/// Exact readings of a robot that starts from rest at time 0 and rolls on level ground at 0.2 m/s, without a load.
+/// Exact readings of a robot that starts from rest at time 0 and rolls on level ground at 0.2 m/s,
+/// without a load.
 fn clean(time: f64) -> SensorFrame {
-    // Speed 2 (1 - exp(-t/T)) rad/s. Inertia of rotor and disc, and damping; the force that moves the robot is left out.
+    // Speed 2 (1 - exp(-t/T)) rad/s. Inertia of rotor and disc, and damping; the force that moves
+    // the robot is left out.
     let (speed, lag) = (2.0, 0.3);
     let fade = (-time / lag).exp();
     // A torque that is constant to the bit counts as stuck.
@@ -220,9 +223,10 @@ proptest! {
         }
     }
 
-    /// Some time after faults (missing and implausible readings, false times) the estimator agrees with an undisturbed one: 4 s for
-    /// the paper's filters, eight crossover times; for `best` a second beyond the parity gate before it discards its states, and three to estimate them anew. 1 N is 2 % of
-    /// a wheel's load, and what an offset of 0.1 N m makes of a traction.
+    /// Some time after faults (missing and implausible readings, false times) the estimator agrees
+    /// with an undisturbed one: 4 s for the paper's filters, eight crossover times; for `best` a
+    /// second beyond the parity gate before it discards its states, and three to estimate them
+    /// anew. 1 N is 2 % of a wheel's load, and what an offset of 0.1 N m makes of a traction.
     #[test]
     fn it_recovers(frames in faulty()) {
         let seconds = 4.0;
@@ -253,7 +257,8 @@ proptest! {
     }
 }
 
-/// While a reading is missing, the stated deviations that depend on it grow from frame to frame, and flags say so.
+/// While a reading is missing, the stated deviations that depend on it grow from frame to frame,
+/// and flags say so.
 #[test]
 fn missing_readings_degrade_the_covariance() {
     let mut settled = Estimator::new(&Robot::default_a(), EstimatorSettings::best());
@@ -280,7 +285,8 @@ fn missing_readings_degrade_the_covariance() {
             let full = with.update(&frame).expect("complete");
             let less = without.update(&gap).expect("held over");
             let (full, less_sigma) = (sigma(&full).expect("stated"), sigma(&less).expect("stated"));
-            // In the first frames the angle about which the equations are linearised changes it by as much.
+            // In the first frames the angle about which the equations are linearised changes it by
+            // as much.
             assert!(
                 k < 10 || less_sigma > full,
                 "{name}, frame {k}: {less_sigma} {full}"
@@ -301,7 +307,8 @@ fn missing_readings_degrade_the_covariance() {
     }
 }
 
-/// A reading that is missing for hours neither makes the covariance overflow nor changes later estimates.
+/// A reading that is missing for hours neither makes the covariance overflow nor changes later
+/// estimates.
 #[test]
 fn a_sensor_may_stay_away_for_long() {
     for missing in 0..13 {
@@ -347,8 +354,8 @@ fn a_sensor_may_stay_away_for_long() {
     }
 }
 
-/// Clocks: a late frame is refused and changes nothing; a clock that is set back starts everything anew; after one false time
-/// stamp the estimator continues.
+/// Clocks: a late frame is refused and changes nothing; a clock that is set back starts everything
+/// anew; after one false time stamp the estimator continues.
 #[test]
 fn clocks_may_be_set() {
     for settings in presets() {
@@ -385,8 +392,8 @@ fn clocks_may_be_set() {
     }
 }
 
-/// Frames every microsecond are accepted, though rounding makes some of their differences smaller: by 4e-16 s at 3 s, and by
-/// 5e-8 s in seconds since 1970.
+/// Frames every microsecond are accepted, though rounding makes some of their differences smaller:
+/// by 4e-16 s at 3 s, and by 5e-8 s in seconds since 1970.
 #[test]
 fn a_microsecond_between_frames_is_enough() {
     for settings in presets() {

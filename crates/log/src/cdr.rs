@@ -1,4 +1,5 @@
-//! CDR, the encoding of ROS 2 messages: numbers at offsets that are multiples of their size, after a head of four bytes.
+//! CDR, the encoding of ROS 2 messages: numbers at offsets that are multiples of their size, after
+//! a head of four bytes.
 
 /// Reads a message.
 pub struct CdrReader<'a> {
@@ -133,7 +134,8 @@ mod tests {
         writer.array(&[0.25]);
         writer.sequence(&[1.5, f64::MIN_POSITIVE]);
         let bytes = writer.into_bytes();
-        // 4 head, 4 + 4, 4 + 6 of the text, 6 to the next multiple of 8, 8, 4, 4 to the next multiple of 8, 16.
+        // 4 head, 4 + 4, 4 + 6 of the text, 6 to the next multiple of 8, 8, 4, 4 to the next
+        // multiple of 8, 16.
         assert_eq!(bytes.len(), 4 + 8 + 10 + 6 + 8 + 8 + 16);
         let read = |bytes: &[u8]| {
             let mut reader = CdrReader::new(bytes)?;

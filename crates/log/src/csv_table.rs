@@ -52,8 +52,8 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     Ok((table, names))
 }
 
-/// Hands the rows of a CSV file to `add`, with the cells of chosen columns. Every name is the name of a column. Returns why the
-/// file ends before its end: it was cut off.
+/// Hands the rows of a CSV file to `add`, with the cells of chosen columns. Every name is the name
+/// of a column. Returns why the file ends before its end: it was cut off.
 pub fn read(
     path: &Path,
     time: &TimeColumn,

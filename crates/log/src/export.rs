@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 
 /// Start of the names of tables of estimates.
 const ESTIMATE: &str = "estimate-";
-/// What a table of forces may have of each wheel, in the order of the message. The first two are required.
+/// What a table of forces may have of each wheel, in the order of the message. The first two are
+/// required.
 const FORCE_COLUMNS: [&str; NUMBERS / 3] = [
     "normal_force",
     "traction",
@@ -69,7 +70,8 @@ struct Forces {
 ///
 /// # Errors
 ///
-/// [`LogError`]: a folder without readings, tables that cannot be read, a file that cannot be written.
+/// [`LogError`]: a folder without readings, tables that cannot be read, a file that cannot be
+/// written.
 pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exported, LogError> {
     let table = table_in(folder).ok_or_else(|| no_table(folder))?;
     let readings = Plan {
@@ -94,7 +96,8 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
     })
 }
 
-/// Hands all rows of readings to `add`: time (s) and values. Returns what was written, under the names of its `parts`.
+/// Hands all rows of readings to `add`: time (s) and values. Returns what was written, under the
+/// names of its `parts`.
 fn read(
     readings: &Plan,
     parts: Vec<String>,
@@ -169,7 +172,8 @@ impl Forces {
         })
     }
 
-    /// The cells of the row of a time (s), in the order of the columns; `None` where the table has none.
+    /// The cells of the row of a time (s), in the order of the columns; `None` where the table has
+    /// none.
     fn at(&mut self, time: f64) -> Option<&[Option<f64>]> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;

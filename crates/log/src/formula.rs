@@ -43,7 +43,8 @@ pub enum Formula {
 pub enum Upward {
     /// The specific force: cells x y z. At rest it points up.
     SpecificForce([usize; 3]),
-    /// The orientation: cells x y z w of the rotation from the sensor to the world, whose z axis points up.
+    /// The orientation: cells x y z w of the rotation from the sensor to the world, whose z axis
+    /// points up.
     Orientation([usize; 4]),
 }
 
@@ -137,8 +138,8 @@ mod tests {
         values.iter().copied().map(Some).collect()
     }
 
-    /// Closed form: an IMU with x forward and z up, nose up by 0.3 rad, that is -0.3 rad about its y axis, turning nose up
-    /// at 0.2 rad/s.
+    /// Closed form: an IMU with x forward and z up, nose up by 0.3 rad, that is -0.3 rad about its
+    /// y axis, turning nose up at 0.2 rad/s.
     #[test]
     fn an_imu_gives_inclination_and_rate() {
         let inclination = |up| Formula::Inclination {

@@ -1,6 +1,7 @@
 //! Channels with clocks and rates of their own, brought onto the times of the first one.
 //!
-//! A reading belongs to a frame if it is new since the last frame. Of several new ones the newest counts.
+//! A reading belongs to a frame if it is new since the last frame. Of several new ones the newest
+//! counts.
 
 use crate::plan::{Content, Plan};
 use crate::readings::{self, Reading, Values, frame};
@@ -8,8 +9,8 @@ use crate::survey::Survey;
 use robhaz_run::{LogReport, RunError, Sample, Source};
 use robhaz_sim::Truth;
 
-/// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is rounded by 0.12 us, and an
-/// offset rounds it again.
+/// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is
+/// rounded by 0.12 us, and an offset rounds it again.
 const ROUNDING: f64 = 0.5e-6;
 
 /// A log as a source of readings, frame by frame.

@@ -1,5 +1,5 @@
-//! Recorded logs as a source of readings: Parquet, CSV and MCAP; folders of runs. [`check`](mod@check) tells whether a log is what the
-//! estimators take it for.
+//! Recorded logs as a source of readings: Parquet, CSV and MCAP; folders of runs.
+//! [`check`](mod@check) tells whether a log is what the estimators take it for.
 //!
 //! ```text
 //! files -> rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
@@ -16,8 +16,9 @@
 //! | `place`, `log` | from a path to a run |
 //! | `export` | a run as a log for other tools |
 //!
-//! A log is read to its end for duration, rates, order of the time stamps, and cells that are no numbers, so that a log that
-//! cannot be used is refused before anything is written. Its rows are kept: ten minutes of all readings at 1 kHz take 80 MB.
+//! A log is read to its end for duration, rates, order of the time stamps, and cells that are no
+//! numbers, so that a log that cannot be used is refused before anything is written. Its rows are
+//! kept: ten minutes of all readings at 1 kHz take 80 MB.
 
 mod cdr;
 pub mod check;

@@ -23,7 +23,8 @@ pub struct LogOptions {
     pub truth: Option<PathBuf>,
     /// Whether contact angles are used; `None`: if the log has them.
     pub contact_angles: Option<bool>,
-    /// Whether the estimators were named by the user: they then run without contact angles where there are none.
+    /// Whether the estimators were named by the user: they then run without contact angles where
+    /// there are none.
     pub named_estimators: bool,
 }
 

@@ -45,8 +45,8 @@ struct Message<'a> {
 }
 
 impl<'a> Message<'a> {
-    /// The message of a record: number of its channel, sequence, log time, publish time, data. Parsed here, since the general
-    /// parser takes most of the time of a log.
+    /// The message of a record: number of its channel, sequence, log time, publish time, data.
+    /// Parsed here, since the general parser takes most of the time of a log.
     fn of(record: &'a [u8]) -> Option<Self> {
         let (channel, rest) = record.split_first_chunk()?;
         let (_sequence, rest) = rest.split_first_chunk::<4>()?;
@@ -150,8 +150,8 @@ impl Messages {
     }
 }
 
-/// The columns of a topic: those of the first messages, until all that are `wanted` were seen. The messages of one topic can
-/// have different columns: joints of their own.
+/// The columns of a topic: those of the first messages, until all that are `wanted` were seen. The
+/// messages of one topic can have different columns: joints of their own.
 ///
 /// # Errors
 ///

@@ -1,4 +1,5 @@
-//! The ROS 2 messages that logs are made of: definitions, and their numbers by the names of columns.
+//! The ROS 2 messages that logs are made of: definitions, and their numbers by the names of
+//! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
 use crate::readings::{COUNT, Reading, Values};
@@ -26,7 +27,8 @@ pub struct Decoded<'a> {
     pub numbers: Vec<Number<'a>>,
 }
 
-/// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not joined for each message.
+/// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not
+/// joined for each message.
 pub struct Number<'a> {
     name: &'a str,
     part: &'static str,
@@ -184,8 +186,8 @@ pub fn encode_joints(
     writer.into_bytes()
 }
 
-/// `Imu` of a link with x forward, y to the left, z up: inclination (rad) as orientation, rate (rad/s) about y.
-/// Acceleration was not measured, which -1 in its covariance states.
+/// `Imu` of a link with x forward, y to the left, z up: inclination (rad) as orientation, rate
+/// (rad/s) about y. Acceleration was not measured, which -1 in its covariance states.
 pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8> {
     const UNKNOWN: [f64; 9] = [0.0; 9];
     let none = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];

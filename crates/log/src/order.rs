@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-/// Largest step back in time that is taken for a late row and not for a clock that was set, s: the estimators start anew
-/// after a gap of this length.
+/// Largest step back in time that is taken for a late row and not for a clock that was set, s: the
+/// estimators start anew after a gap of this length.
 const LARGEST_STEP_BACK: f64 = 0.5;
 /// Least time between two rows, s: estimators refuse less.
 const SHORTEST_STEP: f64 = 0.5e-6;
@@ -21,8 +21,8 @@ pub enum Accept {
     Duplicate,
     /// It is earlier than the last row: left out.
     Late,
-    /// It is the first of rows whose times are there already, because the clock was set back by this much (s) or rows are
-    /// repeated: left out like all that follow up to the last row's time.
+    /// It is the first of rows whose times are there already, because the clock was set back by
+    /// this much (s) or rows are repeated: left out like all that follow up to the last row's time.
     SetBack(f64),
     /// The time jumps back by this much, s.
     JumpBack(f64),
@@ -83,7 +83,8 @@ impl Order {
 mod tests {
     use super::*;
 
-    /// Rows in order are used, equal times and late rows left out, a clock that was set is reported.
+    /// Rows in order are used, equal times and late rows left out, a clock that was set is
+    /// reported.
     #[test]
     fn rows_are_judged_by_their_times() {
         let mut order = Order::default();
@@ -95,7 +96,8 @@ mod tests {
         assert_eq!(order.accept(1.0), Accept::JumpBack(10.0));
     }
 
-    /// A clock that is set back by 0.25 s over rows that are there, at 8 and at 64 Hz, is no late row, and is reported once.
+    /// A clock that is set back by 0.25 s over rows that are there, at 8 and at 64 Hz, is no late
+    /// row, and is reported once.
     #[test]
     fn a_clock_that_is_set_back_is_found() {
         for period in [0.125, 1.0 / 64.0] {

@@ -41,7 +41,8 @@ pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
     })
 }
 
-/// The channel of a table of readings with the names of a run's table `sensors`. Contact angles may be absent.
+/// The channel of a table of readings with the names of a run's table `sensors`. Contact angles may
+/// be absent.
 ///
 /// # Errors
 ///
@@ -67,8 +68,8 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
     })
 }
 
-/// The channel of a table of the truth with the names of a run's table `truth`: at least N and T of each wheel. `clock`
-/// states its time.
+/// The channel of a table of the truth with the names of a run's table `truth`: at least N and T of
+/// each wheel. `clock` states its time.
 ///
 /// # Errors
 ///

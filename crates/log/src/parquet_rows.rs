@@ -78,7 +78,8 @@ fn not_parquet(path: &Path, reason: impl std::fmt::Display) -> LogError {
     LogError::format(path, "Parquet", reason)
 }
 
-/// Hands the rows of a file to `add`, with the cells of chosen columns. Every name is the name of a column.
+/// Hands the rows of a file to `add`, with the cells of chosen columns. Every name is the name of a
+/// column.
 pub fn read(
     path: &Path,
     time: &TimeColumn,

@@ -52,7 +52,8 @@ impl LogPlace {
     /// Finds the log at a path.
     ///
     /// # Errors
-    /// [`PlaceError`]: no such file or folder, a folder without readings, or a scene in it that cannot be read.
+    /// [`PlaceError`]: no such file or folder, a folder without readings, or a scene in it that
+    /// cannot be read.
     pub fn find(path: &Path) -> Result<Self, PlaceError> {
         let (table, folder) = if path.is_dir() {
             (table_in(path), Some(path))

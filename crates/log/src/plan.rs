@@ -87,7 +87,8 @@ impl TablePlace {
         stem.to_string_lossy().into_owned()
     }
 
-    /// Hands all rows to `add`, with the cells of chosen columns. Returns why the table ends before its end: it was cut off.
+    /// Hands all rows to `add`, with the cells of chosen columns. Returns why the table ends before
+    /// its end: it was cut off.
     pub fn read(
         &self,
         columns: &[String],
@@ -184,8 +185,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order of its file. Returns why
-    /// each channel ends before its end: it was cut off.
+    /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order
+    /// of its file. Returns why each channel ends before its end: it was cut off.
     ///
     /// # Errors
     /// [`LogError`] of a file, or of `add`.

@@ -10,7 +10,8 @@ pub struct Row {
     pub place: Place,
     /// Its time stamp.
     pub stamp: Stamp,
-    /// The cells of the chosen columns, in their order; `None` where a cell is empty or not a finite number.
+    /// The cells of the chosen columns, in their order; `None` where a cell is empty or not a
+    /// finite number.
     pub cells: Vec<Option<f64>>,
 }
 

@@ -1,6 +1,7 @@
 //! Time stamps as a log has them.
 
-/// A time stamp. Whole nanoseconds stay exact: in seconds since 1970 a double resolves 0.24 us only.
+/// A time stamp. Whole nanoseconds stay exact: in seconds since 1970 a double resolves 0.24 us
+/// only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stamp {
     /// Seconds.
@@ -79,7 +80,8 @@ fn seconds(number: i64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Closed form: differences of nanoseconds are exact at any date, those of seconds keep the bits of a run's times.
+    /// Closed form: differences of nanoseconds are exact at any date, those of seconds keep the
+    /// bits of a run's times.
     #[test]
     #[expect(clippy::float_cmp, reason = "exact numbers")]
     fn differences_are_exact() {

@@ -1,4 +1,5 @@
-//! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is written before it succeeds.
+//! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is
+//! written before it succeeds.
 
 use crate::check::median;
 use crate::error::LogError;
@@ -47,8 +48,8 @@ struct Course {
 /// Reads all channels.
 ///
 /// # Errors
-/// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or channels whose times
-/// have nothing in common.
+/// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or
+/// channels whose times have nothing in common.
 pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
     let of_truth = plan.channels.iter().find(|channel| channel.is_truth);
@@ -130,7 +131,8 @@ impl Course {
         Ok(())
     }
 
-    /// The channel `i` of a log that starts at `origin`. Without two rows its period is the duration of the log.
+    /// The channel `i` of a log that starts at `origin`. Without two rows its period is the
+    /// duration of the log.
     fn finish(self, plan: &Plan, i: usize, origin: Stamp, duration: f64) -> Channel {
         let time = |stamp: &Stamp| plan.time(i, *stamp, origin);
         let times: Vec<f64> = self.stamps.iter().map(time).collect();
@@ -180,7 +182,8 @@ fn problem(plan: &Plan, channel: usize, message: impl std::fmt::Display) -> LogE
 }
 
 impl Plan {
-    /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first frame.
+    /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first
+    /// frame.
     pub fn time(&self, channel: usize, stamp: Stamp, origin: Stamp) -> f64 {
         let offset = |i: usize| self.channels.get(i).map_or(0.0, |c| c.offset);
         let difference = offset(channel) - offset(0);

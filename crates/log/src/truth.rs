@@ -69,12 +69,14 @@ impl TruthRows {
     }
 }
 
-/// Whether a column belongs to the truth. The contacts of a wheel one by one do not: nothing that a log leaves shows them.
+/// Whether a column belongs to the truth. The contacts of a wheel one by one do not: nothing that a
+/// log leaves shows them.
 pub fn is_column(name: &str) -> bool {
     derived(name).is_some() || place(&mut Truth::default(), name).is_some()
 }
 
-/// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to compare with then.
+/// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to
+/// compare with then.
 pub fn of_row(columns: &[String], cells: &[Option<f64>]) -> Option<Truth> {
     let mut truth = unknown();
     let mut of_wheels = [[f64::NAN, f64::NAN, 0.0, 1.0]; 3];
@@ -93,7 +95,8 @@ pub fn of_row(columns: &[String], cells: &[Option<f64>]) -> Option<Truth> {
         if !(wheel.normal_force.is_finite() && wheel.traction.is_finite()) {
             return None;
         }
-        // With two contacts and no equivalent one the force stays unknown, and the record is left out.
+        // With two contacts and no equivalent one the force stays unknown, and the record is left
+        // out.
         let (sin, cos) = angle.sin_cos();
         let (normal, tangent) = (Vec2::new(-sin, cos), Vec2::new(cos, sin));
         wheel.force = normal * normal_force + tangent * wheel.traction;

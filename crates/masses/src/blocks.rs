@@ -72,8 +72,8 @@ fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], WeighError> {
 mod tests {
     use super::*;
 
-    /// Closed form: the wheels' lowest points are at the blocks' heights, relative to each other; level ground is the
-    /// nominal pose; all blocks of one height as well.
+    /// Closed form: the wheels' lowest points are at the blocks' heights, relative to each other;
+    /// level ground is the nominal pose; all blocks of one height as well.
     #[test]
     fn wheels_stand_on_their_blocks() {
         let robot = Robot::default_a();

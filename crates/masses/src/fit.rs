@@ -1,9 +1,10 @@
 //! Least squares for the unknowns, with the nominal values as prior: Gauss and Newton.
 //!
-//! Unknowns x are errors of the nominal values and of the two inclination offsets, each over its prior standard deviation. With
-//! residuals r of the readings of covariance R and J = dh/dx the sum r' R^-1 r + x' x is minimised; the covariance of x is
-//! (I + sum J' R^-1 J)^-1. A reading's covariance R holds the scale's error, and the errors of inclinations and
-//! horizontal forces carried through the statics.
+//! Unknowns x are errors of the nominal values and of the two inclination offsets, each over its
+//! prior standard deviation. With residuals r of the readings of covariance R and J = dh/dx the sum
+//! r' R^-1 r + x' x is minimised; the covariance of x is (I + sum J' R^-1 J)^-1. A reading's
+//! covariance R holds the scale's error, and the errors of inclinations and horizontal forces
+//! carried through the statics.
 
 use crate::error::WeighError;
 use crate::loads::{self, ForceDeviation, WeighedValue};
@@ -26,7 +27,8 @@ pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 /// A robot that was weighed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighed {
-    /// Its masses, centres of mass and pins: the most probable ones for nominal values and scales together.
+    /// Its masses, centres of mass and pins: the most probable ones for nominal values and scales
+    /// together.
     pub robot: Robot,
     /// These one by one: five masses, four centres of mass, four pins.
     pub values: Vec<WeighedValue>,
@@ -45,12 +47,14 @@ pub struct Weighed {
 /// Weighted squares of what the readings and the nominal values were changed by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {
-    /// The sum; distributed as chi-squared with `readings` degrees of freedom if the stated errors hold.
+    /// The sum; distributed as chi-squared with `readings` degrees of freedom if the stated errors
+    /// hold.
     pub sum: f64,
     /// Number of readings of scales.
     pub readings: usize,
-    /// The reading with the largest residual: index of the posture, of the wheel (0 to 2), and the residual (measured
-    /// minus fitted, N) with its standard deviation (N). `None` if only the weight was read.
+    /// The reading with the largest residual: index of the posture, of the wheel (0 to 2), and the
+    /// residual (measured minus fitted, N) with its standard deviation (N). `None` if only the
+    /// weight was read.
     pub worst: Option<(usize, usize, f64, f64)>,
 }
 
@@ -71,7 +75,8 @@ impl Normal {
         }
     }
 
-    /// Adds the readings of a posture, N. Wheels without a scale do not count. `None` if the covariance is singular.
+    /// Adds the readings of a posture, N. Wheels without a scale do not count. `None` if the
+    /// covariance is singular.
     pub fn add(
         &mut self,
         predicted: &Predicted,
@@ -268,7 +273,8 @@ fn misfit(
             }
         }
     }
-    // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly Gaussian.
+    // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly
+    // Gaussian.
     let n = readings as f64;
     let variance = 2.0 / (9.0 * n);
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);

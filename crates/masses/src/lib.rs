@@ -1,8 +1,9 @@
 //! Masses and centres of mass of a robot from its wheels on scales.
 //!
-//! The robot stands with its wheels on horizontal plates at different heights: blocks, and scales under some or all
-//! wheels. The inclinations of links 1 and 2 and the scales' readings in a few postures, with the nominal values as the prior,
-//! give masses, centres of mass and pins with their covariance by least squares.
+//! The robot stands with its wheels on horizontal plates at different heights: blocks, and scales
+//! under some or all wheels. The inclinations of links 1 and 2 and the scales' readings in a few
+//! postures, with the nominal values as the prior, give masses, centres of mass and pins with their
+//! covariance by least squares.
 //!
 //! | step | file |
 //! |---|---|
@@ -15,10 +16,11 @@
 //! | what the scales would show of a given robot | `simulate.rs` |
 //! | the nominal robot of a simulation: drawn, and weighed if it is | `model_error.rs` |
 //!
-//! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but for a small rest
-//! ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8) then determines the three normal
-//! forces of a posture from the seven load parameters of [`robhaz_estimator::statics`]; scales see these, and single
-//! masses only as far as the nominal values separate them.
+//! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but
+//! for a small rest ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8)
+//! then determines the three normal forces of a posture from the seven load parameters of
+//! [`robhaz_estimator::statics`]; scales see these, and single masses only as far as the nominal
+//! values separate them.
 #![allow(
     clippy::needless_range_loop,
     reason = "indices name wheels and parameters, and go through several arrays at once"

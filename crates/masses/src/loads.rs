@@ -1,8 +1,10 @@
-//! The covariance of a weighing in the seven load parameters, and what it means for the normal forces.
+//! The covariance of a weighing in the seven load parameters, and what it means for the normal
+//! forces.
 //!
-//! Masses and centres of mass act through the load parameters alone. Pins also act through the body's angle and through
-//! the arms of the wheels about Q; their effect on the balance of eq. (8), `F' - H_N N`, is projected on the load parameters
-//! by least squares over the postures of a drive at rest.
+//! Masses and centres of mass act through the load parameters alone. Pins also act through the
+//! body's angle and through the arms of the wheels about Q; their effect on the balance of eq. (8),
+//! `F' - H_N N`, is projected on the load parameters by least squares over the postures of a drive
+//! at rest.
 
 use crate::error::WeighError;
 use crate::measurements::Accuracy;
@@ -33,8 +35,8 @@ pub struct WeighedValue {
     pub deviation: f64,
 }
 
-/// Standard deviation of a normal force by errors of masses, centres of mass and pins: RMS over wheels and over the
-/// postures of a drive, N.
+/// Standard deviation of a normal force by errors of masses, centres of mass and pins: RMS over
+/// wheels and over the postures of a drive, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceDeviation {
     /// By the tolerances alone.
@@ -48,8 +50,8 @@ const LEVER: f64 = 0.2;
 /// Step of the differences, in prior standard deviations.
 const DIFFERENCE: f64 = 1e-3;
 
-/// Angles of links 1 and 2 on a driven ground, rad: theta_2 within 0.2 rad, theta_1 - theta_2 within 0.3 rad or within 0.8 of
-/// the way to the stops.
+/// Angles of links 1 and 2 on a driven ground, rad: theta_2 within 0.2 rad, theta_1 - theta_2
+/// within 0.3 rad or within 0.8 of the way to the stops.
 pub(crate) fn drive_postures(robot: &Robot) -> Vec<[f64; 2]> {
     let stop = &robot.geometry.stop;
     let (lower, upper) = ((0.8 * stop.lower).max(-0.3), (0.8 * stop.upper).min(0.3));
@@ -91,11 +93,13 @@ impl Deviations {
 }
 
 impl Tolerances {
-    /// Covariance of the loads of a robot that errs from its nominal values by these tolerances and was not weighed. Masses err
-    /// each by itself, and by as much all to the same side: cables, screws and payload make a robot heavier.
+    /// Covariance of the loads of a robot that errs from its nominal values by these tolerances and
+    /// was not weighed. Masses err each by itself, and by as much all to the same side: cables,
+    /// screws and payload make a robot heavier.
     ///
     /// # Errors
-    /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures of a drive.
+    /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures
+    /// of a drive.
     pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance, WeighError> {
         let prior = Prior::new(nominal, self, &Accuracy::TYPICAL)?;
         let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::identity();
@@ -106,7 +110,8 @@ impl Tolerances {
     }
 }
 
-/// Derivatives of a function of the robot by the unknowns over their prior deviations, about `robot`.
+/// Derivatives of a function of the robot by the unknowns over their prior deviations, about
+/// `robot`.
 fn derivatives<const ROWS: usize>(
     prior: &Prior<'_>,
     robot: &Robot,
@@ -126,8 +131,8 @@ fn derivatives<const ROWS: usize>(
     Ok(found)
 }
 
-/// The load parameters' change for a change of each unknown: exact for masses and centres of mass, for pins the least
-/// squares over the drive's postures.
+/// The load parameters' change for a change of each unknown: exact for masses and centres of mass,
+/// for pins the least squares over the drive's postures.
 fn projection(
     prior: &Prior<'_>,
     robot: &Robot,
@@ -147,7 +152,8 @@ fn projection(
     Ok(inverse.solve(&right))
 }
 
-/// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N): `F' - H_N N`, N.
+/// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N):
+/// `F' - H_N N`, N.
 fn imbalance(
     robot: &Robot,
     angles: [f64; 2],
@@ -163,7 +169,8 @@ fn imbalance(
     Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
 }
 
-/// Derivatives of the normal forces in the drive's postures by the unknowns over their prior deviations.
+/// Derivatives of the normal forces in the drive's postures by the unknowns over their prior
+/// deviations.
 pub(crate) fn forces_by_unknowns(
     prior: &Prior<'_>,
     robot: &Robot,

@@ -3,11 +3,13 @@
 /// Readings of one posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Its line in the table, for messages. Simulated readings have the line that they get in a table of their own.
+    /// Its line in the table, for messages. Simulated readings have the line that they get in a
+    /// table of their own.
     pub line: u64,
     /// Inclinations of links 1 and 2 from the nominal pose, rad, nose up positive.
     pub inclinations: [f64; 2],
-    /// Vertical force of the front, middle and rear wheel on its scale, N; `None` for a wheel on a plain block.
+    /// Vertical force of the front, middle and rear wheel on its scale, N; `None` for a wheel on a
+    /// plain block.
     pub forces: [Option<f64>; 3],
 }
 
@@ -33,7 +35,8 @@ impl Measurements {
 pub struct Accuracy {
     /// Of a scale's reading, N. Errors of readings are independent.
     pub scale: f64,
-    /// Constant error of the inclinations of a link, rad: the same in all postures, independent for both links.
+    /// Constant error of the inclinations of a link, rad: the same in all postures, independent for
+    /// both links.
     pub inclination_offset: f64,
     /// Error of an inclination in one posture, rad.
     pub inclination: f64,
@@ -42,8 +45,9 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Scales to 20 g, inclinometers like those of [`robhaz_estimator::NoiseBudget::typical`] averaged over seconds (an
-    /// offset of 0.1 deg, 0.03 deg from posture to posture), wheels that turn freely or plates on balls: 0.2 N.
+    /// Scales to 20 g, inclinometers like those of [`robhaz_estimator::NoiseBudget::typical`]
+    /// averaged over seconds (an offset of 0.1 deg, 0.03 deg from posture to posture), wheels that
+    /// turn freely or plates on balls: 0.2 N.
     pub const TYPICAL: Self = Self {
         scale: 0.2,
         inclination_offset: 0.1 * DEGREE,

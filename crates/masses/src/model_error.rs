@@ -1,4 +1,5 @@
-//! Model errors: how the nominal robot, which the estimators are given, differs from the simulated one.
+//! Model errors: how the nominal robot, which the estimators are given, differs from the simulated
+//! one.
 
 use crate::blocks::Blocks;
 use crate::error::WeighError;
@@ -18,7 +19,8 @@ use std::f64::consts::TAU;
 pub struct ModelError {
     /// Distance by which the body's centre of mass is moved in a random direction, m.
     pub body_cg: f64,
-    /// Relative standard deviation of the masses of links 1 to 3. A link's inertia changes with its mass.
+    /// Relative standard deviation of the masses of links 1 to 3. A link's inertia changes with its
+    /// mass.
     pub link_masses: f64,
     /// Distance by which each pin is moved in a random direction of its own, m.
     pub pins: f64,
@@ -30,8 +32,9 @@ pub struct ModelError {
     pub rotor_inertia: f64,
     /// Relative error of the wheels' radius.
     pub wheel_radius: f64,
-    /// Standard deviation of scales on which the simulated robot is weighed in six postures, N; 0 if it is not weighed.
-    /// The nominal robot is then that of the weighing, with the drawn one as its prior.
+    /// Standard deviation of scales on which the simulated robot is weighed in six postures, N; 0
+    /// if it is not weighed. The nominal robot is then that of the weighing, with the drawn one as
+    /// its prior.
     pub scales: f64,
 }
 
@@ -62,7 +65,8 @@ const BLOCKS: [f64; 3] = [0.05, 0.10, 0.15];
 const POSTURES: usize = 6;
 
 impl ModelError {
-    /// The default for sensors of a grade: the nominal B is 10 % too high, and exact for ideal sensors.
+    /// The default for sensors of a grade: the nominal B is 10 % too high, and exact for ideal
+    /// sensors.
     pub fn of_grade(grade: Grade) -> Self {
         let viscous_damping = match grade {
             Grade::Ideal => 0.0,
@@ -74,8 +78,8 @@ impl ModelError {
         }
     }
 
-    /// The nominal robot, drawn from the run's seed and weighed if there are scales. Each part has a random stream of its
-    /// own.
+    /// The nominal robot, drawn from the run's seed and weighed if there are scales. Each part has
+    /// a random stream of its own.
     ///
     /// # Errors
     /// [`ModelErrorTooLarge`] when the result is not a valid robot, or the robot cannot be weighed.
@@ -90,8 +94,8 @@ impl ModelError {
         })
     }
 
-    /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are [`Tolerances::NOMINAL`], or larger ones
-    /// that `[model_error]` states.
+    /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are
+    /// [`Tolerances::NOMINAL`], or larger ones that `[model_error]` states.
     fn weighed(
         &self,
         robot: &Robot,
@@ -228,8 +232,8 @@ mod tests {
         assert!((CAD.nominal_damping(0.15) - 0.165).abs() < 1e-15);
     }
 
-    /// Statistics over seeds, within four standard errors: masses have their standard deviation, no direction is
-    /// preferred, pins move independently.
+    /// Statistics over seeds, within four standard errors: masses have their standard deviation, no
+    /// direction is preferred, pins move independently.
     #[test]
     fn directions_and_masses_are_random() {
         let robot = Robot::default_a();
@@ -281,9 +285,9 @@ mod tests {
         assert_eq!(other.geometry.pins, robot.geometry.pins);
     }
 
-    /// A weighed robot has the loads of the simulated one: with nominal values off by 10 mm, 10 % and 2 mm, the forces on level
-    /// ground err by at most 1 % of the mean after weighing on scales good to 0.2 N; the drawn ones err by more than
-    /// twice as much (RMS over 20 seeds).
+    /// A weighed robot has the loads of the simulated one: with nominal values off by 10 mm, 10 %
+    /// and 2 mm, the forces on level ground err by at most 1 % of the mean after weighing on scales
+    /// good to 0.2 N; the drawn ones err by more than twice as much (RMS over 20 seeds).
     #[test]
     fn weighing_corrects_the_loads() {
         let robot = Robot::default_a();
@@ -327,8 +331,8 @@ mod tests {
                 .filter(|s| e.drawn_robot(&robot, *s).is_err())
                 .count()
         };
-        // Each of three factors is negative in 46 % of the draws: all of 20 seeds miss that with a probability of
-        // 1e-16.
+        // Each of three factors is negative in 46 % of the draws: all of 20 seeds miss that with a
+        // probability of 1e-16.
         assert!(refused(&heavy) > 0);
         let radius = ModelError {
             wheel_radius: -1.0,

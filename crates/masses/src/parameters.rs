@@ -1,4 +1,5 @@
-//! The unknowns: masses, centres of mass and pins, with the tolerances of nominal values as their prior.
+//! The unknowns: masses, centres of mass and pins, with the tolerances of nominal values as their
+//! prior.
 
 use nalgebra::SVector;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
@@ -13,7 +14,8 @@ pub(crate) type Values = SVector<f64, PARAMETERS>;
 pub(crate) const CENTRES: usize = 5;
 const PINS: usize = 13;
 
-/// The unknowns in words, in their order: five masses, then x and y of four centres of mass and of four pins.
+/// The unknowns in words, in their order: five masses, then x and y of four centres of mass and of
+/// four pins.
 pub(crate) fn names() -> impl Iterator<Item = String> {
     let masses =
         ["body", "link1", "link2", "link3", "a wheel"].map(|part| format!("mass of {part}"));
@@ -24,8 +26,8 @@ pub(crate) fn names() -> impl Iterator<Item = String> {
     masses.into_iter().chain(coordinates)
 }
 
-/// How far a robot may be from its nominal values: standard deviations of the prior. Axles and wheel radius count as exact; a
-/// ruler measures them.
+/// How far a robot may be from its nominal values: standard deviations of the prior. Axles and
+/// wheel radius count as exact; a ruler measures them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
     /// Relative error of each mass.
@@ -37,24 +39,25 @@ pub struct Tolerances {
 }
 
 impl Tolerances {
-    /// Drawings of a robot of this size: masses to 10 %, centres of mass to 10 mm, pins to 2 mm. Cables, connectors and
-    /// screws are not in a drawing's masses; plates that are bent or welded keep positions to 1 to 2 mm (ISO 2768-1, class
-    /// v: 1.5 mm up to 120 mm, 2.5 mm up to 400 mm).
+    /// Drawings of a robot of this size: masses to 10 %, centres of mass to 10 mm, pins to 2 mm.
+    /// Cables, connectors and screws are not in a drawing's masses; plates that are bent or welded
+    /// keep positions to 1 to 2 mm (ISO 2768-1, class v: 1.5 mm up to 120 mm, 2.5 mm up to 400 mm).
     pub const NOMINAL: Self = Self {
         mass: 0.10,
         centre: 0.010,
         pin: 0.002,
     };
 
-    /// A robot as people build them, whose parts were weighed before it was put together: masses to 3 %, centres of mass to
-    /// 5 mm, pins to 1 mm.
+    /// A robot as people build them, whose parts were weighed before it was put together: masses to
+    /// 3 %, centres of mass to 5 mm, pins to 1 mm.
     pub const BUILT: Self = Self {
         mass: 0.03,
         centre: 0.005,
         pin: 0.001,
     };
 
-    /// What such a robot carries, over its mass: robots of this size carry up to 15 % of it, which is two deviations.
+    /// What such a robot carries, over its mass: robots of this size carry up to 15 % of it, which
+    /// is two deviations.
     pub const PAYLOAD: f64 = 0.075;
 
     /// Standard deviations of the unknowns, kg and m.
@@ -82,8 +85,8 @@ pub(crate) fn values(robot: &Robot) -> Values {
     Values::from_iterator(masses.into_iter().chain(coordinates))
 }
 
-/// The robot of the nominal values with other values of the unknowns. A part's inertia changes with its mass: its radius of
-/// gyration stays.
+/// The robot of the nominal values with other values of the unknowns. A part's inertia changes with
+/// its mass: its radius of gyration stays.
 pub(crate) fn with_values(nominal: &Robot, values: &Values) -> Robot {
     let mut robot = nominal.clone();
     let (geometry, mass) = (&mut robot.geometry, &mut robot.mass);

@@ -1,8 +1,8 @@
 //! The postures that tell most: optimal design over blocks.
 //!
-//! The criterion is the mean variance of the normal forces over the postures of a drive, after weighing (I-optimal design;
-//! Atkinson, Donev, Tobias, "Optimum Experimental Designs, with SAS", 2007, ch. 10). Postures are chosen one after the other,
-//! then exchanged until no exchange helps.
+//! The criterion is the mean variance of the normal forces over the postures of a drive, after
+//! weighing (I-optimal design; Atkinson, Donev, Tobias, "Optimum Experimental Designs, with SAS",
+//! 2007, ch. 10). Postures are chosen one after the other, then exchanged until no exchange helps.
 
 use crate::blocks::{Blocks, posture_on};
 use crate::error::WeighError;
@@ -21,7 +21,8 @@ pub struct Plan {
     pub postures: Vec<PlannedPosture>,
     /// Number of postures on blocks that were compared.
     pub candidates: usize,
-    /// Standard deviation of a normal force without weighing, N: RMS over wheels and the postures of a drive.
+    /// Standard deviation of a normal force without weighing, N: RMS over wheels and the postures
+    /// of a drive.
     pub before: f64,
 }
 
@@ -43,8 +44,8 @@ struct Candidate {
     information: Information,
 }
 
-/// The `count` postures that tell most, with scales under all wheels and blocks of the heights `heights` (m) or none under
-/// each wheel.
+/// The `count` postures that tell most, with scales under all wheels and blocks of the heights
+/// `heights` (m) or none under each wheel.
 ///
 /// # Errors
 /// [`WeighError`]
@@ -144,8 +145,8 @@ fn candidate(
     })
 }
 
-/// Indices of `count` of `all` with the least value of `of`, nearly, the most telling first: greedy, then exchanges; each
-/// at most once.
+/// Indices of `count` of `all` with the least value of `of`, nearly, the most telling first:
+/// greedy, then exchanges; each at most once.
 fn choose(all: usize, count: usize, of: &impl Fn(&[usize]) -> f64) -> Vec<usize> {
     let mut chosen = in_order(0..all, count, of);
     loop {

@@ -4,10 +4,12 @@ use crate::error::WeighError;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Robot;
 
-/// Normal forces of the wheels at rest on horizontal plates, N, with links 1 and 2 turned by `angles` (rad, nose up
-/// positive) from the nominal pose, and horizontal forces of the plates on the wheels `horizontal` (N, forward positive).
+/// Normal forces of the wheels at rest on horizontal plates, N, with links 1 and 2 turned by
+/// `angles` (rad, nose up positive) from the nominal pose, and horizontal forces of the plates on
+/// the wheels `horizontal` (N, forward positive).
 ///
-/// At rest the horizontal forces sum to 0; that row of eq. (8) is then fulfilled, and three rows determine three forces.
+/// At rest the horizontal forces sum to 0; that row of eq. (8) is then fulfilled, and three rows
+/// determine three forces.
 ///
 /// # Errors
 /// [`WeighError`]: a four-bar that cannot close, forces that are not determined.
@@ -36,7 +38,8 @@ mod tests {
     use super::*;
     use robhaz_model::{GRAVITY, Geometry, MassSet, Posture, Vec2, cross};
 
-    /// Equivalence: on level ground in the nominal pose the forces are those that virtual work gives.
+    /// Equivalence: on level ground in the nominal pose the forces are those that virtual work
+    /// gives.
     #[test]
     fn level_ground_is_the_stance() {
         for geometry in [Geometry::a(), Geometry::b()] {
@@ -50,8 +53,8 @@ mod tests {
         }
     }
 
-    /// Newton and Euler for the whole robot on blocks: forces carry the weight, and their moments about Q balance it.
-    /// Horizontal forces act at the rims' lowest points.
+    /// Newton and Euler for the whole robot on blocks: forces carry the weight, and their moments
+    /// about Q balance it. Horizontal forces act at the rims' lowest points.
     #[test]
     fn forces_balance_the_weight_in_any_posture() {
         let robot = Robot::default_a();

@@ -1,4 +1,5 @@
-//! What a weighing brings: robots that differ from their nominal values, weighed with scales of a stated error.
+//! What a weighing brings: robots that differ from their nominal values, weighed with scales of a
+//! stated error.
 
 use robhaz_estimator::statics::load_parameters;
 use robhaz_masses::{
@@ -7,8 +8,8 @@ use robhaz_masses::{
 use robhaz_model::{Geometry, MassSet, Robot, Vec2};
 use std::error::Error;
 
-/// Draws from N(0, 1): a linear congruential generator (Knuth's MMIX) and the sum of twelve uniform numbers, which differs
-/// from a Gaussian beyond three standard deviations only.
+/// Draws from N(0, 1): a linear congruential generator (Knuth's MMIX) and the sum of twelve uniform
+/// numbers, which differs from a Gaussian beyond three standard deviations only.
 struct Random(u64);
 
 impl Random {
@@ -25,8 +26,9 @@ impl Random {
     }
 }
 
-/// A robot that differs from its nominal values as `[model_error]` draws it: centre of mass by 10 mm, link masses by 10 %, pins by
-/// 2 mm; also the masses of body and wheels by `others` and the links' centres of mass by `centres`, m.
+/// A robot that differs from its nominal values as `[model_error]` draws it: centre of mass by 10
+/// mm, link masses by 10 %, pins by 2 mm; also the masses of body and wheels by `others` and the
+/// links' centres of mass by `centres`, m.
 fn real_robot(nominal: &Robot, random: &mut Random, others: f64, centres: f64) -> Robot {
     let mut robot = nominal.clone();
     let mut moved = |at: Vec2, by: f64| {
@@ -72,7 +74,8 @@ const POSTURES: [[f64; 2]; 5] = [
     [-0.1, -0.18],
 ];
 
-/// Squared error of the forces in these postures, N^2, mean over wheels and postures, and that of the nominal values.
+/// Squared error of the forces in these postures, N^2, mean over wheels and postures, and that of
+/// the nominal values.
 fn squared_errors(
     real: &Robot,
     nominal: &Robot,
@@ -91,10 +94,11 @@ fn squared_errors(
     Ok(sums)
 }
 
-/// Acceptance: forty robots, both geometries, differ from their nominal values by 10 mm, 10 % and 2 mm (half of them also in the
-/// masses of body and wheels and the links' centres of mass). After six postures on scales good to 0.2 N, forces at rest err
-/// by at most 0.5 % (RMS), and the stated deviation is right: NEES of the seven load parameters within the 99.9 % bounds of
-/// chi-squared or below.
+/// Acceptance: forty robots, both geometries, differ from their nominal values by 10 mm, 10 % and 2
+/// mm (half of them also in the masses of body and wheels and the links' centres of mass). After
+/// six postures on scales good to 0.2 N, forces at rest err by at most 0.5 % (RMS), and the stated
+/// deviation is right: NEES of the seven load parameters within the 99.9 % bounds of chi-squared or
+/// below.
 #[test]
 fn weighed_robots_have_the_forces_of_the_real_ones() {
     let mut random = Random(7);
@@ -130,12 +134,14 @@ fn weighed_robots_have_the_forces_of_the_real_ones() {
     );
     assert!(percent(before) > 1.5);
     assert!(percent(after) < 0.5);
-    // chi-squared of 280: mean 7 a robot, standard deviation 0.59. The prior is wider than these robots, so it may be below.
+    // chi-squared of 280: mean 7 a robot, standard deviation 0.59. The prior is wider than these
+    // robots, so it may be below.
     assert!(nees < 7.0 + 3.3 * 0.59 && nees > 2.0, "{nees}");
 }
 
-/// Squared error of the load parameters by their stated covariance: 7 on average if it is right. Their error is the change
-/// that balances the weighed robot with the real forces, least squares over postures.
+/// Squared error of the load parameters by their stated covariance: 7 on average if it is right.
+/// Their error is the change that balances the weighed robot with the real forces, least squares
+/// over postures.
 fn nees_of(real: &Robot, weighed: &Weighed) -> f64 {
     use nalgebra::{SMatrix, SVector, Vector4};
     use robhaz_estimator::statics::{Arms, Equilibrium, Loads, by_load_parameters};
@@ -171,7 +177,8 @@ fn nees_of(real: &Robot, weighed: &Weighed) -> f64 {
     }
 }
 
-/// Closed form: exact scales in many postures give the load parameters of a robot whose pins are those of the nominal values.
+/// Closed form: exact scales in many postures give the load parameters of a robot whose pins are
+/// those of the nominal values.
 #[test]
 fn exact_scales_give_the_load_parameters() {
     let nominal = Robot::default_a();
@@ -211,8 +218,8 @@ fn exact_scales_give_the_load_parameters() {
     }
 }
 
-/// A scale that reads 3 N too much contradicts the others: an error names its line and wheel. Order of wheels reversed: an
-/// error as well.
+/// A scale that reads 3 N too much contradicts the others: an error names its line and wheel. Order
+/// of wheels reversed: an error as well.
 #[test]
 fn readings_that_do_not_fit_are_refused() {
     let nominal = Robot::default_a();
@@ -241,8 +248,9 @@ fn readings_that_do_not_fit_are_refused() {
     assert!(error.contains("there is no reading"), "{error}");
 }
 
-/// What scales do not see stays at the nominal values: with the total weight alone the total mass is known, all else keeps its
-/// deviation to a few percent; two scales of three tell less than three.
+/// What scales do not see stays at the nominal values: with the total weight alone the total mass
+/// is known, all else keeps its deviation to a few percent; two scales of three tell less than
+/// three.
 #[test]
 fn what_is_not_seen_keeps_its_prior() {
     let nominal = Robot::default_a();
@@ -274,7 +282,8 @@ fn what_is_not_seen_keeps_its_prior() {
     assert!(three.forces.after < two.forces.after && two.forces.after < two.forces.before);
 }
 
-/// The plan: each posture helps, and six chosen ones tell more than six in the order of the list of all.
+/// The plan: each posture helps, and six chosen ones tell more than six in the order of the list of
+/// all.
 #[test]
 fn planned_postures_tell_most() {
     let nominal = Robot::default_a();
@@ -299,8 +308,9 @@ fn planned_postures_tell_most() {
     assert!(plan.candidates > 15 && last < 0.2 * plan.before);
 }
 
-/// Equivalence: the budget's covariance gives the same deviation of the normal forces on plates as masses, centres of mass
-/// and pins themselves, in the postures of a drive; and on slopes not much more.
+/// Equivalence: the budget's covariance gives the same deviation of the normal forces on plates as
+/// masses, centres of mass and pins themselves, in the postures of a drive; and on slopes not much
+/// more.
 #[test]
 fn the_budget_states_what_the_weighing_left() {
     use nalgebra::Matrix4;

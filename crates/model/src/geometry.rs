@@ -1,7 +1,8 @@
 //! Positions of pins, axles and centres of mass in the nominal pose.
 //!
-//! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: a wheelbase of 0.60 m,
-//! static wheel loads equal within 5 %, and a reach of the front wheel of 0.18 m inside the end stops.
+//! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: a
+//! wheelbase of 0.60 m, static wheel loads equal within 5 %, and a reach of the front wheel of 0.18
+//! m inside the end stops.
 
 use crate::named;
 use crate::{Outline, Vec2};
@@ -42,9 +43,11 @@ named! {
 }
 
 impl Pin {
-    /// The two bars that the pin joins. The pin's force acts on the first bar and is exerted by the second.
+    /// The two bars that the pin joins. The pin's force acts on the first bar and is exerted by the
+    /// second.
     ///
-    /// P: on the body from link 1. Q: on link 1 from link 2. R: on link 3 from link 2. S: on the body from link 3.
+    /// P: on the body from link 1. Q: on link 1 from link 2. R: on link 3 from link 2. S: on the
+    /// body from link 3.
     pub const fn bars(self) -> (Bar, Bar) {
         match self {
             Pin::P => (Bar::Body, Bar::Link1),
@@ -201,7 +204,8 @@ impl core::fmt::Display for GeometryError {
 impl core::error::Error for GeometryError {}
 
 impl Geometry {
-    /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. The dimensions are derived, not published.
+    /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. The dimensions are
+    /// derived, not published.
     pub fn a() -> Self {
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link2, Carrier::Link2],
@@ -215,7 +219,8 @@ impl Geometry {
         )
     }
 
-    /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. The dimensions are derived, not published.
+    /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. The dimensions are derived, not
+    /// published.
     pub fn b() -> Self {
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link1, Carrier::Link2],
@@ -247,8 +252,9 @@ impl Geometry {
         }
     }
 
-    /// Checks that all values are finite, every bar has a length, C of eq. (6) is regular in the nominal pose, wheels
-    /// are in order, links 1 and 2 both carry wheels, and the stops enclose the nominal pose.
+    /// Checks that all values are finite, every bar has a length, C of eq. (6) is regular in the
+    /// nominal pose, wheels are in order, links 1 and 2 both carry wheels, and the stops enclose
+    /// the nominal pose.
     ///
     /// # Errors
     /// The first [`GeometryError`] found.
@@ -308,8 +314,9 @@ impl Geometry {
         self.axles[wheel] - self.cg(self.carriers[wheel].bar())
     }
 
-    /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the corners of its box and its
-    /// pins in any order (their convex hull), for a link its own pins and axles.
+    /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the
+    /// corners of its box and its pins in any order (their convex hull), for a link its own pins
+    /// and axles.
     pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
         let pins = Pin::ALL
             .into_iter()
@@ -341,7 +348,8 @@ impl Geometry {
     }
 }
 
-/// Centres of mass of links 1 to 3 if none are given, m: the mean of the link's pins and of the axles that it carries.
+/// Centres of mass of links 1 to 3 if none are given, m: the mean of the link's pins and of the
+/// axles that it carries.
 pub fn mean_link_cgs(axles: &[Vec2; 3], carriers: &[Carrier; 3], pins: &Pins) -> [Vec2; 3] {
     let mean = |ends: [Vec2; 2], carrier: Option<Carrier>| {
         let (mut sum, mut count) = (ends[0] + ends[1], 2.0);

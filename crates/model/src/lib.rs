@@ -1,6 +1,7 @@
 //! The robot ROBHAZ-6WHEEL: nominal geometry, masses, and the kinematics of the closed four-bar.
 //!
-//! One side of the robot in the plane: x forward, y up, angles counter-clockwise, SI units throughout.
+//! One side of the robot in the plane: x forward, y up, angles counter-clockwise, SI units
+//! throughout.
 //!
 //! ```text
 //!     body --P-- link1 --Q-- link2 --R-- link3 --S-- body
@@ -16,8 +17,8 @@
 //! | command of a wheel's drive | [`WheelCommand`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
 //!
-//! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot. Its feature `std` is of use where
-//! code is compiled for a processor with AVX: see [`sqrt`].
+//! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot. Its
+//! feature `std` is of use where code is compiled for a processor with AVX: see [`sqrt`].
 #![no_std]
 
 #[cfg(feature = "std")]
@@ -57,8 +58,9 @@ pub struct Robot {
 
 /// The square root, with the same bits with and without the feature `std`.
 ///
-/// Without it the root is libm's, which on x86-64 is an SSE instruction of its own. Among code that is compiled for AVX
-/// (`-C target-cpu=native`) each of these costs a change of state: an update of `best` then takes more than twice as long.
+/// Without it the root is libm's, which on x86-64 is an SSE instruction of its own. Among code that
+/// is compiled for AVX (`-C target-cpu=native`) each of these costs a change of state: an update of
+/// `best` then takes more than twice as long.
 #[must_use]
 #[inline]
 pub fn sqrt(x: f64) -> f64 {

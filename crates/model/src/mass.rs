@@ -2,7 +2,8 @@
 
 use crate::Bar;
 
-/// Masses (kg) and inertias (kg m^2) of one side. Every inertia is about the part's own centre of mass.
+/// Masses (kg) and inertias (kg m^2) of one side. Every inertia is about the part's own centre of
+/// mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MassSet {
     /// Half of the real body, kg.
@@ -15,10 +16,11 @@ pub struct MassSet {
     pub body_inertia: f64,
     /// Inertia of links 1 to 3, kg m^2.
     pub link_inertias: [f64; 3],
-    /// J_wheel: inertia of the wheel's disc, kg m^2. It resists the wheel's absolute angular acceleration.
+    /// J_wheel: inertia of the wheel's disc, kg m^2. It resists the wheel's absolute angular
+    /// acceleration.
     pub wheel_inertia: f64,
-    /// J_rotor: inertia of the drive's rotor, reflected through the gear, kg m^2. It resists the angular acceleration
-    /// relative to the link.
+    /// J_rotor: inertia of the drive's rotor, reflected through the gear, kg m^2. It resists the
+    /// angular acceleration relative to the link.
     pub rotor_inertia: f64,
 }
 
@@ -47,8 +49,9 @@ impl MassSet {
     /// Rotor inertia at the wheel: 135 g cm^2 through the 80:1 gear, kg m^2.
     pub const ROTOR_INERTIA: f64 = 135e-7 * 80.0 * 80.0;
 
-    /// Mass set `caption`, the default: the masses that the captions of Figs. 7 and 8 imply (body 5 kg, wheels 1.5 kg
-    /// each, links 4.5 kg in all). The links' shares and the inertias are chosen, not published.
+    /// Mass set `caption`, the default: the masses that the captions of Figs. 7 and 8 imply (body 5
+    /// kg, wheels 1.5 kg each, links 4.5 kg in all). The links' shares and the inertias are chosen,
+    /// not published.
     pub fn caption() -> Self {
         Self {
             body: 5.0,
@@ -71,8 +74,8 @@ impl MassSet {
         }
     }
 
-    /// Mass set `text`: half of the masses that the paper's text states for both sides: body 10 kg, wheels 10 kg,
-    /// linkage 8 kg.
+    /// Mass set `text`: half of the masses that the paper's text states for both sides: body 10 kg,
+    /// wheels 10 kg, linkage 8 kg.
     pub fn text() -> Self {
         Self {
             links: [1.6, 1.9556, 0.4444],

@@ -2,8 +2,9 @@
 
 use crate::Vec2;
 
-/// Outline of the bars in the nominal pose: the body is the convex hull of a box and its pins, a link the line through its
-/// own pins and axles from rear to front, outside of its wheels; each is grown by the half width.
+/// Outline of the bars in the nominal pose: the body is the convex hull of a box and its pins, a
+/// link the line through its own pins and axles from rear to front, outside of its wheels; each is
+/// grown by the half width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline {
     /// Lower rear corner of the body's box, m.
@@ -20,9 +21,9 @@ const BOX_HEIGHT: f64 = 0.14 / 0.6;
 const HALF_WIDTH: f64 = 0.025;
 
 impl Outline {
-    /// The outline of a robot of which none is given: a box about the body's centre of mass, 400 x 140 mm, and bars of 30
-    /// mm, for a wheelbase of 0.6 m. Derived, not published: the box has about the body's inertia, the bars are as high as
-    /// those of a linkage of this size.
+    /// The outline of a robot of which none is given: a box about the body's centre of mass, 400 x
+    /// 140 mm, and bars of 30 mm, for a wheelbase of 0.6 m. Derived, not published: the box has
+    /// about the body's inertia, the bars are as high as those of a linkage of this size.
     pub fn derived(axles: &[Vec2; 3], body_cg: Vec2) -> Self {
         let [front, _, rear] = axles;
         let wheelbase = front.x - rear.x;

@@ -7,7 +7,8 @@ pub fn cross(a: Vec2, b: Vec2) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// `v` turned counter-clockwise by 90 deg: the velocity of a point `v` that rotates about the origin at 1 rad/s.
+/// `v` turned counter-clockwise by 90 deg: the velocity of a point `v` that rotates about the
+/// origin at 1 rad/s.
 pub fn perp(v: Vec2) -> Vec2 {
     Vec2::new(-v.y, v.x)
 }
@@ -23,8 +24,8 @@ pub fn rotate(v: Vec2, angle: f64) -> Vec2 {
     turned(Vec2::new(cos, sin), v)
 }
 
-/// Angle of a vector to the x axis, rad, counter-clockwise: that of `atan2`, to the same bits. For a vector that points
-/// forward, as the directions of bars and ground do, it needs half the time.
+/// Angle of a vector to the x axis, rad, counter-clockwise: that of `atan2`, to the same bits. For
+/// a vector that points forward, as the directions of bars and ground do, it needs half the time.
 pub fn direction(v: Vec2) -> f64 {
     if v.x > 0.0 {
         libm::atan(v.y / v.x)

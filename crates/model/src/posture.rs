@@ -1,4 +1,5 @@
-//! The closed four-bar in any posture: the angles of links 1 and 2 give those of link 3 and body in closed form.
+//! The closed four-bar in any posture: the angles of links 1 and 2 give those of link 3 and body in
+//! closed form.
 
 use crate::plane::{cross, perp, rotate};
 use crate::{Bar, Geometry, Pin, Vec2};
@@ -12,7 +13,8 @@ pub struct Posture {
     pub links: [f64; 3],
 }
 
-/// The four-bar cannot close at the given angles of links 1 and 2: body and link 3 do not reach from P to R.
+/// The four-bar cannot close at the given angles of links 1 and 2: body and link 3 do not reach
+/// from P to R.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PostureError {
     /// Distance between P and R at these angles, m.
@@ -73,8 +75,9 @@ impl Dyad {
         }
     }
 
-    /// Position of S (m) from the positions of P and R (m), all relative to the same origin: the corner of a triangle with
-    /// sides PS (body) and RS (link 3), on the side of PR where it lies in the nominal pose.
+    /// Position of S (m) from the positions of P and R (m), all relative to the same origin: the
+    /// corner of a triangle with sides PS (body) and RS (link 3), on the side of PR where it lies
+    /// in the nominal pose.
     ///
     /// # Errors
     /// [`PostureError`] where the triangle does not exist, or a coordinate is not finite.
@@ -91,7 +94,8 @@ impl Dyad {
                 greatest,
             });
         }
-        // Foot of S on PR, measured from P, and height above it, both as shares of the length of PR.
+        // Foot of S on PR, measured from P, and height above it, both as shares of the length of
+        // PR.
         let per_d2 = 1.0 / d2;
         let foot = 0.5 + 0.5 * self.difference * per_d2;
         let height = crate::sqrt((self.ps2 * per_d2 - foot * foot).max(0.0));
@@ -106,7 +110,8 @@ impl Posture {
         links: [0.0; 3],
     };
 
-    /// Closes the four-bar at given angles of link 1 and link 2, rad: the position analysis of Fig. 5.
+    /// Closes the four-bar at given angles of link 1 and link 2, rad: the position analysis of Fig.
+    /// 5.
     ///
     /// Relative to Q, the two links determine P and R; [`corner_s`] gives S.
     ///
@@ -126,8 +131,9 @@ impl Posture {
 
     /// Angular rates of all bars at given rates of link 1 and link 2, rad/s, in this posture.
     ///
-    /// Velocity closure of the loop: `w1 x (P-Q) + wb x (S-P) = w2 x (R-Q) + w3 x (S-R)`.
-    /// Returns `[body, link1, link2, link3]` in the order of [`Bar::ALL`]; not finite where P, R and S lie on one line.
+    /// Velocity closure of the loop: `w1 x (P-Q) + wb x (S-P) = w2 x (R-Q) + w3 x (S-R)`. Returns
+    /// `[body, link1, link2, link3]` in the order of [`Bar::ALL`]; not finite where P, R and S lie
+    /// on one line.
     pub fn rates(&self, geometry: &Geometry, rate1: f64, rate2: f64) -> [f64; 4] {
         let pins = &geometry.pins;
         let a = rotate(pins.p - pins.q, self.links[0]);
@@ -150,8 +156,8 @@ impl Posture {
         }
     }
 
-    /// Position relative to Q, in world axes, m, of a point of `bar` that is given by its nominal position `nominal`
-    /// (m).
+    /// Position relative to Q, in world axes, m, of a point of `bar` that is given by its nominal
+    /// position `nominal` (m).
     pub fn from_q(&self, geometry: &Geometry, bar: Bar, nominal: Vec2) -> Vec2 {
         let pins = &geometry.pins;
         match bar {
@@ -207,8 +213,8 @@ mod tests {
     }
 
     proptest! {
-        /// Property: S computed through link 1 and body equals S computed through links 2 and 3, everywhere inside the
-        /// stops.
+        /// Property: S computed through link 1 and body equals S computed through links 2 and 3,
+        /// everywhere inside the stops.
         #[test]
         fn the_loop_closes(theta2 in -0.5_f64..0.5, opening in -0.69_f64..0.61, is_b in any::<bool>()) {
             let geometry = if is_b { Geometry::b() } else { Geometry::a() };
@@ -219,7 +225,8 @@ mod tests {
             prop_assert!((over_body - over_link3).norm() < 1e-14);
         }
 
-        /// Closed form: rates against central differences of the angles, whose error at h = 1e-6 s is about 1e-9 rad/s.
+        /// Closed form: rates against central differences of the angles, whose error at h = 1e-6 s
+        /// is about 1e-9 rad/s.
         #[test]
         fn rates_are_the_derivatives_of_angles(
             theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3, rate1 in -1.0_f64..1.0, rate2 in -1.0_f64..1.0,

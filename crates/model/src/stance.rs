@@ -1,4 +1,5 @@
-//! The robot on level ground in its nominal pose: clearances, static wheel loads, and reasons why it cannot stand.
+//! The robot on level ground in its nominal pose: clearances, static wheel loads, and reasons why
+//! it cannot stand.
 
 use crate::{Bar, GRAVITY, Geometry, Pin, Robot, Vec2, cross};
 use nalgebra::{Matrix3, Vector3};
@@ -107,8 +108,8 @@ impl core::fmt::Display for StanceError {
 impl core::error::Error for StanceError {}
 
 impl Geometry {
-    /// Checks, in the nominal pose, that wheels do not overlap and that pins and centres of mass are above the ground y
-    /// = 0.
+    /// Checks, in the nominal pose, that wheels do not overlap and that pins and centres of mass
+    /// are above the ground y = 0.
     ///
     /// # Errors
     /// The first [`StanceError`] found.
@@ -151,11 +152,11 @@ impl Robot {
         (of_bars + of_wheels) / self.mass.total()
     }
 
-    /// Normal forces of the wheels at rest on level ground in the nominal pose, without traction, N. They can be
-    /// negative. `None` if they are not determined.
+    /// Normal forces of the wheels at rest on level ground in the nominal pose, without traction,
+    /// N. They can be negative. `None` if they are not determined.
     ///
-    /// By virtual work: one equation for raising the robot, and one each for turning link 1 and link 2 about Q while
-    /// body and link 3 follow.
+    /// By virtual work: one equation for raising the robot, and one each for turning link 1 and
+    /// link 2 about Q while body and link 3 follow.
     pub fn static_loads(&self) -> Option<[f64; 3]> {
         let (geometry, mass) = (&self.geometry, &self.mass);
         let pins = &geometry.pins;
@@ -198,8 +199,8 @@ impl Robot {
             .then_some([loads[0], loads[1], loads[2]])
     }
 
-    /// Checks that the robot can stand on level ground: its centre of mass is above the wheelbase and all wheels are
-    /// loaded.
+    /// Checks that the robot can stand on level ground: its centre of mass is above the wheelbase
+    /// and all wheels are loaded.
     ///
     /// # Errors
     /// The first [`StanceError`] found; those of [`Geometry::check_clearance`] come first.
@@ -238,8 +239,8 @@ mod tests {
         }
     }
 
-    /// Closed form: the loads are those of the statics by hand for both geometries, to the stated digits. Their sum is
-    /// the weight, and their moment that of the centre of mass.
+    /// Closed form: the loads are those of the statics by hand for both geometries, to the stated
+    /// digits. Their sum is the weight, and their moment that of the centre of mass.
     #[test]
     fn static_loads_are_those_of_the_closed_form() {
         for (geometry, expected) in [
@@ -265,7 +266,8 @@ mod tests {
         }
     }
 
-    /// Boundary: each reason is found just beyond its limit, with the right values, and not just before it.
+    /// Boundary: each reason is found just beyond its limit, with the right values, and not just
+    /// before it.
     #[test]
     fn each_reason_is_found_at_its_limit() {
         let mut g = Geometry::a();
@@ -302,7 +304,8 @@ mod tests {
                         assert!((at - axle).abs() < 1e-15);
                         Some(by)
                     }
-                    // Just inside the wheelbase, a wheel at the other end would need a negative load.
+                    // Just inside the wheelbase, a wheel at the other end would need a negative
+                    // load.
                     Err(StanceError::Folds { load, .. }) if !tips => {
                         assert!(load <= 0.0);
                         None

@@ -1,34 +1,37 @@
 //! The best distribution of tractions at one place, by linear programs.
 //!
-//! Equilibrium is eq. (8), `H x' = F'`, with a column for N and one for T of every contact, two contacts of a wheel
-//! included. Eq. (8) has four rows, so with one contact a wheel two of the six forces can be chosen. The needed friction is
-//! the least m with `|T_k| <= m N_k` and `N_k >= 0` at every contact k and `|sum of T_k|` of each wheel at most the torque
-//! limit over the wheel radius.
+//! Equilibrium is eq. (8), `H x' = F'`, with a column for N and one for T of every contact, two
+//! contacts of a wheel included. Eq. (8) has four rows, so with one contact a wheel two of the six
+//! forces can be chosen. The needed friction is the least m with `|T_k| <= m N_k` and `N_k >= 0` at
+//! every contact k and `|sum of T_k|` of each wheel at most the torque limit over the wheel radius.
 //!
-//! More generally `|T_k| <= (mu_k + e) N_k` is solved for the least e: with mu_k = 0 it is the needed friction, with the
-//! available mu_k it is minus the margin. For a fixed e
+//! More generally `|T_k| <= (mu_k + e) N_k` is solved for the least e: with mu_k = 0 it is the
+//! needed friction, with the available mu_k it is minus the margin. For a fixed e
 //!
 //! ```text
 //! min t   subject to   H x' = F',   |T_k| - (mu_k + e) N_k <= t w_k,   N_k >= 0
 //! ```
 //!
-//! is a linear program, and e is allowed where t <= 0. From an allowed e the largest `|T_k|/N_k - mu_k` of its solution is
-//! a smaller allowed e, and so on down to the least one (Dinkelbach's method for ratios, with the N_k of the last solution
-//! as weights w_k; Crouzeix, Ferland and Schaible 1985).
+//! is a linear program, and e is allowed where t <= 0. From an allowed e the largest
+//! `|T_k|/N_k - mu_k` of its solution is a smaller allowed e, and so on down to the least one
+//! (Dinkelbach's method for ratios, with the N_k of the last solution as weights w_k; Crouzeix,
+//! Ferland and Schaible 1985).
 
 use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
 use nalgebra::{SVector, Vector4};
 use robhaz_estimator::statics::full_system::{BlockForm, FullSystem, ReducedSystem, Singular};
 use robhaz_model::{Geometry, PointMasses, Posture, Vec2, cross};
 
-/// An e that is allowed wherever the robot can be balanced at all: a contact that nearly slides along its own normal.
+/// An e that is allowed wherever the robot can be balanced at all: a contact that nearly slides
+/// along its own normal.
 const LARGEST: f64 = 1e4;
 /// The search has converged when e falls by less.
 const CONVERGED: f64 = 1e-9;
 /// Least weight of a contact, N: one that carries next to nothing still counts.
 const LEAST_WEIGHT: f64 = 1e-3;
-/// Largest N and |T| of a contact over the weight of the robot. Two contacts of a wheel can press against each other
-/// without bound, which balances nothing more; and a traction without moment would get one by rounding.
+/// Largest N and |T| of a contact over the weight of the robot. Two contacts of a wheel can press
+/// against each other without bound, which balances nothing more; and a traction without moment
+/// would get one by rounding.
 const LARGEST_LOAD: f64 = 10.0;
 /// Largest number of linear programs for one e.
 const MOST_PROGRAMS: u32 = 60;
@@ -57,8 +60,8 @@ impl GroundContact {
 #[derive(Clone, Debug)]
 pub struct Balance {
     contacts: Vec<GroundContact>,
-    /// Columns of N and T of each contact: two rows of forces (N), moments of links 1 and 2 about Q over the wheel
-    /// radius (N).
+    /// Columns of N and T of each contact: two rows of forces (N), moments of links 1 and 2 about Q
+    /// over the wheel radius (N).
     columns: Vec<[Vector4<f64>; 2]>,
     right: Vector4<f64>,
     /// Largest traction of a wheel, N.
@@ -87,7 +90,8 @@ pub enum Unsolved {
     Numerical(String),
 }
 
-/// Columns of N and T of each contact in eq. (8), with moments over the wheel radius; `q` is the position of pin Q, m.
+/// Columns of N and T of each contact in eq. (8), with moments over the wheel radius; `q` is the
+/// position of pin Q, m.
 pub fn columns_of(
     geometry: &Geometry,
     q: Vec2,
@@ -115,7 +119,8 @@ struct Program {
 }
 
 impl Balance {
-    /// Eq. (8) with `contacts`, whose wheels sit on the links in this posture; `q` is the position of pin Q, m.
+    /// Eq. (8) with `contacts`, whose wheels sit on the links in this posture; `q` is the position
+    /// of pin Q, m.
     ///
     /// # Errors
     /// [`Singular`] where P lies on the line RS.
@@ -219,7 +224,8 @@ impl Balance {
         program.solve().map(|(_, _, value)| value)
     }
 
-    /// The N of the wheel with the least load, N, at the tractions that make it largest; below 0 where a wheel lifts.
+    /// The N of the wheel with the least load, N, at the tractions that make it largest; below 0
+    /// where a wheel lifts.
     ///
     /// # Errors
     /// [`Unsolved`]

@@ -1,15 +1,17 @@
 //! The curve on which the centre of a wheel moves while the wheel touches the ground.
 //!
-//! At x the centre is as low as the ground permits: y(x) is the largest `p.y + sqrt(r^2 - (x - p.x)^2)` over all points
-//! p of the ground within one radius r. The tangent of this curve is the tangent of the contact. Where the wheel touches
-//! two places the curve has a kink; at a wall higher than r it is vertical.
+//! At x the centre is as low as the ground permits: y(x) is the largest
+//! `p.y + sqrt(r^2 - (x - p.x)^2)` over all points p of the ground within one radius r. The tangent
+//! of this curve is the tangent of the contact. Where the wheel touches two places the curve has a
+//! kink; at a wall higher than r it is vertical.
 
 use robhaz_model::Vec2;
 use robhaz_terrain::{Contact, Terrain};
 
 /// Distance of samples in x over the wheel radius.
 const SPACING: f64 = 0.01;
-/// Largest distance of two samples along the curve over the wheel radius. Hermite's cubic is then exact to 1e-10 r.
+/// Largest distance of two samples along the curve over the wheel radius. Hermite's cubic is then
+/// exact to 1e-10 r.
 const LONGEST: f64 = 0.02;
 /// Largest turn of the tangent between two samples of a smooth piece, rad.
 const LARGEST_TURN: f64 = 0.03;
@@ -147,13 +149,14 @@ struct Ground<'a> {
 impl Ground<'_> {
     /// The sample at x (m), searched from a height near it (m).
     ///
-    /// Blocked heights of the centre reach from the ground up to y(x), and each point of the ground gives a lower bound
-    /// of y(x). The search starts at such a bound and raises it to that of the nearest points until nothing is nearer than
-    /// the radius: Newton's method from below.
+    /// Blocked heights of the centre reach from the ground up to y(x), and each point of the ground
+    /// gives a lower bound of y(x). The search starts at such a bound and raises it to that of the
+    /// nearest points until nothing is nearer than the radius: Newton's method from below.
     fn sample(&mut self, x: f64, near: Option<f64>) -> Sample {
         let start = self.below(x);
         let mut best = start;
-        // A good guess saves queries; it must be a lower bound, which the nearest point to it gives.
+        // A good guess saves queries; it must be a lower bound, which the nearest point to it
+        // gives.
         if let Some(y) = near
             && let Some(nearest) = self.terrain.nearest(Vec2::new(x, y))
         {
@@ -200,8 +203,8 @@ impl Ground<'_> {
         best
     }
 
-    /// The bound that the ground near x gives. Above a trench the nearest point can be farther than the radius in x: the
-    /// centre is lowered by the free distance until it is not.
+    /// The bound that the ground near x gives. Above a trench the nearest point can be farther than
+    /// the radius in x: the centre is lowered by the free distance until it is not.
     fn below(&self, x: f64) -> Sample {
         let mut height = self.terrain.height(x) + self.radius;
         for _ in 0..MOST_QUERIES {
@@ -231,7 +234,8 @@ impl Ground<'_> {
             return best;
         }
         let centre = Vec2::new(x, contact.point.y + square.sqrt());
-        // `>=`: of equal bounds the last one has the tangent of the ground at its point, not near it.
+        // `>=`: of equal bounds the last one has the tangent of the ground at its point, not near
+        // it.
         if centre.y >= best.centre.y {
             let arm = (centre - contact.point) / self.radius;
             let tangent = Vec2::new(arm.y, -arm.x);
@@ -248,7 +252,8 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Adds all samples behind `a` up to `b`, with further ones between them where the curve is steep or turns.
+    /// Adds all samples behind `a` up to `b`, with further ones between them where the curve is
+    /// steep or turns.
     fn join(&mut self, a: Sample, b: Sample) {
         let radius = self.ground.radius;
         let chord = b.centre - a.centre;
@@ -268,7 +273,8 @@ impl Builder<'_> {
         }
     }
 
-    /// A vertical part of the curve. It turns into the curve behind or before it smoothly where that is vertical, too.
+    /// A vertical part of the curve. It turns into the curve behind or before it smoothly where
+    /// that is vertical, too.
     fn wall(&mut self, a: Sample, b: Sample) {
         let up = Vec2::new(0.0, (b.centre.y - a.centre.y).signum());
         let is_smooth = |s: &Sample| s.tangent.dot(&up) > LARGEST_TURN.cos();
@@ -316,8 +322,8 @@ mod tests {
         }))
     }
 
-    /// Closed form: before a kerb of 50 mm the curve is level, then an arc around the edge. The kink is where the wheel
-    /// touches both, sqrt(r^2 - (r - h)^2) before the edge.
+    /// Closed form: before a kerb of 50 mm the curve is level, then an arc around the edge. The
+    /// kink is where the wheel touches both, sqrt(r^2 - (r - h)^2) before the edge.
     #[test]
     fn a_kerb_makes_a_kink_and_an_arc() {
         let curve = CentreCurve::new(&kerb(0.05), 0.1, 0.0, 1.5);
@@ -361,7 +367,8 @@ mod tests {
         }
     }
 
-    /// Closed form: at a kerb higher than the radius the curve is vertical up to the height of the edge.
+    /// Closed form: at a kerb higher than the radius the curve is vertical up to the height of the
+    /// edge.
     #[test]
     fn a_high_kerb_makes_a_wall() {
         let curve = CentreCurve::new(&kerb(0.15), 0.1, 0.0, 1.5);

@@ -12,7 +12,8 @@ use robhaz_terrain::Terrain;
 use std::ops::Range;
 use std::path::Path;
 
-/// Longest part of the path that is shown, m. Of a longer one it is the part around the marked place.
+/// Longest part of the path that is shown, m. Of a longer one it is the part around the marked
+/// place.
 const LONGEST: f64 = 8.0;
 /// Ground shown beside the wheels, above them and below, m.
 const BESIDE: f64 = 0.15;

@@ -50,7 +50,8 @@ pub fn path_files(folder: &Path, format: TableFormat) -> Vec<PathBuf> {
     names.map(|name| folder.join(name)).collect()
 }
 
-/// Writes the table `path` and the figure `needed_friction` into a folder, which is created where it does not exist.
+/// Writes the table `path` and the figure `needed_friction` into a folder, which is created where
+/// it does not exist.
 ///
 /// # Errors
 /// [`RecordError`] of the file system and of the drawing library.

@@ -1,17 +1,19 @@
 //! The robot driven along its path: where is it stuck?
 //!
-//! The control holds the set speed while it can. Where the traction does not suffice, all wheels slide, T = mu N, and the robot
-//! slows down; where it has lost all its speed it is stuck. Between two places d sigma apart
+//! The control holds the set speed while it can. Where the traction does not suffice, all wheels
+//! slide, T = mu N, and the robot slows down; where it has lost all its speed it is stuck. Between
+//! two places d sigma apart
 //!
 //! ```text
 //! sigma'^2 <= sigma'^2 + 2 d sigma a_max,     sigma'^2 >= sigma'^2 + 2 d sigma a_min
 //! ```
 //!
-//! where a_max and a_min are the accelerations with all wheels sliding ([`Motion::thrust`]). When a wheel meets a second
-//! contact, such as the edge of a kerb, an impact takes some of the speed.
+//! where a_max and a_min are the accelerations with all wheels sliding ([`Motion::thrust`]). When a
+//! wheel meets a second contact, such as the edge of a kerb, an impact takes some of the speed.
 //!
-//! The friction of a sliding wheel falls with its slip speed, which is the set speed less the speed of the robot. The shared
-//! control slows down to a crawl while wheels slide, and recovers in seconds ([`robhaz_control::shared`]).
+//! The friction of a sliding wheel falls with its slip speed, which is the set speed less the speed
+//! of the robot. The shared control slows down to a crawl while wheels slide, and recovers in
+//! seconds ([`robhaz_control::shared`]).
 
 use crate::motion::Motion;
 use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
@@ -23,11 +25,13 @@ pub struct Passed {
     pub sigma: f64,
     /// Its equations; `None` where the four-bar cannot close.
     pub motion: Option<Motion>,
-    /// Whether a wheel has just changed its contact. The place before has the same posture and the contact before.
+    /// Whether a wheel has just changed its contact. The place before has the same posture and the
+    /// contact before.
     pub impact: bool,
 }
 
-/// The share of the set speed a time (s) after it was `share`: the shared control slows down to a crawl while wheels slide.
+/// The share of the set speed a time (s) after it was `share`: the shared control slows down to a
+/// crawl while wheels slide.
 fn share_after(share: f64, slides: bool, time: f64) -> f64 {
     if slides {
         CRAWL + (share - CRAWL) * (-time / SLOWING_TIME).exp()
@@ -61,7 +65,8 @@ pub struct Stuck {
 }
 
 impl DriveLimits<'_> {
-    /// Drives along the places with `shift` added to every friction coefficient. Speeds (m/s) at the places go to `speeds`.
+    /// Drives along the places with `shift` added to every friction coefficient. Speeds (m/s) at
+    /// the places go to `speeds`.
     pub fn follow(&self, places: &[Passed], shift: f64, speeds: &mut Vec<f64>) -> Option<Stuck> {
         speeds.clear();
         let (mut speed, mut share) = (self.speed, 1.0);
@@ -108,7 +113,8 @@ impl DriveLimits<'_> {
         None
     }
 
-    /// Square of the least speed at the next place; 0 where the robot does not get faster without brakes.
+    /// Square of the least speed at the next place; 0 where the robot does not get faster without
+    /// brakes.
     fn slowest(
         &self,
         motion: &Motion,

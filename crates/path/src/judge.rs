@@ -43,8 +43,8 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
     Ok(PathReport::new(setup, places, end, driven))
 }
 
-/// Drives along the places, and notes where the robot gets stuck. Returns how far all friction coefficients can fall before it
-/// does, -; `None` where no friction helps.
+/// Drives along the places, and notes where the robot gets stuck. Returns how far all friction
+/// coefficients can fall before it does, -; `None` where no friction helps.
 fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f64> {
     let sliding = |slip: f64| setup.sliding(slip);
     let limits = DriveLimits {
@@ -92,8 +92,8 @@ fn largest_mu(passed: &[Passed]) -> f64 {
     motions.map(Motion::largest_mu).fold(0.0, f64::max)
 }
 
-/// A shift of all friction coefficients with which the robot is stuck, and a larger one with which it passes; `None` where no
-/// friction helps.
+/// A shift of all friction coefficients with which the robot is stuck, and a larger one with which
+/// it passes; `None` where no friction helps.
 fn bracket(passes: &mut dyn FnMut(f64) -> bool) -> Option<(f64, f64)> {
     let (mut at, mut step) = (0.0, 0.125);
     let sign = if passes(at) { -1.0 } else { 1.0 };
@@ -141,8 +141,8 @@ fn bare(posed: &Posed) -> Place {
     }
 }
 
-/// A place with the tractions of a control. Where a wheel has two contacts statics leaves their shares open: the best
-/// distribution is taken.
+/// A place with the tractions of a control. Where a wheel has two contacts statics leaves their
+/// shares open: the best distribution is taken.
 fn with_control(
     setup: &PathSetup,
     posed: &Posed,

@@ -1,8 +1,8 @@
 //! Judges a path from its geometry before it is driven: needed friction, go or no-go.
 //!
-//! With the drive `ideal` the robot moves so slowly that inertia does not count; with `shared` and `speed` it is driven along the
-//! path at its set speed. [`PathSetup`] takes robot, ground, friction and torque limit
-//! from a scene, [`judge`] gives a [`PathReport`].
+//! With the drive `ideal` the robot moves so slowly that inertia does not count; with `shared` and
+//! `speed` it is driven along the path at its set speed. [`PathSetup`] takes robot, ground,
+//! friction and torque limit from a scene, [`judge`] gives a [`PathReport`].
 //!
 //! | module | job |
 //! |---|---|

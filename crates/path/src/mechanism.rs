@@ -1,9 +1,10 @@
 //! Postures in which all wheels touch the ground, one after the other along the path.
 //!
-//! Two wheels sit on one link, at a fixed distance from each other; the third has a fixed distance from pin Q. With the
-//! places s_i of the three centres along their curve as unknowns these are two equations: the postures form a line in the
-//! space of the s_i, which is followed in small steps (predictor along the line's tangent, Newton's method as corrector).
-//! A step ends at a kink of the curve, where a wheel touches two places.
+//! Two wheels sit on one link, at a fixed distance from each other; the third has a fixed distance
+//! from pin Q. With the places s_i of the three centres along their curve as unknowns these are two
+//! equations: the postures form a line in the space of the s_i, which is followed in small steps
+//! (predictor along the line's tangent, Newton's method as corrector). A step ends at a kink of the
+//! curve, where a wheel touches two places.
 
 use crate::curve::{CentreCurve, OnCurve};
 use crate::motion::Tangent;
@@ -190,7 +191,8 @@ impl Mechanism {
         None
     }
 
-    /// Velocities of the links where the wheels move along the curve with the rates of `direction`, for a mean of 1.
+    /// Velocities of the links where the wheels move along the curve with the rates of `direction`,
+    /// for a mean of 1.
     pub fn velocities(
         &self,
         curve: &CentreCurve,
@@ -333,7 +335,8 @@ impl<'a> Walk<'a> {
         Some(Reached::Place)
     }
 
-    /// The wheel that leaves its piece first on the way between two places, and the end at which it does.
+    /// The wheel that leaves its piece first on the way between two places, and the end at which it
+    /// does.
     fn first_beyond(&self, from: Vector3<f64>, to: Vector3<f64>) -> Option<(usize, f64)> {
         let mut first: Option<(usize, f64, f64)> = None;
         for i in 0..3 {

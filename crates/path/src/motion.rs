@@ -1,16 +1,19 @@
 //! Equations of motion of the robot along the path, at one place.
 //!
-//! While all wheels touch the ground the robot has one degree of freedom: its place sigma on the path, with the mean speed
-//! sigma' of the wheels' centres. With the tangent u = d(Q, theta_1, theta_2)/d sigma, eq. (8) with inertial loads is
+//! While all wheels touch the ground the robot has one degree of freedom: its place sigma on the
+//! path, with the mean speed sigma' of the wheels' centres. With the tangent u = d(Q, theta_1,
+//! theta_2)/d sigma, eq. (8) with inertial loads is
 //!
 //! ```text
 //! sum over contacts of (N_k n_k + T_k t_k) + M e = F' + sigma'' F_a + sigma'^2 F_c
 //! ```
 //!
-//! F_a are the loads of the accelerations u, F_c those of du/d sigma and of the rates u at constant speed. M is the torque of an
-//! end stop, e its column: a spring, so M is known from the posture, until a wheel would be pulled to the ground. Then that
-//! wheel lifts, and M is what the others need. The posture is still taken as that of three wheels on the ground, which is
-//! exact where the wheel lifts by little. The spin of the wheels is left out: a disc has 8 % of the inertia of its mass.
+//! F_a are the loads of the accelerations u, F_c those of du/d sigma and of the rates u at constant
+//! speed. M is the torque of an end stop, e its column: a spring, so M is known from the posture,
+//! until a wheel would be pulled to the ground. Then that wheel lifts, and M is what the others
+//! need. The posture is still taken as that of three wheels on the ground, which is exact where the
+//! wheel lifts by little. The spin of the wheels is left out: a disc has 8 % of the inertia of its
+//! mass.
 
 use crate::balance::{GroundContact, columns_of};
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
@@ -67,7 +70,8 @@ pub struct Motion {
     centripetal: Vector4<f64>,
     /// e, 1/m, and M, N m.
     stop: (Vector4<f64>, f64),
-    /// Speed of each wheel's centre, and rate of the link that carries it times the wheel radius, for sigma' = 1 m/s, -.
+    /// Speed of each wheel's centre, and rate of the link that carries it times the wheel radius,
+    /// for sigma' = 1 m/s, -.
     pub rates: [(f64, f64); 3],
 }
 
@@ -132,9 +136,9 @@ impl Motion {
         Some(forced.acceleration)
     }
 
-    /// The largest acceleration (`sign` 1) or deceleration (-1), m/s^2, at the speed sigma' (m/s): every wheel slides, or is at
-    /// the torque limit, `traction` (N). `mu` is the friction at a contact with a given mean. `None` where no N >= 0 balance
-    /// the robot.
+    /// The largest acceleration (`sign` 1) or deceleration (-1), m/s^2, at the speed sigma' (m/s):
+    /// every wheel slides, or is at the torque limit, `traction` (N). `mu` is the friction at a
+    /// contact with a given mean. `None` where no N >= 0 balance the robot.
     pub fn thrust(
         &self,
         sign: f64,
@@ -149,8 +153,9 @@ impl Motion {
         }
     }
 
-    /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place. `before` are the equations just
-    /// before it, at the speed `speed` (m/s). All wheels slide during the impact, and none rebounds.
+    /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place.
+    /// `before` are the equations just before it, at the speed `speed` (m/s). All wheels slide
+    /// during the impact, and none rebounds.
     pub fn after_impact(&self, before: &Self, speed: f64, mu: &dyn Fn(f64) -> f64) -> f64 {
         // Momentum in place of force: impulses of the contacts, F_a times sigma' on both sides.
         let right = before.inertia * -speed;
@@ -178,8 +183,8 @@ impl Motion {
         }
     }
 
-    /// Four equations for three N and the acceleration, at given T/N. `None` with more than three contacts, or where a wheel
-    /// would be pulled down.
+    /// Four equations for three N and the acceleration, at given T/N. `None` with more than three
+    /// contacts, or where a wheel would be pulled down.
     fn forced(&self, ratios: [f64; 3], right: &Vector4<f64>, traction: f64) -> Option<Forced> {
         let columns: &[[Vector4<f64>; 2]; 3] = self.columns.as_slice().try_into().ok()?;
         let (stop, torque) = self.stop;
@@ -246,7 +251,8 @@ impl Motion {
         forced
     }
 
-    /// The largest acceleration (`sign` 1) or the least one (-1) with the best distribution of tractions, by a linear program.
+    /// The largest acceleration (`sign` 1) or the least one (-1) with the best distribution of
+    /// tractions, by a linear program.
     fn best(
         &self,
         sign: f64,
@@ -291,8 +297,8 @@ impl Motion {
     }
 }
 
-/// Column of the torque of an end stop in eq. (8), with moments over the wheel radius, 1/m, and the torque itself, N m, at an
-/// angle of pin Q (rad).
+/// Column of the torque of an end stop in eq. (8), with moments over the wheel radius, 1/m, and the
+/// torque itself, N m, at an angle of pin Q (rad).
 pub fn end_stop(geometry: &Geometry, opening: f64) -> (Vector4<f64>, f64) {
     let stop = &geometry.stop;
     let (above, below) = (opening - stop.upper, stop.lower - opening);

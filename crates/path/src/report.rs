@@ -58,8 +58,8 @@ pub struct Failure {
     pub x: f64,
     /// The reason.
     pub reason: Reason,
-    /// By how much: needed minus available friction (-), torque above its limit (N m), load that the least loaded wheel
-    /// lacks (N), angle beyond the stop (rad). `None` without a measure.
+    /// By how much: needed minus available friction (-), torque above its limit (N m), load that
+    /// the least loaded wheel lacks (N), angle beyond the stop (rad). `None` without a measure.
     pub by: Option<f64>,
     /// Unit of `by`.
     pub unit: &'static str,
@@ -96,8 +96,8 @@ pub struct Place {
     pub normal_force: Option<[f64; 3]>,
     /// Sum of T over the contacts of each wheel at the largest margin, N.
     pub traction: Option<[f64; 3]>,
-    /// Mean speed of the wheels' centres of the driven robot, m/s; `None` for the drive `ideal` and behind the place where it
-    /// gets stuck.
+    /// Mean speed of the wheels' centres of the driven robot, m/s; `None` for the drive `ideal` and
+    /// behind the place where it gets stuck.
     pub speed: Option<f64>,
     /// Least clearance of body and links, m; at 0 or below one of them touches the ground.
     pub clearance: f64,
@@ -113,8 +113,8 @@ impl Place {
         self.wheel_x[1]
     }
 
-    /// The available friction that belongs to mu_n and margin: where contacts differ in mu, the equal coefficient with
-    /// the same margin. -
+    /// The available friction that belongs to mu_n and margin: where contacts differ in mu, the
+    /// equal coefficient with the same margin. -
     pub fn available_mu(&self) -> Option<f64> {
         Some(self.needed_mu? + self.margin?)
     }
@@ -129,7 +129,8 @@ pub struct PathReport {
     pub drive: &'static str,
     /// Whether the robot can pass the whole path at the mean friction coefficients.
     pub go: bool,
-    /// Probability of that when all friction coefficients have the same normally distributed deviation from their means.
+    /// Probability of that when all friction coefficients have the same normally distributed
+    /// deviation from their means.
     pub probability: f64,
     /// Mean of the available friction coefficient outside the friction stretches, -.
     pub mu: f64,
@@ -139,8 +140,8 @@ pub struct PathReport {
     pub mu_sigma: f64,
     /// Largest needed friction of all places that have one, -.
     pub needed_mu: Option<f64>,
-    /// How far all friction coefficients can fall before the robot does not pass, -. With the drive `ideal` it is the least
-    /// margin of all places.
+    /// How far all friction coefficients can fall before the robot does not pass, -. With the drive
+    /// `ideal` it is the least margin of all places.
     pub margin: Option<f64>,
     /// x of the middle wheel at the least margin, m.
     pub margin_x: Option<f64>,
@@ -157,8 +158,8 @@ pub struct PathReport {
 }
 
 impl PathReport {
-    /// The judgement from its places, from the reason why there are no further ones, and of a driven robot from how far all
-    /// friction coefficients can fall.
+    /// The judgement from its places, from the reason why there are no further ones, and of a
+    /// driven robot from how far all friction coefficients can fall.
     pub(crate) fn new(
         setup: &PathSetup,
         places: Vec<Place>,
@@ -210,8 +211,8 @@ impl PathReport {
     }
 }
 
-/// Standard deviation of the needed friction of a driven robot, over its value: the shares of the tractions follow the estimated
-/// normal forces, which err by about 5 %.
+/// Standard deviation of the needed friction of a driven robot, over its value: the shares of the
+/// tractions follow the estimated normal forces, which err by about 5 %.
 const MODEL_SPREAD: f64 = 0.05;
 
 /// Standard normal distribution function.

@@ -12,11 +12,13 @@ use robhaz_sim::clearance::{BarPlace, ClearanceMeter, Clearances};
 
 /// Ground before and behind the path, over the wheelbase.
 const BESIDE: f64 = 0.6;
-/// The walk ends when the middle wheel has gone back by this share of the wheelbase: the robot turns round in a hole.
+/// The walk ends when the middle wheel has gone back by this share of the wheelbase: the robot
+/// turns round in a hole.
 const BACK: f64 = 0.5;
 /// Largest mean number of steps per metre: several times what the shipped grounds need.
 const STEPS_PER_METRE: f64 = 20_000.0;
-/// Least distance of two places whose tangents are compared, m: above it the accuracy of the curve does not count.
+/// Least distance of two places whose tangents are compared, m: above it the accuracy of the curve
+/// does not count.
 const APART: f64 = 1e-4;
 
 /// A posture with its contacts, before its forces are known.

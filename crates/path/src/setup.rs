@@ -14,7 +14,8 @@ pub enum DriveKind {
     Ideal,
     /// `drive.kind = "shared"`: the same T/N at every wheel. Driven along the path.
     Shared,
-    /// `drive.kind = "speed"`: every wheel turns with the set speed, tractions by slip. Driven along the path.
+    /// `drive.kind = "speed"`: every wheel turns with the set speed, tractions by slip. Driven
+    /// along the path.
     Speed,
 }
 
@@ -42,7 +43,8 @@ pub struct Options {
     pub mu_sigma: f64,
     /// Distribution of the tractions.
     pub drive: DriveKind,
-    /// Distance that the middle wheel travels, m; `None` goes on until the rear wheel has passed the profile.
+    /// Distance that the middle wheel travels, m; `None` goes on until the rear wheel has passed
+    /// the profile.
     pub distance: Option<f64>,
 }
 
@@ -204,7 +206,8 @@ impl PathSetup {
         stretch.map_or(self.mu(), |s| s.mu)
     }
 
-    /// Friction of a wheel that slides at a slip speed (m/s) over the available friction, by the law of the scene, -.
+    /// Friction of a wheel that slides at a slip speed (m/s) over the available friction, by the
+    /// law of the scene, -.
     pub(crate) fn sliding(&self, slip: f64) -> f64 {
         let law = &self.friction;
         if law.mu_s > 0.0 {

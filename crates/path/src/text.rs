@@ -58,7 +58,8 @@ impl PathReport {
         )
     }
 
-    /// The place with the least margin in each of ten equal parts of the path; one that fails without a margin first.
+    /// The place with the least margin in each of ten equal parts of the path; one that fails
+    /// without a margin first.
     fn shown(&self) -> Vec<&Place> {
         let size = self.places.len().div_ceil(ROWS).max(1);
         let least = |part: &'_ [Place]| -> usize {
@@ -70,7 +71,8 @@ impl PathReport {
         parts.map(|part| &part[least(part)]).collect()
     }
 
-    /// Whether a wheel needs more than the available friction somewhere: a driven robot can pass all the same.
+    /// Whether a wheel needs more than the available friction somewhere: a driven robot can pass
+    /// all the same.
     fn has_sliding_wheels(&self) -> bool {
         let needs_more = |place: &Place| place.needed_mu > place.available_mu();
         self.places.iter().any(needs_more)
@@ -137,7 +139,8 @@ fn cells(place: &Place) -> [String; 10] {
     ]
 }
 
-/// A value with a number of digits behind the point, `-` without one. A value that rounds to zero has no sign.
+/// A value with a number of digits behind the point, `-` without one. A value that rounds to zero
+/// has no sign.
 fn number(value: Option<f64>, digits: usize) -> String {
     let Some(value) = value else {
         return "-".to_owned();

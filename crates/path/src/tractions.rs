@@ -16,12 +16,12 @@ pub struct Controlled {
     pub forced: Forced,
 }
 
-/// Tractions of the control of a setup at a place; `None` where they do not balance the robot with all N >= 0, where a wheel
-/// has two contacts, and for the ideal control, which has no law.
+/// Tractions of the control of a setup at a place; `None` where they do not balance the robot with
+/// all N >= 0, where a wheel has two contacts, and for the ideal control, which has no law.
 ///
 /// - `shared`: T = m N at every wheel, with one m.
-/// - `speed`: all wheels turn with the set speed. Each creeps, `T = N (slip speed)/c`, and the speed of the robot is the one at
-///   which the sum of the tractions holds it.
+/// - `speed`: all wheels turn with the set speed. Each creeps, `T = N (slip speed)/c`, and the
+///   speed of the robot is the one at which the sum of the tractions holds it.
 pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option<Controlled> {
     let (speed, creep) = (setup.speed, setup.creep_speed);
     let equal = |m: f64| [m; 3];

@@ -43,8 +43,9 @@ fn with_mu(mu: f64) -> Options {
     }
 }
 
-/// Closed form: on a uniform slope mu_n = tan(slope) for any robot, since the ground's force must be vertical as a whole.
-/// 1e-8: the accuracy of the curve of the centres, and that of the linear programs, 1e-7 N over a load of 44 N.
+/// Closed form: on a uniform slope mu_n = tan(slope) for any robot, since the ground's force must
+/// be vertical as a whole. 1e-8: the accuracy of the curve of the centres, and that of the linear
+/// programs, 1e-7 N over a load of 44 N.
 #[test]
 fn a_uniform_slope_needs_its_tangent() {
     for (geometry, degrees) in [("A", 5.0_f64), ("A", 25.0), ("A", -10.0), ("B", 15.0)] {
@@ -59,8 +60,8 @@ fn a_uniform_slope_needs_its_tangent() {
     }
 }
 
-/// Closed form: level ground needs no friction, whatever the drive. 1e-8: tolerance of the linear programs over a
-/// load of 44 N.
+/// Closed form: level ground needs no friction, whatever the drive. 1e-8: tolerance of the linear
+/// programs over a load of 44 N.
 #[test]
 fn level_ground_needs_none() {
     for drive in DriveKind::ALL {
@@ -78,9 +79,11 @@ fn level_ground_needs_none() {
 
 /// Closed form: the front wheel of robot A against the edge of a kerb, the others on the level.
 ///
-/// The edge is at the contact angle g, cos g = (r - h)/r. The best tractions use the same share m of N at all wheels. The
-/// forces in x and y give `m W = N1 sin g (1 + m^2)`. The moments of link 1 about Q, from which the axle is at (a, b), give
-/// `N1 (a cos g + b sin g + m (a sin g - b cos g + r)) = a N1_level`. With N1 eliminated a quadratic equation in m is left.
+/// The edge is at the contact angle g, cos g = (r - h)/r. The best tractions use the same share m
+/// of N at all wheels. The forces in x and y give `m W = N1 sin g (1 + m^2)`. The moments of link 1
+/// about Q, from which the axle is at (a, b), give
+/// `N1 (a cos g + b sin g + m (a sin g - b cos g + r)) = a N1_level`. With N1 eliminated a
+/// quadratic equation in m is left.
 #[test]
 fn a_kerb_under_the_front_wheel() {
     let robot = Robot::default_a();
@@ -104,7 +107,8 @@ fn a_kerb_under_the_front_wheel() {
         let root = (linear * linear - 4.0 * square * constant).sqrt();
         let expected = (root - linear) / (2.0 * square);
         let report = judged(&kerb(height), &[], Options::default());
-        // The place at which the wheel is on the edge alone is the one after that with both contacts.
+        // The place at which the wheel is on the edge alone is the one after that with both
+        // contacts.
         let two = |p: &Place| p.contacts[0] == 2;
         let both = report.places.iter().position(two).unwrap();
         let behind = &report.places[both..];
@@ -123,8 +127,8 @@ fn a_kerb_under_the_front_wheel() {
     }
 }
 
-/// Closed form: on a uniform slope the robot tips backwards where its centre of mass is above the rear contact. Tractions
-/// along the slope have no moment about that contact.
+/// Closed form: on a uniform slope the robot tips backwards where its centre of mass is above the
+/// rear contact. Tractions along the slope have no moment about that contact.
 #[test]
 fn a_steep_slope_tips_the_robot_at_the_exact_angle() {
     let robot = Robot::default_a();
@@ -154,8 +158,8 @@ fn a_steep_slope_tips_the_robot_at_the_exact_angle() {
     }
 }
 
-/// Closed form: on a slope the three tractions sum up to W sin(slope). A torque limit below a third of that fails, by the
-/// difference; one above it passes.
+/// Closed form: on a slope the three tractions sum up to W sin(slope). A torque limit below a third
+/// of that fails, by the difference; one above it passes.
 #[test]
 fn the_torque_limit_bounds_the_slope() {
     let robot = Robot::default_a();
@@ -179,8 +183,8 @@ fn the_torque_limit_bounds_the_slope() {
     }
 }
 
-/// Closed form: a stretch with its own friction coefficient has its own margin. Property: at its ends, where wheels have
-/// different coefficients, the margin lies between.
+/// Closed form: a stretch with its own friction coefficient has its own margin. Property: at its
+/// ends, where wheels have different coefficients, the margin lies between.
 #[test]
 fn a_stretch_has_its_own_margin() {
     let text = ramp(15.0) + "[[terrain.stretch]]\nfrom = 1.5\nto = 9.0\nmu_s = 0.4\nmu_d = 0.3\n";
@@ -250,8 +254,8 @@ fn long_stairs_need_at_every_step_the_same() {
     assert!((a - b).abs() < 1e-6, "{a} {b}");
 }
 
-/// Property: more friction never turns go into no-go; the step is at the needed friction. Probability: one half at the
-/// needed friction, 0.8413 one standard deviation above.
+/// Property: more friction never turns go into no-go; the step is at the needed friction.
+/// Probability: one half at the needed friction, 0.8413 one standard deviation above.
 #[test]
 fn go_is_monotone_in_mu() {
     let needed = judged(&kerb(0.05), &[], Options::default())
@@ -281,8 +285,8 @@ fn driven(drive: DriveKind, mu: f64) -> Options {
     }
 }
 
-/// Closed form: on a uniform slope both controls need its tangent at every wheel: equal T/N is the tangent, and all wheels creep
-/// alike. 1e-8: the accuracy of the curve of the centres.
+/// Closed form: on a uniform slope both controls need its tangent at every wheel: equal T/N is the
+/// tangent, and all wheels creep alike. 1e-8: the accuracy of the curve of the centres.
 #[test]
 fn controls_need_the_tangent_of_a_slope() {
     for drive in [DriveKind::Shared, DriveKind::Speed] {
@@ -295,7 +299,8 @@ fn controls_need_the_tangent_of_a_slope() {
     }
 }
 
-/// Property: a control needs at least the friction of the best tractions, at each place. 1e-7: tolerance of the linear programs.
+/// Property: a control needs at least the friction of the best tractions, at each place. 1e-7:
+/// tolerance of the linear programs.
 #[test]
 fn controls_need_no_less_than_the_best() {
     for text in [ramp(15.0), kerb(0.05), String::new()] {
@@ -312,9 +317,10 @@ fn controls_need_no_less_than_the_best() {
     }
 }
 
-/// Equivalence: a robot of 1 mm/s has no momentum (5e-8 m of height) and its wheels slide with the static coefficient. It passes
-/// with the largest T/N that equal ratios need at rest. 2e-3: the places are up to 5 mm apart, and mu_n changes by 0.1 a
-/// centimetre at a kerb; the margin is found to 1e-4.
+/// Equivalence: a robot of 1 mm/s has no momentum (5e-8 m of height) and its wheels slide with the
+/// static coefficient. It passes with the largest T/N that equal ratios need at rest. 2e-3: the
+/// places are up to 5 mm apart, and mu_n changes by 0.1 a centimetre at a kerb; the margin is found
+/// to 1e-4.
 #[test]
 fn without_momentum_equal_ratios_decide() {
     for text in [ramp(15.0), kerb(0.03), kerb(0.05)] {
@@ -341,8 +347,8 @@ fn momentum_helps_over_a_kerb() {
     assert!(fast > slow + 0.01, "{slow} {fast}");
 }
 
-/// Consistency: with the friction lowered by a little less than the margin a driven robot passes, with a little more it is stuck
-/// for want of friction.
+/// Consistency: with the friction lowered by a little less than the margin a driven robot passes,
+/// with a little more it is stuck for want of friction.
 #[test]
 fn a_driven_robot_is_stuck_beyond_its_margin() {
     for drive in [DriveKind::Shared, DriveKind::Speed] {

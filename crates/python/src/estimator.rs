@@ -121,7 +121,8 @@ impl Estimator {
 /// Rows that go to their columns at once: they stay in the fast cache of a core.
 const ROWS_AT_ONCE: usize = 32;
 
-/// Updates the estimator with every row. A row whose time does not increase is an error; one without an estimate is empty.
+/// Updates the estimator with every row. A row whose time does not increase is an error; one
+/// without an estimate is empty.
 fn estimate_rows(
     estimator: &mut robhaz_estimator::Estimator,
     readings: &Readings,

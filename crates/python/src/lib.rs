@@ -1,7 +1,8 @@
 //! The Python package `robhaz`: scenes, runs, tables, estimators and studies.
 //!
-//! The classes here convert between Python and the crates of the workspace; they compute nothing. Docstrings for users are
-//! in `python/robhaz/_robhaz.pyi`. The crate is empty without the feature `extension-module`.
+//! The classes here convert between Python and the crates of the workspace; they compute nothing.
+//! Docstrings for users are in `python/robhaz/_robhaz.pyi`. The crate is empty without the feature
+//! `extension-module`.
 
 #![cfg(feature = "extension-module")]
 

@@ -15,8 +15,8 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Takes the columns out of a dictionary of arrays or a table of robhaz, pandas, polars or pyarrow. Contact angles may be
-    /// missing unless `with_angles`.
+    /// Takes the columns out of a dictionary of arrays or a table of robhaz, pandas, polars or
+    /// pyarrow. Contact angles may be missing unless `with_angles`.
     pub fn of(readings: &Bound<'_, PyAny>, with_angles: bool) -> PyResult<Self> {
         let names = names(readings)?;
         let column = |name: String| column(readings, &names, &name);
@@ -85,7 +85,8 @@ impl Readings {
     }
 }
 
-/// Names of the columns: `column_names` of pyarrow, `keys()` of dictionaries, pandas and robhaz, `columns` of polars.
+/// Names of the columns: `column_names` of pyarrow, `keys()` of dictionaries, pandas and robhaz,
+/// `columns` of polars.
 fn names(readings: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     let names = if let Ok(names) = readings.getattr("column_names") {
         names

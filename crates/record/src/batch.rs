@@ -12,8 +12,8 @@ use std::sync::Arc;
 /// Records that stay in the fast cache of a core while column after column takes its values.
 const ROWS_AT_ONCE: usize = 32;
 
-/// Collects rows of a table and makes Arrow batches of them. Unit and description of a column are in the metadata of its
-/// field.
+/// Collects rows of a table and makes Arrow batches of them. Unit and description of a column are
+/// in the metadata of its field.
 pub struct BatchBuilder {
     table: Table,
     /// The values of each column.
@@ -78,7 +78,8 @@ impl BatchBuilder {
 }
 
 impl Kind {
-    /// Type of its values, and whether there are gaps. Only columns with gaps are nullable: validity bits cost time.
+    /// Type of its values, and whether there are gaps. Only columns with gaps are nullable:
+    /// validity bits cost time.
     pub(crate) fn values(self) -> (DataType, bool) {
         match self {
             Self::Float => (DataType::Float64, false),

@@ -57,8 +57,8 @@ fn rows(runs: &[(&str, &Summary)]) -> Vec<([String; 3], Vec<Score>)> {
     runs.iter().flat_map(of_run).collect()
 }
 
-/// A JSON array with an object for each run and estimator: `run`, `scene`, `estimator`, and the scores by name, all digits;
-/// null where there is none.
+/// A JSON array with an object for each run and estimator: `run`, `scene`, `estimator`, and the
+/// scores by name, all digits; null where there is none.
 ///
 /// # Errors
 /// Those of the writer; in memory there is none to expect.
@@ -78,7 +78,8 @@ pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::
     serde_json::to_string_pretty(&array)
 }
 
-/// Comma-separated text, a line for each run and estimator after the header, all digits; empty where there is no number.
+/// Comma-separated text, a line for each run and estimator after the header, all digits; empty
+/// where there is no number.
 ///
 /// # Errors
 /// Those of the writer; in memory there is none to expect.

@@ -103,7 +103,8 @@ impl Dataset {
         distinct(self.words("estimator").iter().flatten())
     }
 
-    /// Reasons of failed runs, each with the number of its runs and the first of them, the most frequent first.
+    /// Reasons of failed runs, each with the number of its runs and the first of them, the most
+    /// frequent first.
     pub fn failures(&self) -> Vec<(&str, u64, u64)> {
         let mut found: BTreeMap<&str, (u64, u64)> = BTreeMap::new();
         for (error, index) in self.words("error").iter().zip(self.numbers("index")) {

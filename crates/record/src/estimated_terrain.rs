@@ -8,8 +8,8 @@ use robhaz_score::{GroundErrors, TrueGround, ground_origin};
 use robhaz_terrain::{Surveyed, Terrain};
 use std::sync::Arc;
 
-/// Largest distance of places at which the true ground is computed, m. Between them it is taken as straight: at a curvature of
-/// 10/m that errs by 1.3 um.
+/// Largest distance of places at which the true ground is computed, m. Between them it is taken as
+/// straight: at a curvature of 10/m that errs by 1.3 um.
 const SPACING: f64 = 1e-3;
 /// Points whose ground is computed together: some 10 m. That of an hour's path would take 30 MB.
 const SURVEYED_AT_ONCE: usize = 1024;
@@ -17,7 +17,8 @@ const SURVEYED_AT_ONCE: usize = 1024;
 /// Collects the ground of every estimator.
 #[derive(Clone, Debug, Default)]
 pub struct EstimatedTerrains {
-    /// The points of each estimator, in the order in which it completed them; none before the end of the run.
+    /// The points of each estimator, in the order in which it completed them; none before the end
+    /// of the run.
     points: Vec<Arc<[GroundPoint]>>,
     wheel_radius: f64,
     /// True place of the origin of the first section, m.
@@ -50,8 +51,8 @@ impl EstimatedTerrains {
         self.points = end.map_or(Vec::new(), |end| end.ground.clone());
     }
 
-    /// The points of an estimator with the true ground, which a simulation has. Only the origin of the first section is known:
-    /// later sections have no truth.
+    /// The points of an estimator with the true ground, which a simulation has. Only the origin of
+    /// the first section is known: later sections have no truth.
     pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<ComparedPoint> {
         let points = self.points.get(estimator).map_or(&[][..], |p| &p[..]);
         let chunks = points.chunks(SURVEYED_AT_ONCE);
@@ -72,7 +73,8 @@ impl EstimatedTerrains {
         with_truth.collect()
     }
 
-    /// Errors of the ground of an estimator; `None` where nothing can be compared. Points behind the origin count, too.
+    /// Errors of the ground of an estimator; `None` where nothing can be compared. Points behind
+    /// the origin count, too.
     pub fn errors(&self, estimator: usize, terrain: Option<&Terrain>) -> Option<GroundErrors> {
         let compared = self.compared(estimator, terrain).into_iter();
         GroundErrors::of(compared.filter_map(|(point, truth)| Some((point, truth?))))

@@ -29,8 +29,8 @@ impl Grid {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The rows that `cells` makes of each estimator, under the titles `names`. If there are several runs their labels come
-    /// first. Label and name are in the first row of each.
+    /// The rows that `cells` makes of each estimator, under the titles `names`. If there are
+    /// several runs their labels come first. Label and name are in the first row of each.
     pub(crate) fn of_estimators(
         runs: &[(&str, &Summary)],
         several: bool,

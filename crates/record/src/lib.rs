@@ -12,8 +12,9 @@
 //! | the dataset of a study, read back | `study.parquet` | [`Dataset`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
-//! Every column of every table is declared once, with its unit, in [`Table`], and every score in [`ScoreColumn`]. Everything
-//! is in SI; the same run leaves the same bytes, except for the duration of the computation in the summary.
+//! Every column of every table is declared once, with its unit, in [`Table`], and every score in
+//! [`ScoreColumn`]. Everything is in SI; the same run leaves the same bytes, except for the
+//! duration of the computation in the summary.
 
 mod batch;
 mod columns;

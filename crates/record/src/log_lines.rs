@@ -13,7 +13,8 @@ const FEW: usize = 4;
 pub const MEANS: &str = "Means of the estimates, N: normal force N and traction T of each wheel, with the stated standard \
                          deviation.\nParity: RMS of the parity residual over its expected deviation, 1 for a right noise budget.";
 
-/// The means of runs that have nothing to compare with: a row of N, and below it that of T. Each run has a label.
+/// The means of runs that have nothing to compare with: a row of N, and below it that of T. Each
+/// run has a label.
 pub fn means(runs: &[(&str, &Summary)], several: bool) -> Grid {
     let names = [
         "force",
@@ -47,7 +48,8 @@ pub fn means(runs: &[(&str, &Summary)], several: bool) -> Grid {
     })
 }
 
-/// Needed friction (mean, and largest size), shares of the records with a flag, and channels whose readings contradict others.
+/// Needed friction (mean, and largest size), shares of the records with a flag, and channels whose
+/// readings contradict others.
 pub fn health(runs: &[(&str, &Summary)]) -> Grid {
     let names = [
         "T/N front",
@@ -79,7 +81,8 @@ pub fn health(runs: &[(&str, &Summary)]) -> Grid {
     })
 }
 
-/// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.
+/// Lines about a log: its channels, what was left out, readings that are missing, flags of the
+/// estimators.
 pub fn log_lines(summary: &Summary) -> Vec<String> {
     let Some(log) = &summary.log else {
         return Vec::new();

@@ -28,8 +28,9 @@ figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { c
 @media print { pre { white-space: pre-wrap; } figure, tr { break-inside: avoid; } }
 ";
 
-/// The page of a run, complete or broken off, or of an estimate, from its folder: what happened, errors of the estimators, all
-/// figures within the page, and the scene or description from which it was made.
+/// The page of a run, complete or broken off, or of an estimate, from its folder: what happened,
+/// errors of the estimators, all figures within the page, and the scene or description from which
+/// it was made.
 ///
 /// # Errors
 /// [`RecordError`] if the summary or a figure cannot be read.
@@ -186,7 +187,8 @@ fn contacts(runs: &[(&str, &Summary)]) -> Markup {
     Grid::of_estimators(runs, false, &names, cells).html()
 }
 
-/// Name and picture of each SVG in a folder, in the order of the page; none where there is no folder.
+/// Name and picture of each SVG in a folder, in the order of the page; none where there is no
+/// folder.
 fn figures(folder: &Path) -> Result<Vec<(String, String)>, RecordError> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),

@@ -56,8 +56,8 @@ pub fn batch_of_points<T>(
     Ok(batch?)
 }
 
-/// Writes the table `name` into a folder that has no other; with CSV also `columns.csv`. `metadata` are keys and values of the
-/// table as a whole.
+/// Writes the table `name` into a folder that has no other; with CSV also `columns.csv`. `metadata`
+/// are keys and values of the table as a whole.
 ///
 /// # Errors
 /// [`RecordError`] of the file system.

@@ -7,8 +7,8 @@ pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold(none, wider)
 }
 
-/// The `share`-quantile (0 to 1) of ascending values, linear between neighbours: type 7 of Hyndman and Fan (1996), as R
-/// and NumPy have it by default. `None` of no values.
+/// The `share`-quantile (0 to 1) of ascending values, linear between neighbours: type 7 of Hyndman
+/// and Fan (1996), as R and NumPy have it by default. `None` of no values.
 pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
     let last = ascending.len().checked_sub(1)?;
     let place = share.clamp(0.0, 1.0) * last as f64;

@@ -10,13 +10,14 @@ use robhaz_score::Progress;
 /// Width of the table, columns of text.
 const WIDTH: u16 = 100;
 
-/// Time for which a wheel may spin before the report mentions it, s: at a kerb's edge or a trench's it spins for less.
+/// Time for which a wheel may spin before the report mentions it, s: at a kerb's edge or a trench's
+/// it spins for less.
 const LONG_SPIN: f64 = 2.0;
 
 /// Errors of the normal forces, estimators by wheels, of one run or several. Each run has a label.
 ///
-/// Errors are in N, and also in % of the mean true normal force of the three wheels. Recorded logs without truth have a
-/// table of their own, with means.
+/// Errors are in N, and also in % of the mean true normal force of the three wheels. Recorded logs
+/// without truth have a table of their own, with means.
 pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let several = runs.len() > 1;
     let without_truth =
@@ -156,7 +157,8 @@ fn faulty_channels(estimator: &EstimatorSummary) -> Option<String> {
     })
 }
 
-/// How many records have a wheel with two contacts, and how many are left out, the same for all estimators of a run.
+/// How many records have a wheel with two contacts, and how many are left out, the same for all
+/// estimators of a run.
 fn two_contacts(summary: &Summary) -> Vec<String> {
     let mut lines = Vec::new();
     let Some(first) = summary.estimators.first() else {

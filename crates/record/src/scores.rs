@@ -1,5 +1,5 @@
-//! The scores of a run: name, unit, meaning and value of each, declared once. `robhaz compare`, the pages and the dataset of a
-//! study take theirs from here.
+//! The scores of a run: name, unit, meaning and value of each, declared once. `robhaz compare`, the
+//! pages and the dataset of a study take theirs from here.
 
 use crate::summary::{EstimatorSummary, FrictionTestSummary, Summary};
 
@@ -131,7 +131,8 @@ impl ScoreColumn {
         COLUMNS
     }
 
-    /// The value for one estimator of a run with this `bound`; `None` where there is none, or it is not finite.
+    /// The value for one estimator of a run with this `bound`; `None` where there is none, or it is
+    /// not finite.
     pub fn value(
         &self,
         run: &Summary,

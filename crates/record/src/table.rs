@@ -15,9 +15,10 @@ use std::path::{Path, PathBuf};
 use std::slice;
 
 /// Makes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of
-/// a run, in a folder or in memory. Recorded readings have neither `truth` nor `terrain`; only a control that
-/// takes readings has `commands`. An estimator that finds no ground has no table `ground-NAME`; it is
-/// made at the end of the run, because points change until the robot has left them.
+/// a run, in a folder or in memory. Recorded readings have neither `truth` nor `terrain`; only a
+/// control that takes readings has `commands`. An estimator that finds no ground has no table
+/// `ground-NAME`; it is made at the end of the run, because points change until the robot has left
+/// them.
 ///
 /// A file that is not complete has another name; a run that breaks off closes its tables.
 #[derive(Default)]
@@ -73,8 +74,8 @@ impl TableSink {
         Self::default()
     }
 
-    /// Name and content of each table in memory: `truth`, `sensors`, `estimate-NAME`, then `terrain` and `ground-NAME`. Empty
-    /// before the end of the run.
+    /// Name and content of each table in memory: `truth`, `sensors`, `estimate-NAME`, then
+    /// `terrain` and `ground-NAME`. Empty before the end of the run.
     pub fn into_tables(self) -> Vec<(String, RecordBatch)> {
         self.in_memory
     }
@@ -100,7 +101,8 @@ impl TableSink {
         Ok(())
     }
 
-    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left out from then on.
+    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left
+    /// out from then on.
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         if let Some((_, grounds)) = &mut self.grounds {
             frames.iter().for_each(|frame| grounds.add(frame));

@@ -23,8 +23,8 @@ pub const GROUP_ROWS: usize = 16 * 1024;
 /// Bytes in a call of the system: the library copies 8 kB at a time.
 const WRITTEN_AT_ONCE: usize = 256 * 1024;
 
-/// A table while it is written. It gets its name when it is complete; until then, and after a kill, it has that of an
-/// incomplete one.
+/// A table while it is written. It gets its name when it is complete; until then, and after a kill,
+/// it has that of an incomplete one.
 pub struct TableFile {
     path: PathBuf,
     partial: PathBuf,
@@ -37,8 +37,8 @@ enum Out {
 }
 
 impl TableFile {
-    /// Creates the file. With CSV its columns are added to `columns.csv`, which `start_columns` has begun. Parquet makes it
-    /// small if `values_repeat` from row to row.
+    /// Creates the file. With CSV its columns are added to `columns.csv`, which `start_columns` has
+    /// begun. Parquet makes it small if `values_repeat` from row to row.
     ///
     /// # Errors
     /// [`RecordError`] of the file system.
@@ -111,7 +111,8 @@ pub fn write_table(
     file.finish(false)
 }
 
-/// Begins `columns.csv`: table, column, unit and description, for which CSV has no place. Parquet has none.
+/// Begins `columns.csv`: table, column, unit and description, for which CSV has no place. Parquet
+/// has none.
 pub fn start_columns(folder: &Path, format: TableFormat) -> Result<(), RecordError> {
     if format == TableFormat::Parquet {
         return Ok(());
@@ -139,8 +140,8 @@ fn add_columns(folder: &Path, table: &str, schema: &SchemaRef) -> Result<(), Rec
         .map_err(io_error("write", &path))
 }
 
-/// Comma-separated text. A number is the shortest text that reads back as the same number, with an exponent where that is
-/// shorter; one that is missing is empty.
+/// Comma-separated text. A number is the shortest text that reads back as the same number, with an
+/// exponent where that is shorter; one that is missing is empty.
 fn write_lines(out: &mut impl Write, batch: &RecordBatch) -> io::Result<()> {
     let columns = batch.columns().iter().map(|array| {
         let counts = array.as_primitive_opt::<UInt32Type>();
@@ -180,8 +181,8 @@ fn write_group(
     group.close().map(|_| ())
 }
 
-/// A file without rows. Metadata of the table as a whole belong to the file, those of the columns to
-/// Arrow's schema, which the file has, too.
+/// A file without rows. Metadata of the table as a whole belong to the file, those of the columns
+/// to Arrow's schema, which the file has, too.
 fn writer(
     file: BufWriter<File>,
     schema: &SchemaRef,
@@ -199,8 +200,8 @@ fn writer(
     SerializedFileWriter::new(file, columns.root_schema_ptr(), Arc::new(properties))
 }
 
-/// Writes the values of one column. The library's writer of whole batches looks up each value by an index, which
-/// takes several times as long.
+/// Writes the values of one column. The library's writer of whole batches looks up each value by an
+/// index, which takes several times as long.
 fn write_column(
     to: &mut SerializedColumnWriter<'_>,
     array: &dyn Array,
@@ -251,8 +252,8 @@ fn put<T: stored::DataType>(
 }
 
 fn properties(metadata: Vec<KeyValue>, values_repeat: bool) -> WriterProperties {
-    // Measured values hardly ever do: compression takes a tenth of a run's work for a twentieth of its size, and a
-    // dictionary would only cost time.
+    // Measured values hardly ever do: compression takes a tenth of a run's work for a twentieth of
+    // its size, and a dictionary would only cost time.
     let compression = match values_repeat {
         true => Compression::SNAPPY,
         false => Compression::UNCOMPRESSED,

@@ -36,8 +36,9 @@ impl TruthClearance {
         self.meter.measure(&places(truth))
     }
 
-    /// Clearance of body and links where it matters for the least of a run and for touches: `None` where it is not below the
-    /// least that this function has found before and no bar touches the ground, or has just left it.
+    /// Clearance of body and links where it matters for the least of a run and for touches: `None`
+    /// where it is not below the least that this function has found before and no bar touches the
+    /// ground, or has just left it.
     pub fn at_change(&mut self, truth: &Truth) -> Option<Clearances> {
         let found = self.meter.measure_below(&places(truth), self.least)?;
         self.least = self.least.min(found.least().1);

@@ -13,9 +13,11 @@ use std::fmt::Write as _;
 pub struct RunDescription {
     /// Name of the scene or log.
     pub name: String,
-    /// Distinguishes runs of one name: it is equal for equal scenes. A log takes a hash of its content.
+    /// Distinguishes runs of one name: it is equal for equal scenes. A log takes a hash of its
+    /// content.
     pub fingerprint: u64,
-    /// Rate of the records, planned duration, and the time from which errors count. Time starts at 0.
+    /// Rate of the records, planned duration, and the time from which errors count. Time starts at
+    /// 0.
     pub record: RecordChoice,
     /// The estimators, in the order of [`crate::Frame::estimates`]. Their labels are unique.
     pub estimators: Vec<EstimatorDescription>,
@@ -25,7 +27,8 @@ pub struct RunDescription {
     pub nominal_robot: Robot,
     /// Nominal viscous damping B, N m s.
     pub nominal_damping: f64,
-    /// Whether its records have the truth: those of a simulation, and of a log with a table of true forces.
+    /// Whether its records have the truth: those of a simulation, and of a log with a table of true
+    /// forces.
     pub has_truth: bool,
     /// The scene of a simulation. `None` for a log.
     pub world: Option<Box<Scene>>,
@@ -38,7 +41,8 @@ pub struct EstimatorDescription {
     pub label: String,
     /// The settings as listed. They show which preset the estimator is.
     pub listed: EstimatorSettings,
-    /// The settings that the estimator runs with: as listed, with the nominal damping and the noise budget.
+    /// The settings that the estimator runs with: as listed, with the nominal damping and the noise
+    /// budget.
     pub settings: EstimatorSettings,
 }
 
@@ -73,7 +77,8 @@ impl RunDescription {
 }
 
 impl RunDescription {
-    /// Whether a control that takes readings gives the records commands: see [`crate::Frame::commands`].
+    /// Whether a control that takes readings gives the records commands: see
+    /// [`crate::Frame::commands`].
     pub fn takes_commands(&self) -> bool {
         let world = self.world.as_ref();
         world.is_some_and(|world| world.control.kind.is_closed_loop())
@@ -112,7 +117,8 @@ fn fingerprint(scene: &Scene) -> u64 {
 mod tests {
     use super::*;
 
-    /// Property: the estimators get the nominal damping and the noise budget; the listed settings stay as listed.
+    /// Property: the estimators get the nominal damping and the noise budget; the listed settings
+    /// stay as listed.
     #[test]
     fn estimators_run_with_the_nominal_damping() -> Result<(), ModelErrorTooLarge> {
         let mut scene = Scene::default();

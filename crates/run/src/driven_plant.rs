@@ -6,8 +6,8 @@ use crate::estimators::Observers;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::{Balance, Plant, PlantError, PlantSetup, Truth};
 
-/// A plant that its control drives: the same loop as [`crate::Run`], without sinks, and with the one estimator that the
-/// control gets. The truth is the same to the bit.
+/// A plant that its control drives: the same loop as [`crate::Run`], without sinks, and with the
+/// one estimator that the control gets. The truth is the same to the bit.
 pub struct DrivenPlant {
     plant: Plant,
     /// Sensors, estimator and control, where the control takes readings.
@@ -15,8 +15,8 @@ pub struct DrivenPlant {
 }
 
 impl DrivenPlant {
-    /// The plant of a setup with the control of a scene. For a control that takes readings, the period of the setup is that
-    /// of the sensors.
+    /// The plant of a setup with the control of a scene. For a control that takes readings, the
+    /// period of the setup is that of the sensors.
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
@@ -27,8 +27,8 @@ impl DrivenPlant {
         })
     }
 
-    /// The truth at the current time, which the sensors then read; the control sets its commands; the simulation advances
-    /// by one period.
+    /// The truth at the current time, which the sensors then read; the control sets its commands;
+    /// the simulation advances by one period.
     ///
     /// # Errors
     /// As [`Plant::next_truth`].

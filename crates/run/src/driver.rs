@@ -18,7 +18,8 @@ pub struct Driver {
 }
 
 impl Driver {
-    /// The control of a scene before its first sample. `None` where the drives follow their own plan.
+    /// The control of a scene before its first sample. `None` where the drives follow their own
+    /// plan.
     ///
     /// # Errors
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
@@ -40,7 +41,8 @@ impl Driver {
         self.controller.friction_tests().into_iter().flatten()
     }
 
-    /// The commands that follow from readings and estimates of one sample, for the time from the next sample on.
+    /// The commands that follow from readings and estimates of one sample, for the time from the
+    /// next sample on.
     pub fn commands(
         &mut self,
         frame: &SensorFrame,

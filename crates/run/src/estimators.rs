@@ -34,7 +34,8 @@ impl Estimators {
         }
     }
 
-    /// Updates every estimator with the readings of one sample. Returns the estimates in the order of the settings.
+    /// Updates every estimator with the readings of one sample. Returns the estimates in the order
+    /// of the settings.
     pub fn update(&mut self, frame: &SensorFrame) -> &[Result<Estimate, EstimateError>] {
         self.estimates.clear();
         for (estimator, completed) in self.estimators.iter_mut().zip(&mut self.completed) {
@@ -43,9 +44,10 @@ impl Estimators {
         &self.estimates
     }
 
-    /// Updates every estimator with the readings of several samples, on the threads of the pool in which it is called. `to` then
-    /// has the estimates of one sample after the other, each in the order of the settings. Each estimate goes straight to its
-    /// place: it has more than a kB, and a copy costs as much as a part of its computation.
+    /// Updates every estimator with the readings of several samples, on the threads of the pool in
+    /// which it is called. `to` then has the estimates of one sample after the other, each in the
+    /// order of the settings. Each estimate goes straight to its place: it has more than a kB, and
+    /// a copy costs as much as a part of its computation.
     pub(crate) fn update_all(
         &mut self,
         samples: &[Sample],
@@ -100,7 +102,8 @@ impl Estimators {
     }
 }
 
-/// The estimate of a frame, after which `completed` has the points of the ground that the estimator has left.
+/// The estimate of a frame, after which `completed` has the points of the ground that the estimator
+/// has left.
 fn update(
     estimator: &mut Estimator,
     completed: &mut Vec<GroundPoint>,
@@ -114,7 +117,8 @@ fn update(
     estimate
 }
 
-/// The sensors and estimators of a scene: they turn the truth into readings and the readings into estimates.
+/// The sensors and estimators of a scene: they turn the truth into readings and the readings into
+/// estimates.
 pub struct Observers {
     sensors: Sensors,
     estimators: Estimators,
@@ -136,7 +140,8 @@ impl Observers {
         })
     }
 
-    /// Reads the sensors at one sample and updates every estimator. Returns readings and estimates, in the scene's order.
+    /// Reads the sensors at one sample and updates every estimator. Returns readings and estimates,
+    /// in the scene's order.
     pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
         let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
         (frame, self.estimators.update(frame))

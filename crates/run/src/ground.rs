@@ -36,7 +36,8 @@ impl<'a> EstimatedTerrain<'a> {
         }
     }
 
-    /// Copies of the points in the memory of each estimator, and the points that each has completed.
+    /// Copies of the points in the memory of each estimator, and the points that each has
+    /// completed.
     pub(crate) const fn copied(
         memory: &'a [Vec<GroundPoint>],
         completed: &'a [Vec<GroundPoint>],
@@ -48,12 +49,14 @@ impl<'a> EstimatedTerrain<'a> {
     }
 
     /// Points that left the memory of an estimator since the last record, in their final form: see
-    /// [`Estimator::completed_ground`]. In a run on several threads some records share them: the last one has them.
+    /// [`Estimator::completed_ground`]. In a run on several threads some records share them: the
+    /// last one has them.
     pub fn completed(&self, estimator: usize) -> &'a [GroundPoint] {
         self.completed.get(estimator).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether this record has the points in memory. In a run on several threads one in 0.2 s has them.
+    /// Whether this record has the points in memory. In a run on several threads one in 0.2 s has
+    /// them.
     pub const fn has_memory(&self) -> bool {
         match self.memory {
             Memory::Live(estimators) => !estimators.is_empty(),
@@ -61,7 +64,8 @@ impl<'a> EstimatedTerrain<'a> {
         }
     }
 
-    /// Points in the memory of an estimator: see [`Estimator::ground`]. None where [`Self::has_memory`] is false.
+    /// Points in the memory of an estimator: see [`Estimator::ground`]. None where
+    /// [`Self::has_memory`] is false.
     pub fn in_memory(&self, estimator: usize) -> impl Iterator<Item = GroundPoint> + 'a {
         let (live, copied): (&[Estimator], &[Vec<GroundPoint>]) = match self.memory {
             Memory::Live(estimators) => (estimators, &[]),

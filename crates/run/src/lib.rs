@@ -7,14 +7,16 @@
 //!   +- commands <- control <----------------+
 //! ```
 //!
-//! A [`Source`] gives readings, sample by sample. [`Simulation`] is the source of a scene; a recorded log is a source
-//! without truth. Several [`Estimators`] run side by side on the same readings. A [`Sink`] receives a
-//! [`RunDescription`] and every record, and never calls back.
+//! A [`Source`] gives readings, sample by sample. [`Simulation`] is the source of a scene; a
+//! recorded log is a source without truth. Several [`Estimators`] run side by side on the same
+//! readings. A [`Sink`] receives a [`RunDescription`] and every record, and never calls back.
 //!
-//! A run works in one loop, or on several threads ([`Run::on_threads`]): its records are the same, to the bit.
+//! A run works in one loop, or on several threads ([`Run::on_threads`]): its records are the same,
+//! to the bit.
 //!
-//! Where the scene's control takes readings, a [`Driver`] hands its commands to the source; they act from the next sample
-//! on. [`DrivenPlant`] is the same loop for those who need the truth alone, as the checks of [`verify`] do.
+//! Where the scene's control takes readings, a [`Driver`] hands its commands to the source; they
+//! act from the next sample on. [`DrivenPlant`] is the same loop for those who need the truth
+//! alone, as the checks of [`verify`] do.
 
 mod clearance;
 mod description;
@@ -47,7 +49,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tracing::debug;
 
-/// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked at every sample.
+/// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked at
+/// every sample.
 pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 
 /// Runs a scene from its start to its end and hands every record to every sink.
@@ -80,7 +83,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// The simulation of a scene, in one loop: puts the robot on its ground and prepares its sensors and estimators.
+    /// The simulation of a scene, in one loop: puts the robot on its ground and prepares its
+    /// sensors and estimators.
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
@@ -93,8 +97,9 @@ impl Run {
         Ok(run)
     }
 
-    /// The sensors and estimators of a scene on a truth that was simulated before, one item a sample of the sensors, in one
-    /// loop. Where the truth is that of the scene, all records are those of [`Run::new`], to the bit. No control drives.
+    /// The sensors and estimators of a scene on a truth that was simulated before, one item a
+    /// sample of the sensors, in one loop. Where the truth is that of the scene, all records are
+    /// those of [`Run::new`], to the bit. No control drives.
     ///
     /// # Errors
     /// [`RunError::ModelError`].
@@ -103,14 +108,16 @@ impl Run {
         Ok(Self::ready(RunDescription::of(scene)?, source))
     }
 
-    /// A run on recorded readings, with the estimators of its description and without a control, on several threads.
+    /// A run on recorded readings, with the estimators of its description and without a control, on
+    /// several threads.
     pub fn of(description: RunDescription, source: Box<dyn Source + Send>) -> Self {
         Self::ready(description, source).on_threads()
     }
 
-    /// Source, estimators and sinks work on several threads, where no control needs the estimates: the run of one scene is
-    /// faster, that of many scenes at once is not. The records are those of one loop, to the bit, but completed points of the
-    /// ground may come with a later record, and few records have the ground in memory: see [`EstimatedTerrain`].
+    /// Source, estimators and sinks work on several threads, where no control needs the estimates:
+    /// the run of one scene is faster, that of many scenes at once is not. The records are those of
+    /// one loop, to the bit, but completed points of the ground may come with a later record, and
+    /// few records have the ground in memory: see [`EstimatedTerrain`].
     #[must_use]
     pub fn on_threads(mut self) -> Self {
         self.on_threads = true;
@@ -134,8 +141,8 @@ impl Run {
         }
     }
 
-    /// Runs to the end of the source, or until `stop` names a cause. When the run breaks off, the sinks still end, so
-    /// that what was recorded is kept.
+    /// Runs to the end of the source, or until `stop` names a cause. When the run breaks off, the
+    /// sinks still end, so that what was recorded is kept.
     ///
     /// # Errors
     /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.

@@ -1,8 +1,9 @@
 //! A run on several threads: source, estimation and sinks do not wait for each other.
 //!
-//! This takes a source that does not depend on the estimates: recorded readings, or a simulation whose control takes none.
-//! Samples pass from thread to thread in batches and in their order, and the estimators of a run work at the same time,
-//! each on its own samples in order: the estimates have the bits of one loop.
+//! This takes a source that does not depend on the estimates: recorded readings, or a simulation
+//! whose control takes none. Samples pass from thread to thread in batches and in their order, and
+//! the estimators of a run work at the same time, each on its own samples in order: the estimates
+//! have the bits of one loop.
 //!
 //! ```text
 //! source --samples--> estimators and clearance, side by side --records--> sinks
@@ -24,13 +25,15 @@ use std::time::{Duration, Instant};
 
 /// Most samples of a batch: a tenth of a second at 1 kHz, and some MB of estimates.
 const BATCH: usize = 100;
-/// Time from one record with the ground in the memory of the estimators to the next, s. Such a record ends its batch.
+/// Time from one record with the ground in the memory of the estimators to the next, s. Such a
+/// record ends its batch.
 const GROUND_PERIOD: f64 = 0.2;
 /// Batches that wait before each thread.
 const WAITING: usize = 1;
 
-/// Samples that were read together, and what follows from them. The batch goes back to the source when its records have been
-/// handed on: so its memory, some MB, is taken from the system once and not for each batch.
+/// Samples that were read together, and what follows from them. The batch goes back to the source
+/// when its records have been handed on: so its memory, some MB, is taken from the system once and
+/// not for each batch.
 #[derive(Default)]
 struct Batch {
     samples: Vec<Sample>,
@@ -40,18 +43,19 @@ struct Batch {
     failure: Option<RunError>,
     /// Estimates of one sample after the other.
     estimates: Vec<Result<Estimate, EstimateError>>,
-    /// Clearances of one record after the other, where a sink needs them; none for recorded readings.
+    /// Clearances of one record after the other, where a sink needs them; none for recorded
+    /// readings.
     clearances: Vec<Option<Clearances>>,
     /// Points of the ground that each estimator has completed.
     completed: Vec<Vec<GroundPoint>>,
-    /// Points in the memory of each estimator, for the last sample; none where it does not have them.
+    /// Points in the memory of each estimator, for the last sample; none where it does not have
+    /// them.
     memory: Vec<Vec<GroundPoint>>,
 }
 
-/// Hands every record of a source with its estimates to `hand_on`, some at once and in order of time, until the source ends or
-/// `hand_on` fails.
-/// Points of the ground that no record has had stay with the estimators. Adds the time of the slower one of source and
-/// estimation to `wall`.
+/// Hands every record of a source with its estimates to `hand_on`, some at once and in order of
+/// time, until the source ends or `hand_on` fails. Points of the ground that no record has had stay
+/// with the estimators. Adds the time of the slower one of source and estimation to `wall`.
 ///
 /// # Errors
 /// That of the source, after the samples before it, or that of `hand_on`; [`RunError::Threads`].
@@ -119,15 +123,16 @@ fn read_all(
     time
 }
 
-/// Puts the next samples of a source into a batch. Returns whether they are the last. `next_ground` counts the periods of
-/// [`GROUND_PERIOD`].
+/// Puts the next samples of a source into a batch. Returns whether they are the last. `next_ground`
+/// counts the periods of [`GROUND_PERIOD`].
 fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut f64) -> bool {
     batch.samples.clear();
     batch.ends_with_ground = false;
     while batch.samples.len() < BATCH && !batch.ends_with_ground {
         match source.next_sample() {
             Ok(Some(sample)) => {
-                // Times are sums of steps: a rounding error must not postpone the ground to the next record.
+                // Times are sums of steps: a rounding error must not postpone the ground to the
+                // next record.
                 let periods = (sample.time / GROUND_PERIOD + 1e-6).floor();
                 if sample.is_record && periods >= *next_ground {
                     *next_ground = periods + 1.0;

@@ -17,15 +17,15 @@ pub struct Frame<'a> {
     pub time: f64,
     /// The simulated truth. `None` for recorded readings.
     pub truth: Option<&'a Truth>,
-    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings, and where no sink of the run
-    /// needs it: see [`Sink::clearance_need`].
+    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings, and
+    /// where no sink of the run needs it: see [`Sink::clearance_need`].
     pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
     /// The estimate of each estimator, in the order of [`RunDescription::estimators`].
     pub estimates: &'a [Result<Estimate, EstimateError>],
-    /// The commands that the control derives from these readings and estimates; they act from the next sample on. `None`
-    /// without a control that takes readings.
+    /// The commands that the control derives from these readings and estimates; they act from the
+    /// next sample on. `None` without a control that takes readings.
     pub commands: Option<[WheelCommand; 3]>,
     /// The ground as each estimator knows it, in the same order.
     pub ground: EstimatedTerrain<'a>,
@@ -36,12 +36,14 @@ pub struct Frame<'a> {
 pub struct RunEnd {
     /// Time of the run up to its end, s.
     pub duration: f64,
-    /// Time that source and estimators took, without the sinks, s; on several threads the time of the slower one.
+    /// Time that source and estimators took, without the sinks, s; on several threads the time of
+    /// the slower one.
     pub wall: f64,
     /// Mean integration step of the simulation, s. `None` for recorded readings.
     pub step: Option<f64>,
-    /// The whole ground that each estimator has found, in the order of [`RunDescription::estimators`]: the points that the
-    /// records have completed, and the rest. Sinks share it.
+    /// The whole ground that each estimator has found, in the order of
+    /// [`RunDescription::estimators`]: the points that the records have completed, and the rest.
+    /// Sinks share it.
     pub ground: Vec<Arc<[GroundPoint]>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
@@ -68,7 +70,8 @@ impl RunEnd {
 pub enum ClearanceNeed {
     /// At none.
     Never,
-    /// Where it is less than at all records before, and where a bar touches the ground or leaves it: much cheaper than always.
+    /// Where it is less than at all records before, and where a bar touches the ground or leaves
+    /// it: much cheaper than always.
     AtChanges,
     /// At every record.
     Always,
@@ -98,7 +101,8 @@ pub trait Sink {
     /// The sink cannot go on. The run stops.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError>;
 
-    /// Called with records that follow each other, in place of [`Self::frame`], where the run has several at once.
+    /// Called with records that follow each other, in place of [`Self::frame`], where the run has
+    /// several at once.
     ///
     /// # Errors
     /// The sink cannot go on. The run stops.
@@ -106,8 +110,8 @@ pub trait Sink {
         frames.iter().try_for_each(|frame| self.frame(frame))
     }
 
-    /// Called after the last record, also when the run broke off: see [`RunEnd::broken_off`]. `None` when the run
-    /// could not start and has no record.
+    /// Called after the last record, also when the run broke off: see [`RunEnd::broken_off`].
+    /// `None` when the run could not start and has no record.
     ///
     /// # Errors
     /// The sink cannot finish.

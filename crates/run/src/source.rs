@@ -18,7 +18,8 @@ pub struct Sample {
     pub truth: Option<Truth>,
     /// The readings of the sensors.
     pub sensors: SensorFrame,
-    /// Whether the sinks receive this sample; estimators see every sample. For recorded readings always true.
+    /// Whether the sinks receive this sample; estimators see every sample. For recorded readings
+    /// always true.
     pub is_record: bool,
 }
 
@@ -30,7 +31,8 @@ pub trait Source {
     /// [`RunError`] where the source cannot go on.
     fn next_sample(&mut self) -> Result<Option<Sample>, RunError>;
 
-    /// Takes the commands of the wheels, which act from the next sample on. Recorded readings ignore them.
+    /// Takes the commands of the wheels, which act from the next sample on. Recorded readings
+    /// ignore them.
     fn command(&mut self, _commands: [WheelCommand; 3]) {}
 
     /// Mean integration step so far, s. `None` where nothing is integrated.
@@ -123,7 +125,8 @@ impl Source for Simulation {
     }
 }
 
-/// The readings of the simulated sensors as the estimators take them. This is the only bridge between simulator and estimators.
+/// The readings of the simulated sensors as the estimators take them. This is the only bridge
+/// between simulator and estimators.
 pub fn sensor_frame(readings: &Readings) -> SensorFrame {
     let link = |i: usize| LinkReading {
         inclination: readings.inclination[i],

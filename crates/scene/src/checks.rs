@@ -152,8 +152,8 @@ fn is_whole(value: f64) -> bool {
     value.round() >= 1.0 && (value - value.round()).abs() <= WHOLE * value
 }
 
-/// Reports a conflict at the key that an override set, else at the first key that is written; defaults have no
-/// conflicts.
+/// Reports a conflict at the key that an override set, else at the first key that is written;
+/// defaults have no conflicts.
 fn report(reader: &mut Reader, root: &Node, found: &Conflict) {
     let keys = || found.keys.iter().map(|(key, _)| *key);
     let written = || keys().filter_map(|key| Some((key, &root.find(key)?.origin)));

@@ -26,8 +26,8 @@ keys! {
     /// penetration over which the damping rises from 0 to c; 0 for a constant c
     damping_ramp: number(LENGTH, at_least(0.0).at_most(0.1)) => contact.damping_ramp;
 
-    /// friction law: T/N over the slip speed, T/N over the slip ratio, or nearly Coulomb's law, which only direct takes
-    /// at the default step
+    /// friction law: T/N over the slip speed, T/N over the slip ratio, or nearly Coulomb's law,
+    /// which only direct takes at the default step
     friction: word(&FrictionKind::ALL, FrictionKind::name) => friction.kind;
 
     /// static friction coefficient
@@ -36,7 +36,8 @@ keys! {
     /// dynamic friction coefficient, not above mu_s
     mu_d: number(NONE, at_least(0.0).at_most(10.0)) => friction.mu_d;
 
-    /// slip speed up to which the static coefficient holds; 0.001 with friction = "rigid", which takes 2e-4 to 0.002
+    /// slip speed up to which the static coefficient holds; 0.001 with friction = "rigid", which
+    /// takes 2e-4 to 0.002
     v_s: number(SPEED, above(0.0).at_most(10.0)) => friction.v_s;
 
     /// slip speed from which the dynamic coefficient holds, above v_s
@@ -49,8 +50,8 @@ keys! {
     rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => rolling.coefficient;
 }
 
-/// The chosen friction law with its defaults. It is needed before all other keys. An unknown word is refused when the
-/// section is read.
+/// The chosen friction law with its defaults. It is needed before all other keys. An unknown word
+/// is refused when the section is read.
 pub(crate) fn chosen_law(root: &Node) -> FrictionLaw {
     let name = root.find("contact.friction").and_then(Node::as_text);
     let kind = FrictionKind::ALL

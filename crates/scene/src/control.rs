@@ -16,7 +16,8 @@ const DEFAULTS: [&str; 2] = [
     estimators::PRESETS[estimators::BEST],
 ];
 
-/// Checks the estimator of the control, or chooses the default one. A control without readings needs none.
+/// Checks the estimator of the control, or chooses the default one. A control without readings
+/// needs none.
 pub(crate) fn choose_estimator(reader: &mut Reader, root: &Node, scene: &mut Scene) {
     const PATH: &str = "drive.estimator";
     if !reader.is_clean(&[estimators::PATH]) {
@@ -45,7 +46,8 @@ pub(crate) fn choose_estimator(reader: &mut Reader, root: &Node, scene: &mut Sce
     }
 }
 
-/// What does not go with one speed control, which has one set speed, and gains that the rate of its samples limits.
+/// What does not go with one speed control, which has one set speed, and gains that the rate of its
+/// samples limits.
 pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     if scene.control.kind != ControlKind::Shared {
         return Vec::new();

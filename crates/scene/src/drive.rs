@@ -44,8 +44,8 @@ keys! {
     /// duration of the smooth start and of each change of a scaling; 0 for a jump
     ramp_time: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => drive.ramp_time;
 
-    /// every drive keeps its own set speed; one speed control shares its torque by the estimated normal forces; or
-    /// torque ramps on one wheel after the other find mu_max
+    /// every drive keeps its own set speed; one speed control shares its torque by the estimated
+    /// normal forces; or torque ramps on one wheel after the other find mu_max
     kind: word(&ControlKind::ALL, ControlKind::name) => control.kind;
 
     /// the estimator that a control with readings gets

@@ -109,8 +109,9 @@ impl Diagnostic for Problem {
 
 /// The problems of a scene: at least one, at most 20.
 ///
-/// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those that are shown. As
-/// a [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
+/// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those
+/// that are shown. As a [`Diagnostic`] it shows the place of the first problem, and the others as
+/// related diagnostics.
 #[derive(Debug)]
 pub struct SceneError {
     /// Those that are shown: at least one.
@@ -139,8 +140,8 @@ impl SceneError {
         self.problems().all(|problem| problem.whole)
     }
 
-    /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of more than 20, the
-    /// first 20 and a last one with the number of the others.
+    /// The problems that are shown: file by file in the order of their lines, those of overrides
+    /// last. Of more than 20, the first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
         self.shown.iter()
     }
@@ -174,8 +175,8 @@ impl Diagnostic for SceneError {
     }
 }
 
-/// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`,
-/// a tab becomes a space.
+/// Escapes a text for terminals: control characters and marks of the writing direction become
+/// escapes such as `\u{1b}`, a tab becomes a space.
 pub fn harmless(text: &str) -> String {
     let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
     let mut out = String::with_capacity(text.len());

@@ -28,15 +28,16 @@ pub struct EstimatorChoice {
     pub name: String,
     /// Its method and parameters.
     pub settings: EstimatorSettings,
-    /// Nominal viscous damping of its own on a log, N m s; `None` for the common one. A scene has none.
+    /// Nominal viscous damping of its own on a log, N m s; `None` for the common one. A scene has
+    /// none.
     pub damping: Option<f64>,
 }
 
 /// Names of the presets, in the order of [`settings`].
 pub(crate) const PRESETS: &[&str] = &["paper-body", "paper-wheels", "true-mass", "best"];
 
-/// The values of the keys of one estimator, those of both methods: a file may name keys in any order.
-/// [`Keys::settings`] turns them into settings, which hold one method only.
+/// The values of the keys of one estimator, those of both methods: a file may name keys in any
+/// order. [`Keys::settings`] turns them into settings, which hold one method only.
 #[derive(Clone, Debug)]
 pub(crate) struct Keys {
     /// Index of its preset.
@@ -81,8 +82,8 @@ keys! {
     /// The keys of one estimator.
     pub(crate) KEYS: Keys;
 
-    /// the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or at its true place;
-    /// or Kalman filters with all methods
+    /// the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or
+    /// at its true place; or Kalman filters with all methods
     name (required): word(&[0, 1, 2, 3], |preset| PRESETS[preset]) => preset;
 
     /// unique name in tables, figures and file names
@@ -91,7 +92,8 @@ keys! {
     /// pole omega_c of the traction observer, eq. (3); needs filters = "paper"
     observer_pole: number(ANGULAR_FREQUENCY, above(0.0).at_most(1e6)) => paper.observer_pole;
 
-    /// crossover between gyroscope (shorter times) and inclinometer (longer times); needs filters = "paper"
+    /// crossover between gyroscope (shorter times) and inclinometer (longer times); needs filters =
+    /// "paper"
     crossover_time: number(TIME, above(0.0).at_most(1e6)) => paper.crossover_time;
 
     /// nominal damping B; [model_error] adds its error
@@ -108,8 +110,8 @@ keys! {
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
     moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
 
-    /// whether the estimator reads the contact angles, as the paper does, or finds them itself; none needs rolling =
-    /// "on"
+    /// whether the estimator reads the contact angles, as the paper does, or finds them itself;
+    /// none needs rolling = "on"
     contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], angles_name)
         => kalman.contact_angles;
 
@@ -160,7 +162,8 @@ fn preset_of(found: &EstimatorSettings) -> usize {
 /// Label of the default estimator that is given no contact angles.
 pub(crate) const WITHOUT_ANGLES: &str = "no-angles";
 
-/// The estimators of a scene that lists none: all presets under their own names, and `best` without contact angles.
+/// The estimators of a scene that lists none: all presets under their own names, and `best` without
+/// contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
     let origin = Origin::new(&Source::set(""), 0..0);
     let (mut reader, mut choices) = (Reader::new(PathBuf::new(), |_| None), Vec::new());
@@ -236,7 +239,8 @@ impl Form for Estimators {
         for estimator in value {
             out.head(&format!("[[{path}]]"), "");
             let mut keys = Keys::of(&estimator.name, &estimator.settings);
-            // With the common damping the settings stay those of a preset, whose figure has its own name.
+            // With the common damping the settings stay those of a preset, whose figure has its own
+            // name.
             let is_common = self.of_log && estimator.damping.is_none();
             if let Some(damping) = estimator.damping {
                 keys.settings.viscous_damping = damping;
@@ -254,7 +258,8 @@ impl Form for Estimators {
 
 impl Estimators {
     fn read_one(&self, reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
-        // Needed before the other keys, which change its values. An unknown word is refused when the table is read.
+        // Needed before the other keys, which change its values. An unknown word is refused when
+        // the table is read.
         let named = node.get("name").and_then(Node::as_text);
         let preset = PRESETS.iter().position(|p| Some(*p) == named);
         let name = preset.map_or("", |p| PRESETS[p]);
@@ -271,7 +276,8 @@ impl Estimators {
     }
 }
 
-/// Refuses keys without effect: steps that need the Kalman filters, and time constants of the paper's filters.
+/// Refuses keys without effect: steps that need the Kalman filters, and time constants of the
+/// paper's filters.
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
     let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
     let is_paper = keys.filters == Filters::Paper;

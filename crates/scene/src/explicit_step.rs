@@ -1,5 +1,5 @@
-//! The scene against the stability limits of the steps of `rapier`, which the engine divides into [`MOST_PARTS`] parts at
-//! most.
+//! The scene against the stability limits of the steps of `rapier`, which the engine divides into
+//! [`MOST_PARTS`] parts at most.
 
 use crate::conflict::{Conflict, Value, conflict, named, valued};
 use crate::quantity::short;
@@ -13,15 +13,15 @@ use robhaz_sim::stability::{
 };
 
 impl Scene {
-    /// Why the forces of this scene are too stiff for the steps of `rapier`, whether it is the engine of the scene or not;
-    /// `None` if they are not.
+    /// Why the forces of this scene are too stiff for the steps of `rapier`, whether it is the
+    /// engine of the scene or not; `None` if they are not.
     pub fn too_stiff_for_rapier(&self) -> Option<String> {
         conflicts(self).first().map(Conflict::message)
     }
 }
 
-/// The limits of `rapier` that a scene exceeds: contact, friction, drive. Beyond them the forces oscillate without any
-/// other sign of the error.
+/// The limits of `rapier` that a scene exceeds: contact, friction, drive. Beyond them the forces
+/// oscillate without any other sign of the error.
 pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let (contact, robot) = (&scene.contact, &scene.robot.robot);
     let limits = [
@@ -64,7 +64,8 @@ fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
         named("contact.friction", law.kind.name()),
     );
     let slip_stiffness = valued("contact.slip_stiffness", law.slip_stiffness);
-    // The engine cuts its steps where the friction needs it. With the law for implicit engines all steps would need it.
+    // The engine cuts its steps where the friction needs it. With the law for implicit engines all
+    // steps would need it.
     let (parts, keys) = match law.kind {
         FrictionKind::Adams => (f64::from(MOST_PARTS), vec![v_s]),
         FrictionKind::Brush => (f64::from(MOST_PARTS), vec![kind, slip_stiffness]),
@@ -126,8 +127,8 @@ fn drive(scene: &Scene) -> Vec<Conflict> {
     found
 }
 
-/// A limit in a message, rounded down to three digits, so that what a message allows is allowed; 0 for a limit that is not
-/// positive.
+/// A limit in a message, rounded down to three digits, so that what a message allows is allowed; 0
+/// for a limit that is not positive.
 pub(crate) fn floor(limit: f64) -> String {
     // This comparison is false for NaN, which becomes 0 too.
     match limit > 0.0 {

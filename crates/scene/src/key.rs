@@ -1,7 +1,9 @@
-//! Keys and tables of keys. A key has a name, a meaning, the form of its value, and the field that it sets. Each is declared once, by [`keys!`].
+//! Keys and tables of keys. A key has a name, a meaning, the form of its value, and the field that
+//! it sets. Each is declared once, by [`keys!`].
 //!
-//! Reading, writing, the reference in `docs/scenes.md` and JSON Schema walk these declarations. Defaults are not declared:
-//! they come from the `Default` or a named constructor of the type that holds the field.
+//! Reading, writing, the reference in `docs/scenes.md` and JSON Schema walk these declarations.
+//! Defaults are not declared: they come from the `Default` or a named constructor of the type that
+//! holds the field.
 
 use crate::error::Problem;
 use crate::form::{Form, KeyReference};
@@ -36,9 +38,9 @@ pub(crate) enum Absent {
     Required,
 }
 
-/// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the default in words where the
-/// field does not hold it, the form of the value, and the field: its path in the table's type, `self` for a section of
-/// it, or a closure in brackets.
+/// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the
+/// default in words where the field does not hold it, the form of the value, and the field: its
+/// path in the table's type, `self` for a section of it, or a closure in brackets.
 macro_rules! keys {
     ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
         $(#[doc = $meaning:literal])+
@@ -167,7 +169,8 @@ impl Reader {
 }
 
 impl Out {
-    /// A whole file: a line of comment, the keys, the `version` of the program that writes it, the tables.
+    /// A whole file: a line of comment, the keys, the `version` of the program that writes it, the
+    /// tables.
     pub fn file<T: 'static>(comment: &str, version: &str, keys: &[Key<T>], of: &mut T) -> String {
         let mut out = Self::default();
         out.line(&format!("# {comment}"));
@@ -211,7 +214,8 @@ pub(crate) fn names<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str>
     keys.into_iter().map(|k| k.name).collect()
 }
 
-/// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the defaults.
+/// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the
+/// defaults.
 pub(crate) fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str, of: &mut T) {
     for key in keys.iter().filter(|k| !k.field.is_section()) {
         rows.push(row(key, path, of));
@@ -244,7 +248,8 @@ fn shown(text: &str) -> String {
     number.unwrap_or_else(|_| text.trim_matches('"').to_owned())
 }
 
-/// JSON Schema of a table with these keys and no others; with the defaults that the keys have in `of`.
+/// JSON Schema of a table with these keys and no others; with the defaults that the keys have in
+/// `of`.
 pub(crate) fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
     object(properties(keys, of), &required(keys))
 }

@@ -1,9 +1,9 @@
-//! Scene files, study files and descriptions of recorded logs: read, checked, written, and turned into plant, sensors and
-//! estimators.
+//! Scene files, study files and descriptions of recorded logs: read, checked, written, and turned
+//! into plant, sensors and estimators.
 //!
-//! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes the resolved scene. Each
-//! key is declared once, with its unit, range, meaning and the field that it sets. Reading, writing, defaults and
-//! [`reference()`] use that declaration.
+//! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes
+//! the resolved scene. Each key is declared once, with its unit, range, meaning and the field that
+//! it sets. Reading, writing, defaults and [`reference()`] use that declaration.
 //!
 //! | modules | job |
 //! |---|---|

@@ -17,7 +17,8 @@ use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// Longest step of `rapier`, s: an impact lasts some milliseconds. What is stable depends on robot and ground.
+/// Longest step of `rapier`, s: an impact lasts some milliseconds. What is stable depends on robot
+/// and ground.
 const LONGEST_STEP: f64 = 1e-3;
 /// Fastest rate of records, Hz.
 const FASTEST: f64 = 1e6;
@@ -66,12 +67,12 @@ keys! {
     /// which engine: rigid bodies in rapier2d, or the equations of motion with a stiff solver
     kind: word(&EngineKind::ALL, EngineKind::name) => engine.kind;
 
-    /// pose at time zero: static equilibrium on the ground, or the nominal pose with all wheels at equal penetration,
-    /// from which the robot settles
+    /// pose at time zero: static equilibrium on the ground, or the nominal pose with all wheels at
+    /// equal penetration, from which the robot settles
     start: word(&StartKind::ALL, StartKind::name) => engine.start;
 
-    /// largest integration step of rapier, cut into 13 parts while an edge hits a wheel, and into as many as stiff laws
-    /// need
+    /// largest integration step of rapier, cut into 13 parts while an edge hits a wheel, and into
+    /// as many as stiff laws need
     step: number(TIME, above(0.0).at_most(LONGEST_STEP)) => engine.step;
 
     /// error allowed in a step of direct, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s
@@ -92,8 +93,8 @@ keys! {
 }
 
 impl Scene {
-    /// Reads a scene file; `overrides` are texts `key=value` that take precedence over the file, later ones over
-    /// earlier ones.
+    /// Reads a scene file; `overrides` are texts `key=value` that take precedence over the file,
+    /// later ones over earlier ones.
     ///
     /// # Errors
     /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
@@ -107,8 +108,8 @@ impl Scene {
 
     /// Reads the text of a scene file.
     ///
-    /// `source_name` is the file's name in messages, and the scene's name where the text gives none. Paths in the
-    /// scene are relative to `base_dir`.
+    /// `source_name` is the file's name in messages, and the scene's name where the text gives
+    /// none. Paths in the scene are relative to `base_dir`.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -129,9 +130,9 @@ impl Scene {
         })
     }
 
-    /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
-    /// [tracks](crate::TerrainChoice::tracks), named [`crate::Track::file_name`]. `version` names the program that writes
-    /// it, such as `robhaz 0.1.0, rapier2d 0.36.1`.
+    /// The scene as a file that reads back as exactly this scene, in any folder that also has
+    /// copies of its [tracks](crate::TerrainChoice::tracks), named [`crate::Track::file_name`].
+    /// `version` names the program that writes it, such as `robhaz 0.1.0, rapier2d 0.36.1`.
     pub fn to_toml(&self, version: &str) -> String {
         let comment =
             "A scene with every choice written out. SI units. It can be run again as it is.";

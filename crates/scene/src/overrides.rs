@@ -125,7 +125,8 @@ fn put(
 
 /// The value under `path` before `rest` of an override goes into it; `None` after a problem.
 ///
-/// Where only a part of a robot or of the estimators is changed, the default or named one is expanded first.
+/// Where only a part of a robot or of the estimators is changed, the default or named one is
+/// expanded first.
 fn before(
     reader: &mut Reader,
     path: &str,

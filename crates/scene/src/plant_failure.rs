@@ -51,7 +51,8 @@ mod tests {
     use super::*;
     use crate::reference;
 
-    /// Every key in the advice is a key of scene files, and the message starts with the physical fact.
+    /// Every key in the advice is a key of scene files, and the message starts with the physical
+    /// fact.
     #[test]
     fn the_advice_names_keys_that_exist() {
         let (time, part, wheel) = (1.0, "body", 1);

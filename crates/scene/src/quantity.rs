@@ -1,4 +1,5 @@
-//! Numbers: unit and range, read, written and described. A bare number is SI, a text such as `"20 cm/s"` carries its own unit.
+//! Numbers: unit and range, read, written and described. A bare number is SI, a text such as
+//! `"20 cm/s"` carries its own unit.
 
 use crate::error::Problem;
 use crate::form::{Array, Form, array};
@@ -110,8 +111,8 @@ impl Dimension {
     }
 }
 
-/// The longest start of a text that is a number, and what follows it; infinite where the number is too large for a
-/// double.
+/// The longest start of a text that is a number, and what follows it; infinite where the number is
+/// too large for a double.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     /// No number that means anything is written with more characters.
     const LONGEST: usize = 400;
@@ -130,7 +131,8 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
 /// Longest time of a run, s.
 pub(crate) const LONGEST_RUN: f64 = 1e6;
 
-/// The numbers that a key takes, SI: between two ends, each with whether it belongs to them. Never an infinite one or a NaN.
+/// The numbers that a key takes, SI: between two ends, each with whether it belongs to them. Never
+/// an infinite one or a NaN.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
     pub low: (f64, bool),
@@ -272,7 +274,8 @@ impl Form for Number {
         range.trim_start_matches("of ").to_owned()
     }
 
-    /// A number in its range, or a text of a number and a unit. The range of such a text is not in the schema.
+    /// A number in its range, or a text of a number and a unit. The range of such a text is not in
+    /// the schema.
     fn schema(&self, _defaults: Option<&mut f64>) -> Json {
         let bare = bounded(self);
         match self.unit.units.is_empty() {

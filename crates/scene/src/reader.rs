@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 /// Largest number of problems that are shown.
 const SHOWN: usize = 20;
-/// Largest number of problems that are kept; further ones are only counted. Sections are not read in the order of lines:
-/// the first problems by line are among these unless there are many more.
+/// Largest number of problems that are kept; further ones are only counted. Sections are not read
+/// in the order of lines: the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
 /// Collects problems while a scene is read.
@@ -37,7 +37,8 @@ impl Reader {
         }
     }
 
-    /// Reads a file with `parse`, which gets its text, its name and its folder; `allowed` says what it must be.
+    /// Reads a file with `parse`, which gets its text, its name and its folder; `allowed` says what
+    /// it must be.
     pub fn load<T>(
         path: &Path,
         allowed: &str,
@@ -95,8 +96,8 @@ impl Reader {
         self.hidden == 0 && !self.problems.iter().any(under)
     }
 
-    /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million
-    /// mistakes is read as fast as a correct one.
+    /// Adds a problem at a place. The message is made only if the problem is kept, so that a file
+    /// with a million mistakes is read as fast as a correct one.
     pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
         match self.problems.len() < KEPT {
             true => self.push(Problem::at(origin, key, message())),
@@ -113,7 +114,8 @@ impl Reader {
         self.complain(&node.origin, path, || refusal(node, allowed));
     }
 
-    /// Adds a problem: the value of a key of a table is not allowed. It is at the key, or at the table that lacks it.
+    /// Adds a problem: the value of a key of a table is not allowed. It is at the key, or at the
+    /// table that lacks it.
     pub fn refuse_key(&mut self, table: &Node, path: &str, key: &str, allowed: &str) {
         self.refuse(table.get(key).unwrap_or(table), &join(path, key), allowed);
     }

@@ -97,7 +97,8 @@ keys! {
 /// The robot, and the names under which its parts were chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotChoice {
-    /// `A`, `B`, `C`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
+    /// `A`, `B`, `C`, the path of a geometry file, or `inline`; with `, changed` when an override
+    /// changed a part of it.
     pub geometry_name: String,
     /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
     pub mass_name: String,
@@ -122,7 +123,8 @@ pub(crate) const ROBOT: Table<RobotChoice> = Table {
     ..section(KEYS)
 };
 
-/// Reports a robot that cannot stand, at the key of its geometry that an override set, else at the likeliest key.
+/// Reports a robot that cannot stand, at the key of its geometry that an override set, else at the
+/// likeliest key.
 fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
     let Err(error) = robot.robot.check_stance() else {
         return;
@@ -240,7 +242,8 @@ impl Part {
         }
     }
 
-    /// The name and the table that `chosen`, or the default, stands for, and the table's key; an empty one for a file.
+    /// The name and the table that `chosen`, or the default, stands for, and the table's key; an
+    /// empty one for a file.
     fn content(
         &self,
         reader: &mut Reader,
@@ -263,8 +266,8 @@ impl Part {
         Some((name.to_owned(), node, path))
     }
 
-    /// The table that `chosen` (or the default) names, so that an override can change a part of it. Its name gets the
-    /// ending [`CHANGED`].
+    /// The table that `chosen` (or the default) names, so that an override can change a part of it.
+    /// Its name gets the ending [`CHANGED`].
     pub(crate) fn written_out(
         &self,
         reader: &mut Reader,
@@ -373,7 +376,8 @@ keys! {
     /// centre of mass of the body
     body_cg (required): POINT => robot.geometry.body_cg;
 
-    /// centres of mass of links 1 to 3 without wheels; by default the mean of the link's own pins and axles
+    /// centres of mass of links 1 to 3 without wheels; by default the mean of the link's own pins
+    /// and axles
     link_cg ("mean of own pins and axles"): THREE_POINTS => robot.geometry.link_cg;
 
     /// positions of the four pins
@@ -405,13 +409,15 @@ keys! {
 keys! {
     OUTLINE: RobotChoice;
 
-    /// lower rear corner of the body's box; by default 1/3 of the wheelbase behind body_cg and 0.117 of it below
+    /// lower rear corner of the body's box; by default 1/3 of the wheelbase behind body_cg and
+    /// 0.117 of it below
     body_lower ("from body_cg and wheelbase"): POINT => robot.geometry.outline.body_lower;
 
     /// upper front corner of the body's box; by default as far ahead of body_cg and above it
     body_upper ("from body_cg and wheelbase"): POINT => robot.geometry.outline.body_upper;
 
-    /// half of the width of links, and wall about the body's box and pins; by default 0.025 of the wheelbase
+    /// half of the width of links, and wall about the body's box and pins; by default 0.025 of the
+    /// wheelbase
     half_width: number(LENGTH, at_least(0.0).at_most(FARTHEST)) => robot.geometry.outline.half_width;
 }
 

@@ -19,8 +19,8 @@ use robhaz_terrain::Profile;
 /// Everything that a run depends on. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// `name` of the file, else the file's stem: the name of the default output folder. Lower-case letters, digits,
-    /// `-`, `_`.
+    /// `name` of the file, else the file's stem: the name of the default output folder. Lower-case
+    /// letters, digits, `-`, `_`.
     pub name: String,
     /// Seed of everything random in the run.
     pub seed: u64,
@@ -66,7 +66,8 @@ pub struct SensorChoice {
 pub struct ControlChoice {
     /// Kind of control.
     pub kind: ControlKind,
-    /// Name of the estimator that the control gets, among [`Scene::estimators`]. Always there for a closed loop.
+    /// Name of the estimator that the control gets, among [`Scene::estimators`]. Always there for a
+    /// closed loop.
     pub estimator: Option<String>,
     /// What the kind `friction-test` does.
     pub friction_test: FrictionTestPlan,
@@ -96,8 +97,8 @@ pub struct RecordChoice {
     pub compare_from: f64,
 }
 
-/// Largest overshoot of a curve beyond the heights of two neighbouring points without a warning, as a share of the
-/// ground's height range: a spline through a well-sampled summit overshoots, too.
+/// Largest overshoot of a curve beyond the heights of two neighbouring points without a warning, as
+/// a share of the ground's height range: a spline through a well-sampled summit overshoots, too.
 const OVERSHOOT: f64 = 0.05;
 
 impl SensorChoice {
@@ -119,7 +120,8 @@ impl Default for SensorChoice {
 }
 
 impl Default for EngineChoice {
-    /// `rapier` with steps of 0.2 ms, five a record; it holds N to about 8 mN on rolling ground, `direct` to 0.2 mN.
+    /// `rapier` with steps of 0.2 ms, five a record; it holds N to about 8 mN on rolling ground,
+    /// `direct` to 0.2 mN.
     fn default() -> Self {
         Self {
             kind: EngineKind::Rapier,
@@ -151,7 +153,8 @@ impl Default for RecordChoice {
 }
 
 impl Default for Scene {
-    /// The scene of an empty file: robot A on the smooth course under the PI drive, all presets of the estimator.
+    /// The scene of an empty file: robot A on the smooth course under the PI drive, all presets of
+    /// the estimator.
     fn default() -> Self {
         Self {
             name: "scene".to_owned(),
@@ -255,7 +258,8 @@ impl Scene {
     /// The nominal robot, which the estimators are given.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read from files are checked.
+    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read
+    /// from files are checked.
     pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
         Ok(self.nominal()?.robot)
     }
@@ -264,7 +268,8 @@ impl Scene {
         self.model_error.nominal(&self.robot.robot, self.seed)
     }
 
-    /// The estimator that the control gets, as an index of [`Scene::estimators`]. `None` for a control without readings.
+    /// The estimator that the control gets, as an index of [`Scene::estimators`]. `None` for a
+    /// control without readings.
     pub fn control_estimator(&self) -> Option<usize> {
         let name = self.control.estimator.as_deref()?;
         let closed = self.control.kind.is_closed_loop();
@@ -309,8 +314,9 @@ impl Scene {
         })
     }
 
-    /// The noise budget from the sensors' data sheets and the tolerances of the nominal values. No data sheet states the gear
-    /// friction: it keeps the prior of [`NoiseBudget::typical`]. A weighing replaces the tolerances of the nominal values.
+    /// The noise budget from the sensors' data sheets and the tolerances of the nominal values. No
+    /// data sheet states the gear friction: it keeps the prior of [`NoiseBudget::typical`]. A
+    /// weighing replaces the tolerances of the nominal values.
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].

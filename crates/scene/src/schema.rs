@@ -23,8 +23,9 @@ pub enum SchemaKind {
     Sensors,
 }
 
-/// JSON Schema (draft 7) of a kind of file, from the declarations by which it is read. It knows names, types, units and ranges
-/// of bare numbers, not the rules between keys, nor ranges of texts with units: what it refuses the reader refuses, too.
+/// JSON Schema (draft 7) of a kind of file, from the declarations by which it is read. It knows
+/// names, types, units and ranges of bare numbers, not the rules between keys, nor ranges of texts
+/// with units: what it refuses the reader refuses, too.
 pub fn schema(kind: SchemaKind) -> Value {
     let (title, mut schema) = match kind {
         SchemaKind::Scene => {

@@ -1,6 +1,7 @@
 //! `[sensors]` and `[model_error]`: errors of the readings and of the nominal robot.
 //!
-//! A grade sets every key of the sensors and the error of the nominal damping. The keys override single values.
+//! A grade sets every key of the sensors and the error of the nominal damping. The keys override
+//! single values.
 
 use crate::form::{Word, word};
 use crate::key::{keys, names};
@@ -12,7 +13,8 @@ use crate::scene::Scene;
 use crate::source::Node;
 use robhaz_sim::sensors::Grade;
 
-/// What inclinometers measure: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off and on.
+/// What inclinometers measure: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off
+/// and on.
 pub(crate) const MEASURED: Word<bool> =
     word(&[false, true], |specific_force| match specific_force {
         false => "gravity",
@@ -44,7 +46,8 @@ keys! {
     /// step in which the motor current is read, as a torque at the wheel; 0 for none
     torque_step: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_step;
 
-    /// Coulomb friction in the reading alone, which shows torque + F sign(speed); it does not act on the robot
+    /// Coulomb friction in the reading alone, which shows torque + F sign(speed); it does not act
+    /// on the robot
     torque_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_friction;
 
     /// white noise of the inclinometers, standard deviation of a sample
@@ -56,8 +59,8 @@ keys! {
     /// time constant of the inclinometers' low pass
     inclination_lag: number(TIME, at_least(0.0).at_most(1e3)) => sensors.spec.inclination_lag;
 
-    /// what the inclinometers measure: the direction of gravity, or of the specific force, which includes the link's
-    /// acceleration
+    /// what the inclinometers measure: the direction of gravity, or of the specific force, which
+    /// includes the link's acceleration
     inclination_feels: MEASURED => sensors.spec.specific_force;
 
     /// white noise of the gyros, standard deviation of a sample
@@ -79,7 +82,8 @@ keys! {
     /// correlation time of that error; 0 for white noise
     contact_angle_time: number(TIME, at_least(0.0).at_most(1e6)) => sensors.spec.contact_angle_time;
 
-    /// standard deviation of the sampling time about its time stamp; at most 0.3 of the sampling period
+    /// standard deviation of the sampling time about its time stamp; at most 0.3 of the sampling
+    /// period
     jitter: number(TIME, at_least(0.0).at_most(1.0)) => sensors.spec.jitter;
 
     /// share of the readings of each channel that are lost
@@ -93,13 +97,15 @@ keys! {
     /// distance by which the body's centre of mass is moved in a random direction
     body_cg: number(LENGTH, at_least(0.0).at_most(1.0)) => model_error.body_cg;
 
-    /// relative error of the masses of links 1 to 3, standard deviation; their inertias change in proportion
+    /// relative error of the masses of links 1 to 3, standard deviation; their inertias change in
+    /// proportion
     link_masses: number(NONE, at_least(0.0).at_most(1.0)) => model_error.link_masses;
 
     /// distance by which each pin is moved, each in its own random direction
     pins: number(LENGTH, at_least(0.0).at_most(1.0)) => model_error.pins;
 
-    /// relative error of the nominal damping B: with 0.1 it is 10 % too high; 0.1 with sensors.grade typical and poor
+    /// relative error of the nominal damping B: with 0.1 it is 10 % too high; 0.1 with
+    /// sensors.grade typical and poor
     viscous_damping: number(NONE, at_least(-1.0).at_most(10.0)) => model_error.viscous_damping;
 
     /// relative error of J_wheel
@@ -111,13 +117,13 @@ keys! {
     /// relative error of the wheels' radius
     wheel_radius: number(NONE, above(-1.0).at_most(10.0)) => model_error.wheel_radius;
 
-    /// standard deviation of scales on which the simulated robot is weighed in six postures, which corrects the nominal
-    /// one (weighing.md); 0: not weighed
+    /// standard deviation of scales on which the simulated robot is weighed in six postures, which
+    /// corrects the nominal one (weighing.md); 0: not weighed
     scales: number(FORCE, at_least(0.0).at_most(1e3)) => model_error.scales;
 }
 
-/// The chosen grade. It is needed before all other keys, which override its values. An unknown word is refused when the
-/// section is read.
+/// The chosen grade. It is needed before all other keys, which override its values. An unknown word
+/// is refused when the section is read.
 pub(crate) fn chosen_grade(root: &Node) -> Grade {
     let name = root.find("sensors.grade").and_then(Node::as_text);
     let grade = Grade::ALL.into_iter().find(|g| Some(g.name()) == name);

@@ -1,4 +1,5 @@
-//! Files up to a size limit; a file or an override as a tree of nodes with their places in the text.
+//! Files up to a size limit; a file or an override as a tree of nodes with their places in the
+//! text.
 
 use crate::write::grouped;
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};

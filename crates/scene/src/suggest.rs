@@ -3,7 +3,8 @@
 /// Longest name that is compared, characters: the time of a comparison grows with the length.
 const LONGEST: usize = 64;
 
-/// The allowed name that a misspelt one most likely means: few letters differ, or the start is the same.
+/// The allowed name that a misspelt one most likely means: few letters differ, or the start is the
+/// same.
 pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
     /// Least Jaro-Winkler similarity, 0 to 1; it gives the start more weight.
     const ALIKE: f64 = 0.85;

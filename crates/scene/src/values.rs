@@ -1,4 +1,5 @@
-//! Forms of single values that several keys have: texts, names, seeds, counts, wheels, switches, covariances.
+//! Forms of single values that several keys have: texts, names, seeds, counts, wheels, switches,
+//! covariances.
 
 use crate::error::Problem;
 use crate::form::{Array, Form, Plain, Word, array, word};

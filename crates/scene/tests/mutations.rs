@@ -1,7 +1,8 @@
-//! For any content of a file the reader returns a scene or problems: no panic, bounded time and memory, short messages.
+//! For any content of a file the reader returns a scene or problems: no panic, bounded time and
+//! memory, short messages.
 //!
-//! Three hundred mutations of the shipped scenes, thirty of tracks in each use and of robots in each part, always the same
-//! ones. A failure names its case.
+//! Three hundred mutations of the shipped scenes, thirty of tracks in each use and of robots in
+//! each part, always the same ones. A failure names its case.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -12,7 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A case may take 2 s on a free machine, and five times as long on one that is busy with other tests.
+/// A case may take 2 s on a free machine, and five times as long on one that is busy with other
+/// tests.
 const LONGEST: Duration = Duration::from_secs(10);
 /// Largest memory that a loop may need in addition to that of the process before it, kB.
 const MOST_MEMORY: u64 = 200_000;
@@ -192,8 +194,8 @@ fn files(folder: &str, start: &str, extension: &str) -> Vec<Vec<u8>> {
     files.iter().map(|f| std::fs::read(f).unwrap()).collect()
 }
 
-/// Reads mutations of files under `name` in a folder, where the scene is `scene.toml`. Some of them must be valid, and
-/// most must be invalid.
+/// Reads mutations of files under `name` in a folder, where the scene is `scene.toml`. Some of them
+/// must be valid, and most must be invalid.
 fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &str) {
     let _alone = alone();
     let before = memory("VmRSS:");
@@ -263,7 +265,8 @@ fn comes_back(scene: &Scene, folder: &Path) {
     assert!(again.unwrap_or_else(|e| panic!("{e}")) == *scene);
 }
 
-/// Memory of the process, kB: `VmRSS:` now, `VmHWM:` the largest so far; where the system provides it.
+/// Memory of the process, kB: `VmRSS:` now, `VmHWM:` the largest so far; where the system provides
+/// it.
 fn memory(which: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with(which))?;

@@ -21,8 +21,8 @@ pub struct SampleNoise {
 }
 
 impl SampleNoise {
-    /// The standard deviations of sensors, and of drives with a gear friction (N m) that the readings do not have. The error of
-    /// a rounded reading is uniform over its step.
+    /// The standard deviations of sensors, and of drives with a gear friction (N m) that the
+    /// readings do not have. The error of a rounded reading is uniform over its step.
     pub fn of(spec: &SensorSpec, gear_friction: f64) -> Self {
         let step = spec.torque_step / 12.0_f64.sqrt();
         Self {
@@ -33,11 +33,13 @@ impl SampleNoise {
         }
     }
 
-    /// Lower bound of the covariance of the three N of an unbiased estimate from one sample, N^2. The equations are linearised about
-    /// the true posture and the equivalent contacts of `wheels`.
+    /// Lower bound of the covariance of the three N of an unbiased estimate from one sample, N^2.
+    /// The equations are linearised about the true posture and the equivalent contacts of `wheels`.
     ///
-    /// With R the covariance of the residual of eq. (8), the bound is `(H_N' R^-1 H_N)^-1`. R is singular where an error is zero. The
-    /// code uses the equal form `L (R - R w w' R/(w' R w)) L'`, with a left inverse L of H_N and `w' H_N = 0`, which needs no inverse of R.
+    /// With R the covariance of the residual of eq. (8), the bound is `(H_N' R^-1 H_N)^-1`. R is
+    /// singular where an error is zero. The code uses the equal form
+    /// `L (R - R w w' R/(w' R w)) L'`, with a left inverse L of H_N and `w' H_N = 0`, which needs
+    /// no inverse of R.
     ///
     /// `None` where the contacts leave N undetermined.
     pub fn covariance(
@@ -71,7 +73,8 @@ impl SampleNoise {
         Some(Matrix3::from_fn(|i, j| left[i].dot(&(known * left[j]))))
     }
 
-    /// R, in N and N m squared: errors of the tractions, of the common gear friction and of the contact angles.
+    /// R, in N and N m squared: errors of the tractions, of the common gear friction and of the
+    /// contact angles.
     fn residual_covariance(
         &self,
         robot: &Robot,
@@ -133,8 +136,9 @@ impl Bound {
         self.wheels += 3.0;
     }
 
-    /// Cramer-Rao bound of the NRMSE from one sample, -: RMS of the smallest standard deviation of N over wheels and samples, over
-    /// the mean of N. `None` where torques and contact angles are exact, and without samples.
+    /// Cramer-Rao bound of the NRMSE from one sample, -: RMS of the smallest standard deviation of
+    /// N over wheels and samples, over the mean of N. `None` where torques and contact angles are
+    /// exact, and without samples.
     pub fn nrmse(&self) -> Option<f64> {
         let bound = (self.square / self.wheels).sqrt() / (self.load / self.wheels);
         (bound > 0.0).then_some(bound)
@@ -217,8 +221,8 @@ mod tests {
         );
     }
 
-    /// Conservation: exact contact angles leave the forces on the whole robot known but for the tractions, and with nothing
-    /// unknown nothing is unknown.
+    /// Conservation: exact contact angles leave the forces on the whole robot known but for the
+    /// tractions, and with nothing unknown nothing is unknown.
     #[test]
     fn exact_readings_leave_nothing_unknown() {
         let exact = SampleNoise {
@@ -232,7 +236,8 @@ mod tests {
             covariance.expect("regular").trace()
         };
         assert!(of(&exact).abs() < 1e-12);
-        // Each error alone makes R singular (rank 1 to 3), and more unknown than none, less than all.
+        // Each error alone makes R singular (rank 1 to 3), and more unknown than none, less than
+        // all.
         let alone = [
             SampleNoise {
                 torque: 0.1,

@@ -7,7 +7,8 @@ use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Time by which an estimated state may differ from the true one, s: around each change of the true state.
+/// Time by which an estimated state may differ from the true one, s: around each change of the true
+/// state.
 pub const TOLERANCE: f64 = 0.020;
 
 /// Whether a contact state holds, in the truth and in the estimate.
@@ -31,17 +32,19 @@ const FLAGS: [Flag; 3] = [
 pub struct FlagScore {
     /// Number of events: a wheel enters the state.
     pub events: u64,
-    /// How many of the events were found: the estimated state holds at some time within 20 ms before or after the
-    /// event.
+    /// How many of the events were found: the estimated state holds at some time within 20 ms
+    /// before or after the event.
     pub found: u64,
-    /// Mean delay of the estimated state after the event, s, over the events found; 0 where it holds at the event.
-    /// `None` if none was found.
+    /// Mean delay of the estimated state after the event, s, over the events found; 0 where it
+    /// holds at the event. `None` if none was found.
     pub delay_s: Option<f64>,
-    /// Share of samples with a false flag: the estimated state holds, the true one does not. Of all samples at which
-    /// the true state does not hold, without those within 20 ms of a change. `None` without such samples.
+    /// Share of samples with a false flag: the estimated state holds, the true one does not. Of all
+    /// samples at which the true state does not hold, without those within 20 ms of a change.
+    /// `None` without such samples.
     pub false_share: Option<f64>,
-    /// Share of samples with a missed flag: the true state holds, the estimated one does not. Of all samples at which
-    /// the true state holds, without those within 20 ms of a change. `None` without such samples.
+    /// Share of samples with a missed flag: the true state holds, the estimated one does not. Of
+    /// all samples at which the true state holds, without those within 20 ms of a change. `None`
+    /// without such samples.
     pub missed_share: Option<f64>,
 }
 
@@ -76,8 +79,8 @@ impl ContactScore {
         }
     }
 
-    /// Adds a sample. Samples without an estimate, or whose estimate states no contact states, count as without any
-    /// flag.
+    /// Adds a sample. Samples without an estimate, or whose estimate states no contact states,
+    /// count as without any flag.
     pub fn add(&mut self, truth: &Truth, estimate: Option<&Estimate>) {
         let contact = estimate.and_then(|e| e.contact);
         self.stated |= contact.is_some();
@@ -160,7 +163,8 @@ impl Counts {
     }
 }
 
-/// Judges one flag of one wheel. A sample is decided when no later change can lie within the tolerance.
+/// Judges one flag of one wheel. A sample is decided when no later change can lie within the
+/// tolerance.
 #[derive(Clone, Debug, Default)]
 struct Judge {
     /// True state at the last sample; `None` before the first.
@@ -272,16 +276,16 @@ mod tests {
         assert_eq!(found.false_share, without(9.0));
         assert_eq!(found.missed_share, Some(0.0));
 
-        // 21 ms are too late, 20 ms are not; a flag that ended 20 ms before counts, one that ended 21 ms before does
-        // not.
+        // 21 ms are too late, 20 ms are not; a flag that ended 20 ms before counts, one that ended
+        // 21 ms before does not.
         let found = |estimate: (u32, u32)| judge(1000, &[(400, 500)], &[estimate]).found;
         assert_eq!([(420, 430), (421, 430)].map(found), [1, 0]);
         assert_eq!([(350, 381), (350, 380)].map(found), [1, 0]);
         assert_eq!(found((390, 600)), 1);
     }
 
-    /// An event shorter than the tolerance is found after its end; the flag is then not false. Two events near each
-    /// other are two.
+    /// An event shorter than the tolerance is found after its end; the flag is then not false. Two
+    /// events near each other are two.
     #[test]
     fn short_events_are_found_after_their_end() {
         let short = judge(200, &[(100, 103)], &[(110, 120)]);

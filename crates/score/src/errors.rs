@@ -12,7 +12,8 @@ pub struct ForceErrors {
     pub rmse: [f64; 3],
     /// Root mean square error over the three wheels, N.
     pub rmse_all: f64,
-    /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever carried load.
+    /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever
+    /// carried load.
     pub nrmse: Option<f64>,
     /// Mean error of each wheel, estimate minus truth, N; `None` in results of earlier versions.
     pub bias: Option<[f64; 3]>,

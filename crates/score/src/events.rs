@@ -9,8 +9,8 @@ named! {
     /// Contact and slip state of a wheel.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum WheelState {
-        /// It touches the ground, and its slip speed is not above the limit of its friction law (half the limit if it slipped at
-        /// the sample before).
+        /// It touches the ground, and its slip speed is not above the limit of its friction law
+        /// (half the limit if it slipped at the sample before).
         Grips = "grips",
         /// It touches the ground, and its slip speed is above that limit.
         Slips = "slips",
@@ -52,9 +52,11 @@ pub enum EventKind {
     TwoContacts(usize),
     /// Of two contacts one is left.
     OneContact(usize),
-    /// A wheel starts to slip with the rim faster than the wheel's centre. A later change of sign is no event.
+    /// A wheel starts to slip with the rim faster than the wheel's centre. A later change of sign
+    /// is no event.
     Spins(usize),
-    /// A wheel starts to slip with the rim slower than the wheel's centre. A later change of sign is no event.
+    /// A wheel starts to slip with the rim slower than the wheel's centre. A later change of sign
+    /// is no event.
     Slides(usize),
     /// A wheel that slipped grips again, without losing its contact in between.
     Grips(usize),
@@ -62,8 +64,8 @@ pub enum EventKind {
     StopReached(EndStop, f64),
     /// Pin Q leaves an end stop, at theta1 - theta2 in rad.
     StopLeft(EndStop, f64),
-    /// Body or a link begins to touch the ground. The force of this contact is not modelled: from here on all forces are
-    /// wrong.
+    /// Body or a link begins to touch the ground. The force of this contact is not modelled: from
+    /// here on all forces are wrong.
     BarTouches(Bar),
     /// Body or a link is clear of the ground again.
     BarClear(Bar),
@@ -90,12 +92,13 @@ pub struct EventDetector {
 }
 
 impl EventDetector {
-    /// Share of the slip limit below which a wheel that slipped grips again: a wheel at the limit slips once, not at every
-    /// sample.
+    /// Share of the slip limit below which a wheel that slipped grips again: a wheel at the limit
+    /// slips once, not at every sample.
     const HYSTERESIS: f64 = 0.5;
 
-    /// Creates a detector that assumes one contact per wheel, free end stops and bars clear of the ground before the first
-    /// sample; slip states are unknown. A wheel slips beyond the slip limit of its truth, where T/N has its largest value.
+    /// Creates a detector that assumes one contact per wheel, free end stops and bars clear of the
+    /// ground before the first sample; slip states are unknown. A wheel slips beyond the slip limit
+    /// of its truth, where T/N has its largest value.
     pub fn new(stop: PinStop) -> Self {
         Self {
             stop,
@@ -111,8 +114,8 @@ impl EventDetector {
         self.wheels[wheel]
     }
 
-    /// Looks at the next sample and passes every event to `found`: of the wheels in their order, of pin Q, of the bars in
-    /// their order. Without clearances there is no event of a bar.
+    /// Looks at the next sample and passes every event to `found`: of the wheels in their order, of
+    /// pin Q, of the bars in their order. Without clearances there is no event of a bar.
     pub fn sample(
         &mut self,
         truth: &Truth,
@@ -214,8 +217,8 @@ pub struct EventCounts {
     pub slips: u64,
     /// Pin Q reached an end stop.
     pub end_stops: u64,
-    /// Body or a link began to touch the ground; `None` where the clearance was not measured, and in the summaries of
-    /// earlier versions.
+    /// Body or a link began to touch the ground; `None` where the clearance was not measured, and
+    /// in the summaries of earlier versions.
     #[serde(default)]
     pub touches: Option<u64>,
 }
@@ -308,7 +311,8 @@ mod tests {
         );
     }
 
-    /// By hand: the body touches twice, link 3 once meanwhile; a clearance that is not a number changes nothing.
+    /// By hand: the body touches twice, link 3 once meanwhile; a clearance that is not a number
+    /// changes nothing.
     #[test]
     fn every_touch_of_a_bar_is_found_once() {
         let mut detector = EventDetector::new(STOP);

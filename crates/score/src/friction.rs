@@ -2,10 +2,12 @@
 
 use robhaz_estimator::Estimate;
 
-/// Normal force below which T/N has no meaning, N: 2 % of the mean wheel load, the scale of the estimates' errors.
+/// Normal force below which T/N has no meaning, N: 2 % of the mean wheel load, the scale of the
+/// estimates' errors.
 pub const LEAST_LOAD: f64 = 1.0;
 
-/// Needed friction mu_n = T/N, -, of a traction and a normal force in N; `None` where N is below [`LEAST_LOAD`].
+/// Needed friction mu_n = T/N, -, of a traction and a normal force in N; `None` where N is below
+/// [`LEAST_LOAD`].
 pub fn needed_friction(traction: f64, normal_force: f64) -> Option<f64> {
     (normal_force >= LEAST_LOAD).then(|| traction / normal_force)
 }

@@ -15,8 +15,9 @@ pub struct TrueGround {
     pub slope: Option<f64>,
 }
 
-/// True place of the origin of an estimator's first section, m, for the truth of the first record and the wheels' radius (m): below
-/// the middle axle, at the height of that wheel's contact. The robot has not moved before the first record.
+/// True place of the origin of an estimator's first section, m, for the truth of the first record
+/// and the wheels' radius (m): below the middle axle, at the height of that wheel's contact. The
+/// robot has not moved before the first record.
 pub fn ground_origin(truth: &Truth, wheel_radius: f64) -> Vec2 {
     let wheel = &truth.wheels[1];
     let lowest = wheel.position.y - wheel_radius * wheel.contact_angle.cos();
@@ -24,8 +25,8 @@ pub fn ground_origin(truth: &Truth, wheel_radius: f64) -> Vec2 {
     Vec2::new(wheel.position.x, contact.map_or(lowest, |c| c.point.y))
 }
 
-/// Errors of the ground over its points. Places are those that the robot has found: an error of the place counts as one of height
-/// and slope.
+/// Errors of the ground over its points. Places are those that the robot has found: an error of the
+/// place counts as one of height and slope.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroundErrors {
     /// Points compared.
@@ -81,7 +82,8 @@ mod tests {
     use super::*;
     use robhaz_estimator::FrictionBounds;
 
-    /// Closed form: errors of 3 and 4 mm with deviations of 1 and 3 mm; one of the points is on a riser.
+    /// Closed form: errors of 3 and 4 mm with deviations of 1 and 3 mm; one of the points is on a
+    /// riser.
     #[test]
     fn errors_of_two_points() {
         let point = |height: f64, sigma_height: f64| GroundPoint {

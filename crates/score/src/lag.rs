@@ -4,8 +4,9 @@ use crate::sum::Sum;
 
 /// Sums over pairs of neighbouring samples.
 ///
-/// An estimate that is late by tau errs by `-tau dN/dt` to first order: tau is the least-squares fit of that line to the errors of the
-/// three wheels. A constant error does not change it where the truth comes back to its start.
+/// An estimate that is late by tau errs by `-tau dN/dt` to first order: tau is the least-squares
+/// fit of that line to the errors of the three wheels. A constant error does not change it where
+/// the truth comes back to its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LagSums {
     /// The last sample: time (s), true N and its error (N).
@@ -21,8 +22,9 @@ pub(crate) struct LagSums {
 impl LagSums {
     /// Longest time between neighbouring samples, s: records at 50 Hz.
     const LONGEST_STEP: f64 = 0.02 + 1e-9;
-    /// Rate of the true N from which a change is an impact, in wheel loads a second: there the first order does not hold, and a few
-    /// samples would outweigh all others. Rolling wheels stay below a fifth of it.
+    /// Rate of the true N from which a change is an impact, in wheel loads a second: there the
+    /// first order does not hold, and a few samples would outweigh all others. Rolling wheels stay
+    /// below a fifth of it.
     const IMPACT: f64 = 10.0;
     /// RMS rate of the true N below which there is nothing to follow, N/s.
     const LEAST_RATE: f64 = 0.1;
@@ -60,7 +62,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Feeds N = 40 + 10 sin(pi t) over five periods at 1 kHz, estimated with a delay (s) and a bias (N).
+    /// Feeds N = 40 + 10 sin(pi t) over five periods at 1 kHz, estimated with a delay (s) and a
+    /// bias (N).
     fn found(delay: f64, bias: f64, impact: f64) -> Option<f64> {
         let mut sums = LagSums::default();
         let n = |t: f64| 40.0 + 10.0 * (PI * t).sin();
@@ -73,8 +76,9 @@ mod tests {
         sums.lag()
     }
 
-    /// Closed form: over whole periods a sine of the rate w that is late by tau has the lag `sin(w tau)/w`, whatever the bias. The last
-    /// step of the record is missing: 1e-3 of the lag, and 1e-3 of the bias over the amplitude w 10 N.
+    /// Closed form: over whole periods a sine of the rate w that is late by tau has the lag
+    /// `sin(w tau)/w`, whatever the bias. The last step of the record is missing: 1e-3 of the lag,
+    /// and 1e-3 of the bias over the amplitude w 10 N.
     #[test]
     fn a_delayed_sine_has_that_lag() {
         for delay in [-0.02, 0.0, 0.005, 0.05] {

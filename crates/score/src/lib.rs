@@ -1,4 +1,5 @@
-//! How good an estimate is. Tables, studies, the viewer, tests and benches all use these definitions.
+//! How good an estimate is. Tables, studies, the viewer, tests and benches all use these
+//! definitions.
 //!
 //! | symbol | definition | home |
 //! |---|---|---|

@@ -6,13 +6,15 @@ use serde::{Deserialize, Serialize};
 
 /// Advance that counts as a gain, in wheel radii: 10 mm for the default robot.
 const GAIN: f64 = 0.1;
-/// Integral of the set speed since the last gain after which the robot counts as stuck, in wheel radii: ten times the
-/// gain, so that a robot is stuck that advances at less than a tenth of the set speed.
+/// Integral of the set speed since the last gain after which the robot counts as stuck, in wheel
+/// radii: ten times the gain, so that a robot is stuck that advances at less than a tenth of the
+/// set speed.
 const ASKED: f64 = 1.0;
-/// Time without gain after which the robot counts as stuck, s: longer than any of the shipped kerbs and trenches holds it.
+/// Time without gain after which the robot counts as stuck, s: longer than any of the shipped kerbs
+/// and trenches holds it.
 const PATIENCE: f64 = 2.0;
-/// Slip speed beyond the one that the set speeds ask for above which a wheel spins, as a share of the set speed of travel:
-/// creep stays below a tenth of it.
+/// Slip speed beyond the one that the set speeds ask for above which a wheel spins, as a share of
+/// the set speed of travel: creep stays below a tenth of it.
 const SPIN: f64 = 0.5;
 
 /// Progress of a run. Its keys in `summary.json` have units.
@@ -21,15 +23,17 @@ pub struct Progress {
     /// Travel of the body along x since the start, m, positive in the direction of `drive.speed`.
     #[serde(rename = "distance_m")]
     pub distance: f64,
-    /// Integral of the set speed of travel over time ([`Drive::travel_speed`]), m, with the sign of `distance`.
+    /// Integral of the set speed of travel over time ([`Drive::travel_speed`]), m, with the sign of
+    /// `distance`.
     #[serde(rename = "asked_m")]
     pub asked: f64,
-    /// Time since which the robot has not advanced as its set speed asks, s; `None` where it advances, or that speed is
-    /// zero.
+    /// Time since which the robot has not advanced as its set speed asks, s; `None` where it
+    /// advances, or that speed is zero.
     #[serde(rename = "stuck_since_s")]
     pub stuck_since: Option<f64>,
-    /// Time for which each wheel spun, s: its slip speed differed from the one that its set speed asks for by more than
-    /// half the set speed. A wheel that is driven apart and slips as asked does not spin.
+    /// Time for which each wheel spun, s: its slip speed differed from the one that its set speed
+    /// asks for by more than half the set speed. A wheel that is driven apart and slips as asked
+    /// does not spin.
     #[serde(rename = "spinning_s")]
     pub spinning: [f64; 3],
 }
@@ -44,7 +48,8 @@ pub struct ProgressMeter {
     progress: Progress,
     /// Integral of the magnitude of the set speed of travel, m.
     asked_way: f64,
-    /// Direction of the last set speed of travel that was not zero: 1 along `distance`, -1 against it.
+    /// Direction of the last set speed of travel that was not zero: 1 along `distance`, -1 against
+    /// it.
     direction: f64,
     /// The last gain.
     mark: Mark,
@@ -135,7 +140,8 @@ mod tests {
     use super::*;
     use robhaz_sim::scaling::SpeedScaling;
 
-    /// A run of `seconds` at 100 records a second in which the body goes as `way` says (m at s), at a slip speed of 0.15 m/s.
+    /// A run of `seconds` at 100 records a second in which the body goes as `way` says (m at s), at
+    /// a slip speed of 0.15 m/s.
     fn run(drive: &Drive, seconds: u32, way: impl Fn(f64) -> f64) -> Progress {
         let mut meter = ProgressMeter::new(drive, 0.1);
         for k in 0..=100 * seconds {
@@ -150,7 +156,8 @@ mod tests {
         meter.progress()
     }
 
-    /// Closed form: way, way asked for (speed times time less half the ramp), time of the last gain, time of spinning.
+    /// Closed form: way, way asked for (speed times time less half the ramp), time of the last
+    /// gain, time of spinning.
     #[test]
     fn a_robot_that_stops_is_stuck_since_its_last_gain() {
         let drive = Drive::default();
@@ -176,8 +183,8 @@ mod tests {
         assert_eq!(run(&drive, 6, way).stuck_since, None);
     }
 
-    /// Never called stuck: before the drive starts, at a set speed of zero, at a tenth of the speed and more, at a
-    /// speed at which little was asked for, backwards as asked.
+    /// Never called stuck: before the drive starts, at a set speed of zero, at a tenth of the speed
+    /// and more, at a speed at which little was asked for, backwards as asked.
     #[test]
     fn who_makes_way_or_need_not_is_not_stuck() {
         let with = |speed: f64, start_time: f64| Drive {
@@ -194,8 +201,9 @@ mod tests {
         assert_eq!(run(&with(-0.2, 0.0), 19, |t| -0.2 * t).stuck_since, None);
     }
 
-    /// Reversed set speeds: the way that is asked for and the distance fall, and a robot that comes back is not stuck. One
-    /// that stays is stuck from the reversal on. Slip that the set speeds ask for is no spinning.
+    /// Reversed set speeds: the way that is asked for and the distance fall, and a robot that comes
+    /// back is not stuck. One that stays is stuck from the reversal on. Slip that the set speeds
+    /// ask for is no spinning.
     #[test]
     fn a_robot_that_is_asked_back_has_to_come_back() {
         let mut drive = Drive::default();
@@ -208,7 +216,8 @@ mod tests {
         let out = |t: f64| 0.2 * t.min(5.3);
         let found = run(&drive, 15, |t| out(t) - 0.2 * (t - 5.3).max(0.0));
         assert_eq!(found.stuck_since, None, "{found:?}");
-        // Forward for 4.2 s less half of the first ramp; the reversal takes as much forward as back; back for 9.4 s.
+        // Forward for 4.2 s less half of the first ramp; the reversal takes as much forward as
+        // back; back for 9.4 s.
         let asked = 0.2 * (5.0 - 1.1 - 9.4);
         assert!((found.asked - asked).abs() < 1e-3, "{found:?}");
         assert!((found.distance - 0.2 * (5.3 - 9.7)).abs() < 1e-12);
@@ -227,7 +236,8 @@ mod tests {
         assert!((1.0..1.4).contains(&spinning), "{spinning}");
     }
 
-    /// Stuck from the drive's start on; also where the robot slides back, and where it goes the wrong way.
+    /// Stuck from the drive's start on; also where the robot slides back, and where it goes the
+    /// wrong way.
     #[test]
     fn who_never_moves_is_stuck_from_the_start() {
         let drive = Drive::default();

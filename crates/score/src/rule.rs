@@ -12,8 +12,8 @@ pub enum Inclusion {
     Included(Compared),
     /// It lies before the time from which errors count: the robot rests or starts.
     TooEarly,
-    /// No single contact is equivalent to the contacts of some wheel: all three wheels are left out. An estimator has
-    /// one contact a wheel, so its N cannot be compared.
+    /// No single contact is equivalent to the contacts of some wheel: all three wheels are left
+    /// out. An estimator has one contact a wheel, so its N cannot be compared.
     NoEquivalent,
 }
 

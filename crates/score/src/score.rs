@@ -6,8 +6,8 @@ use robhaz_estimator::Estimate;
 use robhaz_sim::Truth;
 use std::ops::Deref;
 
-/// Errors of one estimator over one run: the [`Statistics`] of all samples that count, and of those without two
-/// contacts.
+/// Errors of one estimator over one run: the [`Statistics`] of all samples that count, and of those
+/// without two contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     rule: Rule,
@@ -38,12 +38,14 @@ impl Score {
         }
     }
 
-    /// Adds a sample, if the rule counts it. No estimate, or an estimate with a force that is not finite, counts as missing.
+    /// Adds a sample, if the rule counts it. No estimate, or an estimate with a force that is not
+    /// finite, counts as missing.
     pub fn add(&mut self, truth: &Truth, estimate: Option<&Estimate>) {
         self.add_judged(truth.time, &self.rule.judge(truth), estimate);
     }
 
-    /// The same for a sample of which is known whether it counts: several estimators share one truth. `time` in s.
+    /// The same for a sample of which is known whether it counts: several estimators share one
+    /// truth. `time` in s.
     pub fn add_judged(&mut self, time: f64, judged: &Inclusion, estimate: Option<&Estimate>) {
         let compared = match judged {
             Inclusion::TooEarly => return,
@@ -74,8 +76,8 @@ impl Score {
         &self.all
     }
 
-    /// The errors over the samples at which no wheel has two contacts. Relative errors refer to the mean N of these
-    /// samples.
+    /// The errors over the samples at which no wheel has two contacts. Relative errors refer to the
+    /// mean N of these samples.
     pub fn at_one_contact(&self) -> &Statistics {
         self.one_contact.as_ref().unwrap_or(&self.all)
     }
@@ -145,8 +147,9 @@ mod tests {
         assert_eq!(score.normal_force(), None);
     }
 
-    /// Equivalence: a sample with two contacts is compared with the equivalent contact, and counted. The errors at one
-    /// contact leave it out. A sample without an equivalent contact counts in neither.
+    /// Equivalence: a sample with two contacts is compared with the equivalent contact, and
+    /// counted. The errors at one contact leave it out. A sample without an equivalent contact
+    /// counts in neither.
     #[test]
     fn two_contacts_are_compared_with_their_equivalent() {
         let mut score = Score::new(Rule { compare_from: 0.0 });

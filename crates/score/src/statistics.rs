@@ -7,7 +7,8 @@ use crate::sum::{Sum, means, share};
 use nalgebra::{Matrix3, Vector3};
 use robhaz_estimator::Estimate;
 
-/// Errors of one estimator over a set of samples, and how they compare with the covariance that it states.
+/// Errors of one estimator over a set of samples, and how they compare with the covariance that it
+/// states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     samples: u64,
@@ -21,8 +22,8 @@ pub struct Statistics {
 /// Sums over the samples for which the estimator states a covariance of N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Stated {
-    /// Samples with a positive definite covariance of the three N and every N > 0. At N = 0 the error is not Gaussian.
-    /// The NIS has its own count.
+    /// Samples with a positive definite covariance of the three N and every N > 0. At N = 0 the
+    /// error is not Gaussian. The NIS has its own count.
     samples: u64,
     /// Sum of ln sigma over wheels and samples.
     logarithm: Sum,
@@ -68,7 +69,8 @@ impl Statistics {
         self.traction.errors(self.samples, self.mean_load())
     }
 
-    /// Time by which the estimated N follow the true ones, s: see [`crate`]. `None` where the truth hardly changes.
+    /// Time by which the estimated N follow the true ones, s: see [`crate`]. `None` where the truth
+    /// hardly changes.
     pub fn lag(&self) -> Option<f64> {
         self.lag.lag()
     }
@@ -83,16 +85,16 @@ impl Statistics {
         means(&self.load, self.samples)
     }
 
-    /// Geometric mean of the stated standard deviations of N, divided by the mean true N, dimensionless; `None` if the
-    /// estimator stated none. Geometric, because at an impact the estimator states hundreds of times as much as before
-    /// and after.
+    /// Geometric mean of the stated standard deviations of N, divided by the mean true N,
+    /// dimensionless; `None` if the estimator stated none. Geometric, because at an impact the
+    /// estimator states hundreds of times as much as before and after.
     pub fn stated(&self) -> Option<f64> {
         let sigma = self.stated.logarithm.mean(3 * self.stated.samples)?.exp();
         Some(sigma / self.mean_load()?)
     }
 
-    /// RMS of error divided by stated standard deviation of N, dimensionless: 1 if these are right; `None` if none was
-    /// stated.
+    /// RMS of error divided by stated standard deviation of N, dimensionless: 1 if these are right;
+    /// `None` if none was stated.
     pub fn normalised(&self) -> Option<f64> {
         let mean = self.stated.normalised.mean(3 * self.stated.samples)?;
         Some(mean.sqrt())
@@ -103,7 +105,8 @@ impl Statistics {
         self.stated.nees.mean(self.stated.samples)
     }
 
-    /// Mean NIS of the parity residual: 1 if its expected variance is right; `None` if none was stated.
+    /// Mean NIS of the parity residual: 1 if its expected variance is right; `None` if none was
+    /// stated.
     pub fn nis(&self) -> Option<f64> {
         self.stated.nis.mean(self.stated.innovations)
     }

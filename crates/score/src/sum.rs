@@ -1,7 +1,7 @@
 //! Sums over long runs.
 
-/// A sum that keeps the rounding errors of its additions (Neumaier 1974), so that an hour at 1 kHz is summed as exactly as
-/// a second. Each error is found without a branch (Knuth's two-sum).
+/// A sum that keeps the rounding errors of its additions (Neumaier 1974), so that an hour at 1 kHz
+/// is summed as exactly as a second. Each error is found without a branch (Knuth's two-sum).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sum {
     total: f64,

@@ -1,9 +1,10 @@
-//! Simulates a course for some seconds and prints the mean of N, for counting the instructions of an engine:
+//! Simulates a course for some seconds and prints the mean of N, for counting the instructions of
+//! an engine:
 //!
 //! `valgrind --tool=callgrind target/release/examples/simulate smooth direct 10 1e-3`
 //!
-//! Arguments: course (`smooth`, `stairs`, `cosbump`, `flat`), engine (`direct`, `rapier`), duration (s), time between two
-//! records (s).
+//! Arguments: course (`smooth`, `stairs`, `cosbump`, `flat`), engine (`direct`, `rapier`), duration
+//! (s), time between two records (s).
 
 use robhaz_model::Robot;
 use robhaz_sim::{EngineKind, Plant, PlantSetup};

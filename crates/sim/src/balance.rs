@@ -5,15 +5,15 @@ use robhaz_model::Vec2;
 
 /// Impulse and work since time zero, integrated at the engine's own steps.
 ///
-/// An impact lasts less than a millisecond. Sums over records miss it; these integrals do not. The motion does not
-/// depend on them. Two balances hold:
+/// An impact lasts less than a millisecond. Sums over records miss it; these integrals do not. The
+/// motion does not depend on them. Two balances hold:
 ///
 /// - change of momentum = sum of `impulse` + weight times time,
 /// - change of mechanical energy = `motor_work` - `gear_loss` + `ground_work` + `stop_work`.
 ///
-/// `direct` integrates with the quadrature of its solver, of the same order as the motion. `rapier` multiplies the
-/// constant force of a step by the mean of the speeds at both ends of the step, which is of first order in the step,
-/// like the motion.
+/// `direct` integrates with the quadrature of its solver, of the same order as the motion. `rapier`
+/// multiplies the constant force of a step by the mean of the speeds at both ends of the step,
+/// which is of first order in the step, like the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     /// Impulse of the ground on each wheel, N s.
@@ -22,8 +22,8 @@ pub struct Balance {
     pub motor_work: f64,
     /// Energy that damping and friction in the gears dissipate, J.
     pub gear_loss: f64,
-    /// Work of the ground on the wheels, J. It is negative when friction and damping dissipate energy or contacts store
-    /// it.
+    /// Work of the ground on the wheels, J. It is negative when friction and damping dissipate
+    /// energy or contacts store it.
     pub ground_work: f64,
     /// Work of the end stops on the links, J.
     pub stop_work: f64,
@@ -52,8 +52,8 @@ impl WheelLoad {
 }
 
 impl Balance {
-    /// Adds impulse and work of a wheel's load over `time` (s), at a constant motion and a constant spin `omega`
-    /// relative to the link (rad/s).
+    /// Adds impulse and work of a wheel's load over `time` (s), at a constant motion and a constant
+    /// spin `omega` relative to the link (rad/s).
     pub(crate) fn add_wheel(
         &mut self,
         wheel: usize,

@@ -2,8 +2,9 @@
 
 /// The law `N = max(0, k g^n + c(g) dg/dt)` for a penetration `g > 0`, eq. (10).
 ///
-/// `c(g)` is constant, or rises from 0 to `damping` in a cubic step over `0 < g < damping_ramp` (ADAMS's function
-/// IMPACT). The clamp at zero is not in the paper: N of eq. (10) as printed can be negative.
+/// `c(g)` is constant, or rises from 0 to `damping` in a cubic step over `0 < g < damping_ramp`
+/// (ADAMS's function IMPACT). The clamp at zero is not in the paper: N of eq. (10) as printed can
+/// be negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
     /// Stiffness k, N/m^n.
@@ -30,13 +31,14 @@ impl Default for ContactLaw {
 }
 
 impl ContactLaw {
-    /// Normal force N >= 0, N, at penetration `g` (m) and its rate `g_rate` (m/s). Zero for `g <= 0`.
+    /// Normal force N >= 0, N, at penetration `g` (m) and its rate `g_rate` (m/s). Zero for
+    /// `g <= 0`.
     pub fn normal_force(&self, g: f64, g_rate: f64) -> f64 {
         self.at(g, g_rate, |g| g.powf(self.exponent)).force()
     }
 
-    /// The law at penetration `g` (m) and its rate `g_rate` (m/s). Everything is zero for `g <= 0`. `power` is the n-th power
-    /// of a positive number.
+    /// The law at penetration `g` (m) and its rate `g_rate` (m/s). Everything is zero for `g <= 0`.
+    /// `power` is the n-th power of a positive number.
     #[inline]
     pub(crate) fn at(&self, g: f64, g_rate: f64, power: impl Fn(f64) -> f64) -> NormalForce {
         if g <= 0.0 {
@@ -78,8 +80,8 @@ impl NormalForce {
     }
 }
 
-/// Cubic step from `y0` at `x <= x0` to `y1` at `x >= x1`, with slope zero at both ends (ADAMS's function STEP). It
-/// jumps if `x0 == x1`.
+/// Cubic step from `y0` at `x <= x0` to `y1` at `x >= x1`, with slope zero at both ends (ADAMS's
+/// function STEP). It jumps if `x0 == x1`.
 #[inline]
 pub(crate) fn cubic_step(x: f64, x0: f64, y0: f64, x1: f64, y1: f64) -> f64 {
     if x >= x1 {
@@ -96,7 +98,8 @@ pub(crate) fn cubic_step(x: f64, x0: f64, y0: f64, x1: f64, y1: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Closed form: at the mean load of 45.78 N the penetration is 0.568 mm and the tangent stiffness 169 N/mm.
+    /// Closed form: at the mean load of 45.78 N the penetration is 0.568 mm and the tangent
+    /// stiffness 169 N/mm.
     #[test]
     fn static_penetration_and_stiffness_at_the_mean_load() {
         let law = ContactLaw::default();
@@ -107,7 +110,8 @@ mod tests {
         assert!((tangent - 169.0e3).abs() < 0.5e3, "{tangent}");
     }
 
-    /// Closed form: eq. (10) evaluated in mm over a grid of penetrations and rates, with constant and with rising c.
+    /// Closed form: eq. (10) evaluated in mm over a grid of penetrations and rates, with constant
+    /// and with rising c.
     #[test]
     fn law_equals_eq_10_in_millimetres() {
         for ramp in [0.0, 1e-4] {

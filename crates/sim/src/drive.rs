@@ -1,4 +1,5 @@
-//! The drive of a wheel: eq. (2) with separate inertias of wheel and rotor, losses in the gear, and speed control.
+//! The drive of a wheel: eq. (2) with separate inertias of wheel and rotor, losses in the gear, and
+//! speed control.
 
 use crate::scaling::{SpeedScaling, quintic, ramp};
 use robhaz_model::WheelCommand;
@@ -6,7 +7,8 @@ use robhaz_model::WheelCommand;
 /// Speed control and losses of the three drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
-    /// Set speed of travel, m/s; the wheels' set speed is this over the wheel radius, times [`Self::scalings`].
+    /// Set speed of travel, m/s; the wheels' set speed is this over the wheel radius, times
+    /// [`Self::scalings`].
     pub speed: f64,
     /// Proportional gain Kp, N m s.
     pub kp: f64,
@@ -22,7 +24,8 @@ pub struct Drive {
     pub gear_friction: f64,
     /// Time before the start, in which the set speed is zero, s.
     pub start_time: f64,
-    /// Duration of the smooth start from rest to the set speed, and of every change by [`Self::scalings`], s.
+    /// Duration of the smooth start from rest to the set speed, and of every change by
+    /// [`Self::scalings`], s.
     pub ramp_time: f64,
     /// Times in which single wheels have another set speed. Those of one wheel do not overlap.
     pub scalings: Vec<SpeedScaling>,
@@ -38,8 +41,8 @@ pub struct DriveResponse {
 }
 
 impl Default for Drive {
-    /// The PI drive: 0.20 m/s, Kp = 5 N m s, Ki = 50 N m, 10 N m, B = 0.15 N m s, no Coulomb friction, start at
-    /// 0.8 s over 0.6 s.
+    /// The PI drive: 0.20 m/s, Kp = 5 N m s, Ki = 50 N m, 10 N m, B = 0.15 N m s, no Coulomb
+    /// friction, start at 0.8 s over 0.6 s.
     fn default() -> Self {
         Self {
             speed: 0.20,
@@ -57,14 +60,14 @@ impl Default for Drive {
 }
 
 impl Drive {
-    /// Set speed of a wheel (0 front, 1 middle, 2 rear) at time `t` (s), rad/s: that of the start, times the factor of the
-    /// wheel.
+    /// Set speed of a wheel (0 front, 1 middle, 2 rear) at time `t` (s), rad/s: that of the start,
+    /// times the factor of the wheel.
     pub fn set_speed(&self, wheel: usize, t: f64, wheel_radius: f64) -> f64 {
         self.start_speed(t, wheel_radius) * self.factor(wheel, t)
     }
 
-    /// Set wheel speed without scalings at time `t` (s), rad/s: rest until the start, then a quintic ramp (no jump in
-    /// acceleration).
+    /// Set wheel speed without scalings at time `t` (s), rad/s: rest until the start, then a
+    /// quintic ramp (no jump in acceleration).
     #[inline]
     pub(crate) fn start_speed(&self, t: f64, wheel_radius: f64) -> f64 {
         quintic(
@@ -80,19 +83,20 @@ impl Drive {
         of_wheel.fold(1.0, |sum, s| sum + s.change(t, self.ramp_time))
     }
 
-    /// Set speed of travel at time `t` (s), m/s: the middle one of the three wheels' speeds at the rim. The other two
-    /// wheels, or one of them, keep a single wheel from deciding the robot's speed.
+    /// Set speed of travel at time `t` (s), m/s: the middle one of the three wheels' speeds at the
+    /// rim. The other two wheels, or one of them, keep a single wheel from deciding the robot's
+    /// speed.
     pub fn travel_speed(&self, t: f64, wheel_radius: f64) -> f64 {
         let mut speeds = [0, 1, 2].map(|wheel| self.set_speed(wheel, t, wheel_radius));
         speeds.sort_by(f64::total_cmp);
         wheel_radius * speeds[1]
     }
 
-    /// Range of the distances from its start that a robot with wheels of this radius (m) has at its set speed, without
-    /// slip, within `duration` (s): the lowest and the highest one, m.
+    /// Range of the distances from its start that a robot with wheels of this radius (m) has at its
+    /// set speed, without slip, within `duration` (s): the lowest and the highest one, m.
     pub fn planned_travel(&self, duration: f64, wheel_radius: f64) -> [f64; 2] {
-        /// Number of steps of the trapezoidal rule. A scaling that is shorter than a step moves the robot by less than
-        /// its wheel radius in any usual run.
+        /// Number of steps of the trapezoidal rule. A scaling that is shorter than a step moves the
+        /// robot by less than its wheel radius in any usual run.
         const STEPS: u32 = 10_000;
         if self.scalings.is_empty() {
             let time = duration - self.start_time - 0.5 * self.ramp_time;
@@ -115,7 +119,8 @@ impl Drive {
         changes.filter(|change| *change > t).reduce(f64::min)
     }
 
-    /// Motor torque at the wheel, N m, for a speed error `e` (rad/s) and its integral (rad), within the limit.
+    /// Motor torque at the wheel, N m, for a speed error `e` (rad/s) and its integral (rad), within
+    /// the limit.
     pub fn torque(&self, error: f64, integral: f64) -> f64 {
         self.limited(self.kp * error + self.ki * integral)
     }
@@ -129,11 +134,12 @@ impl Drive {
     /// Rate of the integral I of the error e, rad/s, with anti-windup by back-calculation:
     /// `dI/dt = e - (tau_w - tau)/(Ki T_t)`.
     ///
-    /// `tau_w = Kp e + Ki I` is the torque before the limit, `tau` the torque within it, `T_t` the tracking time
-    /// constant. Without saturation `dI/dt = e`. In saturation `Ki I` decays with `T_t` towards the value at which
-    /// `tau_w` exceeds the limit by `Ki T_t e` only, so the motor leaves saturation when the error changes its sign.
-    /// The rate is continuous where saturation starts and ends, as a solver with error control needs it. Source: K. J.
-    /// Astrom and T. Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
+    /// `tau_w = Kp e + Ki I` is the torque before the limit, `tau` the torque within it, `T_t` the
+    /// tracking time constant. Without saturation `dI/dt = e`. In saturation `Ki I` decays with
+    /// `T_t` towards the value at which `tau_w` exceeds the limit by `Ki T_t e` only, so the motor
+    /// leaves saturation when the error changes its sign. The rate is continuous where saturation
+    /// starts and ends, as a solver with error control needs it. Source: K. J. Astrom and T.
+    /// Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
     pub fn integral_rate(&self, error: f64, integral: f64) -> f64 {
         let wanted = self.kp * error + self.ki * integral;
         let excess = wanted - self.limited(wanted);
@@ -144,11 +150,12 @@ impl Drive {
         }
     }
 
-    /// What a drive does under a command: `planned` is its planned set speed, `omega` the wheel speed (rad/s), `integral`
-    /// that of the speed error (rad).
+    /// What a drive does under a command: `planned` is its planned set speed, `omega` the wheel
+    /// speed (rad/s), `integral` that of the speed error (rad).
     ///
-    /// Under a torque the integral follows it: `dI/dt = (tau - Ki I)/(Ki T_t)`, the back-calculation of
-    /// [`Self::integral_rate`] with the commanded torque as the limit and without an error.
+    /// Under a torque the integral follows it: `dI/dt = (tau - Ki I)/(Ki T_t)`, the
+    /// back-calculation of [`Self::integral_rate`] with the commanded torque as the limit and
+    /// without an error.
     #[inline]
     pub fn response(
         &self,
@@ -181,8 +188,8 @@ impl Drive {
         }
     }
 
-    /// Torque of viscous damping and Coulomb friction, N m: `B omega + F sign(omega)`, with the sign smoothed by
-    /// [`coulomb_sign`].
+    /// Torque of viscous damping and Coulomb friction, N m: `B omega + F sign(omega)`, with the
+    /// sign smoothed by [`coulomb_sign`].
     pub fn loss_torque(&self, omega: f64) -> f64 {
         let viscous = self.viscous_damping * omega;
         if self.gear_friction > 0.0 {
@@ -192,28 +199,32 @@ impl Drive {
         }
     }
 
-    /// Largest slope of motor torque less losses over the wheel speed, N m s: `Kp + B + F/FRICTION_SPEED`.
+    /// Largest slope of motor torque less losses over the wheel speed, N m s:
+    /// `Kp + B + F/FRICTION_SPEED`.
     pub fn slope(&self) -> f64 {
         self.kp + self.viscous_damping + self.gear_friction / FRICTION_SPEED
     }
 }
 
-/// Wheel speed over which Coulomb friction changes its sign, rad/s: 1 mm/s at the rim, 0.5 % of the default speed.
+/// Wheel speed over which Coulomb friction changes its sign, rad/s: 1 mm/s at the rim, 0.5 % of the
+/// default speed.
 ///
-/// At standstill this law creeps instead of sticking. A smaller value would creep less but be stiffer: 0.5 N m already
-/// brakes a wheel with a time constant of 1.9 ms, between the steps of `rapier` (0.1 ms) and the pole of the drive (19
-/// ms at Kp = 5 N m s).
+/// At standstill this law creeps instead of sticking. A smaller value would creep less but be
+/// stiffer: 0.5 N m already brakes a wheel with a time constant of 1.9 ms, between the steps of
+/// `rapier` (0.1 ms) and the pole of the drive (19 ms at Kp = 5 N m s).
 pub const FRICTION_SPEED: f64 = 0.01;
 
-/// Smoothed sign of a wheel speed (rad/s) in the law of Coulomb friction: `tanh(omega/FRICTION_SPEED)`.
+/// Smoothed sign of a wheel speed (rad/s) in the law of Coulomb friction:
+/// `tanh(omega/FRICTION_SPEED)`.
 pub fn coulomb_sign(omega: f64) -> f64 {
     (omega / FRICTION_SPEED).tanh()
 }
 
-/// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with separate inertias of wheel and rotor,
+/// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with separate inertias of
+/// wheel and rotor,
 ///
-/// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m), `alpha_link` is
-/// counter-clockwise (rad/s^2).
+/// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m),
+/// `alpha_link` is counter-clockwise (rad/s^2).
 pub fn wheel_acceleration(
     drive_torque: f64,
     ground_torque: f64,
@@ -239,9 +250,9 @@ mod tests {
         }
     }
 
-    /// Closed form: a scaling begins at `from`, has its factor from one ramp later to `to`, and ends one ramp after `to`;
-    /// halfway through a ramp the factor is the mean. Other wheels keep the set speed. A scaling that begins where another
-    /// ends leads from factor to factor.
+    /// Closed form: a scaling begins at `from`, has its factor from one ramp later to `to`, and
+    /// ends one ramp after `to`; halfway through a ramp the factor is the mean. Other wheels keep
+    /// the set speed. A scaling that begins where another ends leads from factor to factor.
     #[test]
     fn scalings_change_the_set_speed_of_their_wheels() {
         let scaling = |from, to, factor| SpeedScaling {
@@ -284,8 +295,8 @@ mod tests {
         assert_eq!(changes, [60.0, 66.0, 160.0, 166.0, 180.0, 186.0]);
     }
 
-    /// Closed form: each ramp takes half its time from a constant speed. The trapezoidal rule on 10 000 points errs by
-    /// micrometres.
+    /// Closed form: each ramp takes half its time from a constant speed. The trapezoidal rule on 10
+    /// 000 points errs by micrometres.
     #[test]
     fn the_planned_travel_turns_with_the_set_speed() {
         let mut drive = Drive::default();
@@ -298,7 +309,8 @@ mod tests {
             factor: -1.0,
         });
         let [lowest, highest] = drive.planned_travel(20.0, 0.1);
-        // The speed is zero in the middle of the ramp at 5 s; back at -0.2 m/s for 14.4 s from 5.6 s on.
+        // The speed is zero in the middle of the ramp at 5 s; back at -0.2 m/s for 14.4 s from 5.6
+        // s on.
         let ramp: f64 = (0..1000)
             .map(|i| drive.travel_speed(5.0 + 3e-4 * (f64::from(i) + 0.5), 0.1) * 3e-4)
             .sum();
@@ -307,8 +319,9 @@ mod tests {
         assert!((lowest - (0.2 * 3.9 - 0.2 * 14.4)).abs() < 1e-5, "{lowest}");
     }
 
-    /// Continuity: the set speed and its first two derivatives do not jump, as at the start: over 1 us the second
-    /// difference quotient changes by at most the third derivative of the quintic, 60/T^3, times 1 us.
+    /// Continuity: the set speed and its first two derivatives do not jump, as at the start: over 1
+    /// us the second difference quotient changes by at most the third derivative of the quintic,
+    /// 60/T^3, times 1 us.
     #[test]
     fn scalings_are_as_smooth_as_the_start() {
         let drive = Drive {
@@ -332,8 +345,8 @@ mod tests {
         }
     }
 
-    /// Continuity: at the start of saturation the rate of the integral has a kink but no jump, for errors of both
-    /// signs. The slopes of the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
+    /// Continuity: at the start of saturation the rate of the integral has a kink but no jump, for
+    /// errors of both signs. The slopes of the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
     #[test]
     fn the_integral_rate_does_not_jump_at_saturation() {
         let drive = Drive::default();
@@ -347,8 +360,9 @@ mod tests {
         }
     }
 
-    /// Closed form: with a constant error in saturation, `Ki I` approaches `limit + (Ki T_t - Kp) e` with exp(-t/T_t).
-    /// With T_t = Kp/Ki this is the limit, and the motor leaves saturation when the error changes its sign.
+    /// Closed form: with a constant error in saturation, `Ki I` approaches
+    /// `limit + (Ki T_t - Kp) e` with exp(-t/T_t). With T_t = Kp/Ki this is the limit, and the
+    /// motor leaves saturation when the error changes its sign.
     #[test]
     fn back_calculation_tracks_the_limit() {
         for tracking_time in [0.05, 0.1, 0.4] {
@@ -374,7 +388,8 @@ mod tests {
         assert!(drive.torque(-1e-6, at_limit) < 10.0);
     }
 
-    /// Equivalence: without integral gain, and without saturation, the rate is the error, to the bit.
+    /// Equivalence: without integral gain, and without saturation, the rate is the error, to the
+    /// bit.
     #[test]
     fn without_saturation_the_integral_is_that_of_the_error() {
         let soft = Drive {
@@ -386,8 +401,9 @@ mod tests {
         assert_eq!(rate.to_bits(), 0.3_f64.to_bits());
     }
 
-    /// Equivalence and closed form: planned and commanded set speeds give the bits of the PI control; under a torque the
-    /// integral approaches tau/Ki with exp(-t/T_t), so that a set speed at the wheel's speed then begins at this torque.
+    /// Equivalence and closed form: planned and commanded set speeds give the bits of the PI
+    /// control; under a torque the integral approaches tau/Ki with exp(-t/T_t), so that a set speed
+    /// at the wheel's speed then begins at this torque.
     #[test]
     fn commands_reach_the_drive() {
         let drive = Drive::default();
@@ -414,8 +430,8 @@ mod tests {
         assert!((beyond.torque + drive.torque_limit).abs() < 1e-15);
     }
 
-    /// Speed of a free wheel with 0.5 N m of gear friction and no damping, after `steps` steps of `dt` (s) from 2
-    /// rad/s, by the classical Runge-Kutta method, rad/s.
+    /// Speed of a free wheel with 0.5 N m of gear friction and no damping, after `steps` steps of
+    /// `dt` (s) from 2 rad/s, by the classical Runge-Kutta method, rad/s.
     fn slowed_down(dt: f64, steps: u32) -> f64 {
         let drive = Drive {
             viscous_damping: 0.0,
@@ -432,15 +448,16 @@ mod tests {
         })
     }
 
-    /// Closed form: Coulomb friction slows a free wheel down linearly, with F t/J. Until it stops the speed follows
-    /// sinh(omega/w) = sinh(omega_0/w) exp(-F t/(J w)), with w = FRICTION_SPEED.
+    /// Closed form: Coulomb friction slows a free wheel down linearly, with F t/J. Until it stops
+    /// the speed follows sinh(omega/w) = sinh(omega_0/w) exp(-F t/(J w)), with w = FRICTION_SPEED.
     #[test]
     fn gear_friction_slows_a_free_wheel_down_linearly() {
         let inertia = 0.0075 + 0.0864;
         for ms in [100, 200, 300, 370] {
             let expected = 2.0 - 0.5 / inertia * 1e-3 * f64::from(ms);
             let found = slowed_down(1e-4, 10 * ms);
-            // Far from the change of sign: 1 - tanh is below exp(-2 * 0.02/0.01) for the last milliseconds.
+            // Far from the change of sign: 1 - tanh is below exp(-2 * 0.02/0.01) for the last
+            // milliseconds.
             assert!(
                 (found - expected).abs() < 1e-4,
                 "{ms} ms: {found} {expected}"
@@ -460,7 +477,8 @@ mod tests {
         }
     }
 
-    /// Property: the losses oppose the motion in both directions, with all of F from three times FRICTION_SPEED on.
+    /// Property: the losses oppose the motion in both directions, with all of F from three times
+    /// FRICTION_SPEED on.
     #[test]
     fn losses_oppose_the_motion() {
         let drive = Drive {

@@ -5,7 +5,8 @@ use crate::error::PlantError;
 use crate::truth::Truth;
 use robhaz_model::{Bar, GRAVITY, Robot};
 
-/// Kinetic and potential energy of bars, wheels and rotors, J. The potential energy is zero at y = 0.
+/// Kinetic and potential energy of bars, wheels and rotors, J. The potential energy is zero at y =
+/// 0.
 pub fn mechanical_energy(robot: &Robot, truth: &Truth) -> f64 {
     let mass = &robot.mass;
     let mut energy = 0.0;
@@ -28,10 +29,11 @@ pub fn mechanical_energy(robot: &Robot, truth: &Truth) -> f64 {
 
 /// Checks that a run is passive apart from its motors.
 ///
-/// Gears, friction, contacts and stops dissipate energy or return what they have stored, with any parameters of their
-/// laws. The mechanical energy plus the elastic energy of contacts and stops, less the work of the motors, therefore
-/// cannot rise. A rise means that the integration is wrong. The check needs no sum over the losses, so it is valid for
-/// any distance between records, and at edges.
+/// Gears, friction, contacts and stops dissipate energy or return what they have stored, with any
+/// parameters of their laws. The mechanical energy plus the elastic energy of contacts and stops,
+/// less the work of the motors, therefore cannot rise. A rise means that the integration is wrong.
+/// The check needs no sum over the losses, so it is valid for any distance between records, and at
+/// edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnergyWatch {
     /// Minimum since the start, J.
@@ -41,11 +43,12 @@ pub(crate) struct EnergyWatch {
 }
 
 impl EnergyWatch {
-    /// Allowed rise, as a share of weight times wheel radius: 14 mJ for the default robot, as much as lifts it by 0.1
-    /// mm.
+    /// Allowed rise, as a share of weight times wheel radius: 14 mJ for the default robot, as much
+    /// as lifts it by 0.1 mm.
     ///
-    /// The shipped scenes show 0.3 uJ, and 30 uJ at the largest tolerance. The terrain may merge two nearest points in
-    /// a tight bend into one contact; the elastic energy then jumps by up to about 8 mJ.
+    /// The shipped scenes show 0.3 uJ, and 30 uJ at the largest tolerance. The terrain may merge
+    /// two nearest points in a tight bend into one contact; the elastic energy then jumps by up to
+    /// about 8 mJ.
     const ALLOWED: f64 = 1e-3;
 
     pub fn new(robot: &Robot) -> Self {
@@ -103,8 +106,8 @@ mod tests {
         (0..1000 * seconds).try_for_each(|_| plant.next_truth().map(|_| ()))
     }
 
-    /// Sensitivity: a damping whose time constant m/c is 1.5 us, with parts of a step of 77 us, creates energy, and the run
-    /// stops with this reason.
+    /// Sensitivity: a damping whose time constant m/c is 1.5 us, with parts of a step of 77 us,
+    /// creates energy, and the run stops with this reason.
     #[test]
     fn a_step_too_long_is_noticed() {
         let too_long = PlantSetup {
@@ -123,7 +126,8 @@ mod tests {
         );
     }
 
-    /// Conservation: kerbs, stairs and a constant c create no energy, with periods of 1 ms and of 0.1 s.
+    /// Conservation: kerbs, stairs and a constant c create no energy, with periods of 1 ms and of
+    /// 0.1 s.
     #[test]
     fn correct_runs_pass() {
         for engine in EngineKind::ALL {

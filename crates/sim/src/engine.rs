@@ -13,8 +13,8 @@ pub(crate) trait Engine: Send {
     /// Sets the commands of the wheels from the next instant on.
     fn command(&mut self, commands: [WheelCommand; 3]);
 
-    /// Writes the truth at the current time to `instant`. The simulation then advances by one period. A return value
-    /// would be copied several times, and it has 1.1 kB.
+    /// Writes the truth at the current time to `instant`. The simulation then advances by one
+    /// period. A return value would be copied several times, and it has 1.1 kB.
     fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError>;
 }
 

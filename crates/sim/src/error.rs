@@ -1,6 +1,7 @@
 //! Reasons why a simulation cannot start or stops.
 //!
-//! The messages state physical facts. `robhaz-scene` adds the keys of the scene file that a user can change.
+//! The messages state physical facts. `robhaz-scene` adds the keys of the scene file that a user
+//! can change.
 
 use robhaz_model::StanceError;
 
@@ -17,7 +18,8 @@ pub enum PlantError {
         /// Position of the wheel's centre, m.
         x: f64,
     },
-    /// The state contains NaN or infinity: the step is too long for the contact, or the forces are too large.
+    /// The state contains NaN or infinity: the step is too long for the contact, or the forces are
+    /// too large.
     #[error(
         "at t = {time:.4} s the state of {part} is not finite: the forces are too large for the step, or the ground threw the robot"
     )]
@@ -27,8 +29,8 @@ pub enum PlantError {
         /// Name of the bar.
         part: &'static str,
     },
-    /// A bar has turned by more than a right angle. Only wheels have contact with the ground, so the forces would be
-    /// wrong.
+    /// A bar has turned by more than a right angle. Only wheels have contact with the ground, so
+    /// the forces would be wrong.
     #[error("at t = {time:.4} s {part} has turned over")]
     Overturned {
         /// Time, s.
@@ -46,7 +48,8 @@ pub enum PlantError {
         /// Position of the wheel's centre, m.
         x: f64,
     },
-    /// The ground under a raw start is not level: a wheel would be too deep in the ground, or above it.
+    /// The ground under a raw start is not level: a wheel would be too deep in the ground, or above
+    /// it.
     #[error(
         "at a raw start the ground under the wheels must be level at y = 0, but wheel {wheel} is {}",
         position(*depth, *rest)
@@ -80,8 +83,8 @@ pub enum PlantError {
         /// Time, s.
         time: f64,
     },
-    /// Kinetic, potential and elastic energy minus the work of the motors exceeds its minimum so far by more than the tolerance:
-    /// the integration is wrong.
+    /// Kinetic, potential and elastic energy minus the work of the motors exceeds its minimum so
+    /// far by more than the tolerance: the integration is wrong.
     #[error("at t = {time:.4} s energy is made from nothing: {made:.1e} J since its minimum")]
     EnergyMade {
         /// Time, s.
@@ -151,8 +154,8 @@ impl BelowGround {
     }
 }
 
-/// Position of a wheel relative to the ground, in words. `depth` is its penetration (m), `rest` that under the mean
-/// load (m).
+/// Position of a wheel relative to the ground, in words. `depth` is its penetration (m), `rest`
+/// that under the mean load (m).
 fn position(depth: f64, rest: f64) -> String {
     if depth > 0.0 {
         format!("{depth:.4} m deep in the ground, where its weight takes it {rest:.4} m deep")

@@ -1,4 +1,5 @@
-//! Traction of a wheel: eq. (11), `T = mu(v) N`, and the laws that refine it near standstill of the contact.
+//! Traction of a wheel: eq. (11), `T = mu(v) N`, and the laws that refine it near standstill of the
+//! contact.
 
 use crate::contact::cubic_step;
 use robhaz_model::named;
@@ -19,14 +20,17 @@ named! {
 
 /// T/N as a function of the slip of a contact.
 ///
-/// Both coefficients belong to all forms: the coefficient mu of a sliding contact is mu_s up to the slip speed v_s, falls
-/// in a cubic to mu_d at v_d, and stays mu_d ([`Self::sliding_coefficient`]). A constant mu in the paper's eq. (11),
-/// `T = mu N`, holds for a sliding wheel only. The forms differ in the contact that grips:
+/// Both coefficients belong to all forms: the coefficient mu of a sliding contact is mu_s up to the
+/// slip speed v_s, falls in a cubic to mu_d at v_d, and stays mu_d ([`Self::sliding_coefficient`]).
+/// A constant mu in the paper's eq. (11), `T = mu N`, holds for a sliding wheel only. The forms
+/// differ in the contact that grips:
 ///
-/// - [`FrictionKind::Adams`] and [`FrictionKind::Rigid`]: a cubic from `-mu_s` to `+mu_s` for `|v| <= v_s`.
-/// - [`FrictionKind::Brush`]: with the slip ratio kappa ([`Slip::ratio`]) and `a = C |kappa|/(3 mu)`, T/N is
-///   `sign(kappa) 3 mu (a - a^2 + a^3/3)` for a < 1 and mu beyond. Source: H. B. Pacejka, *Tyre and Vehicle Dynamics*,
-///   ch. 3, with a parabolic distribution of the pressure.
+/// - [`FrictionKind::Adams`] and [`FrictionKind::Rigid`]: a cubic from `-mu_s` to `+mu_s` for
+///   `|v| <= v_s`.
+/// - [`FrictionKind::Brush`]: with the slip ratio kappa ([`Slip::ratio`]) and
+///   `a = C |kappa|/(3 mu)`, T/N is `sign(kappa) 3 mu (a - a^2 + a^3/3)` for a < 1 and mu beyond.
+///   Source: H. B. Pacejka, *Tyre and Vehicle Dynamics*, ch. 3, with a parabolic distribution of
+///   the pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
     /// Form of the law.
@@ -39,15 +43,16 @@ pub struct FrictionLaw {
     pub v_s: f64,
     /// Slip speed from which mu is mu_d, m/s.
     pub v_d: f64,
-    /// Slip stiffness C of the brush model, -: slope of T/N over the slip ratio at zero slip. 5 is soft ground, 50 a hard
-    /// wheel on rock. Other forms do not use it.
+    /// Slip stiffness C of the brush model, -: slope of T/N over the slip ratio at zero slip. 5 is
+    /// soft ground, 50 a hard wheel on rock. Other forms do not use it.
     pub slip_stiffness: f64,
 }
 
 /// Speeds of a contact along its tangent, m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slip {
-    /// Speed u of the rim: absolute spin times the arm from the contact to the wheel's centre. Forward positive.
+    /// Speed u of the rim: absolute spin times the arm from the contact to the wheel's centre.
+    /// Forward positive.
     pub rim: f64,
     /// Speed w of the wheel's centre. Forward positive.
     pub centre: f64,
@@ -74,7 +79,8 @@ impl Slip {
 }
 
 impl Default for FrictionLaw {
-    /// ADAMS's form with mu_s = 0.8, mu_d = 0.7, v_s = 0.02 m/s, v_d = 0.10 m/s; C = 20 for the brush model.
+    /// ADAMS's form with mu_s = 0.8, mu_d = 0.7, v_s = 0.02 m/s, v_d = 0.10 m/s; C = 20 for the
+    /// brush model.
     fn default() -> Self {
         Self {
             kind: FrictionKind::Adams,
@@ -134,8 +140,8 @@ impl FrictionLaw {
         }
     }
 
-    /// Creep speed c of a contact that grips, m/s: T/N is the slip speed over c while the slip is small. `speed` is that of the
-    /// wheel's centre, m/s, on which c depends in the brush model.
+    /// Creep speed c of a contact that grips, m/s: T/N is the slip speed over c while the slip is
+    /// small. `speed` is that of the wheel's centre, m/s, on which c depends in the brush model.
     pub fn creep_speed(&self, speed: f64) -> f64 {
         match self.kind {
             // Slope of the cubic at its middle.
@@ -144,16 +150,18 @@ impl FrictionLaw {
         }
     }
 
-    /// Coefficient mu of a contact that slides at the slip speed `v` (m/s, any sign), -: mu_s up to v_s, mu_d from v_d on,
-    /// a cubic between them.
+    /// Coefficient mu of a contact that slides at the slip speed `v` (m/s, any sign), -: mu_s up to
+    /// v_s, mu_d from v_d on, a cubic between them.
     #[inline]
     pub fn sliding_coefficient(&self, v: f64) -> f64 {
         cubic_step(v.abs(), self.v_s, self.mu_s, self.v_d, self.mu_d)
     }
 
-    /// Slip speed beyond which the contact slides, m/s, at this slip: there T/N is at the limit of friction.
+    /// Slip speed beyond which the contact slides, m/s, at this slip: there T/N is at the limit of
+    /// friction.
     ///
-    /// In ADAMS's form it is v_s. In the brush model it is where a = 1, `3 mu max(|u|, |w|, v_0)/C`.
+    /// In ADAMS's form it is v_s. In the brush model it is where a = 1,
+    /// `3 mu max(|u|, |w|, v_0)/C`.
     #[inline]
     pub fn slip_limit(&self, slip: &Slip) -> f64 {
         match self.kind {
@@ -170,8 +178,8 @@ impl FrictionLaw {
         slip.speed().abs() > self.slip_limit(slip)
     }
 
-    /// Largest slope of T/N over the slip speed, s/m: that at zero slip, `3 mu_s/(2 v_s)` in ADAMS's form, `C/v_0` in the
-    /// brush model at standstill.
+    /// Largest slope of T/N over the slip speed, s/m: that at zero slip, `3 mu_s/(2 v_s)` in
+    /// ADAMS's form, `C/v_0` in the brush model at standstill.
     pub fn steepest_slope(&self) -> f64 {
         match self.kind {
             FrictionKind::Adams | FrictionKind::Rigid => 1.5 * self.mu_s / self.v_s,
@@ -179,8 +187,8 @@ impl FrictionLaw {
         }
     }
 
-    /// The law at x (m). The first stretch that contains x replaces the coefficients; form, slip speeds and slip stiffness
-    /// stay.
+    /// The law at x (m). The first stretch that contains x replaces the coefficients; form, slip
+    /// speeds and slip stiffness stay.
     #[inline]
     pub fn at(&self, stretches: &[Stretch], x: f64) -> Self {
         match stretches.iter().find(|s| s.from <= x && x < s.to) {

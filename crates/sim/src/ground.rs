@@ -72,7 +72,8 @@ pub(crate) struct OneContact {
 pub(crate) struct GroundForces {
     /// Sum of all contact forces, N.
     pub force: Vec2,
-    /// Torque that resists the forward spin, N m: sum of d T and of the rolling resistance over the contacts.
+    /// Torque that resists the forward spin, N m: sum of d T and of the rolling resistance over the
+    /// contacts.
     pub torque: f64,
     /// Magnitude of the normal forces' vector sum, N.
     pub normal_force: f64,
@@ -88,8 +89,8 @@ pub(crate) struct GroundForces {
     pub contacts: u32,
     /// Elastic energy of the contacts, J.
     pub energy: f64,
-    /// Largest speed of the wheel into the ground over its contacts, m/s; 0 without contact or if all speeds are
-    /// outward.
+    /// Largest speed of the wheel into the ground over its contacts, m/s; 0 without contact or if
+    /// all speeds are outward.
     pub approach: f64,
 }
 
@@ -173,8 +174,9 @@ impl Ground {
             .contacts_near(centre, self.wheel_radius, hint, found);
     }
 
-    /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of [`Self::act_each`] will meet the ground
-    /// at a further place within `time`, s. On ground without corners only a wheel in the air is asked for.
+    /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of
+    /// [`Self::act_each`] will meet the ground at a further place within `time`, s. On ground
+    /// without corners only a wheel in the air is asked for.
     pub fn meets(&mut self, wheel: usize, motion: &WheelMotion, time: f64) -> bool {
         let found = &self.found[wheel];
         if !self.has_corners && !found.is_empty() {
@@ -191,7 +193,8 @@ impl Ground {
         !self.ahead.iter().all(known)
     }
 
-    /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) under a normal force (N), N m.
+    /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) under a normal force
+    /// (N), N m.
     #[inline]
     pub fn rolling_moment(&self, normal_force: f64, spin: f64) -> f64 {
         if self.rolling.coefficient > 0.0 {
@@ -338,8 +341,9 @@ impl Ground {
         })
     }
 
-    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), whose last call of [`Self::act`] gave `forces` at the same
-    /// motion. A wheel without contact gets gap, slope and slip speed at the nearest ground.
+    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), whose last call of [`Self::act`]
+    /// gave `forces` at the same motion. A wheel without contact gets gap, slope and slip speed at
+    /// the nearest ground.
     ///
     /// # Errors
     /// [`BelowGround`]
@@ -377,7 +381,8 @@ impl Ground {
                     truth.slip_limit = friction.slip_limit(&slip);
                 }
             }
-            // The forces of the wheel are those of its contact. A second evaluation would cost time.
+            // The forces of the wheel are those of its contact. A second evaluation would cost
+            // time.
             1 => {
                 let normal = perp(forces.tangent);
                 truth.contact_list.set(ContactTruth {
@@ -404,15 +409,17 @@ impl Ground {
     }
 }
 
-/// Whether two normals of a wheel, at most a step apart, belong to one contact. Contacts whose normals differ by less are
-/// merged by the terrain; a wheel of 0.1 m at 3 m/s turns its normal by 0.3 deg in 0.2 ms.
+/// Whether two normals of a wheel, at most a step apart, belong to one contact. Contacts whose
+/// normals differ by less are merged by the terrain; a wheel of 0.1 m at 3 m/s turns its normal by
+/// 0.3 deg in 0.2 ms.
 pub(crate) fn is_same(a: Vec2, b: Vec2) -> bool {
     const LEAST_COSINE: f64 = 0.99;
     a.dot(&b) > LEAST_COSINE
 }
 
-/// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is
-/// behind the contact's surface, and nearer to a surface that faces it. Such a contact exerts no force.
+/// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near
+/// side: the centre is behind the contact's surface, and nearer to a surface that faces it. Such a
+/// contact exerts no force.
 fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
     contact.distance < 0.0
         && found

@@ -13,13 +13,13 @@
 //! | distance of body and links to the ground | [`clearance`] |
 //! | sensors: readings from the truth | [`sensors`] |
 //!
-//! [`Plant`] owns time and returns one [`Truth`] per period; [`sensors`] turns truths into readings. Data flows in this
-//! direction only.
+//! [`Plant`] owns time and returns one [`Truth`] per period; [`sensors`] turns truths into
+//! readings. Data flows in this direction only.
 //!
-//! Inside, the modules build on each other in this order: the laws; [`PlantSetup`] and [`PlantError`]; `ground`
-//! (terrain, contact and friction of one wheel); `mechanics` (equations of motion in minimal coordinates); `start`
-//! (state at time zero, from `mechanics`); the engines (`direct` integrates `mechanics`; `rapier` has mechanics of its
-//! own); [`Plant`].
+//! Inside, the modules build on each other in this order: the laws; [`PlantSetup`] and
+//! [`PlantError`]; `ground` (terrain, contact and friction of one wheel); `mechanics` (equations of
+//! motion in minimal coordinates); `start` (state at time zero, from `mechanics`); the engines
+//! (`direct` integrates `mechanics`; `rapier` has mechanics of its own); [`Plant`].
 
 mod balance;
 pub mod clearance;

@@ -22,8 +22,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Largest allowed gap of a pin, m. A larger one stops the run. With the default step the gap is
-    /// about 1e-7 m on undulating ground.
+    /// Largest allowed gap of a pin, m. A larger one stops the run. With the default step the gap
+    /// is about 1e-7 m on undulating ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
     /// Places the robot on the ground as [`PlantSetup::start`] asks.
@@ -49,8 +49,9 @@ impl Plant {
         self.has_balance.then_some(&self.instant.balance)
     }
 
-    /// Sets the commands of the wheels. They act from the time of the next truth on and are held until others do. The
-    /// motor torques of that truth are already theirs. Without any command the drives follow their plan.
+    /// Sets the commands of the wheels. They act from the time of the next truth on and are held
+    /// until others do. The motor torques of that truth are already theirs. Without any command the
+    /// drives follow their plan.
     pub fn command(&mut self, commands: [WheelCommand; 3]) {
         self.engine.command(commands);
     }
@@ -60,8 +61,8 @@ impl Plant {
         self.engine.mean_step()
     }
 
-    /// The truth at the current time. The simulation then advances by one period. The truth is borrowed, since it has 1.1 kB;
-    /// `*` copies it.
+    /// The truth at the current time. The simulation then advances by one period. The truth is
+    /// borrowed, since it has 1.1 kB; `*` copies it.
     ///
     /// # Errors
     /// [`PlantError`] if the forces would be wrong. The plant must not be used afterwards.

@@ -1,17 +1,19 @@
-//! `x^n` for one exponent n: the spring of the contact law, evaluated for each contact in each record and stage.
+//! `x^n` for one exponent n: the spring of the contact law, evaluated for each contact in each
+//! record and stage.
 
 /// Binary digits of x that choose a node: 32 nodes for each power of two.
 const DIGITS: u32 = 5;
-/// Least and greatest x of the table as powers of two: 15 um and 16 mm. Penetrations are between them.
+/// Least and greatest x of the table as powers of two: 15 um and 16 mm. Penetrations are between
+/// them.
 const RANGE: [i32; 2] = [-16, -6];
 /// Degree of the series.
 const DEGREE: usize = 7;
 
 /// `x^n` for one exponent n.
 ///
-/// Between a node a and its neighbours `x^n = a^n (1 + e)^n` with `e = (x - a)/a`, at most 1/64, and the binomial series in
-/// e. Its terms beyond the seventh are below 1e-17 for exponents up to 5. The node is that of x alone, so the value does not
-/// depend on earlier ones.
+/// Between a node a and its neighbours `x^n = a^n (1 + e)^n` with `e = (x - a)/a`, at most 1/64,
+/// and the binomial series in e. Its terms beyond the seventh are below 1e-17 for exponents up
+/// to 5. The node is that of x alone, so the value does not depend on earlier ones.
 #[derive(Clone, Debug)]
 pub(crate) struct Power {
     exponent: f64,
@@ -77,8 +79,8 @@ impl Power {
 mod tests {
     use super::*;
 
-    /// Equivalence: the powers are those of the library to four times their last digit, over all penetrations and beyond the
-    /// table, also at nodes and between them.
+    /// Equivalence: the powers are those of the library to four times their last digit, over all
+    /// penetrations and beyond the table, also at nodes and between them.
     #[test]
     fn powers_are_those_of_the_library() {
         let mut largest = 0.0_f64;

@@ -1,7 +1,7 @@
 //! Random numbers, with an independent stream for each named source.
 //!
-//! The numbers of a source depend on the run's seed and the source's name alone. Switching one source off changes no
-//! other.
+//! The numbers of a source depend on the run's seed and the source's name alone. Switching one
+//! source off changes no other.
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64;
@@ -37,7 +37,8 @@ fn hash(seed: u64, name: &str) -> u64 {
     hash.value()
 }
 
-/// The 64-bit hash FNV-1a, of bytes or of text written into it. It is the same on every machine and in every version.
+/// The 64-bit hash FNV-1a, of bytes or of text written into it. It is the same on every machine and
+/// in every version.
 #[derive(Clone, Copy, Debug)]
 pub struct Fnv1a(u64);
 
@@ -74,7 +75,8 @@ mod tests {
     use super::*;
     use std::fmt::Write as _;
 
-    /// Reference: the published value of FNV-1a for "foobar", whatever the pieces in which the text arrives.
+    /// Reference: the published value of FNV-1a for "foobar", whatever the pieces in which the text
+    /// arrives.
     #[test]
     fn the_hash_is_fnv_1a() {
         let mut hash = Fnv1a::default();
@@ -84,7 +86,8 @@ mod tests {
         assert_eq!(hash.value(), 0x8594_4171_f739_67e8);
     }
 
-    /// Golden: the same bits in every version. Other bits would change every recorded run with noise.
+    /// Golden: the same bits in every version. Other bits would change every recorded run with
+    /// noise.
     #[test]
     fn the_same_seed_and_name_give_the_same_numbers() {
         let draw = |seed, name| {
@@ -98,8 +101,8 @@ mod tests {
         assert_eq!(hash(0, ""), 0xa8c7_f832_281a_39c5);
     }
 
-    /// Statistics: mean, variance, fourth moment and correlation of n draws are within 4 standard errors (1, sqrt 2,
-    /// sqrt 96 and 1 over sqrt n).
+    /// Statistics: mean, variance, fourth moment and correlation of n draws are within 4 standard
+    /// errors (1, sqrt 2, sqrt 96 and 1 over sqrt n).
     #[test]
     fn normal_numbers_are_normal_and_streams_are_independent() {
         const N: u32 = 100_000;

@@ -2,8 +2,9 @@
 
 /// A time in which chosen wheels have their set speed times a factor.
 ///
-/// The factor changes smoothly, like the set speed at the start: from 1 beginning at `from`, and back to 1 beginning at
-/// `to`, each over the ramp time of the drive. In a time shorter than the ramp time the factor is not reached.
+/// The factor changes smoothly, like the set speed at the start: from 1 beginning at `from`, and
+/// back to 1 beginning at `to`, each over the ramp time of the drive. In a time shorter than the
+/// ramp time the factor is not reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedScaling {
     /// Whether it acts on the front, middle and rear wheel.
@@ -34,7 +35,8 @@ impl SpeedScaling {
     }
 }
 
-/// Share of a ramp of `duration` (s) that has passed at time `t` (s), 0 to 1. Without duration it jumps at `start` (s).
+/// Share of a ramp of `duration` (s) that has passed at time `t` (s), 0 to 1. Without duration it
+/// jumps at `start` (s).
 pub(crate) fn ramp(t: f64, start: f64, duration: f64) -> f64 {
     if duration > 0.0 {
         ((t - start) / duration).clamp(0.0, 1.0)
@@ -43,7 +45,8 @@ pub(crate) fn ramp(t: f64, start: f64, duration: f64) -> f64 {
     }
 }
 
-/// `height` times the quintic from 0 at u = 0 to 1 at u = 1 whose first two derivatives are zero at both ends.
+/// `height` times the quintic from 0 at u = 0 to 1 at u = 1 whose first two derivatives are zero at
+/// both ends.
 pub(crate) fn quintic(height: f64, u: f64) -> f64 {
     height * u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
 }

@@ -11,7 +11,8 @@ named! {
     /// The engine that computes the truth.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum EngineKind {
-        /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts and for stiff laws: [`crate::rapier`].
+        /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts
+        /// and for stiff laws: [`crate::rapier`].
         Rapier = "rapier",
         /// Equations of motion in minimal coordinates, with a stiff solver: [`crate::direct`].
         Direct = "direct",
@@ -19,8 +20,8 @@ named! {
 }
 
 impl EngineKind {
-    /// Library behind the engine, with its version: the rigid bodies of `rapier`, the linear algebra of `direct`. A
-    /// test compares both with the locked versions.
+    /// Library behind the engine, with its version: the rigid bodies of `rapier`, the linear
+    /// algebra of `direct`. A test compares both with the locked versions.
     pub const fn library(self) -> &'static str {
         match self {
             Self::Rapier => "rapier2d 0.36.1",
@@ -33,13 +34,15 @@ named! {
     /// State of the robot at time zero.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum StartKind {
-        /// Static equilibrium under the robot's weight; the drives hold the wheels. Nothing changes until the drives start.
+        /// Static equilibrium under the robot's weight; the drives hold the wheels. Nothing changes
+        /// until the drives start.
         ///
-        /// On a slope, a friction law without true stiction needs slip: the robot starts with a small constant speed downhill.
+        /// On a slope, a friction law without true stiction needs slip: the robot starts with a
+        /// small constant speed downhill.
         #[default]
         Settled = "settled",
-        /// Nominal pose at rest, each wheel at the penetration of the mean wheel load. The robot settles in the first
-        /// milliseconds of the run.
+        /// Nominal pose at rest, each wheel at the penetration of the mean wheel load. The robot
+        /// settles in the first milliseconds of the run.
         Raw = "raw",
     }
 }
@@ -65,21 +68,25 @@ pub struct PlantSetup {
     pub start: StartKind,
     /// The engine that computes the truth.
     pub engine: EngineKind,
-    /// Largest integration step of `rapier`, s. The step in use is the period over a whole number. It is divided further, into up to
-    /// [`MOST_PARTS`](crate::rapier::MOST_PARTS) parts, during impacts and where contact, friction or drive are stiff.
+    /// Largest integration step of `rapier`, s. The step in use is the period over a whole number.
+    /// It is divided further, into up to [`MOST_PARTS`](crate::rapier::MOST_PARTS) parts, during
+    /// impacts and where contact, friction or drive are stiff.
     pub step: f64,
-    /// Tolerance of `direct`: allowed error of one step, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s.
+    /// Tolerance of `direct`: allowed error of one step, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1
+    /// rad/s.
     pub tolerance: f64,
     /// Time between two truths, s.
     pub period: f64,
-    /// Whether the engine integrates impulse and work for [`Plant::balance`](crate::Plant::balance). The truth is the
-    /// same to the bit. `rapier` then takes 2 to 3 % longer, `direct` 2 % on smooth ground and 25 % on stairs, because
-    /// it evaluates the forces once more at each node of its steps.
+    /// Whether the engine integrates impulse and work for
+    /// [`Plant::balance`](crate::Plant::balance). The truth is the same to the bit. `rapier` then
+    /// takes 2 to 3 % longer, `direct` 2 % on smooth ground and 25 % on stairs, because it
+    /// evaluates the forces once more at each node of its steps.
     pub balance: bool,
 }
 
 impl PlantSetup {
-    /// For tests: the default robot on a ground, with the defaults of a scene and the engine `direct`.
+    /// For tests: the default robot on a ground, with the defaults of a scene and the engine
+    /// `direct`.
     #[cfg(test)]
     pub(crate) fn on(profile: robhaz_terrain::Profile) -> Self {
         Self {

@@ -1,9 +1,10 @@
 //! Stability limits of the step of `rapier`: contact, friction and drive.
 //!
-//! `rapier` keeps all forces constant over a step. Only the normal forces anticipate their change in the step: see
-//! `rapier/damping.rs`. Let a force oppose a velocity with the slope s (force per velocity),
-//! and let p be the acceleration per force. A step dt then multiplies the velocity by `1 - dt s p`. For `dt s p > 2`
-//! the velocity alternates in sign and grows until a limit of force or torque bounds it.
+//! `rapier` keeps all forces constant over a step. Only the normal forces anticipate their change
+//! in the step: see `rapier/damping.rs`. Let a force oppose a velocity with the slope s (force per
+//! velocity), and let p be the acceleration per force. A step dt then multiplies the velocity by
+//! `1 - dt s p`. For `dt s p > 2` the velocity alternates in sign and grows until a limit of force
+//! or torque bounds it.
 
 use crate::contact::ContactLaw;
 use crate::drive::{Drive, FRICTION_SPEED};
@@ -13,37 +14,40 @@ use crate::rolling::RollingResistance;
 use nalgebra::{Matrix3, Matrix4, SMatrix};
 use robhaz_model::Robot;
 
-/// Allowed step as a share of the limit of stability, for friction and for drive. Their sum stays below 1. With the
-/// friction at a share of 0.4 the error of N is below 0.01 %, at 0.6 twice that, at 0.9 it is 16 %.
+/// Allowed step as a share of the limit of stability, for friction and for drive. Their sum stays
+/// below 1. With the friction at a share of 0.4 the error of N is below 0.01 %, at 0.6 twice that,
+/// at 0.9 it is 16 %.
 pub(crate) const STABLE_SHARE: f64 = 0.4;
 
-/// Longest step, s, for the contact's damping c: three times the time constant m/c of a bare wheel (mass m). 0.225 ms for
-/// the default robot.
+/// Longest step, s, for the contact's damping c: three times the time constant m/c of a bare wheel
+/// (mass m). 0.225 ms for the default robot.
 ///
-/// An explicit force would be stable up to 2 m/c. That of `rapier` anticipates the change of dg/dt with the load of the last
-/// two steps and the mass of a bare wheel; it is stable up to 5.9 m/c for any larger mass that a contact moves, and up to
-/// 3.7 m/c if friction makes this mass seem smaller by 1.14, the most that mu = 0.8 can.
+/// An explicit force would be stable up to 2 m/c. That of `rapier` anticipates the change of dg/dt
+/// with the load of the last two steps and the mass of a bare wheel; it is stable up to 5.9 m/c for
+/// any larger mass that a contact moves, and up to 3.7 m/c if friction makes this mass seem smaller
+/// by 1.14, the most that mu = 0.8 can.
 pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
     3.0 * robot.mass.wheel / contact.damping
 }
 
-/// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean load: `2/omega`,
-/// with `omega^2 = k_t/m` and the tangent stiffness `k_t = dN/dg = n N/g` of eq. (10). 6.0 ms for the default robot and
-/// ground.
+/// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean
+/// load: `2/omega`, with `omega^2 = k_t/m` and the tangent stiffness `k_t = dN/dg = n N/g` of eq.
+/// (10). 6.0 ms for the default robot and ground.
 pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
     let load = robot.mean_wheel_load();
     let tangent_stiffness = contact.exponent * load / contact.static_penetration(load);
     2.0 * (robot.mass.wheel / tangent_stiffness).sqrt()
 }
 
-/// Longest step, s, for explicit friction and rolling resistance at a normal force `load` (N) of a wheel: 0.4 of the limit
-/// of stability.
+/// Longest step, s, for explicit friction and rolling resistance at a normal force `load` (N) of a
+/// wheel: 0.4 of the limit of stability.
 ///
-/// At zero slip the slope of T over the slip speed is N times [`FrictionLaw::steepest_slope`]: `3 mu_s/(2 v_s)` in ADAMS's
-/// form, `C/v_0` in the brush model at standstill. It acts on the inertia of wheel and rotor at the rim and on the robot's
-/// mass. The rolling resistance acts on the same inertia with the slope `f_r r N/FRICTION_SPEED` over the spin. At twice
-/// the mean load, which the course `smooth` reaches, the step is 0.45 ms with the default friction, 0.045 ms for v_s = 2
-/// mm/s, 0.023 ms for `rigid` with v_s = 1 mm/s and 0.014 ms for `brush` with C = 20.
+/// At zero slip the slope of T over the slip speed is N times [`FrictionLaw::steepest_slope`]:
+/// `3 mu_s/(2 v_s)` in ADAMS's form, `C/v_0` in the brush model at standstill. It acts on the
+/// inertia of wheel and rotor at the rim and on the robot's mass. The rolling resistance acts on
+/// the same inertia with the slope `f_r r N/FRICTION_SPEED` over the spin. At twice the mean load,
+/// which the course `smooth` reaches, the step is 0.45 ms with the default friction, 0.045 ms for
+/// v_s = 2 mm/s, 0.023 ms for `rigid` with v_s = 1 mm/s and 0.014 ms for `brush` with C = 20.
 pub fn longest_step_for_friction(
     friction: &FrictionLaw,
     rolling: &RollingResistance,
@@ -58,7 +62,8 @@ pub fn longest_step_for_friction(
     STABLE_SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()) + braking)
 }
 
-/// Whether the rolling resistance limits the step of [`longest_step_for_friction`] more than the friction.
+/// Whether the rolling resistance limits the step of [`longest_step_for_friction`] more than the
+/// friction.
 pub fn rolling_is_stiffer(
     friction: &FrictionLaw,
     rolling: &RollingResistance,
@@ -68,36 +73,42 @@ pub fn rolling_is_stiffer(
     without > 2.0 * longest_step_for_friction(friction, rolling, robot, 1.0)
 }
 
-/// Slope of the moment of rolling resistance over the spin for N = 1 N, m s: `f_r r/FRICTION_SPEED`.
+/// Slope of the moment of rolling resistance over the spin for N = 1 N, m s:
+/// `f_r r/FRICTION_SPEED`.
 fn rolling_slope(rolling: &RollingResistance, robot: &Robot) -> f64 {
     rolling.coefficient * robot.geometry.wheel_radius / FRICTION_SPEED
 }
 
-/// Largest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step (s): 0.4 of the
-/// limit of stability in the air. It is 283 N m s for the default robot and step. On the ground, with the contact's
-/// damping, the error of N becomes visible at 800 N m s: 0.8 %.
+/// Largest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step
+/// (s): 0.4 of the limit of stability in the air. It is 283 N m s for the default robot and step.
+/// On the ground, with the contact's damping, the error of N becomes visible at 800 N m s: 0.8 %.
 ///
-/// `None` if no step is stable: `rapier` evaluates the reaction of wheels and rotors on the links with the
-/// accelerations of the previous step, and with very light links this reaction grows from step to step.
+/// `None` if no step is stable: `rapier` evaluates the reaction of wheels and rotors on the links
+/// with the accelerations of the previous step, and with very light links this reaction grows from
+/// step to step.
 pub fn largest_slope(robot: &Robot, step: f64) -> Option<f64> {
     Some(STABLE_SHARE * 2.0 / (step * alternating_mobility(robot)?))
 }
 
-/// Largest integral gain Ki of a drive, N m, for an explicit step (s): 0.4 of the limit of stability.
+/// Largest integral gain Ki of a drive, N m, for an explicit step (s): 0.4 of the limit of
+/// stability.
 ///
-/// Explicit Euler on `J domega/dt = -(s omega + Ki I)`, `dI/dt = omega` with the slope s amplifies a pair of complex
-/// poles if `step Ki > s`: the square of their modulus is `1 - step s/J + step^2 Ki/J`.
+/// Explicit Euler on `J domega/dt = -(s omega + Ki I)`, `dI/dt = omega` with the slope s amplifies
+/// a pair of complex poles if `step Ki > s`: the square of their modulus is
+/// `1 - step s/J + step^2 Ki/J`.
 pub fn largest_integral_gain(drive: &Drive, step: f64) -> f64 {
     STABLE_SHARE * drive.slope() / step
 }
 
-/// Largest acceleration of a wheel relative to its link over all combinations of drive torques with a norm of 1 N m,
-/// 1/(kg m^2), if all torques change their signs in each step.
+/// Largest acceleration of a wheel relative to its link over all combinations of drive torques with
+/// a norm of 1 N m, 1/(kg m^2), if all torques change their signs in each step.
 ///
-/// Let J = J_w + J_r, u the drive torques, a the accelerations of the links, b those of the previous step, and S the
-/// matrix from wheels to links. In the scheme of `rapier`, `M a = S ((J_w/J) u - (J_w J_r/J) S' b)` and `domega/dt =
-/// u/J - (J_r/J) S' b + S' a`. With alternating signs `b = -a`, so `domega/dt = (1/J + (1 + J_r/J) (J_w/J) S' (M - (J_w
-/// J_r/J) S S')^-1 S) u`. M is the mass matrix in the nominal pose, in the air.
+/// Let J = J_w + J_r, u the drive torques, a the accelerations of the links, b those of the
+/// previous step, and S the matrix from wheels to links. In the scheme of `rapier`,
+/// `M a = S ((J_w/J) u - (J_w J_r/J) S' b)` and `domega/dt = u/J - (J_r/J) S' b + S' a`. With
+/// alternating signs `b = -a`, so
+/// `domega/dt = (1/J + (1 + J_r/J) (J_w/J) S' (M - (J_w J_r/J) S S')^-1 S) u`. M is the mass matrix
+/// in the nominal pose, in the air.
 fn alternating_mobility(robot: &Robot) -> Option<f64> {
     let (geometry, mass) = (&robot.geometry, &robot.mass);
     let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
@@ -121,8 +132,9 @@ fn alternating_mobility(robot: &Robot) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Closed form: a free wheel with PI control and explicit steps comes to rest below the limit of stability and not
-    /// above. The limits are 2 J/s for the slope s, and s/step for the integral gain.
+    /// Closed form: a free wheel with PI control and explicit steps comes to rest below the limit
+    /// of stability and not above. The limits are 2 J/s for the slope s, and s/step for the
+    /// integral gain.
     #[test]
     fn the_limits_are_those_of_an_explicit_step() {
         const INERTIA: f64 = 0.1;
@@ -151,8 +163,8 @@ mod tests {
         assert!(swing(0.5, 1.1 * just, step) > 5e-4);
     }
 
-    /// Closed form: a wheel on the undamped contact, explicit as `rapier` takes it, swings about its static penetration
-    /// below the longest step and leaves it above.
+    /// Closed form: a wheel on the undamped contact, explicit as `rapier` takes it, swings about
+    /// its static penetration below the longest step and leaves it above.
     #[test]
     fn the_limit_of_the_stiffness_is_that_of_an_explicit_step() {
         let robot = Robot::default_a();
@@ -185,8 +197,8 @@ mod tests {
         assert!((ratio - 8.0_f64.powf(0.5 / contact.exponent)).abs() < 1e-12);
     }
 
-    /// Closed form: with very heavy links the mobility is 1/J. Light links move as well, which lowers the limit; with
-    /// very light links no step is stable.
+    /// Closed form: with very heavy links the mobility is 1/J. Light links move as well, which
+    /// lowers the limit; with very light links no step is stable.
     #[test]
     fn light_links_lower_the_limit() {
         let mut robot = Robot::default_a();

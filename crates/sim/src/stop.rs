@@ -4,8 +4,9 @@ use robhaz_model::PinStop;
 
 /// Torque of the stops on link 1, N m counter-clockwise (its opposite acts on link 2).
 ///
-/// `angle` is theta_1 - theta_2 (rad), `rate` its rate (rad/s). The torque is zero between the limits and `-(k (angle -
-/// limit) + c rate)` beyond a limit. It never acts away from the free range: a stop cannot hold the bars back.
+/// `angle` is theta_1 - theta_2 (rad), `rate` its rate (rad/s). The torque is zero between the
+/// limits and `-(k (angle - limit) + c rate)` beyond a limit. It never acts away from the free
+/// range: a stop cannot hold the bars back.
 pub fn stop_torque(stop: &PinStop, angle: f64, rate: f64) -> f64 {
     if angle > stop.upper {
         (-(stop.stiffness * (angle - stop.upper) + stop.damping * rate)).min(0.0)

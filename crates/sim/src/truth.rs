@@ -38,7 +38,8 @@ pub struct ContactTruth {
 
 /// Up to two contacts of a wheel, from rear to front: a slice of fixed capacity.
 ///
-/// Very rough ground can touch a wheel at more than two places. The list then has the two contacts with the largest N.
+/// Very rough ground can touch a wheel at more than two places. The list then has the two contacts
+/// with the largest N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactList {
     entries: [ContactTruth; 2],
@@ -60,7 +61,8 @@ impl ContactList {
         self.len = 1;
     }
 
-    /// Appends a contact. In a full list it replaces the contact with the smallest N, if its own N is larger.
+    /// Appends a contact. In a full list it replaces the contact with the smallest N, if its own N
+    /// is larger.
     pub fn push(&mut self, contact: ContactTruth) {
         if let Some(free) = self.entries.get_mut(self.len) {
             *free = contact;
@@ -88,7 +90,8 @@ impl Deref for ContactList {
     }
 }
 
-/// The single contact whose force on the axle and whose traction are those of all contacts of a wheel together.
+/// The single contact whose force on the axle and whose traction are those of all contacts of a
+/// wheel together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EquivalentContact {
     /// Normal force N >= 0, N.
@@ -101,32 +104,36 @@ pub struct EquivalentContact {
 
 /// State of a wheel, and the forces of the ground on it.
 ///
-/// Normal force, traction, contact angle, penetration and slip speed describe the wheel as a whole. With one contact
-/// they are those of the contact; with several, the fields say how they are combined.
+/// Normal force, traction, contact angle, penetration and slip speed describe the wheel as a whole.
+/// With one contact they are those of the contact; with several, the fields say how they are
+/// combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelTruth {
     /// Centre, m.
     pub position: Vec2,
-    /// Spin relative to the carrying link since the start, rad, forward positive (what an encoder counts).
+    /// Spin relative to the carrying link since the start, rad, forward positive (what an encoder
+    /// counts).
     pub angle: f64,
     /// Spin speed relative to the carrying link, rad/s, forward positive.
     pub omega: f64,
     /// Motor torque at the wheel, N m, forward positive.
     pub torque: f64,
-    /// Normal force N >= 0, N. Several contacts: magnitude of the vector sum of their normal forces.
+    /// Normal force N >= 0, N. Several contacts: magnitude of the vector sum of their normal
+    /// forces.
     pub normal_force: f64,
     /// Traction T, N, driving forward positive. Several contacts: sum of their tractions.
     pub traction: f64,
-    /// Contact angle gamma, rad. Several contacts: angle of the tangent perpendicular to the vector sum of their normal
-    /// forces. No contact: slope of the nearest ground.
+    /// Contact angle gamma, rad. Several contacts: angle of the tangent perpendicular to the vector
+    /// sum of their normal forces. No contact: slope of the nearest ground.
     pub contact_angle: f64,
     /// Penetration, m. Several contacts: the largest one. No contact: the gap, negative.
     pub penetration: f64,
-    /// Slip speed at the contact with the largest penetration, m/s, positive when the rim is faster than the wheel's
-    /// centre.
+    /// Slip speed at the contact with the largest penetration, m/s, positive when the rim is faster
+    /// than the wheel's centre.
     pub slip_speed: f64,
     /// Magnitude of the slip speed beyond which this contact slides, m/s
-    /// ([`FrictionLaw::slip_limit`](crate::friction::FrictionLaw::slip_limit)). No contact: that of the nearest ground.
+    /// ([`FrictionLaw::slip_limit`](crate::friction::FrictionLaw::slip_limit)). No contact: that of
+    /// the nearest ground.
     pub slip_limit: f64,
     /// Number of contacts.
     pub contacts: u32,
@@ -141,12 +148,14 @@ pub struct WheelTruth {
 impl WheelTruth {
     /// The equivalent single contact: what an estimator with one contact a wheel can know.
     ///
-    /// The ground acts on the axle with a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i
-    /// (the arms r - g_i differ by a few tenths of a percent). One contact has the same F and T: `N = sqrt(|F|^2 -
-    /// T^2)` at the angle gamma with `F = N n(gamma) + T t(gamma)`. With one contact it is that contact. In the air N =
-    /// T = 0 at the slope of the nearest ground.
+    /// The ground acts on the axle with a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T
+    /// with T = sum of T_i (the arms r - g_i differ by a few tenths of a percent). One contact has
+    /// the same F and T: `N = sqrt(|F|^2 - T^2)` at the angle gamma with
+    /// `F = N n(gamma) + T t(gamma)`. With one contact it is that contact. In the air N = T = 0 at
+    /// the slope of the nearest ground.
     ///
-    /// `None` if |F| < |T|, as between walls that nearly face each other: no single contact has these forces.
+    /// `None` if |F| < |T|, as between walls that nearly face each other: no single contact has
+    /// these forces.
     pub fn equivalent_contact(&self) -> Option<EquivalentContact> {
         let traction = self.traction;
         if self.contacts < 2 {
@@ -188,7 +197,8 @@ pub struct PinTruth {
     pub force: Vec2,
 }
 
-/// True motion and forces of the robot at one instant, in SI units. Signs are those of the crate `robhaz-model`.
+/// True motion and forces of the robot at one instant, in SI units. Signs are those of the crate
+/// `robhaz-model`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Time since the start, s.
@@ -233,7 +243,8 @@ impl Truth {
 mod tests {
     use super::*;
 
-    /// Property: for any order of three contacts, the list keeps the two with the largest N, in their order.
+    /// Property: for any order of three contacts, the list keeps the two with the largest N, in
+    /// their order.
     #[test]
     fn the_list_keeps_the_largest_contacts() {
         for forces in [[1.0, 2.0, 3.0], [3.0, 1.0, 2.0], [2.0, 3.0, 1.0]] {
@@ -271,7 +282,8 @@ mod tests {
         }
     }
 
-    /// Equivalence: the equivalent contact has the force and the traction of both contacts, whatever they are, and N >=
+    /// Equivalence: the equivalent contact has the force and the traction of both contacts,
+    /// whatever they are, and N >=
     /// 0. With both at one angle it is their sum.
     #[test]
     fn the_equivalent_contact_has_the_same_force_and_traction() {
@@ -305,7 +317,8 @@ mod tests {
         assert!((equivalent.angle - 0.3).abs() < 1e-12);
     }
 
-    /// Equivalence: with one contact the equivalent contact is that contact, bit for bit; in the air it is unloaded.
+    /// Equivalence: with one contact the equivalent contact is that contact, bit for bit; in the
+    /// air it is unloaded.
     #[test]
     fn with_one_contact_it_is_that_contact() {
         for contacts in [0, 1] {

@@ -16,17 +16,17 @@ fn places(geometry: &Geometry, angles: [f64; 2], q: Vec2) -> Option<[BarPlace; 4
     }))
 }
 
-/// Closed form: on level ground in the nominal pose the clearance is the height of the lowest point less the half width:
-/// pin Q for link 1, the line from R to Q where it enters the middle wheel for link 2, pin R for link 3, the lower of box and
-/// pins for the body. Raised, it grows by as much; turned
-/// with the robot, the lowest point goes down by its arm times the sine.
+/// Closed form: on level ground in the nominal pose the clearance is the height of the lowest point
+/// less the half width: pin Q for link 1, the line from R to Q where it enters the middle wheel for
+/// link 2, pin R for link 3, the lower of box and pins for the body. Raised, it grows by as much;
+/// turned with the robot, the lowest point goes down by its arm times the sine.
 #[test]
 fn level_ground_has_the_nominal_heights() {
     let geometry = Geometry::a();
     let half = geometry.outline.half_width;
     let lowest = geometry.pins.p.y.min(geometry.outline.body_lower.y);
-    // On the line from R to Q, at a share s of it: x = -0.25 + 0.2 s, y = 0.16 - 0.02 s, and 0.1 m from (0, 0.1). With
-    // a s^2 + b s + c = 0 the line enters the wheel at the smaller root.
+    // On the line from R to Q, at a share s of it: x = -0.25 + 0.2 s, y = 0.16 - 0.02 s, and 0.1 m
+    // from (0, 0.1). With a s^2 + b s + c = 0 the line enters the wheel at the smaller root.
     let (a, b, c) = (0.0404_f64, -0.1024, 0.0561);
     let entry = 0.16 - 0.02 * (-b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
     let mut meter = ClearanceMeter::new(&geometry, Terrain::new(Profile::Flat));
@@ -54,8 +54,9 @@ fn level_ground_has_the_nominal_heights() {
     assert!((found[0] - expected).abs() < 1e-9, "{found:?} {expected}");
 }
 
-/// Closed form: ahead of a kerb's edge between the rear and the middle wheel, pin Q at 0.14 m is the lowest point; with the
-/// half width of 15 mm it is 5 mm above a kerb of 120 mm and touches one of 130 mm.
+/// Closed form: ahead of a kerb's edge between the rear and the middle wheel, pin Q at 0.14 m is
+/// the lowest point; with the half width of 15 mm it is 5 mm above a kerb of 120 mm and touches one
+/// of 130 mm.
 #[test]
 fn a_kerb_under_the_linkage_is_seen() {
     let geometry = Geometry::a();
@@ -82,8 +83,8 @@ fn a_kerb_under_the_linkage_is_seen() {
     }
 }
 
-/// Equivalence: parry2d's distance of a ball to the ground's polyline is that of the ground's own nearest contact, on smooth
-/// ground and at corners, within the sag of the polyline's chords.
+/// Equivalence: parry2d's distance of a ball to the ground's polyline is that of the ground's own
+/// nearest contact, on smooth ground and at corners, within the sag of the polyline's chords.
 #[test]
 fn contacts_of_wheels_are_those_of_parry() {
     let profiles = [Profile::cosbump(), Profile::ramp(), Profile::stairs()];

@@ -3,8 +3,9 @@
 use robhaz_scene::{EstimatorChoice, Scene, SceneError};
 use std::path::Path;
 
-/// The paper's two estimators, then from true masses to `best`: every estimator adds one method to the one before. After `best`
-/// (`rolling`) the same without given contact angles: from the rolling constraints alone, then with the parity residual.
+/// The paper's two estimators, then from true masses to `best`: every estimator adds one method to
+/// the one before. After `best` (`rolling`) the same without given contact angles: from the rolling
+/// constraints alone, then with the parity residual.
 pub(crate) const LADDER: &str = r#"estimator=[
     { name = "paper-body" },
     { name = "paper-wheels" },
@@ -34,8 +35,8 @@ mod tests {
     use super::*;
     use robhaz_estimator::{ContactAngles, EstimatorSettings, KalmanMethod, Method};
 
-    /// Every step has one method more than the one before, from the paper's estimators to `best`, with and without contact
-    /// angles.
+    /// Every step has one method more than the one before, from the paper's estimators to `best`,
+    /// with and without contact angles.
     #[test]
     fn every_step_adds_one_method() -> Result<(), SceneError> {
         let true_mass = EstimatorSettings::true_mass();

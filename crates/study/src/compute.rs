@@ -57,11 +57,12 @@ pub struct Done {
     pub dataset: Option<PathBuf>,
 }
 
-/// Computes the missing runs of a shard. With all runs of the study it makes the dataset, of whichever shards have computed
-/// them in its folder.
+/// Computes the missing runs of a shard. With all runs of the study it makes the dataset, of
+/// whichever shards have computed them in its folder.
 ///
 /// # Errors
-/// [`StudyError`]; [`StudyError::Stopped`] when the caller stopped it. Finished runs stay in the folder.
+/// [`StudyError`]; [`StudyError::Stopped`] when the caller stopped it. Finished runs stay in the
+/// folder.
 pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, StudyError> {
     let folder = Folder::open(job.folder, study.identity())?;
     let (shard, dataset, hash) = (job.shard, folder.dataset(), &study.identity().sha256);
@@ -187,7 +188,8 @@ impl Work<'_> {
         if self.stop().is_some() {
             return 0;
         }
-        // The truth of a single run is not kept, but for a scene, whose control may be driven by another seed.
+        // The truth of a single run is not kept, but for a scene, whose control may be driven by
+        // another seed.
         let shared = match second.is_some() || self.study.driven().is_some() {
             true => SharedTruth::simulate(self.study, first, &|| self.stop()),
             false => SharedTruth::None,

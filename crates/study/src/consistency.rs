@@ -5,16 +5,19 @@ use serde::Serialize;
 
 /// Statistics of normalised errors, as means over runs.
 ///
-/// Errors of one run are not independent samples: offsets, gains and biases last for the whole run. Runs with different seeds
-/// are: each counts once, and their scatter gives the standard error of the mean.
+/// Errors of one run are not independent samples: offsets, gains and biases last for the whole run.
+/// Runs with different seeds are: each counts once, and their scatter gives the standard error of
+/// the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Consistency {
-    /// Normalised estimation error squared of the three N, `e' P^-1 e`: 3 if the covariance is right.
+    /// Normalised estimation error squared of the three N, `e' P^-1 e`: 3 if the covariance is
+    /// right.
     pub nees: Mean,
-    /// Normalised innovation squared of the parity residual: 1 if its expected variance is right. `None` where no contact
-    /// geometry of the run defined one.
+    /// Normalised innovation squared of the parity residual: 1 if its expected variance is right.
+    /// `None` where no contact geometry of the run defined one.
     pub nis: Option<Mean>,
-    /// Share of errors of N within two standard deviations: 0.954 if they are Gaussian and the covariance is right.
+    /// Share of errors of N within two standard deviations: 0.954 if they are Gaussian and the
+    /// covariance is right.
     pub coverage: Mean,
 }
 
@@ -43,11 +46,12 @@ impl CovarianceVerdict {
         }
     }
 
-    /// Verdict on the mean square of normalised errors with a number of components. With a right covariance it is equal to that
-    /// number.
+    /// Verdict on the mean square of normalised errors with a number of components. With a right
+    /// covariance it is equal to that number.
     ///
-    /// If the error of a run were constant, the sum over runs would be chi-squared distributed, with components times runs degrees of
-    /// freedom. Less correlated errors scatter less about the same mean: these bounds are the widest.
+    /// If the error of a run were constant, the sum over runs would be chi-squared distributed,
+    /// with components times runs degrees of freedom. Less correlated errors scatter less about the
+    /// same mean: these bounds are the widest.
     fn of(mean: &Mean, components: f64) -> Self {
         if !mean.allows_verdict() {
             return Self::NotJudged;
@@ -82,7 +86,8 @@ impl Consistency {
 mod tests {
     use super::*;
 
-    /// Closed form: chi-squared with 15 degrees of freedom lies between 6.262 and 27.488, a mean of five between 1.252 and 5.498.
+    /// Closed form: chi-squared with 15 degrees of freedom lies between 6.262 and 27.488, a mean of
+    /// five between 1.252 and 5.498.
     #[test]
     fn the_verdict_follows_chi_squared() {
         let verdict = |centre: f64, runs: usize| {
@@ -109,7 +114,8 @@ mod tests {
         );
     }
 
-    /// One run in ten with large errors gives an overconfident verdict, although it raises the scatter too.
+    /// One run in ten with large errors gives an overconfident verdict, although it raises the
+    /// scatter too.
     #[test]
     fn one_bad_run_is_not_hidden_by_its_scatter() {
         let mut values = [2.0; 10];

@@ -1,4 +1,5 @@
-//! The dataset of all runs, in their order: the same bytes for any number of threads, shards and interruptions.
+//! The dataset of all runs, in their order: the same bytes for any number of threads, shards and
+//! interruptions.
 
 use crate::columns::RowBuilder;
 use crate::error::StudyError;
@@ -9,11 +10,12 @@ use crate::study::{Identity, Study};
 use robhaz_record::{GROUP_ROWS, TableFile, TableFormat};
 use std::collections::BTreeMap;
 
-/// Most runs that are in memory at once: some 200 MB. A larger study reads its journals several times.
+/// Most runs that are in memory at once: some 200 MB. A larger study reads its journals several
+/// times.
 const RUNS_AT_ONCE: usize = 50_000;
 
-/// Writes the dataset of the runs in the journals of a folder, which must be all runs. A run that is there twice is the same
-/// twice: the first counts.
+/// Writes the dataset of the runs in the journals of a folder, which must be all runs. A run that
+/// is there twice is the same twice: the first counts.
 pub fn write(study: &Study, folder: &Folder) -> Result<(), StudyError> {
     let (hash, journals) = (&study.identity().sha256, folder.journals()?);
     let mut rows = RowBuilder::new(study.plan(), &notes(study.identity()));
@@ -71,8 +73,8 @@ mod tests {
         [[axis]]\nkeys = [\"drive.speed\", \"drive.kp\"]\nvalues = [[\"20 cm/s\", 2], [0.3, 2.5]]\n\
         [[axis]]\nkey = \"seed\"\nfirst = 4\ncount = 2\n";
 
-    /// Equivalence: a row holds the scores of its run, to the bit, with the types and units of its columns; a run that
-    /// cannot be holds its reason alone; the metadata hold the texts.
+    /// Equivalence: a row holds the scores of its run, to the bit, with the types and units of its
+    /// columns; a run that cannot be holds its reason alone; the metadata hold the texts.
     #[test]
     fn rows_are_the_scores_of_single_runs() -> Result<(), Box<dyn std::error::Error>> {
         let dir = tempfile::tempdir()?;

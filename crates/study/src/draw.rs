@@ -83,7 +83,8 @@ fn uniform(seed: u64, name: &str) -> f64 {
     Stream::new(seed, name).uniform().max(LEAST)
 }
 
-/// The value below which a share `u` of a distribution lies. `libm`, so that all machines compute the same bits.
+/// The value below which a share `u` of a distribution lies. `libm`, so that all machines compute
+/// the same bits.
 fn quantile(distribution: Distribution, u: f64) -> AxisValue {
     AxisValue::Number(match distribution {
         Distribution::Uniform(low, high) => low + (high - low) * u,
@@ -102,7 +103,8 @@ fn quantile(distribution: Distribution, u: f64) -> AxisValue {
     })
 }
 
-/// Inverse of the distribution function of N(0, 1), by bisection: to the last bits, for `u` between 1e-17 and 1 - 1e-16.
+/// Inverse of the distribution function of N(0, 1), by bisection: to the last bits, for `u` between
+/// 1e-17 and 1 - 1e-16.
 fn standard_normal(u: f64) -> f64 {
     let below = |x: f64| 0.5 * libm::erfc(-x / std::f64::consts::SQRT_2);
     let (mut low, mut high) = (-9.0, 9.0);
@@ -145,7 +147,8 @@ mod tests {
         assert!((standard_normal(0.001) + 3.090_232_306_167_813).abs() < 1e-13);
     }
 
-    /// Property: a Latin hypercube has one sample in each interval; its mean error falls with 1/n^1.5, far below 1/sqrt(n).
+    /// Property: a Latin hypercube has one sample in each interval; its mean error falls with
+    /// 1/n^1.5, far below 1/sqrt(n).
     #[test]
     fn a_latin_hypercube_fills_every_interval() {
         let mut found = numbers(

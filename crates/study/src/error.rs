@@ -5,7 +5,8 @@ use robhaz_scene::SceneError;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a study cannot go on. A run that fails is no such error: it is a row of the dataset with its reason.
+/// Why a study cannot go on. A run that fails is no such error: it is a row of the dataset with its
+/// reason.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StudyError {
     /// The study file, its base scene, or a value of an axis.

@@ -12,7 +12,8 @@ pub fn partial(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Writes a small file. It has its name only when all of it is on the disk. Several processes may write the same content.
+/// Writes a small file. It has its name only when all of it is on the disk. Several processes may
+/// write the same content.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
     let mut temporary = partial(path).into_os_string();
     temporary.push(format!("-{}", std::process::id()));
@@ -31,7 +32,8 @@ pub fn settle(temporary: &Path, path: &Path) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// Waits until the disk has the name of a file or folder. Some file systems cannot; the content is there in any case.
+/// Waits until the disk has the name of a file or folder. Some file systems cannot; the content is
+/// there in any case.
 pub fn sync_parent(path: &Path) {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

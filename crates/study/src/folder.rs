@@ -100,7 +100,8 @@ fn names(path: &Path) -> Result<Vec<String>, StudyError> {
     Ok(names)
 }
 
-/// Checks that a folder without a manifest has at most what a study leaves that was killed before its manifest was there.
+/// Checks that a folder without a manifest has at most what a study leaves that was killed before
+/// its manifest was there.
 fn check_only_begun(path: &Path) -> Result<(), StudyError> {
     let partial = format!("{MANIFEST}.partial");
     let names = names(path)?;

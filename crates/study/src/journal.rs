@@ -2,8 +2,8 @@
 //!
 //! A line is appended with one write. A killed process can leave the last line torn; it is cut off
 //! at the next start, and its run is repeated. Each line ends with a checksum of the identity of
-//! the study and of what is before it. A line that does not match its checksum is damaged, or of another study: it counts as
-//! not there, and is reported.
+//! the study and of what is before it. A line that does not match its checksum is damaged, or of
+//! another study: it counts as not there, and is reported.
 
 use crate::error::{StudyError, io_error};
 use robhaz_sim::random::Fnv1a;
@@ -13,7 +13,8 @@ use std::io::{BufRead as _, BufReader, Error, ErrorKind, Seek as _, SeekFrom, Wr
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Time between two waits for the disk: a computer that loses its power loses at most the lines since then.
+/// Time between two waits for the disk: a computer that loses its power loses at most the lines
+/// since then.
 const SYNC_TIME: Duration = Duration::from_secs(1);
 
 /// A finished run.
@@ -59,7 +60,8 @@ pub struct Scanned {
     pub damaged: u64,
 }
 
-/// Hands the finished runs in the journal of the study with the hash `study` to `each`. There are none if there is no such file.
+/// Hands the finished runs in the journal of the study with the hash `study` to `each`. There are
+/// none if there is no such file.
 pub fn scan(
     path: &Path,
     study: &str,
@@ -174,7 +176,8 @@ impl Journal {
         match written {
             Ok(length) => self.length += length,
             Err(error) => {
-                // If this fails too, the torn line is cut off at the next start. The first error is reported.
+                // If this fails too, the torn line is cut off at the next start. The first error is
+                // reported.
                 let _ = self.file.set_len(self.length);
                 return Err(io_error("write", &self.path)(error));
             }
@@ -214,7 +217,8 @@ mod tests {
         Ok((found, scanned.damaged))
     }
 
-    /// Cut at any byte, the complete lines stay, and what is appended then can be read. Numbers keep their bits.
+    /// Cut at any byte, the complete lines stay, and what is appended then can be read. Numbers
+    /// keep their bits.
     #[test]
     fn a_journal_that_is_cut_keeps_its_complete_lines() -> Result<(), StudyError> {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,12 +1,14 @@
-//! Many runs: a scene with many seeds, or a study file that varies anything; on all cores or many machines, into one dataset
-//! and one report. How exact the estimators are, whether their stated covariance is right, and what each step from the paper's
-//! estimator to `best` contributes.
+//! Many runs: a scene with many seeds, or a study file that varies anything; on all cores or many
+//! machines, into one dataset and one report. How exact the estimators are, whether their stated
+//! covariance is right, and what each step from the paper's estimator to `best` contributes.
 //!
-//! A [`Study`] knows the settings of every run by its index alone, so that any process computes any run without asking
-//! another. [`compute`] computes the runs of one [`Shard`] on several threads. Runs whose scenes differ in sensors and
-//! estimators alone have one truth, a [`TruthRun`]: it is simulated once and observed anew by each. Each finished run is one
-//! line of a journal in the study's folder: a process that is killed loses the runs in flight, and the next one goes on. The
-//! dataset of all journals has the same bytes for any number of threads, shards and interruptions. [`Report`] sums it up.
+//! A [`Study`] knows the settings of every run by its index alone, so that any process computes any
+//! run without asking another. [`compute`] computes the runs of one [`Shard`] on several threads.
+//! Runs whose scenes differ in sensors and estimators alone have one truth, a [`TruthRun`]: it is
+//! simulated once and observed anew by each. Each finished run is one line of a journal in the
+//! study's folder: a process that is killed loses the runs in flight, and the next one goes on. The
+//! dataset of all journals has the same bytes for any number of threads, shards and interruptions.
+//! [`Report`] sums it up.
 //!
 //! | modules | job |
 //! |---|---|

@@ -3,8 +3,9 @@
 use crate::draw::Samples;
 use robhaz_scene::{Axis, AxisValue, AxisValues, Setting, StudyChoice};
 
-/// The runs of a study. Axes that are lists make a grid, in which the first axis varies slowest. All drawn axes together are
-/// one more list, of the samples, which varies fastest: every place of the grid has the same samples.
+/// The runs of a study. Axes that are lists make a grid, in which the first axis varies slowest.
+/// All drawn axes together are one more list, of the samples, which varies fastest: every place of
+/// the grid has the same samples.
 #[derive(Clone, Debug)]
 pub struct Plan {
     axes: Vec<Axis>,
@@ -110,8 +111,8 @@ impl Plan {
         run
     }
 
-    /// Notes which lists leave the truth as it is: those for which `same` says so of the first run and each of the
-    /// [`Self::representatives`] of the list.
+    /// Notes which lists leave the truth as it is: those for which `same` says so of the first run
+    /// and each of the [`Self::representatives`] of the list.
     pub fn share(&mut self, same: impl Fn(u64) -> bool) {
         let found: Vec<bool> = self
             .lists
@@ -163,8 +164,8 @@ impl Plan {
         }
     }
 
-    /// Runs that have every item of every list once, the others at their first item; of an axis that counts the first and
-    /// the last, of a drawn one the least and the largest.
+    /// Runs that have every item of every list once, the others at their first item; of an axis
+    /// that counts the first and the last, of a drawn one the least and the largest.
     pub fn representatives(&self) -> Vec<u64> {
         let of_lists = self.lists.iter().flat_map(|list| self.of_list(list));
         let mut runs: Vec<u64> = std::iter::once(0).chain(of_lists).collect();
@@ -226,7 +227,8 @@ mod tests {
         Ok(())
     }
 
-    /// Each run belongs to one truth. Those of one truth differ in the lists alone that leave it as it is.
+    /// Each run belongs to one truth. Those of one truth differ in the lists alone that leave it as
+    /// it is.
     #[test]
     fn runs_of_one_truth_differ_in_what_leaves_it() -> Result<(), SceneError> {
         let mut plan = plan(

@@ -23,8 +23,8 @@ const HEADER: [&str; 10] = [
     "stated\nsigma is",
 ];
 
-/// The result of a study: means over all its complete runs. Errors of N and standard deviations are fractions of the mean true N.
-/// What is not the same in all runs is `None`.
+/// The result of a study: means over all its complete runs. Errors of N and standard deviations are
+/// fractions of the mean true N. What is not the same in all runs is `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Name of the scene, or of the study file.
@@ -48,9 +48,11 @@ pub struct Report {
     pub samples: Option<u64>,
     /// How many of these have a wheel with two contacts.
     pub two_contacts: Option<u64>,
-    /// Number of samples of a run left out because no single contact is equivalent to the contacts of a wheel.
+    /// Number of samples of a run left out because no single contact is equivalent to the contacts
+    /// of a wheel.
     pub left_out: Option<u64>,
-    /// Cramer-Rao bound of one sample: [`robhaz_score::Bound::nrmse`], the mean over the runs. `None` where torques and contact angles are exact.
+    /// Cramer-Rao bound of one sample: [`robhaz_score::Bound::nrmse`], the mean over the runs.
+    /// `None` where torques and contact angles are exact.
     pub floor: Option<f64>,
     /// One line per estimator.
     pub estimators: Vec<Line>,
@@ -118,7 +120,8 @@ fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     values.all(|value| value == first).then_some(first)
 }
 
-/// The value of a count that is the same in all runs; of estimators that miss samples the largest one.
+/// The value of a count that is the same in all runs; of estimators that miss samples the largest
+/// one.
 fn count(estimators: &[Rows<'_>], of: impl Fn(&Rows<'_>) -> Vec<f64>) -> Option<u64> {
     let counts = estimators.iter().map(|rows| common(of(rows).into_iter()));
     let largest = counts.collect::<Option<Vec<f64>>>()?.into_iter();
@@ -232,7 +235,8 @@ impl Report {
         }
     }
 
-    /// Errors of N over the samples without two contacts. Impacts on corners make most of the error of the others.
+    /// Errors of N over the samples without two contacts. Impacts on corners make most of the error
+    /// of the others.
     fn without_two_contacts(&self) -> Option<String> {
         let of = |line: &Line| {
             Some(format!(

@@ -25,8 +25,8 @@ pub enum SharedTruth {
 }
 
 impl SharedTruth {
-    /// Simulates the truth of several runs of a study, of which `run` is one. Without memory or without success each run
-    /// simulates its own and has its reason.
+    /// Simulates the truth of several runs of a study, of which `run` is one. Without memory or
+    /// without success each run simulates its own and has its reason.
     pub fn simulate(study: &Study, run: u64, stop: Stop<'_>) -> Self {
         let simulated = catch_unwind(AssertUnwindSafe(|| match study.driven() {
             Some(scene) => match TruthRun::simulate(scene, stop) {
@@ -63,7 +63,8 @@ impl SharedTruth {
 /// Computes a run. Its full tables go to `tables`, if given. `None` when `stop` named a cause.
 ///
 /// # Errors
-/// [`StudyError`] where the tables cannot be written. A run that fails for another reason is a record with this reason.
+/// [`StudyError`] where the tables cannot be written. A run that fails for another reason is a
+/// record with this reason.
 pub fn compute(
     study: &Study,
     run: u64,

@@ -34,7 +34,8 @@ impl Mean {
         })
     }
 
-    /// Whether the runs allow a verdict: at least five, and not all equal, as they are when nothing random differs between them.
+    /// Whether the runs allow a verdict: at least five, and not all equal, as they are when nothing
+    /// random differs between them.
     pub fn allows_verdict(&self) -> bool {
         let differ = self
             .standard_error
@@ -43,9 +44,9 @@ impl Mean {
     }
 }
 
-/// 2.5 % and 97.5 % points of the mean of `runs` draws from a chi-squared distribution with `components` degrees of freedom
-/// (Wilson and Hilferty): from 5 degrees of freedom on within 0.5 % at the upper end and 5 % at the
-/// lower; from 30 on within 0.1 %.
+/// 2.5 % and 97.5 % points of the mean of `runs` draws from a chi-squared distribution with
+/// `components` degrees of freedom (Wilson and Hilferty): from 5 degrees of freedom on within 0.5 %
+/// at the upper end and 5 % at the lower; from 30 on within 0.1 %.
 pub fn chi_squared_bounds(components: f64, runs: usize) -> (f64, f64) {
     // A count of seeds.
     let degrees = components * runs as f64;

@@ -1,4 +1,5 @@
-//! What is to be run: a study file with its base scene, or a scene with many seeds; and what identifies it.
+//! What is to be run: a study file with its base scene, or a scene with many seeds; and what
+//! identifies it.
 
 use crate::ablation::{LADDER, ladder};
 use crate::error::StudyError;
@@ -19,8 +20,8 @@ pub struct Identity {
     pub version: String,
     /// Number of runs.
     pub runs: u64,
-    /// SHA-256 of all the other fields, of the columns of the dataset, and of everything that the scenes of representative
-    /// runs hold: robot files and tracks count, too.
+    /// SHA-256 of all the other fields, of the columns of the dataset, and of everything that the
+    /// scenes of representative runs hold: robot files and tracks count, too.
     pub sha256: String,
     /// Text of the study file.
     pub study: String,
@@ -28,8 +29,8 @@ pub struct Identity {
     pub scene: String,
 }
 
-/// A study that is ready to run. It knows the settings of every run by its index alone, so that any process computes any run
-/// without asking another.
+/// A study that is ready to run. It knows the settings of every run by its index alone, so that any
+/// process computes any run without asking another.
 #[derive(Clone, Debug)]
 pub struct Study {
     choice: StudyChoice,
@@ -47,7 +48,8 @@ enum Base {
     File(BaseScene),
     /// A scene whose one truth all runs observe, each with a seed of its own.
     Scene {
-        /// What makes the truth: the control of a closed loop drives it with the scene's own seed and estimators.
+        /// What makes the truth: the control of a closed loop drives it with the scene's own seed
+        /// and estimators.
         driven: Box<Scene>,
         /// What observes it.
         observing: Box<Scene>,
@@ -55,9 +57,10 @@ enum Base {
 }
 
 impl Study {
-    /// Reads a study file and its base scene, and checks every value of every list in a scene of its own; of whole numbers
-    /// and draws the least and the largest. Values that are allowed alone and do not go together are no error as long as one
-    /// of these scenes is right: their runs are rows with the reason.
+    /// Reads a study file and its base scene, and checks every value of every list in a scene of
+    /// its own; of whole numbers and draws the least and the largest. Values that are allowed alone
+    /// and do not go together are no error as long as one of these scenes is right: their runs are
+    /// rows with the reason.
     ///
     /// # Errors
     /// [`StudyError::Scene`] with all problems of one of these scenes.
@@ -68,8 +71,9 @@ impl Study {
         Self::new(choice, Base::File(base), text)
     }
 
-    /// A scene with `seeds` seeds of its sensors, from its own on. Its truth is simulated once. `with_ladder` puts the
-    /// [`ladder`] in place of its estimators. All samples of the sensors count, whatever the rate of its records.
+    /// A scene with `seeds` seeds of its sensors, from its own on. Its truth is simulated once.
+    /// `with_ladder` puts the [`ladder`] in place of its estimators. All samples of the sensors
+    /// count, whatever the rate of its records.
     ///
     /// # Errors
     /// [`StudyError`]: no estimator, or no such seeds.
@@ -206,7 +210,8 @@ impl Study {
         &self.plan
     }
 
-    /// The scene whose one truth all runs observe; `None` of a study file, whose runs have truths of their own.
+    /// The scene whose one truth all runs observe; `None` of a study file, whose runs have truths
+    /// of their own.
     pub(crate) fn driven(&self) -> Option<&Scene> {
         match &self.base {
             Base::File(_) => None,
@@ -215,8 +220,8 @@ impl Study {
     }
 }
 
-/// What of a scene its truth depends on, with neutral values for all else. Where the control takes readings it depends on the
-/// sensors and on the estimator that the control gets.
+/// What of a scene its truth depends on, with neutral values for all else. Where the control takes
+/// readings it depends on the sensors and on the estimator that the control gets.
 pub(crate) fn seen_by_plant(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.record.compare_from = 0.0;

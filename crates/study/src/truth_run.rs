@@ -19,9 +19,9 @@ pub(crate) fn bound(scene: &Scene) -> Bound {
     Bound::new(noise, scene.robot.robot.clone())
 }
 
-/// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds: without a
-/// control that takes readings it does not depend on sensor noise; with one it is the run of the scene's own seed, which
-/// other seeds observe without driving.
+/// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds:
+/// without a control that takes readings it does not depend on sensor noise; with one it is the run
+/// of the scene's own seed, which other seeds observe without driving.
 #[derive(Clone, Debug)]
 pub struct TruthRun(Arc<[Truth]>);
 

@@ -1,25 +1,26 @@
 //! Rounds blunt concave corners.
 //!
-//! At a concave corner a wheel has two contacts. The second one appears where the wheel's centre passes the normal of the
-//! second side. There it is `r (1 - cos a)` less deep than the first, for a wheel of radius r and a corner that turns by
-//! a. For a sharp corner that is more than any penetration, and the second force grows from zero. For a blunt corner it is
-//! less: the second force would appear at nearly its full size, with energy from nothing in its spring. A parabola
+//! At a concave corner a wheel has two contacts. The second one appears where the wheel's centre
+//! passes the normal of the second side. There it is `r (1 - cos a)` less deep than the first, for
+//! a wheel of radius r and a corner that turns by a. For a sharp corner that is more than any
+//! penetration, and the second force grows from zero. For a blunt corner it is less: the second
+//! force would appear at nearly its full size, with energy from nothing in its spring. A parabola
 //! tangent to both sides leaves one contact, which moves from one side to the other.
 
 use crate::edge::{Edge, Knot, append};
 
-/// Angle below which a concave corner is blunt, rad (9 deg): `r (1 - cos a)` is then 1.2 mm for r = 0.1 m, a penetration
-/// of five times the mean wheel load.
+/// Angle below which a concave corner is blunt, rad (9 deg): `r (1 - cos a)` is then 1.2 mm for r =
+/// 0.1 m, a penetration of five times the mean wheel load.
 const BLUNT: f64 = 0.157;
-/// Radius of curvature of the rounding over the wheel's radius: above 1, so that there is one contact, and otherwise
-/// small. For r = 0.1 m the ground changes by 0.4 mm at most, over 20 mm.
+/// Radius of curvature of the rounding over the wheel's radius: above 1, so that there is one
+/// contact, and otherwise small. For r = 0.1 m the ground changes by 0.4 mm at most, over 20 mm.
 const RADIUS: f64 = 1.25;
 
 /// An interval of x (m) that a parabola replaces.
 type Cut = [f64; 2];
 
-/// Replaces each blunt concave corner of a chain by a parabola tangent to both sides, for wheels of a radius (m). A chain
-/// without such corners stays as it is.
+/// Replaces each blunt concave corner of a chain by a parabola tangent to both sides, for wheels of
+/// a radius (m). A chain without such corners stays as it is.
 pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
     let cuts = cuts(&edges, RADIUS * wheel_radius);
     if cuts.is_empty() {
@@ -58,8 +59,8 @@ pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
     rounded
 }
 
-/// The intervals to be replaced, from rear to front. Neighbours do not overlap: each takes at most half the way to the
-/// next corner.
+/// The intervals to be replaced, from rear to front. Neighbours do not overlap: each takes at most
+/// half the way to the next corner.
 fn cuts(edges: &[Edge], radius: f64) -> Vec<Cut> {
     let corners: Vec<usize> = (1..edges.len())
         .filter(|&i| edges[i].run != edges[i - 1].run)
@@ -139,7 +140,8 @@ mod tests {
         ramp_for(degrees, 0.1)
     }
 
-    /// Closed form: a parabola tangent to both sides lies `half * turn / 4` above the corner, `half` its half length.
+    /// Closed form: a parabola tangent to both sides lies `half * turn / 4` above the corner,
+    /// `half` its half length.
     #[test]
     fn the_parabola_touches_both_sides() {
         for degrees in [0.5, 4.0, 8.9] {
@@ -202,8 +204,8 @@ mod tests {
         assert!(ramp(9.5).edges().iter().all(Edge::is_line));
     }
 
-    /// Equivalence: points on the straight sides do not change the rounding. Corners closer than the rounding share the
-    /// room between them.
+    /// Equivalence: points on the straight sides do not change the rounding. Corners closer than
+    /// the rounding share the room between them.
     #[test]
     fn rounding_depends_on_corners_not_on_points() {
         let track = |points: &[(f64, f64)]| {

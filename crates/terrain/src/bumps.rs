@@ -3,7 +3,8 @@
 use crate::Vec2;
 use crate::shape::{Piece, SPACING, Shape};
 
-/// Value of `((x - centre)/width)^2` beyond which a bump counts as zero: exp(-40) is 4e-18 of its height.
+/// Value of `((x - centre)/width)^2` beyond which a bump counts as zero: exp(-40) is 4e-18 of its
+/// height.
 const CUTOFF: f64 = 40.0;
 /// Half length of a bump's curve in widths. The cutoff lies at 6.3 widths.
 const EXTENT: f64 = 8.0;

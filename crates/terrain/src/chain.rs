@@ -9,8 +9,8 @@ use crate::{Profile, Vec2};
 /// Length of the level edge on either side of a profile, m: much more than a robot travels.
 pub(crate) const REACH: f64 = 1.0e5;
 
-/// The edges of a profile from rear to front; the first and the last are level ground. Blunt concave corners are rounded
-/// for wheels of a radius (m).
+/// The edges of a profile from rear to front; the first and the last are level ground. Blunt
+/// concave corners are rounded for wheels of a radius (m).
 pub(crate) fn chain(profile: &Profile, wheel_radius: f64) -> Vec<Edge> {
     let alone;
     let parts = match profile {
@@ -60,7 +60,8 @@ impl Chain {
         self.push(Edge::line(self.at, to));
     }
 
-    /// Appends a part's curve up to `to_x` (m), in edges of equal length in x, at most `spacing` (m).
+    /// Appends a part's curve up to `to_x` (m), in edges of equal length in x, at most `spacing`
+    /// (m).
     fn curve(&mut self, part: &Part, to_x: f64, spacing: f64) {
         let from_x = self.at.x;
         if to_x <= from_x {

@@ -9,15 +9,16 @@ pub struct Contact {
     pub point: Vec2,
     /// Unit tangent of the ground, pointing forward.
     pub tangent: Vec2,
-    /// Signed distance of the centre from the point, along the normal, m; negative if the centre is below the ground.
+    /// Signed distance of the centre from the point, along the normal, m; negative if the centre is
+    /// below the ground.
     pub distance: f64,
     /// Second derivative of the ground's height there, 1/m; minus infinity at a corner.
     pub(crate) second_derivative: f64,
 }
 
 impl Contact {
-    /// Contact angle gamma: slope of the tangent, rad. The tangent is `(cos gamma, sin gamma)`, the normal
-    /// `(-sin gamma, cos gamma)`.
+    /// Contact angle gamma: slope of the tangent, rad. The tangent is `(cos gamma, sin gamma)`, the
+    /// normal `(-sin gamma, cos gamma)`.
     pub fn angle(&self) -> f64 {
         self.tangent.y.atan2(self.tangent.x)
     }
@@ -27,8 +28,9 @@ impl Contact {
         Vec2::new(-self.tangent.y, self.tangent.x)
     }
 
-    /// Rate at which the contact angle changes when the centre moves along the tangent, rad/m: `kappa/(1 - kappa d)` with
-    /// the distance d and the curvature kappa of the ground, positive in a hollow; `-1/d` at a corner.
+    /// Rate at which the contact angle changes when the centre moves along the tangent, rad/m:
+    /// `kappa/(1 - kappa d)` with the distance d and the curvature kappa of the ground, positive in
+    /// a hollow; `-1/d` at a corner.
     pub fn turning(&self) -> f64 {
         if self.second_derivative == f64::NEG_INFINITY {
             return -1.0 / self.distance;
@@ -38,7 +40,8 @@ impl Contact {
         curvature / (1.0 - curvature * self.distance)
     }
 
-    /// The contact after a small displacement of the centre (m): tangent and distance to first order. The point stays.
+    /// The contact after a small displacement of the centre (m): tangent and distance to first
+    /// order. The point stays.
     #[must_use]
     pub fn displaced(&self, by: Vec2) -> Self {
         let normal = self.normal();
@@ -49,8 +52,8 @@ impl Contact {
         }
     }
 
-    /// A contact where the ground has a tangent, which need not be a unit vector, and a second derivative (1/m). `arm` goes
-    /// from point to centre, m.
+    /// A contact where the ground has a tangent, which need not be a unit vector, and a second
+    /// derivative (1/m). `arm` goes from point to centre, m.
     #[inline]
     pub(crate) fn on_edge(point: Vec2, tangent: Vec2, second_derivative: f64, arm: Vec2) -> Self {
         let tangent = tangent / tangent.norm();

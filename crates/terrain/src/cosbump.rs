@@ -4,7 +4,8 @@ use crate::Vec2;
 use crate::shape::{Piece, SPACING, Shape};
 use std::f64::consts::PI;
 
-/// `height/2 (1 + cos(pi (x - centre)/half_width))` for `|x - centre| < half_width`, level elsewhere; m.
+/// `height/2 (1 + cos(pi (x - centre)/half_width))` for `|x - centre| < half_width`, level
+/// elsewhere; m.
 ///
 /// Its curvature jumps where it meets the level ground.
 #[derive(Clone, Copy, Debug, PartialEq)]

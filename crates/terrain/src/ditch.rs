@@ -5,7 +5,8 @@ use crate::shape::{Piece, Shape};
 
 /// A trench with vertical walls and a level bottom.
 ///
-/// If it is narrower than a wheel's diameter and deep enough, the wheel rests on both upper corners.
+/// If it is narrower than a wheel's diameter and deep enough, the wheel rests on both upper
+/// corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ditch {
     /// Depth of the bottom below the level ground, m.

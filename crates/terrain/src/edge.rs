@@ -3,10 +3,11 @@
 use crate::Vec2;
 use crate::contact::Contact;
 
-/// Chebyshev's method stops after a step shorter than this, m: the next step would be of the order of its cube, below
-/// 1e-10 m on the tightest curves.
+/// Chebyshev's method stops after a step shorter than this, m: the next step would be of the order
+/// of its cube, below 1e-10 m on the tightest curves.
 const LAST_STEP: f64 = 2.0e-5;
-/// Sine of the angle between two tangents below which a joint is smooth, -: an allowance for rounding.
+/// Sine of the angle between two tangents below which a joint is smooth, -: an allowance for
+/// rounding.
 const SMOOTH: f64 = 1e-9;
 
 /// Height (m), slope (-) and second derivative (1/m) of a curve at one x (m).
@@ -30,9 +31,10 @@ pub(crate) fn append(chain: &mut Vec<Edge>, mut edge: Edge) {
     chain.push(edge);
 }
 
-/// An edge, directed forward with the ground on its right: a vertical riser, or the polynomial of fifth degree that has
-/// the height, slope and second derivative of the curve f at both ends (Hermite interpolation). Over a length h in x
-/// its height differs from f by at most `max|f^(6)| h^6/46080`.
+/// An edge, directed forward with the ground on its right: a vertical riser, or the polynomial of
+/// fifth degree that has the height, slope and second derivative of the curve f at both ends
+/// (Hermite interpolation). Over a length h in x its height differs from f by at most
+/// `max|f^(6)| h^6/46080`.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
     pub from: Vec2,
@@ -67,8 +69,8 @@ impl Edge {
     pub fn curve(from: Knot, to: Knot) -> Self {
         let ([y0, m0, b0], [y1, m1, b1]) = (from.at, to.at);
         let h = to.x - from.x;
-        // Difference at `to` between the curve and the parabola that fits it at `from`, in height, slope and second
-        // derivative.
+        // Difference at `to` between the curve and the parabola that fits it at `from`, in height,
+        // slope and second derivative.
         let y = y1 - y0 - h * (m0 + 0.5 * h * b0);
         let m = h * (m1 - m0 - h * b0);
         let b = 0.5 * h * h * (b1 - b0);
@@ -97,8 +99,9 @@ impl Edge {
         self.straight
     }
 
-    /// Coefficients of Taylor's series of the height above `from` (m) at the distance `s` in x from `from` (m): height, slope,
-    /// half the second derivative, a sixth of the third. By Horner's method, repeated.
+    /// Coefficients of Taylor's series of the height above `from` (m) at the distance `s` in x from
+    /// `from` (m): height, slope, half the second derivative, a sixth of the third. By Horner's
+    /// method, repeated.
     #[inline]
     fn series(&self, s: f64) -> [f64; 4] {
         let [c3, c4, c5] = self.higher;
@@ -115,7 +118,8 @@ impl Edge {
         [s * a1, a1 + s * b2, b2 + s * d3, d3 + s * (d4 + last)]
     }
 
-    /// x of points of the edge between two x (m): the two ends, and on a curve points between, at most `spacing` (m) apart.
+    /// x of points of the edge between two x (m): the two ends, and on a curve points between, at
+    /// most `spacing` (m) apart.
     pub fn places(&self, from: f64, to: f64, spacing: f64) -> impl Iterator<Item = f64> {
         let (start, end) = (from.max(self.from.x), to.min(self.to.x));
         let count = match self.straight {
@@ -143,7 +147,8 @@ impl Edge {
         self.from.y + self.series(x - self.from.x)[0]
     }
 
-    /// Lower and upper bound of the height, m. For a straight edge, which can be long, between two x (m) only.
+    /// Lower and upper bound of the height, m. For a straight edge, which can be long, between two
+    /// x (m) only.
     pub fn heights(&self, from_x: f64, to_x: f64) -> (f64, f64) {
         let (a, b) = if self.is_riser() || !self.is_line() {
             (self.from.y, self.to.y)
@@ -156,7 +161,8 @@ impl Edge {
         (a.min(b) - bulge, a.max(b) + bulge)
     }
 
-    /// Lower and upper bound of the second derivative, 1/m: the least and greatest of its Bezier coefficients.
+    /// Lower and upper bound of the second derivative, 1/m: the least and greatest of its Bezier
+    /// coefficients.
     pub fn second_derivative_bounds(&self) -> (f64, f64) {
         let h = self.to.x - self.from.x;
         let [c3, c4, _] = self.higher;
@@ -173,7 +179,8 @@ impl Edge {
         self.slopes.map(tangent)
     }
 
-    /// Sine of the angle between this edge's last tangent and the first one of the next edge; positive upward.
+    /// Sine of the angle between this edge's last tangent and the first one of the next edge;
+    /// positive upward.
     pub fn turn_to(&self, next: &Self) -> f64 {
         let (a, b) = (self.tangents()[1], next.tangents()[0]);
         (a.x * b.y - a.y * b.x) / (a.norm() * b.norm())
@@ -189,8 +196,8 @@ impl Edge {
         self.turn_to(next) >= SMOOTH
     }
 
-    /// Derivatives of half the squared distance from `centre` along the edge, at `from` and at `to`; negative if the
-    /// distance falls. With respect to x (m), on a riser to y (m).
+    /// Derivatives of half the squared distance from `centre` along the edge, at `from` and at
+    /// `to`; negative if the distance falls. With respect to x (m), on a riser to y (m).
     #[inline]
     pub fn distance_rates(&self, centre: Vec2) -> [f64; 2] {
         let [from, to] = self.slopes;
@@ -200,7 +207,8 @@ impl Edge {
         ]
     }
 
-    /// x after one Newton step from `from` towards the point nearest to `centre`, m. Not for risers.
+    /// x after one Newton step from `from` towards the point nearest to `centre`, m. Not for
+    /// risers.
     pub fn newton_x_from(&self, centre: Vec2) -> f64 {
         newton(
             self.from,
@@ -228,11 +236,11 @@ impl Edge {
         lies_between.then(|| self.foot(centre, rates))
     }
 
-    /// The point of the edge nearest to `centre`, from the derivatives of [`Self::distance_rates`]. The distance must fall
-    /// at `from` and rise at `to`, or be stationary there.
+    /// The point of the edge nearest to `centre`, from the derivatives of [`Self::distance_rates`].
+    /// The distance must fall at `from` and rise at `to`, or be stationary there.
     ///
-    /// Chebyshev's method, of third order, on `(x - cx) + (f - cy) f' = 0` inside a bracket; a step that leaves the bracket
-    /// is replaced by a bisection.
+    /// Chebyshev's method, of third order, on `(x - cx) + (f - cy) f' = 0` inside a bracket; a step
+    /// that leaves the bracket is replaced by a bisection.
     #[inline(always)]
     pub fn foot(&self, centre: Vec2, rates: [f64; 2]) -> Contact {
         let arm = self.from - centre;
@@ -293,8 +301,9 @@ impl Edge {
         )
     }
 
-    /// A place within some micrometres of the foot on a curve, as distance in x from `from`, m: a Newton step from the root
-    /// of the secant, on the parabola with the derivatives at both ends and the second derivative at `from`.
+    /// A place within some micrometres of the foot on a curve, as distance in x from `from`, m: a
+    /// Newton step from the root of the secant, on the parabola with the derivatives at both ends
+    /// and the second derivative at `from`.
     #[inline(always)]
     fn first_guess(&self, arm: Vec2, [at_from, at_to]: [f64; 2]) -> f64 {
         let length = self.to.x - self.from.x;

@@ -6,7 +6,8 @@
 pub struct ProfileError(pub(crate) String);
 
 impl ProfileError {
-    /// Refuses a value that is not `inside` its range; `allowed` completes the sentence "it must be ...".
+    /// Refuses a value that is not `inside` its range; `allowed` completes the sentence "it must be
+    /// ...".
     pub(crate) fn unless(inside: bool, entry: &str, found: f64, allowed: &str) -> Result<(), Self> {
         match inside {
             true => Ok(()),

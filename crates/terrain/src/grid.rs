@@ -11,7 +11,8 @@ const MOST: f64 = 1.0e6;
 /// Allowance for rounding in a cell's bounds, m.
 const MARGIN: f64 = 1e-9;
 
-/// Number of edges that are searched one by one sooner than sorted out: as on stairs, where each is straight.
+/// Number of edges that are searched one by one sooner than sorted out: as on stairs, where each is
+/// straight.
 const FEW: usize = 8;
 
 /// Cells of equal width over x, and one more on either side for the level ground.
@@ -27,8 +28,8 @@ pub(crate) struct Grid {
     below: Vec<Below>,
     /// Radius of these wheels, m.
     wheel_radius: f64,
-    /// Edges whose front end can lie between two local minima of the distance: risers, the edges before them, and edges
-    /// that end in a concave corner.
+    /// Edges whose front end can lie between two local minima of the distance: risers, the edges
+    /// before them, and edges that end in a concave corner.
     breaks: Vec<u32>,
 }
 
@@ -45,13 +46,14 @@ struct Cell {
     max_second_derivative: f64,
 }
 
-/// The ground that a wheel can touch whose centre is anywhere over one cell, and the heights of the centre at which it
-/// touches at one place at most.
+/// The ground that a wheel can touch whose centre is anywhere over one cell, and the heights of the
+/// centre at which it touches at one place at most.
 #[derive(Clone, Copy)]
 struct Below {
     /// First and last edge.
     edges: [u32; 2],
-    /// Heights between which the distance from the centre has one minimum at most, m. None if the first is the greater one.
+    /// Heights between which the distance from the centre has one minimum at most, m. None if the
+    /// first is the greater one.
     single: [f64; 2],
 }
 
@@ -80,16 +82,17 @@ pub(crate) struct Reach {
 impl Reach {
     /// Whether the distance from `centre` has one minimum at most between two breaks.
     ///
-    /// Let g = (x - cx) + (f - cy) f' be the derivative of half the squared distance along smooth ground below the
-    /// centre. Its slope is 1 + f'^2 + (f - cy) f''. If that is positive everywhere, g has at most one zero. Convex corners
-    /// keep it so: there g jumps up.
+    /// Let g = (x - cx) + (f - cy) f' be the derivative of half the squared distance along smooth
+    /// ground below the centre. Its slope is 1 + f'^2 + (f - cy) f''. If that is positive
+    /// everywhere, g has at most one zero. Convex corners keep it so: there g jumps up.
     pub fn has_one_minimum(&self, centre: Vec2) -> bool {
         centre.y > self.high && (centre.y - self.low) * self.max_second_derivative < 1.0
     }
 }
 
 impl Grid {
-    /// The grid of a chain whose first and last edge are level ground, for wheels of a radius (m) and smaller ones.
+    /// The grid of a chain whose first and last edge are level ground, for wheels of a radius (m)
+    /// and smaller ones.
     pub fn new(edges: &[Edge], wheel_radius: f64) -> Self {
         let start = edges.first().map_or(0.0, |e| e.to.x);
         let end = edges.last().map_or(0.0, |e| e.from.x);
@@ -263,7 +266,8 @@ impl Grid {
         self.cells[first..=last].iter().fold(none, add)
     }
 
-    /// Those of `edges`, without the last, whose front end can lie between two local minima of the distance.
+    /// Those of `edges`, without the last, whose front end can lie between two local minima of the
+    /// distance.
     pub fn breaks(&self, edges: &RangeInclusive<usize>) -> impl Iterator<Item = usize> {
         let from = self
             .breaks

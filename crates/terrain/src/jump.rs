@@ -8,8 +8,8 @@ use crate::edge::Edge;
 pub struct Jump {
     /// The place, m.
     pub point: Vec2,
-    /// Unit tangent there, pointing forward. The contact of a wheel passes the place when the wheel's centre passes the
-    /// normal.
+    /// Unit tangent there, pointing forward. The contact of a wheel passes the place when the
+    /// wheel's centre passes the normal.
     pub tangent: Vec2,
     /// Magnitude of the jump of the curvature, 1/m.
     pub curvature: f64,

@@ -1,10 +1,11 @@
 //! Terrain profiles and the nearest contacts of a wheel with them.
 //!
-//! A [`Profile`] describes the height of the ground over x by its parameters: level ground, bumps, ramps, stairs. A
-//! [`Terrain`] holds the same ground as a chain of straight and curved edges, with a grid that finds the edges near a
-//! wheel. Distances are measured along the normal of the curve itself. A polygon in place of the curve would have
-//! kinks, which appear as spikes of the normal force. [`read_track`] reads measured points; [`text_table`] is the reader of
-//! text tables for all other crates, too.
+//! A [`Profile`] describes the height of the ground over x by its parameters: level ground, bumps,
+//! ramps, stairs. A [`Terrain`] holds the same ground as a chain of straight and curved edges, with
+//! a grid that finds the edges near a wheel. Distances are measured along the normal of the curve
+//! itself. A polygon in place of the curve would have kinks, which appear as spikes of the normal
+//! force. [`read_track`] reads measured points; [`text_table`] is the reader of text tables for all
+//! other crates, too.
 
 mod blunt;
 mod bumps;

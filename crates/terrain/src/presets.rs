@@ -4,8 +4,8 @@ use crate::profile::Profile;
 use crate::{Bump, CosBump, Ditch, Ramp, Rough, RoughClass, RoughSettings, Sine, Stairs};
 
 impl Profile {
-    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile", which was not
-    /// published.
+    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile",
+    /// which was not published.
     pub fn smooth() -> Self {
         let bump = |height, centre, width| Bump {
             height,
@@ -145,8 +145,8 @@ impl Default for RoughSettings {
 mod tests {
     use super::*;
 
-    /// Closed form: slope and second derivative against central differences. The bounds cover the errors of the
-    /// differences at h = 1e-5 m.
+    /// Closed form: slope and second derivative against central differences. The bounds cover the
+    /// errors of the differences at h = 1e-5 m.
     #[test]
     fn derivatives_match_differences() {
         for profile in [

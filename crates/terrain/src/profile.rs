@@ -1,4 +1,5 @@
-//! The ground's height over x, described by a few parameters: one kind of ground, or a course of several.
+//! The ground's height over x, described by a few parameters: one kind of ground, or a course of
+//! several.
 //!
 //! [`Profile`] and [`Course`] contain each other and therefore share a module.
 
@@ -59,7 +60,8 @@ impl Profile {
         }
     }
 
-    /// Checks the rules between the parameters. The range of each alone is that of its key in a scene.
+    /// Checks the rules between the parameters. The range of each alone is that of its key in a
+    /// scene.
     ///
     /// # Errors
     /// The first [`ProfileError`] found.
@@ -67,8 +69,8 @@ impl Profile {
         self.shape().check()
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) at x (m). Zero for ramps, stairs and ditches, which consist of
-    /// straight lines only.
+    /// Height (m), slope (-) and second derivative (1/m) at x (m). Zero for ramps, stairs and
+    /// ditches, which consist of straight lines only.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         self.shape().eval(x)
     }
@@ -78,7 +80,8 @@ impl Profile {
     }
 }
 
-/// Profiles one after the other with level ground between them. Each starts at the height at which the last one ended.
+/// Profiles one after the other with level ground between them. Each starts at the height at which
+/// the last one ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     parts: Vec<Part>,

@@ -8,7 +8,8 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use std::f64::consts::TAU;
 
-/// Number of waves in the sum. The band of frequencies is divided into as many parts of equal ratio, one wave in each.
+/// Number of waves in the sum. The band of frequencies is divided into as many parts of equal
+/// ratio, one wave in each.
 const WAVES: u32 = 64;
 /// Reference spatial frequency n0 of ISO 8608, cycles/m.
 const N0: f64 = 0.1;
@@ -40,7 +41,8 @@ impl RoughClass {
         Self::H,
     ];
 
-    /// Gd(n0): the power spectral density of the height at 0.1 cycles/m, m^3. The geometric mean of the class.
+    /// Gd(n0): the power spectral density of the height at 0.1 cycles/m, m^3. The geometric mean of
+    /// the class.
     pub fn density(self) -> f64 {
         16e-6 * 4.0_f64.powi(self as i32)
     }
@@ -66,8 +68,8 @@ pub struct RoughSettings {
 }
 
 impl RoughSettings {
-    /// Variance of the height between the fades, m^2: the integral of the spectral density `Gd(n0) (n/n0)^-2` over the
-    /// frequencies n of the band (cycles/m).
+    /// Variance of the height between the fades, m^2: the integral of the spectral density
+    /// `Gd(n0) (n/n0)^-2` over the frequencies n of the band (cycles/m).
     pub fn variance(&self) -> f64 {
         variance(self.class, 1.0 / self.longest, 1.0 / self.shortest)
     }
@@ -101,7 +103,8 @@ impl Rough {
         let frequency = |part: f64| ratio.powf(part / f64::from(WAVES)) / settings.longest;
         let mut uniform = || -> f64 { StandardUniform.sample(&mut random) };
         let waves = (0..WAVES).map(f64::from).map(|i| {
-            // Frequencies are random within their parts: in fixed ratios the ground would repeat itself.
+            // Frequencies are random within their parts: in fixed ratios the ground would repeat
+            // itself.
             let number = TAU * frequency(i + uniform());
             let variance = variance(settings.class, frequency(i), frequency(i + 1.0));
             Wave {
@@ -173,7 +176,8 @@ fn variance(class: RoughClass, low: f64, high: f64) -> f64 {
     class.density() * N0 * N0 * (1.0 / low - 1.0 / high)
 }
 
-/// Quintic step from 0 at `s` = 0 to 1 at `length` (m), with first and second derivative; both are 0 at both ends.
+/// Quintic step from 0 at `s` = 0 to 1 at `length` (m), with first and second derivative; both are
+/// 0 at both ends.
 fn smooth_step(s: f64, length: f64) -> [f64; 3] {
     if s >= length {
         return [1.0, 0.0, 0.0];
@@ -211,8 +215,9 @@ mod tests {
         sum / f64::from(count)
     }
 
-    /// Statistics: over 1 km (100 of the longest waves) the mean square differs from the variance by the cross terms of
-    /// neighbouring waves, a few percent. The mean over 10 seeds differs by less.
+    /// Statistics: over 1 km (100 of the longest waves) the mean square differs from the variance
+    /// by the cross terms of neighbouring waves, a few percent. The mean over 10 seeds differs by
+    /// less.
     #[test]
     fn variance_is_the_integral_of_the_density() {
         let expected = 256e-6 * 0.01 * (10.0 - 0.2);
@@ -226,8 +231,8 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
     }
 
-    /// Closed form: an octave from n holds the variance `Gd(n0) n0^2/(2 n)`, so each octave holds half of the one
-    /// below.
+    /// Closed form: an octave from n holds the variance `Gd(n0) n0^2/(2 n)`, so each octave holds
+    /// half of the one below.
     #[test]
     fn density_falls_with_the_square_of_the_frequency() {
         let ground = Rough::new(settings(3));
@@ -246,7 +251,8 @@ mod tests {
         assert!((density(RoughClass::H) - 262_144e-6).abs() < 1e-12);
     }
 
-    /// Golden: the same bits in every version. Other bits would change every recorded run on random ground.
+    /// Golden: the same bits in every version. Other bits would change every recorded run on random
+    /// ground.
     #[test]
     fn the_same_seed_gives_the_same_ground() {
         let heights = |seed| {

@@ -15,7 +15,8 @@ pub(crate) trait Shape {
         [0.0; 3]
     }
 
-    /// End of the level ground before the profile (m), and the pieces from there to the level ground behind it.
+    /// End of the level ground before the profile (m), and the pieces from there to the level
+    /// ground behind it.
     fn pieces(&self) -> (Vec2, Vec<Piece>);
 }
 
@@ -24,10 +25,11 @@ pub(crate) trait Shape {
 pub(crate) enum Piece {
     /// A straight line to a point, m.
     Line(Vec2),
-    /// The curve of [`Profile::eval`](crate::Profile::eval) to x (first value, m), with knots at most a spacing apart (second value, m). The
-    /// spacing must resolve the shape.
+    /// The curve of [`Profile::eval`](crate::Profile::eval) to x (first value, m), with knots at
+    /// most a spacing apart (second value, m). The spacing must resolve the shape.
     Curve(f64, f64),
 }
 
-/// Greatest spacing of knots, m: so small that an edge has at most one point nearest to a wheel's centre.
+/// Greatest spacing of knots, m: so small that an edge has at most one point nearest to a wheel's
+/// centre.
 pub(crate) const SPACING: f64 = 0.01;

@@ -10,7 +10,8 @@ const LONGEST: f64 = 1000.0;
 
 /// Waves on level ground: `amplitude (1 - cos(2 pi (x - start)/wavelength))` over whole periods; m.
 ///
-/// Height and slope are continuous at both ends, the curvature is not. Crests are `2 amplitude` high.
+/// Height and slope are continuous at both ends, the curvature is not. Crests are `2 amplitude`
+/// high.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
     /// Half the height from trough to crest, m; negative for waves below the level ground.

@@ -55,8 +55,9 @@ impl Terrain {
         )
     }
 
-    /// Points along the ground from `from` to `to`: both ends of every straight piece, and points on curves no more than `spacing`
-    /// apart; m. Where tangent or curvature jump there are two points at the same x, one for each side.
+    /// Points along the ground from `from` to `to`: both ends of every straight piece, and points
+    /// on curves no more than `spacing` apart; m. Where tangent or curvature jump there are two
+    /// points at the same x, one for each side.
     pub fn survey(&self, from: f64, to: f64, spacing: f64) -> Vec<Surveyed> {
         let mut points: Vec<Surveyed> = Vec::new();
         let mut add = |point: Surveyed| {
@@ -92,8 +93,9 @@ mod tests {
     use super::*;
     use crate::Profile;
 
-    /// Equivalence: on a curve the survey is what the profile says, with the curvature of a plane curve. Edges are polynomials
-    /// through the profile's derivatives: 1e-9 m, 1e-7 and 1e-4 1/m are ten times what was found.
+    /// Equivalence: on a curve the survey is what the profile says, with the curvature of a plane
+    /// curve. Edges are polynomials through the profile's derivatives: 1e-9 m, 1e-7 and 1e-4 1/m
+    /// are ten times what was found.
     #[test]
     fn curves_are_surveyed_as_they_are() {
         let terrain = Terrain::new(Profile::smooth());

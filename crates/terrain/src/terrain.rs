@@ -8,12 +8,13 @@ use crate::jump::Jump;
 use crate::{Profile, Vec2};
 use std::sync::Arc;
 
-/// Angle between the normals of two nearest points below which they count as one contact, rad (8 deg), if no corner
-/// lies between them. A hollow slightly tighter than the wheel has two nearest points close together; counting both
-/// would double the ground's stiffness. The two sides of a corner always count as two contacts.
+/// Angle between the normals of two nearest points below which they count as one contact, rad (8
+/// deg), if no corner lies between them. A hollow slightly tighter than the wheel has two nearest
+/// points close together; counting both would double the ground's stiffness. The two sides of a
+/// corner always count as two contacts.
 const SAME_NORMAL: f64 = 0.14;
-/// Distance of two nearest points below which they count as one contact, m: at a smooth joint, rounding can find one on
-/// each edge.
+/// Distance of two nearest points below which they count as one contact, m: at a smooth joint,
+/// rounding can find one on each edge.
 const SAME_POINT: f64 = 1.0e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
@@ -40,13 +41,14 @@ struct Ground {
 }
 
 impl Terrain {
-    /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of 0.1 m radius.
+    /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of 0.1
+    /// m radius.
     pub fn new(profile: Profile) -> Self {
         Self::for_wheels(profile, 0.1)
     }
 
-    /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of a radius (m). Blunt concave
-    /// corners, below 9 deg, are rounded with 1.25 times that radius.
+    /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of a
+    /// radius (m). Blunt concave corners, below 9 deg, are rounded with 1.25 times that radius.
     pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
         let edges = chain(&profile, wheel_radius);
         let grid = Grid::new(&edges, wheel_radius);
@@ -68,8 +70,8 @@ impl Terrain {
         &self.ground.edges
     }
 
-    /// Whether the ground has corners: joints where the tangent turns by more than 0.01 rad (0.6 deg). There the
-    /// contact force of a wheel can rise within less than a millisecond.
+    /// Whether the ground has corners: joints where the tangent turns by more than 0.01 rad (0.6
+    /// deg). There the contact force of a wheel can rise within less than a millisecond.
     pub fn has_corners(&self) -> bool {
         let pairs = self.ground.edges.windows(2);
         pairs
@@ -77,17 +79,17 @@ impl Terrain {
             .any(|turn| turn.abs() > 0.01)
     }
 
-    /// All contacts of a wheel from rear to front: points of the ground within `radius` (m) of `centre` (m) where the
-    /// distance has a local minimum.
+    /// All contacts of a wheel from rear to front: points of the ground within `radius` (m) of
+    /// `centre` (m) where the distance has a local minimum.
     ///
-    /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared first; its storage is
-    /// reused from call to call. The result depends on the arguments alone.
+    /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared
+    /// first; its storage is reused from call to call. The result depends on the arguments alone.
     pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
         self.contacts_near(centre, radius, &mut Hint::default(), out);
     }
 
-    /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint` remembers this place from call
-    /// to call. It has no influence on the result.
+    /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint`
+    /// remembers this place from call to call. It has no influence on the result.
     pub fn contacts_near(
         &self,
         centre: Vec2,
@@ -139,8 +141,8 @@ impl Terrain {
         }
     }
 
-    /// The local minimum of the distance on edges that have at most one. The search starts at the edge of the hint, or else
-    /// below the centre.
+    /// The local minimum of the distance on edges that have at most one. The search starts at the
+    /// edge of the hint, or else below the centre.
     // Apart from the usual case in `contacts_near`, which then needs fewer registers.
     #[inline(never)]
     fn single_minimum(
@@ -198,8 +200,8 @@ impl Terrain {
         }
     }
 
-    /// Places where the curvature jumps by more than `least` (1/m) and the tangent does not, from rear to front: the ends of
-    /// bumps and parts, and knots of curves that are not smooth enough.
+    /// Places where the curvature jumps by more than `least` (1/m) and the tangent does not, from
+    /// rear to front: the ends of bumps and parts, and knots of curves that are not smooth enough.
     pub fn curvature_jumps(&self, least: f64) -> Vec<Jump> {
         let pairs = self.ground.edges.windows(2);
         pairs
@@ -215,7 +217,8 @@ impl Terrain {
         edges[grid.edge_at(edges, x)].height(x)
     }
 
-    /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None` on a riser.
+    /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None`
+    /// on a riser.
     pub fn jump_at(&self, x: f64) -> Option<Jump> {
         let Ground { edges, grid, .. } = &*self.ground;
         let edge = &edges[grid.edge_at(edges, x)];
@@ -244,8 +247,8 @@ impl Terrain {
         None
     }
 
-    /// Points of the ground between x = `from` and `to` (m), for drawing: all ends of edges, and points on curves at
-    /// most `spacing` (m) apart in x.
+    /// Points of the ground between x = `from` and `to` (m), for drawing: all ends of edges, and
+    /// points on curves at most `spacing` (m) apart in x.
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
         let mut points = Vec::new();
         let edges = self.ground.edges.iter();

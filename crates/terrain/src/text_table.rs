@@ -1,7 +1,7 @@
 //! Tables as text, in the dialects of CSV that instruments and spreadsheets write.
 //!
-//! Separator comma, semicolon or tab; decimal point or comma; quotes; any line end; with or without a byte order mark.
-//! Comments with `#`, rows without content and the line `sep=;` are left out.
+//! Separator comma, semicolon or tab; decimal point or comma; quotes; any line end; with or without
+//! a byte order mark. Comments with `#`, rows without content and the line `sep=;` are left out.
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 use std::borrow::Cow;
@@ -9,7 +9,8 @@ use std::io::{self, Read};
 
 /// Rows from which the separator is found.
 const SAMPLE: usize = 20;
-/// The start of a file in which these rows are sought, bytes. Without a line end in it, it is no table.
+/// The start of a file in which these rows are sought, bytes. Without a line end in it, it is no
+/// table.
 const HEAD: usize = 1 << 20;
 /// Separators in the order in which they are tried: a comma may be the decimal mark of the others.
 const SEPARATORS: [(u8, &str); 3] = [(b'\t', "tab"), (b';', "semicolon"), (b',', "comma")];
@@ -18,7 +19,8 @@ const SEPARATORS: [(u8, &str); 3] = [(b'\t', "tab"), (b';', "semicolon"), (b',',
 pub struct TextTable<'a> {
     reader: Reader<Box<dyn Read + Send + 'a>>,
     separator: (u8, &'static str),
-    /// Line feeds that the reader has passed at the end of a row: none of `\r\n`, which it ends at `\r`.
+    /// Line feeds that the reader has passed at the end of a row: none of `\r\n`, which it ends at
+    /// `\r`.
     passed: u64,
 }
 
@@ -98,7 +100,8 @@ fn rows<R: Read>(separator: u8, source: R) -> Reader<R> {
         .from_reader(source)
 }
 
-/// The separator by which every one of the first rows has two columns, else the one by which the first row has.
+/// The separator by which every one of the first rows has two columns, else the one by which the
+/// first row has.
 fn separator(head: &[u8]) -> (u8, &'static str) {
     let counts = |separator: u8| -> Vec<usize> {
         let rows = rows(separator, head).into_byte_records();
@@ -113,7 +116,8 @@ fn separator(head: &[u8]) -> (u8, &'static str) {
     SEPARATORS[all.or_else(first).unwrap_or(2)]
 }
 
-/// Whether a row has no data: only separators, an indented comment, or the line `sep=;` that spreadsheets write.
+/// Whether a row has no data: only separators, an indented comment, or the line `sep=;` that
+/// spreadsheets write.
 fn is_blank(row: &ByteRecord) -> bool {
     let first = row.get(0).unwrap_or_default().trim_ascii_start();
     first.starts_with(b"#")
@@ -181,7 +185,8 @@ pub fn name_and_unit(column: &str) -> Option<(&str, &str)> {
 mod tests {
     use super::*;
 
-    /// Closed form: each row has the line on which it starts, whatever stands above it and however lines end.
+    /// Closed form: each row has the line on which it starts, whatever stands above it and however
+    /// lines end.
     #[test]
     fn rows_have_their_lines() -> io::Result<()> {
         let text = "# a\nx;y\n\n1,5;2\n # b\n;\n3;\"4\n\"\n5;6";

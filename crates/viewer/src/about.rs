@@ -5,7 +5,8 @@ use crate::rates::rates;
 use robhaz_run::RunDescription;
 use std::fmt::Write as _;
 
-/// The page as Markdown. `chosen` is the index of the estimator whose forces are drawn; all rates are divided by `thinning`.
+/// The page as Markdown. `chosen` is the index of the estimator whose forces are drawn; all rates
+/// are divided by `thinning`.
 pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -> String {
     let robot = &run.robot;
     let scale = ForceScale::new(&robot.robot);

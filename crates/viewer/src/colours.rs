@@ -1,5 +1,5 @@
-//! Colours, the same in every view. Most are from the palette of Okabe and Ito, which people with any colour vision can
-//! distinguish.
+//! Colours, the same in every view. Most are from the palette of Okabe and Ito, which people with
+//! any colour vision can distinguish.
 
 use rerun::components::Color;
 
@@ -13,7 +13,8 @@ pub(crate) const WHEELS: [Colour; 3] = [
     Colour([0xD5, 0x5E, 0x00]),
     Colour([0x00, 0x9E, 0x73]),
 ];
-/// Estimators by their index in the scene. The order is that of the figures: purple, amber, grey, white (black in a light picture). None is blue, which is the front wheel's colour.
+/// Estimators by their index in the scene. The order is that of the figures: purple, amber, grey,
+/// white (black in a light picture). None is blue, which is the front wheel's colour.
 const OTHERS: [Colour; 6] = [
     Colour([0xCC, 0x79, 0xA7]),
     Colour([0xE6, 0x9F, 0x00]),
@@ -88,7 +89,8 @@ mod tests {
             }
         }
         let Colour([r, _, b]) = by_index(2);
-        // The third estimator, by default `true-mass`, is grey: blue would be taken for the front wheel.
+        // The third estimator, by default `true-mass`, is grey: blue would be taken for the front
+        // wheel.
         assert_eq!(r, b);
     }
 }

@@ -3,8 +3,8 @@
 use robhaz_model::Vec2;
 use robhaz_sim::WheelTruth;
 
-/// The contact point of a wheel of a radius (m), m: that of its equivalent contact. Where it has none, it lies in the
-/// direction of the sum of its normal forces.
+/// The contact point of a wheel of a radius (m), m: that of its equivalent contact. Where it has
+/// none, it lies in the direction of the sum of its normal forces.
 pub(crate) fn contact_point(wheel: &WheelTruth, radius: f64) -> Vec2 {
     let equivalent = wheel.equivalent_contact();
     let (_, normal) = tangent_and_normal(equivalent.map_or(wheel.contact_angle, |c| c.angle));
@@ -21,8 +21,8 @@ pub(crate) fn tangent_and_normal(angle: f64) -> (Vec2, Vec2) {
 mod tests {
     use super::*;
 
-    /// Closed form: at a contact angle of 90 deg the ground is a wall ahead of the wheel, and the normal points
-    /// backward.
+    /// Closed form: at a contact angle of 90 deg the ground is a wall ahead of the wheel, and the
+    /// normal points backward.
     #[test]
     fn the_contact_point_is_the_arm_away_from_the_centre() {
         let wheel = WheelTruth {

@@ -45,7 +45,8 @@ impl Control {
         })
     }
 
-    /// Newest simulated time of any recording in the viewer, s. `None`: the viewer has no recording yet.
+    /// Newest simulated time of any recording in the viewer, s. `None`: the viewer has no recording
+    /// yet.
     ///
     /// # Errors
     /// [`ViewerError::Control`]

@@ -1,4 +1,5 @@
-//! The ground as an estimator has found it: a line that grows while the robot drives, with two standard deviations.
+//! The ground as an estimator has found it: a line that grows while the robot drives, with two
+//! standard deviations.
 
 use crate::ViewerError;
 use crate::colours::by_index;
@@ -41,7 +42,8 @@ pub(crate) struct Terrain {
 }
 
 impl Terrain {
-    /// Before the first record, for an estimator by its index. Recorded readings have no world to draw in.
+    /// Before the first record, for an estimator by its index. Recorded readings have no world to
+    /// draw in.
     pub(crate) fn new(run: &RunDescription, estimator: Option<usize>) -> Self {
         let finds_ground = |k: &usize| run.estimators[*k].settings.states_covariance();
         Self {
@@ -133,7 +135,8 @@ mod tests {
     use super::*;
     use robhaz_estimator::FrictionBounds;
 
-    /// Closed form: points 10 mm apart are one line, a gap of 50 mm makes two; the bounds are two deviations off.
+    /// Closed form: points 10 mm apart are one line, a gap of 50 mm makes two; the bounds are two
+    /// deviations off.
     #[test]
     fn gaps_break_the_line() {
         let point = |x: f64| GroundPoint {

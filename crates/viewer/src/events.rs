@@ -1,4 +1,5 @@
-//! Events as messages, and lanes with the state of each wheel and estimator over time. They are detected at every record.
+//! Events as messages, and lanes with the state of each wheel and estimator over time. They are
+//! detected at every record.
 
 use crate::ViewerError;
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
@@ -36,7 +37,8 @@ struct Event {
     colour: Colour,
 }
 
-/// The state of a wheel, true or estimated, or of an estimator: its changes that are not logged yet.
+/// The state of a wheel, true or estimated, or of an estimator: its changes that are not logged
+/// yet.
 #[derive(Default)]
 struct Lane {
     entity: String,

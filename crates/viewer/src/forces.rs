@@ -1,4 +1,5 @@
-//! N and T as arrows at the contacts: true ones, estimated ones beside them, and bars of two standard deviations.
+//! N and T as arrows at the contacts: true ones, estimated ones beside them, and bars of two
+//! standard deviations.
 
 use crate::ViewerError;
 use crate::colours::{NEUTRAL, WHEELS, by_index};
@@ -72,8 +73,8 @@ impl Forces {
         }
     }
 
-    /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame that moves with the
-    /// body (m, y down).
+    /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame
+    /// that moves with the body (m, y down).
     pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result<(), ViewerError> {
         let load = format!("{:.0} N, {MEAN_LOAD_LENGTH} m", self.scale.mean_load);
         let mut rows = vec![("true", format!("true, {load}"), NEUTRAL, 2.5)];
@@ -106,8 +107,8 @@ impl Forces {
         Ok(())
     }
 
-    /// Adds the arrows of a time (s): true forces; and of an estimate, for each wheel whose contact angle the estimator
-    /// gets (rad), with bars of two standard deviations.
+    /// Adds the arrows of a time (s): true forces; and of an estimate, for each wheel whose contact
+    /// angle the estimator gets (rad), with bars of two standard deviations.
     pub(crate) fn push(
         &mut self,
         truth: &Truth,
@@ -123,7 +124,8 @@ impl Forces {
             for contact in wheel.contact_list.iter() {
                 let (point, n) = (contact.point, contact.normal);
                 let (normal, t) = (n * length(contact.normal_force), Vec2::new(n.y, -n.x));
-                // The arrow of N ends at the contact: it lies below the ground, where nothing else is drawn.
+                // The arrow of N ends at the contact: it lies below the ground, where nothing else
+                // is drawn.
                 true_n.push((WHEELS[i], point - normal, normal));
                 true_t.push((WHEELS[i], point, t * length(contact.traction)));
             }

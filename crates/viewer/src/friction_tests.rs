@@ -64,8 +64,9 @@ impl TestPlaces {
         }
     }
 
-    /// Marks of the tests that found mu_max. A place is the one that the robot itself states, from its true start on; a robot
-    /// that has not moved states none, and its wheels are at their start.
+    /// Marks of the tests that found mu_max. A place is the one that the robot itself states, from
+    /// its true start on; a robot that has not moved states none, and its wheels are at their
+    /// start.
     pub(crate) fn marks(&self, results: &[FrictionTestResult]) -> Vec<TestMark> {
         let (Some(terrain), Some(start)) = (&self.terrain, &self.start) else {
             return Vec::new();
@@ -152,8 +153,8 @@ mod tests {
         }
     }
 
-    /// By hand: a place counts from the true start of the robot on; a wheel that has not moved is at its own start; a test without
-    /// slip has no mark, and a bound in words.
+    /// By hand: a place counts from the true start of the robot on; a wheel that has not moved is
+    /// at its own start; a test without slip has no mark, and a bound in words.
     #[test]
     fn results_are_at_their_places() {
         let places = TestPlaces {

@@ -1,4 +1,5 @@
-//! The ground in the animation, as far as the robot drives, with friction stretches in another colour.
+//! The ground in the animation, as far as the robot drives, with friction stretches in another
+//! colour.
 
 use crate::ViewerError;
 use crate::colours;
@@ -71,8 +72,8 @@ impl Ground {
         }
     }
 
-    /// Draws the ground again if the robot is outside of the drawn range. The new range is longer than necessary, so
-    /// that this happens rarely.
+    /// Draws the ground again if the robot is outside of the drawn range. The new range is longer
+    /// than necessary, so that this happens rarely.
     pub(crate) fn extend(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         let (from, to) = self.covered;
         let more = 0.25 * (to - from);

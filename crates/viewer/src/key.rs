@@ -1,4 +1,5 @@
-//! The key to the plots: a sample of each line. It is a view of its own, so that no legend covers data.
+//! The key to the plots: a sample of each line. It is a view of its own, so that no legend covers
+//! data.
 
 use crate::ViewerError;
 use crate::colours::{Colour, WHEELS, by_index};
@@ -25,8 +26,8 @@ pub(crate) fn width(run: &RunDescription) -> f64 {
     WIDTH * entries(run).len() as f64
 }
 
-/// Label, colours of the samples from top to bottom, and their width (points) of each entry. Recorded readings have no true
-/// lines.
+/// Label, colours of the samples from top to bottom, and their width (points) of each entry.
+/// Recorded readings have no true lines.
 fn entries(run: &RunDescription) -> Vec<(&str, Vec<Colour>, f32)> {
     let truth = run.has_truth.then(|| ("true", WHEELS.to_vec(), Line::WIDE));
     let estimators = run.estimators.iter().enumerate();

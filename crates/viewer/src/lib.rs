@@ -1,7 +1,9 @@
-//! A run as a Rerun recording: an animation of robot, ground and forces, and the time series of every estimator.
+//! A run as a Rerun recording: an animation of robot, ground and forces, and the time series of
+//! every estimator.
 //!
-//! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything. Or it sends the
-//! recording to a viewer, which shows the run while it is simulated. [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
+//! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows
+//! everything. Or it sends the recording to a viewer, which shows the run while it is simulated.
+//! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
 //! |---|---|
@@ -23,8 +25,8 @@
 //!
 //! The estimator of the arrows is the last that states a covariance, or else the last of the scene.
 //!
-//! Time is the timeline `sim_time`. A saved recording does not depend on the clock: the same scene gives the same
-//! recording.
+//! Time is the timeline `sim_time`. A saved recording does not depend on the clock: the same scene
+//! gives the same recording.
 
 mod about;
 mod colours;

@@ -19,16 +19,19 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// The last chunk of a PNG: its type and checksum.
 const PNG_END: &[u8] = b"IEND\xaeB`\x82";
 
-/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG): of a width and
-/// height (pixels), at a simulated time (s), or in the middle of the run.
+/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to
+/// `out` (PNG): of a width and height (pixels), at a simulated time (s), or in the middle of the
+/// run.
 ///
 /// The picture is saved when the whole recording is loaded and two pictures in a row are equal.
 ///
 /// # Errors
-/// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
-/// - [`ViewerError::Io`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
-/// - [`ViewerError::Picture`]: no picture stays the same within 90 s. [`ViewerError::Control`]: the viewer does not
-///   answer.
+/// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no
+///   viewer that can draw.
+/// - [`ViewerError::Io`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain
+///   the time.
+/// - [`ViewerError::Picture`]: no picture stays the same within 90 s. [`ViewerError::Control`]: the
+///   viewer does not answer.
 /// - [`ViewerError::Io`]: the picture, or a file beside it, cannot be written.
 /// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn picture(
@@ -135,7 +138,8 @@ fn take(
     }
 }
 
-/// A temporary file beside a picture, of an absolute path: the viewer may have another working directory.
+/// A temporary file beside a picture, of an absolute path: the viewer may have another working
+/// directory.
 fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
     let path = std::path::absolute(picture);
     let file = path.and_then(|path| {
@@ -147,7 +151,8 @@ fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
         .map_err(ViewerError::io("create", picture.display()))
 }
 
-/// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
+/// Takes a picture. The viewer answers before the file is complete, so that reading is repeated
+/// until it succeeds.
 fn take_draft(
     draft: &Path,
     control: &mut Control,

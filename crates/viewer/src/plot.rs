@@ -81,8 +81,8 @@ impl Plot {
         debug_assert_eq!(self.values.len(), self.times.len() * self.lines.len());
     }
 
-    /// Logs the values that were added since the last call. The style of the lines is logged before the first values,
-    /// so that a plot without values is not in the recording.
+    /// Logs the values that were added since the last call. The style of the lines is logged before
+    /// the first values, so that a plot without values is not in the recording.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         if self.times.is_empty() || self.lines.is_empty() {
             self.times.clear();

@@ -71,7 +71,8 @@ impl Started {
         let mut command = installed()?;
         command.args(["--bind", "127.0.0.1", "--port", port]);
         command.args(arguments);
-        // A viewer that inherits this process's output would keep a pipe open after this process has ended.
+        // A viewer that inherits this process's output would keep a pipe open after this process
+        // has ended.
         let log = NamedTempFile::new()
             .map_err(ViewerError::io("create", std::env::temp_dir().display()))?;
         let output = log.reopen().map_err(|e| start_error(&e.to_string()))?;
@@ -81,8 +82,8 @@ impl Started {
         Ok(Self { child, log })
     }
 
-    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The viewer outlives
-    /// this process, unless [`Started::end`] is called.
+    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The
+    /// viewer outlives this process, unless [`Started::end`] is called.
     pub(crate) fn at(port: u16, arguments: &[&OsStr]) -> Result<Self, ViewerError> {
         let mut started = Self::with(&port.to_string(), arguments)?;
         let deadline = Instant::now() + START_TIME;
@@ -108,8 +109,8 @@ impl Started {
 
     /// Kills the viewer.
     pub(crate) fn end(&mut self) {
-        // Pip installs `rerun` as a script that starts the viewer: the whole group is killed. Errors are ignored,
-        // because they mean that the processes have exited.
+        // Pip installs `rerun` as a script that starts the viewer: the whole group is killed.
+        // Errors are ignored, because they mean that the processes have exited.
         #[cfg(unix)]
         let _ = Command::new("kill")
             .args(["-KILL", "--", &format!("-{}", self.child.id())])
@@ -120,7 +121,8 @@ impl Started {
     }
 }
 
-/// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors alone.
+/// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors
+/// alone.
 fn installed() -> Result<Command, ViewerError> {
     let mut version = Command::new(PROGRAM);
     let output = version.arg("--version").stdin(Stdio::null()).output();
@@ -154,8 +156,8 @@ fn minor(version: &str) -> Option<(&str, &str)> {
     Some((parts.next()?, parts.next()?))
 }
 
-/// Gives the viewer a process group of its own. Ctrl-C in the terminal then reaches the simulation alone, and
-/// [`Started::end`] reaches all processes that the viewer started.
+/// Gives the viewer a process group of its own. Ctrl-C in the terminal then reaches the simulation
+/// alone, and [`Started::end`] reaches all processes that the viewer started.
 fn in_own_group(command: &mut Command) {
     #[cfg(unix)]
     {
@@ -173,7 +175,8 @@ pub(crate) fn start_error(reason: &str) -> ViewerError {
     }
 }
 
-/// The first lines of the output, without warnings and stack trace: they state why the viewer exited.
+/// The first lines of the output, without warnings and stack trace: they state why the viewer
+/// exited.
 fn exit_message(log: &Path) -> String {
     let output = std::fs::read(log).unwrap_or_default();
     let output = String::from_utf8_lossy(&output);

@@ -6,11 +6,12 @@ use robhaz_run::RunDescription;
 const FRAME_RATE: f64 = 60.0;
 /// Rate of the time series, Hz of simulated time: every eighth record at 1 kHz.
 const SERIES_RATE: f64 = 125.0;
-/// Longest planned duration of a run that is recorded at these rates, s: some 30 MB. A longer run keeps as many frames and
-/// rows.
+/// Longest planned duration of a run that is recorded at these rates, s: some 30 MB. A longer run
+/// keeps as many frames and rows.
 const FULL_RATE_TIME: f64 = 120.0;
 
-/// Factor by which the recording of a run is thinned in time: 1 up to 120 s, in proportion to the planned duration beyond.
+/// Factor by which the recording of a run is thinned in time: 1 up to 120 s, in proportion to the
+/// planned duration beyond.
 pub(crate) fn thinning(run: &RunDescription) -> f64 {
     let factor = run.record.duration / FULL_RATE_TIME;
     if factor.is_finite() {

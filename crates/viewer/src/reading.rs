@@ -8,8 +8,8 @@ use std::fs::File;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-/// Time of the newest row of a recording, s. `None`: it has no rows. A file that ends within a message, as that of a killed
-/// run, is read up to that message.
+/// Time of the newest row of a recording, s. `None`: it has no rows. A file that ends within a
+/// message, as that of a killed run, is read up to that message.
 ///
 /// # Errors
 /// [`ViewerError::Io`]
@@ -34,7 +34,8 @@ pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
     Ok(end.map(|ns| ns as f64 * 1e-9))
 }
 
-/// Whether a recording ends with its index. Otherwise the file was truncated, or its run was killed or has not ended.
+/// Whether a recording ends with its index. Otherwise the file was truncated, or its run was killed
+/// or has not ended.
 ///
 /// # Errors
 /// [`ViewerError::Io`]

@@ -19,8 +19,8 @@ use std::time::SystemTime;
 /// Rate at which the ground that was found is drawn, Hz of simulated time.
 const GROUND_RATE: f64 = 5.0;
 
-/// Index of the estimator that the animation shows: the last that states a covariance, or else the last.
-/// `None`: the run has no estimator.
+/// Index of the estimator that the animation shows: the last that states a covariance, or else the
+/// last. `None`: the run has no estimator.
 fn chosen(run: &RunDescription) -> Option<usize> {
     let estimators = &run.estimators;
     let states_covariance = |e: &EstimatorDescription| e.settings.states_covariance();
@@ -43,8 +43,8 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// Starts a recording at a file or address, with its layout, explanations, and everything that does not move. All rates are
-    /// divided by `thinning`.
+    /// Starts a recording at a file or address, with its layout, explanations, and everything that
+    /// does not move. All rates are divided by `thinning`.
     pub(crate) fn begin(
         destination: &str,
         target: Target,
@@ -164,7 +164,8 @@ impl Ticker {
 mod tests {
     use super::*;
 
-    /// Closed form: of 2 s at 1 kHz a ticker selects its rate times 2 s and the first record, at most all.
+    /// Closed form: of 2 s at 1 kHz a ticker selects its rate times 2 s and the first record, at
+    /// most all.
     #[test]
     fn records_are_thinned_evenly() {
         for (rate, expected) in [(60.0, 121), (200.0, 401), (1000.0, 2001), (4000.0, 2001)] {

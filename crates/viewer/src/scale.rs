@@ -1,5 +1,5 @@
-//! An axis below the whole ground: the 2-D views have none of their own. The arrows of the legend are the scale beside the
-//! robot.
+//! An axis below the whole ground: the 2-D views have none of their own. The arrows of the legend
+//! are the scale beside the robot.
 
 use crate::ViewerError;
 use crate::colours::NEUTRAL;

@@ -1,7 +1,7 @@
 //! The animation in 2-D: ground, robot, end stops, contacts, forces, paths of the pins.
 //!
-//! Shapes are logged once. Moving parts are logged as one pose for each frame; contacts, pins and forces as points and
-//! arrows.
+//! Shapes are logged once. Moving parts are logged as one pose for each frame; contacts, pins and
+//! forces as points and arrows.
 
 use crate::ViewerError;
 use crate::colours::{self, Colour};
@@ -131,7 +131,8 @@ impl SceneView {
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         self.ground.extend(out)?;
         let times = std::mem::take(&mut self.times);
-        // The frame that moves with the body: at its centre of mass, not rotated, y down as a view needs it.
+        // The frame that moves with the body: at its centre of mass, not rotated, y down as a view
+        // needs it.
         let body = self.poses[Bar::Body as usize].iter();
         let columns = Transform3D::update_fields()
             .with_many_translation(body.map(|(position, _)| deep(*position)))

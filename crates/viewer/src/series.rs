@@ -1,4 +1,5 @@
-//! Time series: forces, errors with bands of two standard deviations, contact angles, friction, residuals.
+//! Time series: forces, errors with bands of two standard deviations, contact angles, friction,
+//! residuals.
 
 use crate::ViewerError;
 use crate::colours::{Colour, WHEELS, by_index};
@@ -14,15 +15,16 @@ use robhaz_sim::{EquivalentContact, Truth};
 /// Names of the wheels, front to rear.
 pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
 
-/// The values of the lines of a plot in a record, NaN for a gap; `None` where the record has no row.
+/// The values of the lines of a plot in a record, NaN for a gap; `None` where the record has no
+/// row.
 type Values = Box<dyn Fn(&Frame<'_>) -> Option<Vec<f64>> + Send>;
 
 /// All time series of a run.
 pub(crate) struct Series(Vec<(Plot, Values)>);
 
 impl Series {
-    /// The series of a run. Without truth there are no true lines. `chosen` is the index of the estimator whose friction and
-    /// residual are shown.
+    /// The series of a run. Without truth there are no true lines. `chosen` is the index of the
+    /// estimator whose friction and residual are shown.
     pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
         let mut series = Self(Vec::new());
         for i in 0..3 {
@@ -79,7 +81,8 @@ impl Series {
         }
     }
 
-    /// N, T and the error of N of a wheel, and two standard deviations: around no error, without truth around N and T.
+    /// N, T and the error of N of a wheel, and two standard deviations: around no error, without
+    /// truth around N and T.
     fn add_forces(&mut self, run: &RunDescription, i: usize) {
         let wheel = format!("wheel{}", i + 1);
         let truth = run.has_truth.then(|| Line::truth("true [N]", WHEELS[i]));
@@ -87,7 +90,8 @@ impl Series {
             let contact = t.wheels[i].equivalent_contact();
             contact.map_or(f64::NAN, |c| c.normal_force)
         };
-        // The viewer draws entities in the order of their names: "estimated" comes after "actual", on top of it.
+        // The viewer draws entities in the order of their names: "estimated" comes after "actual",
+        // on top of it.
         let normal = format!("normal_force/{wheel}");
         self.add(
             format!("{normal}/actual"),
@@ -133,7 +137,8 @@ impl Series {
         }
     }
 
-    /// Contact angles: true, as the estimators get them, and as the chosen one finds them, with two standard deviations.
+    /// Contact angles: true, as the estimators get them, and as the chosen one finds them, with two
+    /// standard deviations.
     fn add_angles(&mut self, run: &RunDescription, chosen: Option<usize>) {
         let truth = run.has_truth;
         let given = of_each_wheel("given [deg]", |n, colour| Line::estimate(n, colour.dark()));
@@ -207,7 +212,8 @@ impl Series {
         });
     }
 
-    /// Residual of eq. (8) of the chosen estimator, and the parity residual of every estimator with a covariance.
+    /// Residual of eq. (8) of the chosen estimator, and the parity residual of every estimator with
+    /// a covariance.
     fn add_residuals(&mut self, run: &RunDescription, chosen: Option<usize>) {
         for (entity, first, unit, rows) in [
             ("force", 0, "N", ["horizontal force", "vertical force"]),
@@ -234,7 +240,8 @@ impl Series {
             let value = Line::estimate(format!("{name} [N]"), by_index(k));
             let lines = [vec![value], edges(name, k)].concat();
             self.add(format!("parity/{name}"), lines, move |f| {
-                // Without a covariance the residual has no standard deviation. The residual of eq. (8) shows its value.
+                // Without a covariance the residual has no standard deviation. The residual of eq.
+                // (8) shows its value.
                 let parity = estimate(f, k).filter(|e| e.covariance.is_some())?.parity?;
                 Some([vec![parity.value], around(0.0, parity.sigma)].concat())
             });
@@ -273,8 +280,8 @@ fn around(value: f64, sigma: f64) -> Vec<f64> {
     vec![value + 2.0 * sigma, value - 2.0 * sigma]
 }
 
-/// Values of the true lines of all wheels, of their equivalent contacts: gaps where there is none. No values where the plots
-/// have no such lines.
+/// Values of the true lines of all wheels, of their equivalent contacts: gaps where there is none.
+/// No values where the plots have no such lines.
 fn true_lines(
     has_truth: bool,
     frame: &Frame<'_>,
@@ -290,7 +297,8 @@ fn of_each_wheel(name: &str, line: impl Fn(String, Colour) -> Line) -> [Line; 3]
     [0, 1, 2].map(|i| line(format!("{} {name}", WHEEL_NAMES[i]), WHEELS[i]))
 }
 
-/// Wide lines of all wheels from a first source, and narrow lines from a second source. `None`: no such lines.
+/// Wide lines of all wheels from a first source, and narrow lines from a second source. `None`: no
+/// such lines.
 fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
     let name = &|i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
     let wide = first

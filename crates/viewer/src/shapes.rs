@@ -1,5 +1,5 @@
-//! Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass, axes of the nominal
-//! pose.
+//! Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass,
+//! axes of the nominal pose.
 
 use robhaz_model::{Bar, Geometry, MassSet, Pin, PinStop, Vec2};
 
@@ -22,8 +22,8 @@ pub(crate) fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
     points
 }
 
-/// The body as a closed outline through its pins and a box, m. The box is three times as long as it is high and has the
-/// body's mass and inertia.
+/// The body as a closed outline through its pins and a box, m. The box is three times as long as it
+/// is high and has the body's mass and inertia.
 pub(crate) fn body(geometry: &Geometry, mass: &MassSet) -> Vec<Vec2> {
     let height = (12.0 * mass.body_inertia / mass.body / 10.0).sqrt();
     let half = Vec2::new(1.5 * height, 0.5 * height);
@@ -33,7 +33,8 @@ pub(crate) fn body(geometry: &Geometry, mass: &MassSet) -> Vec<Vec2> {
         .into_iter()
         .chain(pins_of(geometry, Bar::Body).map(|pin| pin - cg))
         .collect();
-    // Corners in the order of their direction from the centre make an outline that does not cross itself.
+    // Corners in the order of their direction from the centre make an outline that does not cross
+    // itself.
     points.sort_by(|a, b| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
     points.extend(points.first().copied());
     points
@@ -49,8 +50,8 @@ pub(crate) fn spokes(radius: f64) -> Vec<[Vec2; 2]> {
         .collect()
 }
 
-/// The end stops of pin Q in the frame of link 2, m: the arc over which the line from Q to P on link 1 can turn, the
-/// mark of the lower stop, and that of the upper stop.
+/// The end stops of pin Q in the frame of link 2, m: the arc over which the line from Q to P on
+/// link 1 can turn, the mark of the lower stop, and that of the upper stop.
 pub(crate) fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
     let q = geometry.pins.q - geometry.cg(Bar::Link2);
     let towards_p = geometry.pins.p - geometry.pins.q;
@@ -80,7 +81,8 @@ fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Vec2> {
 mod tests {
     use super::*;
 
-    /// Closed form: link 2 of geometry A goes from the rear axle through R and Q to the middle axle.
+    /// Closed form: link 2 of geometry A goes from the rear axle through R and Q to the middle
+    /// axle.
     #[test]
     fn a_link_goes_through_its_own_pins_and_axles() {
         let geometry = Geometry::a();
@@ -96,7 +98,8 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// Closed form: with link 1 turned to an end stop, its line from Q to P lies along the mark of that stop.
+    /// Closed form: with link 1 turned to an end stop, its line from Q to P lies along the mark of
+    /// that stop.
     #[test]
     fn link_1_meets_its_stops() {
         let geometry = Geometry::a();
@@ -112,7 +115,8 @@ mod tests {
         }
     }
 
-    /// Closed form: the box has the body's inertia m (w^2 + h^2)/12, and the closed outline goes through P and S.
+    /// Closed form: the box has the body's inertia m (w^2 + h^2)/12, and the closed outline goes
+    /// through P and S.
     #[test]
     fn the_body_has_its_own_inertia_and_pins() {
         let (geometry, mass) = (Geometry::a(), MassSet::caption());

@@ -15,18 +15,20 @@ use std::path::Path;
 use std::str::FromStr as _;
 use std::time::{Duration, Instant};
 
-/// Simulated time between two writes of a file without thinning, s. A killed run loses at most that time, and what still waits
-/// to be encoded.
+/// Simulated time between two writes of a file without thinning, s. A killed run loses at most that
+/// time, and what still waits to be encoded.
 const CHUNK_TIME: f64 = 2.0;
 /// Wall-clock time between two batches of a live run.
 const BATCH_TIME: Duration = Duration::from_millis(50);
 
-/// Makes a Rerun recording of a run, with the layout of its views: in a file, or in a viewer while the run goes on.
+/// Makes a Rerun recording of a run, with the layout of its views: in a file, or in a viewer while
+/// the run goes on.
 ///
-/// New records are written to a file every two simulated seconds, so that a run that breaks off or is killed leaves a readable
-/// file, and sent to a viewer every 50 ms. The animation has 60 Hz, the time series have 125 Hz. A run of more than 120 s is
-/// thinned in time: its recording has as many frames and rows as one of 120 s. Events are detected at every record. A viewer
-/// that is slow, reads nothing or closes the connection neither delays nor stops the run.
+/// New records are written to a file every two simulated seconds, so that a run that breaks off or
+/// is killed leaves a readable file, and sent to a viewer every 50 ms. The animation has 60 Hz, the
+/// time series have 125 Hz. A run of more than 120 s is thinned in time: its recording has as many
+/// frames and rows as one of 120 s. Events are detected at every record. A viewer that is slow,
+/// reads nothing or closes the connection neither delays nor stops the run.
 pub struct RecordingSink {
     /// File or address.
     destination: String,
@@ -57,7 +59,8 @@ impl RecordingSink {
         })
     }
 
-    /// A sink for the viewer that listens at an address: `HOST:PORT` or `rerun+http://HOST:PORT/proxy`.
+    /// A sink for the viewer that listens at an address: `HOST:PORT` or
+    /// `rerun+http://HOST:PORT/proxy`.
     ///
     /// # Errors
     /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
@@ -91,8 +94,8 @@ impl RecordingSink {
         })
     }
 
-    /// A sink for the viewer that listens at the default port of this machine, or else for a new one. The viewer stays
-    /// open after the run.
+    /// A sink for the viewer that listens at the default port of this machine, or else for a new
+    /// one. The viewer stays open after the run.
     ///
     /// # Errors
     /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
@@ -104,7 +107,8 @@ impl RecordingSink {
         Self::connect(&format!("127.0.0.1:{DEFAULT_PORT}"))
     }
 
-    /// Rates of the time series and of the animation (Hz of simulated time), if the run is so long that they are reduced.
+    /// Rates of the time series and of the animation (Hz of simulated time), if the run is so long
+    /// that they are reduced.
     pub fn reduced_rates(&self) -> Option<[f64; 2]> {
         (self.thinning > 1.0).then(|| rates(self.thinning))
     }

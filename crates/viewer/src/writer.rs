@@ -1,9 +1,10 @@
 //! Messages of a recording.
 //!
-//! The stream types of the SDK number rows by the clock, write in a background thread, and only print errors. Here each
-//! message is built and sent directly. Errors return to the caller. The numbers of chunks and rows follow from the
-//! scene, so that the same run gives the same messages in the same order. (The index at the end of a file may list
-//! recording and layout in either order.)
+//! The stream types of the SDK number rows by the clock, write in a background thread, and only
+//! print errors. Here each message is built and sent directly. Errors return to the caller. The
+//! numbers of chunks and rows follow from the scene, so that the same run gives the same messages
+//! in the same order. (The index at the end of a file may list recording and layout in either
+//! order.)
 
 use crate::ViewerError;
 use crate::error::Cause;
@@ -73,8 +74,9 @@ impl Target {
     }
 }
 
-/// A target with a thread of its own: messages are encoded and written while the next are collected. The run does not wait for
-/// it. What waits is at most the recording, whose size does not grow with the length of the run.
+/// A target with a thread of its own: messages are encoded and written while the next are
+/// collected. The run does not wait for it. What waits is at most the recording, whose size does
+/// not grow with the length of the run.
 struct Background {
     /// `None` when there are no more messages.
     batches: Option<Sender<Vec<LogMsg>>>,
@@ -110,7 +112,8 @@ impl Background {
         })
     }
 
-    /// Fails with the error of this batch or of an earlier one, or leaves its error to the next or the end.
+    /// Fails with the error of this batch or of an earlier one, or leaves its error to the next or
+    /// the end.
     fn send(&mut self, batch: Vec<LogMsg>) -> Result<(), Cause> {
         let batches = self.batches.as_ref();
         if batches.is_some_and(|batches| batches.send(batch).is_ok()) {
@@ -120,8 +123,8 @@ impl Background {
         self.finish()
     }
 
-    /// Waits until the target has taken everything. A viewer that reads nothing is abandoned with its thread, which cannot be
-    /// interrupted.
+    /// Waits until the target has taken everything. A viewer that reads nothing is abandoned with
+    /// its thread, which cannot be interrupted.
     fn finish(&mut self) -> Result<(), Cause> {
         self.batches = None;
         if let Some(patience) = self.patience {
@@ -169,7 +172,8 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the same name.
+    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the
+    /// same name.
     pub(crate) fn start(
         destination: &str,
         target: Target,
@@ -292,8 +296,9 @@ impl Writer {
         Ok(())
     }
 
-    /// The number of the next chunk. Its rows are numbered from it. The SDK puts the time into the upper half; here
-    /// that half is a small number, so that rows that a viewer adds count as later.
+    /// The number of the next chunk. Its rows are numbered from it. The SDK puts the time into the
+    /// upper half; here that half is a small number, so that rows that a viewer adds count as
+    /// later.
     fn next_id(&mut self) -> ChunkId {
         self.chunks += 1;
         ChunkId::from_tuid(Tuid::from_nanos_and_inc(

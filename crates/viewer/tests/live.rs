@@ -14,7 +14,8 @@ fn free_port() -> u16 {
     listener.local_addr().expect("an address").port()
 }
 
-/// A viewer that reads all messages gets all of them. Here it is a server that keeps them. A sink takes one run alone.
+/// A viewer that reads all messages gets all of them. Here it is a server that keeps them. A sink
+/// takes one run alone.
 #[test]
 fn everything_arrives_at_a_viewer_that_takes_it() {
     let port = free_port();

@@ -1,4 +1,5 @@
-//! The installed viewer shows the data at the right places. Without a viewer that can draw, the tests are skipped.
+//! The installed viewer shows the data at the right places. Without a viewer that can draw, the
+//! tests are skipped.
 
 #![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
 
@@ -30,8 +31,8 @@ fn pixels(path: &Path) -> Vec<[u8; 3]> {
     bytes.map(|p| [p[0], p[1], p[2]]).collect()
 }
 
-/// Number and mean position of the pixels close to a colour, in a part of the picture. Positions are shares of its
-/// size.
+/// Number and mean position of the pixels close to a colour, in a part of the picture. Positions
+/// are shares of its size.
 fn found(pixels: &[[u8; 3]], colour: [u8; 3], x: [f64; 2], y: [f64; 2]) -> (usize, [f64; 2]) {
     let (mut count, mut sum) = (0, [0.0; 2]);
     for (i, pixel) in pixels.iter().enumerate() {
@@ -124,8 +125,8 @@ fn a_picture_of_a_log_shows_its_estimates() {
     assert!(count > 300, "the estimator covers {count} pixels");
 }
 
-/// The picture has the robot on the left, with the wheels from rear to front. On the right it has the plots of the
-/// wheels, from front to rear, with the estimators' lines.
+/// The picture has the robot on the left, with the wheels from rear to front. On the right it has
+/// the plots of the wheels, from front to rear, with the estimators' lines.
 #[test]
 fn the_viewer_shows_the_data_in_its_places() {
     let Some(pixels) = taken() else {

@@ -10,7 +10,8 @@ pub struct Fault {
     pub channels: &'static [&'static str],
     /// Text of the remedy that names it exactly.
     pub exact: &'static str,
-    /// Where the readings cannot show it, and why: a ground, a drive, or `flat soft` for one of both.
+    /// Where the readings cannot show it, and why: a ground, a drive, or `flat soft` for one of
+    /// both.
     pub hidden: Hidden,
     /// The change that it makes.
     pub change: fn(&mut Vec<SensorFrame>),
@@ -43,7 +44,8 @@ type Hidden = &'static [(&'static str, &'static str)];
 const NOWHERE: Hidden = &[];
 /// Level ground turns no link: its gyroscope reads 0 with any sign, on any link.
 const LEVEL: Hidden = &[("flat", "the links do not turn")];
-/// Without slopes all wheels have the same torque; a drive without integral part hardly answers gentle ones.
+/// Without slopes all wheels have the same torque; a drive without integral part hardly answers
+/// gentle ones.
 const EQUAL: Hidden = &[
     ("flat", "the torques do not differ"),
     (
@@ -566,7 +568,8 @@ pub const FAULTS: &[Fault] = &[
         "noise",
         NOWHERE,
         |f| {
-            // A fixed sequence with the standard deviation of 0.5 deg: sums of three uniform numbers.
+            // A fixed sequence with the standard deviation of 0.5 deg: sums of three uniform
+            // numbers.
             let mut state = 1_u64;
             for frame in f.iter_mut() {
                 let mut sum = -1.5;

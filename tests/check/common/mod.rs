@@ -45,7 +45,8 @@ pub fn readings_of<'a>(
     samples.map(|t| sensor_frame(&sensors.read(t))).collect()
 }
 
-/// What `check` says of frames with what a scene states, without contact angles: no robot knows them.
+/// What `check` says of frames with what a scene states, without contact angles: no robot knows
+/// them.
 pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
     let settings = scene.nominal_settings(&scene.estimators[0])?;
     let mut frames = frames.to_vec();

@@ -34,10 +34,11 @@ const FORCE: &str = "a force of at least 0 and at most 1e6 N";
 
 /// Reads a table.
 ///
-/// The first line names the columns with their units: `link1 [deg]` and `link2 [deg]` (inclinations from the nominal pose,
-/// nose up positive, also `[rad]`), `wheel1 [N]` to `wheel3 [N]` (front, middle, rear; also `[kg]`, `[g]`: mass times 9.81
-/// m/s^2), and if it was measured `weight [N]` of the whole side in one line. A cell is empty where nothing was read. Lines
-/// that begin with `#` are comments.
+/// The first line names the columns with their units: `link1 [deg]` and `link2 [deg]` (inclinations
+/// from the nominal pose, nose up positive, also `[rad]`), `wheel1 [N]` to `wheel3 [N]` (front,
+/// middle, rear; also `[kg]`, `[g]`: mass times 9.81 m/s^2), and if it was measured `weight [N]` of
+/// the whole side in one line. A cell is empty where nothing was read. Lines that begin with `#`
+/// are comments.
 ///
 /// # Errors
 /// File, line and column, what was found, what is allowed.
@@ -179,7 +180,8 @@ fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(),
 /// The first line of a table.
 const FIRST_LINE: &str = "block1 [mm],block2 [mm],block3 [mm],link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
 
-/// The text of a table for postures on blocks (heights, m): to fill in, or with measurements, one reading for each posture.
+/// The text of a table for postures on blocks (heights, m): to fill in, or with measurements, one
+/// reading for each posture.
 pub fn table(blocks: &[Blocks], measurements: Option<&Measurements>) -> String {
     let mut text = FIRST_LINE.to_owned();
     for (k, heights) in blocks.iter().enumerate() {

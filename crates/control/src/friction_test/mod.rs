@@ -1,4 +1,5 @@
-//! The friction test of section 5 of the paper: the torque of one wheel rises linearly until the wheel slips.
+//! The friction test of section 5 of the paper: the torque of one wheel rises linearly until the
+//! wheel slips.
 //!
 //! | step | file |
 //! |---|---|

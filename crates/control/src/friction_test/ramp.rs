@@ -9,8 +9,8 @@ const BACK_OFF: f64 = 0.3;
 /// Duration of the approach, s.
 const APPROACH: f64 = 1.0;
 
-/// A ramp of the torque of one wheel. It goes smoothly to its first torque, grows linearly until the test ends, and goes back
-/// smoothly to the torque that turns the wheel without traction.
+/// A ramp of the torque of one wheel. It goes smoothly to its first torque, grows linearly until
+/// the test ends, and goes back smoothly to the torque that turns the wheel without traction.
 #[derive(Clone, Debug)]
 pub(crate) struct Ramp {
     test: FrictionTest,
@@ -25,8 +25,8 @@ pub(crate) struct Ramp {
 }
 
 impl Ramp {
-    /// A ramp of wheel `wheel` (0 to 2) from `time` (s) on: from one torque to another in the approach (N m), then with `rate`
-    /// (N m/s), negative to brake.
+    /// A ramp of wheel `wheel` (0 to 2) from `time` (s) on: from one torque to another in the
+    /// approach (N m), then with `rate` (N m/s), negative to brake.
     pub fn new(wheel: usize, time: f64, torque: [f64; 2], rate: f64) -> Self {
         Self {
             test: FrictionTest::new(wheel, time),
@@ -47,8 +47,9 @@ impl Ramp {
         self.test.result()
     }
 
-    /// The torque at the time of the input; `idle` turns the wheel without traction, `limit` is the largest torque, N m. `None` when
-    /// the ramp is over. A wheel that still slips then stays at `idle`.
+    /// The torque at the time of the input; `idle` turns the wheel without traction, `limit` is the
+    /// largest torque, N m. `None` when the ramp is over. A wheel that still slips then stays at
+    /// `idle`.
     pub fn update(&mut self, input: &ControlInput<'_>, idle: f64, limit: f64) -> Option<f64> {
         let now = input.frame.time;
         let wanted = self.wanted(now);

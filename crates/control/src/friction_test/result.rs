@@ -8,8 +8,8 @@ use core::cmp::Ordering;
 pub enum FrictionTestEnd {
     /// The wheel slipped: mu_max was found.
     Slipped,
-    /// The tested wheel slipped, or another one (0 to 2), which needed about as much friction. mu_max was found, if the ground is the
-    /// same under both.
+    /// The tested wheel slipped, or another one (0 to 2), which needed about as much friction.
+    /// mu_max was found, if the ground is the same under both.
     EitherWheel(usize),
     /// The torque reached its limit.
     TorqueLimit,
@@ -17,8 +17,8 @@ pub enum FrictionTestEnd {
     TimeLimit,
     /// Another wheel, 0 to 2, slipped first: the reaction was more than it can bear.
     OtherWheel(usize),
-    /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than
-    /// [`PATIENCE`](super::FrictionTest::PATIENCE).
+    /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no
+    /// estimate, for more than [`PATIENCE`](super::FrictionTest::PATIENCE).
     NotClear,
     /// The run ended first.
     Unfinished,
@@ -48,8 +48,9 @@ pub struct FrictionTestResult {
     pub end: FrictionTestEnd,
     /// Time of the largest T/N, s.
     pub time: f64,
-    /// Place of the wheel's contact at that time along the path, m, in the frame of [`robhaz_estimator::Estimator::ground`]. `None` before the robot
-    /// has moved, and without slip.
+    /// Place of the wheel's contact at that time along the path, m, in the frame of
+    /// [`robhaz_estimator::Estimator::ground`]. `None` before the robot has moved, and without
+    /// slip.
     pub place: Option<f64>,
     /// mu_max, -, if a ramp ended in slip. Else the largest |T/N|: mu_max is at least this.
     pub mu: f64,
@@ -57,11 +58,13 @@ pub struct FrictionTestResult {
     pub sigma: f64,
     /// Part of that deviation that comes from the torque offsets, -.
     pub systematic: f64,
-    /// Number of ramps that ended in slip of the tested wheel ([`FrictionTestEnd::Slipped`], [`FrictionTestEnd::EitherWheel`]).
+    /// Number of ramps that ended in slip of the tested wheel ([`FrictionTestEnd::Slipped`],
+    /// [`FrictionTestEnd::EitherWheel`]).
     pub ramps: u32,
     /// The ramps that ended because a wheel slipped, the tested one or another.
     pub limits: [Option<RampLimit>; 2],
-    /// Distance that the rim slid from the largest T/N until the wheel gripped again, m. Creep before it does not count.
+    /// Distance that the rim slid from the largest T/N until the wheel gripped again, m. Creep
+    /// before it does not count.
     pub slipped_distance: f64,
     /// Time from the start of the ramp until the wheel gripped again, or until the ramp ended, s.
     pub duration: f64,
@@ -70,8 +73,8 @@ pub struct FrictionTestResult {
 impl FrictionTestResult {
     /// This result together with that of a ramp in the other direction, at about the same place.
     ///
-    /// Time, place and end are those of the surer one. If neither ended in slip, it is that with the larger bound. mu_max follows from
-    /// both by [`together`](super::together()).
+    /// Time, place and end are those of the surer one. If neither ended in slip, it is that with
+    /// the larger bound. mu_max follows from both by [`together`](super::together()).
     pub fn combined(&self, other: &Self) -> Self {
         let rank = |result: &Self| match result.end {
             FrictionTestEnd::Slipped => 2,

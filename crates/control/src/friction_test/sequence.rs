@@ -1,10 +1,12 @@
 //! Torque ramps on one wheel after the other.
 //!
-//! The torque of the tested wheel grows linearly from its present value, while the drives of the other wheels hold their set
-//! speeds. They bear the reaction. When the wheel slips ([`FrictionTest`](super::FrictionTest)), its torque goes back
-//! smoothly to what turns it without traction. Then the same the other way, from three quarters of the torque found on: the offset of
+//! The torque of the tested wheel grows linearly from its present value, while the drives of the
+//! other wheels hold their set speeds. They bear the reaction. When the wheel slips
+//! ([`FrictionTest`](super::FrictionTest)), its torque goes back smoothly to what turns it without
+//! traction. Then the same the other way, from three quarters of the torque found on: the offset of
 //! the torque's reading and the friction in the gear add to one and subtract from the other
-//! ([`FrictionTestResult::combined`]). The next wheel follows after a pause. A robot at rest is tested in the same way.
+//! ([`FrictionTestResult::combined`]). The next wheel follows after a pause. A robot at rest is
+//! tested in the same way.
 
 use super::ramp::Ramp;
 use super::result::{FrictionTestEnd, FrictionTestResult};
@@ -18,19 +20,23 @@ const PAUSE: f64 = 2.0;
 const TORQUE_SMOOTHING: f64 = 0.1;
 /// Longest time between samples that is integrated over, s.
 const LONGEST_STEP: f64 = 0.1;
-/// Part of the torque that the first ramp and the load between the ramps let expect, from which the second ramp of a wheel
-/// starts, -. The load grows under the second ramp, and the wheel slips later.
+/// Part of the torque that the first ramp and the load between the ramps let expect, from which the
+/// second ramp of a wheel starts, -. The load grows under the second ramp, and the wheel slips
+/// later.
 const SECOND_START: f64 = 0.75;
-/// Standard deviations of the torque's offset by which it starts below the expected torque at least. The offset adds to what one
-/// ramp finds and subtracts from the torque of the other: two deviations, twice.
+/// Standard deviations of the torque's offset by which it starts below the expected torque at
+/// least. The offset adds to what one ramp finds and subtracts from the torque of the other: two
+/// deviations, twice.
 const OFFSETS: f64 = 4.0;
-/// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m: 18.6 s at 0.35 N m/s.
+/// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m: 18.6 s
+/// at 0.35 N m/s.
 const LONGEST: f64 = 6.5;
 /// Direction of the first ramp of each wheel.
 ///
-/// It is that in which the wheel's own traction relieves it: forces of the ground act below the body, so driving raises the
-/// load of the rear wheel and braking lowers it. With mu = 0.9 on level ground, a driven rear wheel would need so much
-/// reaction that the middle wheel lifts off before it slips. A relieved wheel slips at half the torque.
+/// It is that in which the wheel's own traction relieves it: forces of the ground act below the
+/// body, so driving raises the load of the rear wheel and braking lowers it. With mu = 0.9 on level
+/// ground, a driven rear wheel would need so much reaction that the middle wheel lifts off before
+/// it slips. A relieved wheel slips at half the torque.
 const DIRECTION: [f64; 3] = [1.0, 1.0, -1.0];
 
 /// The tests with their state from sample to sample.
@@ -81,8 +87,9 @@ impl FrictionTests {
         }
     }
 
-    /// The results so far, in the order of the plan. A test that has not ended counts as unfinished. A later test can change an
-    /// earlier result: it shows more of the torque offsets ([`together`]).
+    /// The results so far, in the order of the plan. A test that has not ended counts as
+    /// unfinished. A later test can change an earlier result: it shows more of the torque offsets
+    /// ([`together`]).
     pub fn results(&self) -> [Option<FrictionTestResult>; 3] {
         let mut results = self.results;
         let present = match &self.stage {

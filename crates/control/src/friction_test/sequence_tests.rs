@@ -48,7 +48,8 @@ fn frame(time: f64) -> SensorFrame {
     }
 }
 
-/// A robot at rest of which one wheel needs T/N = torque less idle over 4.6 N m, and slips beyond 0.5 for as long as that lasts.
+/// A robot at rest of which one wheel needs T/N = torque less idle over 4.6 N m, and slips beyond
+/// 0.5 for as long as that lasts.
 struct World {
     estimate: Estimate,
     slips: bool,
@@ -119,9 +120,10 @@ fn run(
     })
 }
 
-/// Closed form: the first ramp rises from the present torque with its rate up to 0.3 + 0.5 * 4.6 N m at 5.6 s, falls to idle within 0.3
-/// s, then the second one goes to three quarters of the torque expected within 1 s and on with its rate; the other wheels keep
-/// their plans. After a pause of 2 s the next wheel follows.
+/// Closed form: the first ramp rises from the present torque with its rate up to 0.3 + 0.5 * 4.6 N
+/// m at 5.6 s, falls to idle within 0.3 s, then the second one goes to three quarters of the torque
+/// expected within 1 s and on with its rate; the other wheels keep their plans. After a pause of 2
+/// s the next wheel follows.
 #[test]
 fn ramps_follow_each_other() {
     let plan = plan([Some(0), Some(2), None], true);
@@ -159,7 +161,8 @@ fn ramps_follow_each_other() {
     assert!(torque(start + 2.0, 2).expect("a ramp") < -0.5);
 }
 
-/// Continuity: no command jumps by more than the steepest slope of the back-off, 1.875 * 2.5 N m/0.3 s, allows in 1 ms.
+/// Continuity: no command jumps by more than the steepest slope of the back-off, 1.875 * 2.5 N
+/// m/0.3 s, allows in 1 ms.
 #[test]
 fn torques_do_not_jump() {
     let plan = plan([Some(1), None, None], true);
@@ -173,7 +176,8 @@ fn torques_do_not_jump() {
     }
 }
 
-/// At the torque limit a ramp ends without slip, and the torque never exceeds it. Tests that have not ended are unfinished.
+/// At the torque limit a ramp ends without slip, and the torque never exceeds it. Tests that have
+/// not ended are unfinished.
 #[test]
 fn the_torque_limit_ends_a_ramp() {
     let mut tests = FrictionTests::new(&settings(1.5, plan([Some(0), Some(1), None], false)));

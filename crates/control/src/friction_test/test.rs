@@ -24,7 +24,8 @@ pub struct FrictionTest {
     /// Start of the ramp, and the last estimate, s.
     start: f64,
     last: f64,
-    /// Whether each wheel has gripped since the start: what slipped before says nothing of the ramp.
+    /// Whether each wheel has gripped since the start: what slipped before says nothing of the
+    /// ramp.
     gripped: [bool; 3],
     /// Time for which nothing was clear, s.
     unclear: f64,
@@ -63,7 +64,8 @@ impl FrictionTest {
         self.phase
     }
 
-    /// The result; before [`FrictionTestPhase::Done`] as far as it is known: mu_max is at least `mu`.
+    /// The result; before [`FrictionTestPhase::Done`] as far as it is known: mu_max is at least
+    /// `mu`.
     pub fn result(&self) -> FrictionTestResult {
         self.result
     }
@@ -130,8 +132,8 @@ impl FrictionTest {
         self.phase
     }
 
-    /// Wheel `other` slips, or may slip instead of the tested one. A wheel that `slips` with less T/N than another one bears stands on
-    /// ground of its own: it says nothing of mu_max.
+    /// Wheel `other` slips, or may slip instead of the tested one. A wheel that `slips` with less
+    /// T/N than another one bears stands on ground of its own: it says nothing of mu_max.
     fn end_with(&mut self, other: usize, slips: bool, limit: RampLimit) -> FrictionTestPhase {
         if slips && !limit.may_slip(other) {
             return self.end(FrictionTestEnd::OtherWheel(other));
@@ -156,7 +158,8 @@ impl FrictionTest {
         self.phase
     }
 
-    /// Another wheel that slips; or, if the tested one seems to slip, the other one that needs most. And whether it is the first case.
+    /// Another wheel that slips; or, if the tested one seems to slip, the other one that needs
+    /// most. And whether it is the first case.
     fn other_that_slips(&self, wheels: &[WheelFriction; 3]) -> Option<(usize, bool)> {
         let need = |wheel: &WheelFriction| wheel.needed.map_or(0.0, |needed| needed.value.abs());
         let slips = |i: usize, wheel: &WheelFriction| {

@@ -58,7 +58,8 @@ fn run(change: impl Fn(f64, &mut [WheelFriction; 3])) -> (FrictionTest, f64) {
     (test, f64::INFINITY)
 }
 
-/// The event gives mu_max, place and time; the test is done when the wheel grips, with the distance that it slid.
+/// The event gives mu_max, place and time; the test is done when the wheel grips, with the distance
+/// that it slid.
 #[test]
 fn a_slip_gives_the_result() {
     let (test, t) = run(|t, wheels| {
@@ -127,7 +128,8 @@ fn other_ends_give_a_lower_bound() {
     assert_eq!(test.update(1.0, None), FrictionTestPhase::Done);
 }
 
-/// Another wheel slips, which needs `share` of the friction that the tested one needs: more, about as much.
+/// Another wheel slips, which needs `share` of the friction that the tested one needs: more, about
+/// as much.
 #[test]
 fn another_wheel_at_the_limit_tells_mu() {
     let ramp = |share: f64| {
@@ -171,9 +173,10 @@ fn alone(test: FrictionTestResult) -> FrictionTestResult {
     found.unwrap_or(test)
 }
 
-/// Closed form: one ramp has the offset's deviation, here 1 N of 40 N, which the grid's end at three deviations cuts by 1.3 %.
-/// An offset of 2 N takes no part in the mean of two ramps at mu = 0.5 with loads of 30 and 50 N: by the gain of a Kalman filter,
-/// 0.1067^2/(0.1067^2 + 0.0141^2), 1.7 % of its 0.067 and 0.04 remain. The t distribution moves that by less than 0.002.
+/// Closed form: one ramp has the offset's deviation, here 1 N of 40 N, which the grid's end at
+/// three deviations cuts by 1.3 %. An offset of 2 N takes no part in the mean of two ramps at mu =
+/// 0.5 with loads of 30 and 50 N: by the gain of a Kalman filter, 0.1067^2/(0.1067^2 + 0.0141^2),
+/// 1.7 % of its 0.067 and 0.04 remain. The t distribution moves that by less than 0.002.
 #[test]
 fn two_ramps_show_the_offset() {
     let one = alone(result(
@@ -201,9 +204,10 @@ fn two_ramps_show_the_offset() {
     assert!(both.systematic < 0.1 * 2.0 / 30.0, "{both:?}");
 }
 
-/// Closed form: three offsets of equal deviation whose sum is known correlate with -1/2. If both ramps of one wheel show that its offset is
-/// one deviation, the others' are -1/2 in the mean: mu of a wheel with one ramp changes by half the deviation, 0.0125, times the gain
-/// 0.05^2/(0.05^2 + 0.0141^2) = 0.93.
+/// Closed form: three offsets of equal deviation whose sum is known correlate with -1/2. If both
+/// ramps of one wheel show that its offset is one deviation, the others' are -1/2 in the mean: mu
+/// of a wheel with one ramp changes by half the deviation, 0.0125, times the gain 0.05^2/(0.05^2 +
+/// 0.0141^2) = 0.93.
 #[test]
 fn tests_of_other_wheels_show_offsets_too() {
     let pair = [
@@ -221,9 +225,10 @@ fn tests_of_other_wheels_show_offsets_too() {
     assert!((one.systematic - 0.876 * 0.025).abs() < 5e-4, "{one:?}");
 }
 
-/// Property: where both other wheels bear the reaction at the limit of friction, their tractions show the tested wheel's offset: mu = 0.3,
-/// an offset of 1.5 N on the tested wheel and -0.75 N on both others. Less than half of the error remains. And
-/// of ramps that cannot agree, none counts more, and half their difference is within the deviation.
+/// Property: where both other wheels bear the reaction at the limit of friction, their tractions
+/// show the tested wheel's offset: mu = 0.3, an offset of 1.5 N on the tested wheel and -0.75 N on
+/// both others. Less than half of the error remains. And of ramps that cannot agree, none counts
+/// more, and half their difference is within the deviation.
 #[test]
 fn the_other_wheels_show_the_offset() {
     let first = limit(0, [(12.0 + 1.5) / 40.0, 0.0, 0.0], [40.0; 3], 1.0);

@@ -6,18 +6,22 @@ use super::result::FrictionTestResult;
 /// Steps of the grid from the middle to each side, and its reach in standard deviations.
 const STEPS: i16 = 24;
 const REACH: f64 = 3.0;
-/// Degrees of freedom of the t distribution by which two ramps of a wheel may differ: large differences, as on ground
-/// that changes between them, then hardly count.
+/// Degrees of freedom of the t distribution by which two ramps of a wheel may differ: large
+/// differences, as on ground that changes between them, then hardly count.
 const FREEDOM: f64 = 4.0;
 
-/// The results of up to three tests, each with what the ramps of all of them show of the torque offsets.
+/// The results of up to three tests, each with what the ramps of all of them show of the torque
+/// offsets.
 ///
-/// A systematic error of a torque, its offset or friction in the gear, adds to one traction and subtracts from another. The sum of the
-/// three is known from the balance of the robot. Their differences have the data sheet's deviation, and make up a plane: on a grid over
-/// it, the probability of a point is that of the data sheet times, for each wheel with two ramps, that of the difference between their
-/// mu_max at that point ([`RampLimit::friction`](super::RampLimit)). Mean and deviation over the grid are mu_max and its systematic error.
+/// A systematic error of a torque, its offset or friction in the gear, adds to one traction and
+/// subtracts from another. The sum of the three is known from the balance of the robot. Their
+/// differences have the data sheet's deviation, and make up a plane: on a grid over it, the
+/// probability of a point is that of the data sheet times, for each wheel with two ramps, that of
+/// the difference between their mu_max at that point ([`RampLimit::friction`](super::RampLimit)).
+/// Mean and deviation over the grid are mu_max and its systematic error.
 ///
-/// Results without slip of the tested wheel stay as they are. The work is that of 2401 points: some 0.1 ms.
+/// Results without slip of the tested wheel stay as they are. The work is that of 2401 points: some
+/// 0.1 ms.
 pub fn together(tests: &[Option<FrictionTestResult>; 3]) -> [Option<FrictionTestResult>; 3] {
     let mut sums = [Sum::default(); 3];
     for i in -STEPS..=STEPS {
@@ -87,8 +91,9 @@ impl OfTest {
         }
     }
 
-    /// Mean weighted by the inverse variances, which are parts of the larger mu_max: else the smaller of two that disagree would
-    /// count most. Where the ramps differ by more than their deviations, the variance is that much larger (Birge ratio).
+    /// Mean weighted by the inverse variances, which are parts of the larger mu_max: else the
+    /// smaller of two that disagree would count most. Where the ramps differ by more than their
+    /// deviations, the variance is that much larger (Birge ratio).
     fn both(first: &RampFriction, second: &RampFriction) -> Self {
         let most = first.mu.max(second.mu);
         let (a, b) = (first.own * most, second.own * most);

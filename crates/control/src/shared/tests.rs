@@ -118,8 +118,9 @@ fn uncertain_loads_count_less() {
     }
 }
 
-/// Closed form: beyond the allowed difference a wheel that spins gets less and one that stays behind gets more, by Kp times
-/// the excess; within it the shares stay equal. A wheel that spins has little influence on the reference.
+/// Closed form: beyond the allowed difference a wheel that spins gets less and one that stays
+/// behind gets more, by Kp times the excess; within it the shares stay equal. A wheel that spins
+/// has little influence on the reference.
 #[test]
 fn a_wheel_that_differs_is_brought_back() {
     let estimate = estimate([45.0; 3]).expect("level ground");
@@ -129,7 +130,8 @@ fn a_wheel_that_differs_is_brought_back() {
         let speeds = [front, 1.5, 1.5];
         let mut shared = Shared::new(&settings());
         let torques = held(&mut shared, Some(&estimate), speeds, 0.02);
-        // The filter of the speeds has come to 1 - exp(-4); the torques are compared at the speeds that it shows.
+        // The filter of the speeds has come to 1 - exp(-4); the torques are compared at the speeds
+        // that it shows.
         let shown = [0, 1].map(|i| shared.speeds[i].update(f64::NAN, None));
         let reference = mean_near_median([shown[0], shown[1], shown[1]], allowed);
         let [front, middle] = shown.map(|speed| beyond(speed - reference, allowed));
@@ -182,7 +184,8 @@ fn a_wheel_in_the_air_holds_its_speed() {
     assert!((torque(1.7) - expected).abs() < 1e-6);
 }
 
-/// Blocked wheels: the integral stays bounded, and the torque falls as soon as the wheels turn too fast.
+/// Blocked wheels: the integral stays bounded, and the torque falls as soon as the wheels turn too
+/// fast.
 #[test]
 fn the_integral_does_not_wind_up() {
     let estimate = estimate([45.0; 3]).expect("level ground");
@@ -196,7 +199,8 @@ fn the_integral_does_not_wind_up() {
     assert!((50.0 * integral - 10.0).abs() < 1e-6, "{integral}");
 }
 
-/// Missing readings, jumps of encoders and of clocks, and absurd estimates: the torques stay finite and within the limit.
+/// Missing readings, jumps of encoders and of clocks, and absurd estimates: the torques stay finite
+/// and within the limit.
 #[test]
 fn torques_stay_within_the_limit() {
     let mut absurd = estimate([f64::NAN, f64::INFINITY, -1e9]).expect("level ground");
@@ -228,8 +232,9 @@ fn torques_stay_within_the_limit() {
     }
 }
 
-/// Largest speed (rad/s) of three wheels in the air after a step of the set speed from 0 to 1 rad/s, and their speed after
-/// 2 s, with gains at `factor` times their limits and a sample rate (Hz).
+/// Largest speed (rad/s) of three wheels in the air after a step of the set speed from 0 to 1
+/// rad/s, and their speed after 2 s, with gains at `factor` times their limits and a sample rate
+/// (Hz).
 fn step_response(factor: f64, rate: f64) -> (f64, f64) {
     let mut settings = settings();
     let ratio = largest_integral_ratio(rate);
@@ -267,8 +272,8 @@ fn step_response(factor: f64, rate: f64) -> (f64, f64) {
     (largest, speed)
 }
 
-/// Stability: at the largest gains wheels in the air settle at their set speed with an overshoot that fits a phase margin of
-/// 30 deg (60 % or less); at four times these gains they do not settle.
+/// Stability: at the largest gains wheels in the air settle at their set speed with an overshoot
+/// that fits a phase margin of 30 deg (60 % or less); at four times these gains they do not settle.
 #[test]
 fn the_largest_gains_are_stable() {
     for rate in [20.0, 100.0, 1000.0, 1e4] {

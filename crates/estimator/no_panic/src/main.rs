@@ -1,5 +1,6 @@
-//! A program without the standard library whose panic handler calls a function that does not exist: it links only if the
-//! optimiser has proven that neither update nor save nor restore of the estimator can panic, nor an update of the control. It prints the stack that an update uses.
+//! A program without the standard library whose panic handler calls a function that does not exist:
+//! it links only if the optimiser has proven that neither update nor save nor restore of the
+//! estimator can panic, nor an update of the control. It prints the stack that an update uses.
 #![no_std]
 #![no_main]
 
@@ -32,14 +33,15 @@ extern "C" fn rust_eh_personality() {}
 const FILLED: usize = 256 * 1024;
 const PATTERN: u8 = 0xA5;
 
-/// Fills the stack below the caller with a pattern, or counts the bytes without it: these have been used.
+/// Fills the stack below the caller with a pattern, or counts the bytes without it: these have been
+/// used.
 #[inline(never)]
 fn stack(count: bool) -> usize {
     let mut area = core::mem::MaybeUninit::<[u8; FILLED]>::uninit();
     let bytes = area.as_mut_ptr().cast::<u8>();
     let (mut untouched, mut gone) = (0, 0);
-    // The lowest address is the deepest. Entering this function writes one word a page (stack probes); an update overwrites
-    // longer stretches.
+    // The lowest address is the deepest. Entering this function writes one word a page (stack
+    // probes); an update overwrites longer stretches.
     for i in 0..FILLED {
         // Volatile, so that neither is optimised away; the read is of old contents on purpose.
         unsafe {

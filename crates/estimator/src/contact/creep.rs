@@ -19,7 +19,8 @@ impl Creep {
         self.speed * self.ratio
     }
 
-    /// Factor on the variance of the slip speed for what the linear law leaves out: it grows with the fourth power of T/N.
+    /// Factor on the variance of the slip speed for what the linear law leaves out: it grows with
+    /// the fourth power of T/N.
     pub fn variance_factor(&self) -> f64 {
         let square = self.ratio * self.ratio / (Self::LINEAR_RATIO * Self::LINEAR_RATIO);
         1.0 + square * square

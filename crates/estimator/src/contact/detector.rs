@@ -1,4 +1,5 @@
-//! Detection of the contact state of one wheel from its normal force and the residuals of its rolling constraints.
+//! Detection of the contact state of one wheel from its normal force and the residuals of its
+//! rolling constraints.
 
 use super::state::{ContactEstimate, ContactState};
 use crate::deviation::{EDGE_GATE, GATE};
@@ -15,7 +16,8 @@ pub(crate) struct RollingResiduals {
     pub slip: Option<SlipResidual>,
 }
 
-/// Slip of a wheel at one sample: rim speed less the speed of the centre along the ground, in two parts.
+/// Slip of a wheel at one sample: rim speed less the speed of the centre along the ground, in two
+/// parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SlipResidual {
     /// The part that creep does not explain, m/s.
@@ -36,13 +38,14 @@ impl RollingResiduals {
 }
 
 impl SlipResidual {
-    /// Slip beyond creep that needs no fault, in units of that creep: a wheel that comes to other ground may have none, or three times as
-    /// much where friction is poor. Beyond that it slides.
+    /// Slip beyond creep that needs no fault, in units of that creep: a wheel that comes to other
+    /// ground may have none, or three times as much where friction is poor. Beyond that it slides.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const OTHER_GROUND: [f64; 2] = [-1.0, 2.0];
 
-    /// Normalised innovation squared of the speed constraint, relative to the slip of another wheel beyond its creep. What other ground
-    /// under either wheel explains of the difference does not count.
+    /// Normalised innovation squared of the speed constraint, relative to the slip of another wheel
+    /// beyond its creep. What other ground under either wheel explains of the difference does not
+    /// count.
     pub fn nis_beside(&self, other: &Self) -> f64 {
         let own = self.beyond_creep - other.beyond_creep;
         let range = |slip: &Self| {
@@ -71,13 +74,13 @@ pub(crate) struct ContactEvidence {
 /// Detects the contact state of one wheel.
 ///
 /// - In the air: N is below a twentieth of the mean load.
-/// - Two contacts: the wheel's centre leaves the direction of its contact angle, as it does only while riser and tread
-///   share the load.
+/// - Two contacts: the wheel's centre leaves the direction of its contact angle, as it does only
+///   while riser and tread share the load.
 /// - Sliding: the slip is [`Self::SLIDING`] times the creep of its T/N, and in its direction.
 ///
-/// Each state begins and ends when its condition has held for some time; contacts end at another threshold than they begin
-/// (hysteresis). The values are engineering choices for sensors of the typical grade; `docs/estimators.md` has what
-/// they reach.
+/// Each state begins and ends when its condition has held for some time; contacts end at another
+/// threshold than they begin (hysteresis). The values are engineering choices for sensors of the
+/// typical grade; `docs/estimators.md` has what they reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactDetector {
     air: Switch,
@@ -88,31 +91,35 @@ pub(crate) struct ContactDetector {
 }
 
 impl ContactDetector {
-    /// Load over the mean wheel load below which a wheel is in the air, and above which it has landed, -.
+    /// Load over the mean wheel load below which a wheel is in the air, and above which it has
+    /// landed, -.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const UNLOADED: [f64; 2] = [EstimatorSettings::UNLOADED, 0.10];
-    /// Speed away from the ground, in standard deviations, below which a wheel has one contact again.
+    /// Speed away from the ground, in standard deviations, below which a wheel has one contact
+    /// again.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const ONE_CONTACT: f64 = 2.0;
     /// Time for which it has to be below, s.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const ONE_CONTACT_TIME: f64 = 0.02;
-    /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
-    /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
+    /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is
+    /// at its peak, the slip is between once (Coulomb friction) and three times (brush model) the
+    /// creep at that T/N. The friction law is unknown.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const SLIDING: [f64; 2] = [2.0, 1.5];
-    /// Least slip beyond creep of a wheel that slides, m/s: errors of the estimated speed while two wheels slide, and of the creep near the
-    /// peak of friction.
+    /// Least slip beyond creep of a wheel that slides, m/s: errors of the estimated speed while two
+    /// wheels slide, and of the creep near the peak of friction.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const LEAST_SLIP: f64 = 0.008;
     /// The same in standard deviations of the gyroscope's part.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const LEAST_SIGMAS: f64 = 3.0;
-    /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows
-    /// there comes from a wrong velocity, as after an impact.
+    /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A
+    /// slip that shows there comes from a wrong velocity, as after an impact.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     pub const LEAST_RATIO: f64 = 0.15;
-    /// Time for which a condition has to hold before a state changes, and time constant of the slip's low pass, s.
+    /// Time for which a condition has to hold before a state changes, and time constant of the
+    /// slip's low pass, s.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const HOLD: f64 = 0.005;
 
@@ -201,8 +208,8 @@ impl Switch {
     /// Definition.
     const ROUNDING: f64 = 1e-9;
 
-    /// `opposite`: whether the opposite of the present condition holds at this sample, `dt` seconds after the last. It
-    /// changes after `hold`, s.
+    /// `opposite`: whether the opposite of the present condition holds at this sample, `dt` seconds
+    /// after the last. It changes after `hold`, s.
     fn update(&mut self, opposite: bool, hold: f64, dt: f64) {
         if !opposite {
             self.time = 0.0;
@@ -222,8 +229,8 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// A wheel that rolls with a load, a slip beyond creep (m/s) and a speed away from the ground in standard
-    /// deviations.
+    /// A wheel that rolls with a load, a slip beyond creep (m/s) and a speed away from the ground
+    /// in standard deviations.
     fn rolling(load: f64, beyond_creep: f64, away: f64) -> ContactEvidence {
         ContactEvidence {
             load,
@@ -251,8 +258,8 @@ mod tests {
         (1..=100).find(|_| reached(detector.update(&evidence, DT)))
     }
 
-    /// Each state begins and ends within 20 ms of its condition: two contacts begin at the first sample, no other
-    /// change is made at a single one.
+    /// Each state begins and ends within 20 ms of its condition: two contacts begin at the first
+    /// sample, no other change is made at a single one.
     #[test]
     fn states_begin_and_end_after_their_times() {
         let mut detector = ContactDetector::default();
@@ -278,7 +285,8 @@ mod tests {
         assert_eq!(time_until(&mut detector, normal, one), Some(12));
     }
 
-    /// A speed of four standard deviations away from a given angle is noise; away from an estimated one it shows two contacts.
+    /// A speed of four standard deviations away from a given angle is noise; away from an estimated
+    /// one it shows two contacts.
     #[test]
     fn an_estimated_angle_is_left_by_less() {
         for (angles, state) in [
@@ -297,8 +305,8 @@ mod tests {
         }
     }
 
-    /// Closed form: with creeps of 5 and -2 mm/s the slips beyond them may differ by -5 - 2 to 10 + 4 mm/s on other ground; what is
-    /// beyond that counts, over its variance.
+    /// Closed form: with creeps of 5 and -2 mm/s the slips beyond them may differ by -5 - 2 to 10 +
+    /// 4 mm/s on other ground; what is beyond that counts, over its variance.
     #[test]
     fn slip_of_other_ground_is_no_contradiction() {
         let slip = |beyond_creep, creep| SlipResidual {
@@ -317,7 +325,8 @@ mod tests {
         assert!((square_of(18e-3) - 4.0).abs() < 1e-9);
     }
 
-    /// Closed form: the slip is creep and what is beyond it, once the low pass has settled; none in the air.
+    /// Closed form: the slip is creep and what is beyond it, once the low pass has settled; none in
+    /// the air.
     #[test]
     fn the_slip_is_that_of_the_rim() {
         let mut detector = ContactDetector::default();
@@ -354,7 +363,8 @@ mod tests {
         }
     }
 
-    /// Slip against the traction and slip without traction are no sliding; and a NaN changes nothing.
+    /// Slip against the traction and slip without traction are no sliding; and a NaN changes
+    /// nothing.
     #[test]
     fn what_is_no_sliding() {
         let mut without_traction = rolling(1.0, 0.03, 0.5);

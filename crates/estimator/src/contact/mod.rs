@@ -1,4 +1,5 @@
-//! Contact of a wheel with the ground: its velocity relative to the ground, creep, contact state, and wheels that spin in place.
+//! Contact of a wheel with the ground: its velocity relative to the ground, creep, contact state,
+//! and wheels that spin in place.
 
 mod creep;
 mod detector;

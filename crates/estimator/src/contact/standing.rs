@@ -4,14 +4,17 @@ use robhaz_model::{Vec2, perp};
 
 /// Finds a robot that does not move although its wheels turn.
 ///
-/// A robot that moves without a change of its posture moves parallel to itself: after the distance between two axles a wheel is
-/// where the wheel in front of it was. Then all axles lie on one line along the ground. If they do not, and the wheels have turned
-/// by more than that distance, the wheels spin in place. A quarter of it is enough if all the while the contact angles that the
-/// estimated motion shows deviate much from the lines between the axles: the ground would have to be a saw.
+/// A robot that moves without a change of its posture moves parallel to itself: after the distance
+/// between two axles a wheel is where the wheel in front of it was. Then all axles lie on one line
+/// along the ground. If they do not, and the wheels have turned by more than that distance, the
+/// wheels spin in place. A quarter of it is enough if all the while the contact angles that the
+/// estimated motion shows deviate much from the lines between the axles: the ground would have to
+/// be a saw.
 ///
-/// In front of a wall on even ground the axles lie on a line. Then the deviation alone must show it, while the wheels push: what the
-/// filters take for a slope holds the robot. The tractions show that deviation too, at once: see [`Self::resisted`]. Wheels that push and
-/// hardly turn need no way to show it, only time.
+/// In front of a wall on even ground the axles lie on a line. Then the deviation alone must show
+/// it, while the wheels push: what the filters take for a slope holds the robot. The tractions show
+/// that deviation too, at once: see [`Self::resisted`]. Wheels that push and hardly turn need no
+/// way to show it, only time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StandingDetector {
     /// Link angles at which the posture was last seen to change, rad.
@@ -24,27 +27,33 @@ pub(crate) struct StandingDetector {
 }
 
 impl StandingDetector {
-    /// Change of a link angle that is a change of the posture, rad: five times the noise of an inclinometer that errs by 0.1 deg.
+    /// Change of a link angle that is a change of the posture, rad: five times the noise of an
+    /// inclinometer that errs by 0.1 deg.
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const CHANGE: f64 = 0.01;
-    /// Sum of the tractions over the weight from which on a robot pushes: that of a slope of 11 deg.
+    /// Sum of the tractions over the weight from which on a robot pushes: that of a slope of 11
+    /// deg.
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     pub const PUSHES: f64 = 0.2;
-    /// Angle between the lines from axle to axle from which on they are not one line, rad. Drawings that err by 2 mm make 0.015.
+    /// Angle between the lines from axle to axle from which on they are not one line, rad. Drawings
+    /// that err by 2 mm make 0.015.
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const BEND: f64 = 0.05;
-    /// Distance by which the wheels have to turn, over the largest distance between neighbouring axles.
+    /// Distance by which the wheels have to turn, over the largest distance between neighbouring
+    /// axles.
     /// Chosen; sensitive. Held by `contact/standing.rs` and `tests/check/health.rs`.
     const DISTANCES: f64 = 1.05;
     /// The same for contact angles that deviate by [`Self::STEEP`].
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const STEEP_DISTANCES: f64 = 0.25;
-    /// Mean deviation of the contact angles from the lines between the axles that no robot meets while its posture stays, rad.
+    /// Mean deviation of the contact angles from the lines between the axles that no robot meets
+    /// while its posture stays, rad.
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const STEEP: f64 = 0.35;
 
-    /// Least speed at which wheels that push count as turning while the contact angles deviate by [`Self::STEEP`], m/s: a robot whose
-    /// wheels are at rest stands. It takes 0.75 s with axles 0.3 m apart, longer than any impact.
+    /// Least speed at which wheels that push count as turning while the contact angles deviate by
+    /// [`Self::STEEP`], m/s: a robot whose wheels are at rest stands. It takes 0.75 s with axles
+    /// 0.3 m apart, longer than any impact.
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const LEAST_SPEED: f64 = 0.1;
 
@@ -53,11 +62,13 @@ impl StandingDetector {
         self.stands
     }
 
-    /// Mean deviation of the contact angles from the lines between the axles that would balance the tractions, rad: above 0 where they
-    /// push more than the weight along these lines and the inertia of a robot that follows its rims can resist.
+    /// Mean deviation of the contact angles from the lines between the axles that would balance the
+    /// tractions, rad: above 0 where they push more than the weight along these lines and the
+    /// inertia of a robot that follows its rims can resist.
     ///
-    /// `push`: sum of the tractions over the weight. `acceleration`: mean of the rims' over gravity. `slope`: mean of the lines, rad.
-    /// Rims that spin up faster than the robot give a negative angle, and hide what resists.
+    /// `push`: sum of the tractions over the weight. `acceleration`: mean of the rims' over
+    /// gravity. `slope`: mean of the lines, rad. Rims that spin up faster than the robot give a
+    /// negative angle, and hide what resists.
     pub fn resisted(push: f64, acceleration: f64, slope: f64) -> f64 {
         let climbed = libm::asin((push - acceleration).clamp(-1.0, 1.0));
         (climbed - slope) * push.signum()
@@ -65,10 +76,11 @@ impl StandingDetector {
 
     /// Takes a sample. Returns whether the robot stands while its wheels turn.
     ///
-    /// `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of the wheels relative to the links, m/s. `deviation`:
-    /// mean over the wheels of the contact angle's deviation from the line between axles, rad, estimated or [`Self::resisted`],
-    /// whichever is larger, not negative. `pushes`: whether the sum of the tractions is beyond [`Self::PUSHES`]. `dt`: time since the last
-    /// sample, s.
+    /// `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of the wheels
+    /// relative to the links, m/s. `deviation`: mean over the wheels of the contact angle's
+    /// deviation from the line between axles, rad, estimated or [`Self::resisted`], whichever is
+    /// larger, not negative. `pushes`: whether the sum of the tractions is beyond [`Self::PUSHES`].
+    /// `dt`: time since the last sample, s.
     pub fn update(
         &mut self,
         link_angles: [f64; 2],
@@ -134,8 +146,9 @@ mod tests {
         })
     }
 
-    /// With a wheel above the line of the others it takes 1.05 times the distance of the axles, or a quarter of it; on a line, with a posture that
-    /// changes by 0.01 rad on a shorter way, or with a single spinning wheel it is never found.
+    /// With a wheel above the line of the others it takes 1.05 times the distance of the axles, or
+    /// a quarter of it; on a line, with a posture that changes by 0.01 rad on a shorter way, or
+    /// with a single spinning wheel it is never found.
     #[test]
     fn wheels_that_turn_in_a_constant_posture_off_a_line_spin() {
         let turning = [0.2; 3];
@@ -153,7 +166,8 @@ mod tests {
         }
     }
 
-    /// On even ground only a robot that pushes against a slope that is not there stands, and only as long as it pushes.
+    /// On even ground only a robot that pushes against a slope that is not there stands, and only
+    /// as long as it pushes.
     #[test]
     fn a_wall_on_even_ground_holds_a_robot_that_pushes() {
         let mut detector = StandingDetector::default();
@@ -172,8 +186,8 @@ mod tests {
         assert_eq!(stands(0.1, false), Some(false));
     }
 
-    /// Wheels that stand against a wall show it after the time for a quarter of the axles' distance at 0.1 m/s; a parked robot, which does
-    /// not push, is never found.
+    /// Wheels that stand against a wall show it after the time for a quarter of the axles' distance
+    /// at 0.1 m/s; a parked robot, which does not push, is never found.
     #[test]
     fn wheels_that_push_and_hardly_turn_stand_after_a_while() {
         let time = |pushes: bool| {
@@ -188,8 +202,9 @@ mod tests {
         assert_eq!(time(false), None);
     }
 
-    /// Closed forms: nothing is resisted on a slope that the tractions climb, up or down, nor by a robot that accelerates by them; all of
-    /// the push at a wall, forwards and backwards; and less than nothing while rims spin up on ice.
+    /// Closed forms: nothing is resisted on a slope that the tractions climb, up or down, nor by a
+    /// robot that accelerates by them; all of the push at a wall, forwards and backwards; and less
+    /// than nothing while rims spin up on ice.
     #[test]
     fn what_slope_and_inertia_do_not_explain_is_resisted() {
         let zero = |angle: f64| assert!(angle.abs() < 1e-12, "{angle}");

@@ -19,7 +19,8 @@ pub struct ContactEstimate {
     pub state: ContactState,
     /// Whether it slides: its slip is beyond creep. Always `false` in the air.
     pub sliding: bool,
-    /// Slip speed, m/s: the rim's speed less that of the wheel's centre along the ground, positive when the rim outruns the ground.
-    /// Creep counts. 0 in the air, and before the wheel's speed is known.
+    /// Slip speed, m/s: the rim's speed less that of the wheel's centre along the ground, positive
+    /// when the rim outruns the ground. Creep counts. 0 in the air, and before the wheel's speed is
+    /// known.
     pub slip: f64,
 }

@@ -14,15 +14,17 @@ pub(crate) struct ContactVelocity {
 }
 
 impl ContactVelocity {
-    /// Speed below which a velocity has no direction, m/s, and a wheel may bear its traction without slip.
+    /// Speed below which a velocity has no direction, m/s, and a wheel may bear its traction
+    /// without slip.
     /// Chosen; insensitive.
     pub const SLOW: f64 = 0.02;
 
     /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad).
     ///
-    /// The speed away from the ground is linearised about the direction of the smooth velocity. About the ground's
-    /// direction, or that of the noisy velocity, it would be linear too. But then errors of the slope, or the noise, would
-    /// occur in the innovation and in the measurement matrix, and each correction would change the size of the velocity.
+    /// The speed away from the ground is linearised about the direction of the smooth velocity.
+    /// About the ground's direction, or that of the noisy velocity, it would be linear too. But
+    /// then errors of the slope, or the noise, would occur in the innovation and in the measurement
+    /// matrix, and each correction would change the size of the velocity.
     pub fn new(smooth: Vec2, noise: Vec2, slope: f64) -> Self {
         let (sin, cos) = libm::sincos(slope);
         let away = smooth.y * cos - smooth.x * sin;
@@ -51,8 +53,8 @@ impl ContactVelocity {
 mod tests {
     use super::*;
 
-    /// Closed form: a velocity of 0.3 m/s at 0.1 rad against the ground moves away at 0.03 m/s, whatever the slope; below
-    /// 0.02 m/s the components themselves count.
+    /// Closed form: a velocity of 0.3 m/s at 0.1 rad against the ground moves away at 0.03 m/s,
+    /// whatever the slope; below 0.02 m/s the components themselves count.
     #[test]
     fn speed_along_and_away_from_the_ground() {
         let velocity = |size: f64, angle: f64| Vec2::new(libm::cos(angle), libm::sin(angle)) * size;

@@ -2,8 +2,9 @@
 
 /// One link's angle from its rate gyroscope and its inclinometer: a complementary filter.
 ///
-/// `d theta/dt = rate + (inclination - theta)/T`: the gyroscope counts over times shorter than the crossover time T, the
-/// inclinometer over longer times. With exact readings the filter is exact up to the integration of the rate.
+/// `d theta/dt = rate + (inclination - theta)/T`: the gyroscope counts over times shorter than the
+/// crossover time T, the inclinometer over longer times. With exact readings the filter is exact up
+/// to the integration of the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComplementaryFilter {
     crossover_time: f64,
@@ -25,7 +26,8 @@ impl ComplementaryFilter {
         }
     }
 
-    /// Angle of the link, rad, after a reading `dt` seconds after the last one: `rate` in rad/s, `inclination` in rad.
+    /// Angle of the link, rad, after a reading `dt` seconds after the last one: `rate` in rad/s,
+    /// `inclination` in rad.
     ///
     /// The first reading starts the filter at the inclinometer.
     pub fn update(&mut self, dt: f64, rate: f64, inclination: f64) -> f64 {
@@ -54,7 +56,8 @@ mod tests {
         assert!((angle - (0.1 + 0.02 * 0.5)).abs() < 1e-9, "{angle}");
     }
 
-    /// Exact readings of a swinging link: the error is that of the trapezoidal rule, (w dt)^2/12 of the amplitude, at most.
+    /// Exact readings of a swinging link: the error is that of the trapezoidal rule, (w dt)^2/12 of
+    /// the amplitude, at most.
     #[test]
     fn exact_readings_give_the_exact_angle() {
         let mut filter = ComplementaryFilter::new(0.5);

@@ -2,9 +2,9 @@
 
 /// State estimate and its covariance.
 ///
-/// The last `CONSIDERED` states are consider states (Schmidt-Kalman filter; S. F. Schmidt, 1966): their variance and
-/// correlations count, but no measurement corrects them or reduces their variance. For states of low observability, which
-/// the linearised filter would correct wrongly.
+/// The last `CONSIDERED` states are consider states (Schmidt-Kalman filter; S. F. Schmidt, 1966):
+/// their variance and correlations count, but no measurement corrects them or reduces their
+/// variance. For states of low observability, which the linearised filter would correct wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
     /// State.
@@ -41,7 +41,8 @@ impl<const N: usize> Projection<N> {
 }
 
 impl Innovation {
-    /// Normalised innovation squared, `value^2/variance`: chi-square with one degree of freedom if the filter is consistent.
+    /// Normalised innovation squared, `value^2/variance`: chi-square with one degree of freedom if
+    /// the filter is consistent.
     pub fn nis(&self) -> f64 {
         self.value * self.value / self.variance
     }
@@ -57,7 +58,8 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         Self { x, p }
     }
 
-    /// Sets a state to a value with a standard deviation, independent of all others. A state of `N` or more changes nothing.
+    /// Sets a state to a value with a standard deviation, independent of all others. A state of `N`
+    /// or more changes nothing.
     pub fn set(&mut self, state: usize, value: f64, sigma: f64) {
         for (k, row) in self.p.iter_mut().enumerate() {
             for (j, entry) in row.iter_mut().enumerate() {
@@ -71,8 +73,8 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
     }
 
-    /// `h' x` and its variance `h' P h`, for the entries of h that are not zero: pairs of state and value. A state of `N` or more
-    /// counts for nothing.
+    /// `h' x` and its variance `h' P h`, for the entries of h that are not zero: pairs of state and
+    /// value. A state of `N` or more counts for nothing.
     pub fn project<const K: usize>(&self, h: &[(usize, f64); K]) -> Projection<N> {
         let mut ph = [0.0; N];
         for &(j, value) in h {
@@ -96,8 +98,9 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
     }
 
-    /// Measurement update by an `innovation` with the row `h` of the measurement matrix and the noise variance `r`; robust beyond
-    /// `gate` standard deviations: see [`Self::correct`]. Returns the innovation.
+    /// Measurement update by an `innovation` with the row `h` of the measurement matrix and the
+    /// noise variance `r`; robust beyond `gate` standard deviations: see [`Self::correct`]. Returns
+    /// the innovation.
     pub fn update<const K: usize>(
         &mut self,
         h: &[(usize, f64); K],
@@ -109,11 +112,14 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         self.correct(N, &projection, innovation, r, gate)
     }
 
-    /// Measurement update of the first `estimated` states, at most all but the consider states; the others are considered.
+    /// Measurement update of the first `estimated` states, at most all but the consider states; the
+    /// others are considered.
     ///
-    /// It is robust against outliers: the variance S of an innovation beyond `gate` standard deviations is inflated until it lies at
-    /// the gate, so that the correction falls with one over the innovation, but no wrong state shuts out all later readings (Chang,
-    /// Robust Kalman filtering based on Mahalanobis distance, J. Geodesy 88, 2014). A number that is not finite changes nothing.
+    /// It is robust against outliers: the variance S of an innovation beyond `gate` standard
+    /// deviations is inflated until it lies at the gate, so that the correction falls with one over
+    /// the innovation, but no wrong state shuts out all later readings (Chang, Robust Kalman
+    /// filtering based on Mahalanobis distance, J. Geodesy 88, 2014). A number that is not finite
+    /// changes nothing.
     ///
     /// Returns the innovation with its predicted variance S.
     pub fn correct(
@@ -138,7 +144,8 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         found
     }
 
-    /// `x += K innovation` and `P -= K S K'` with the gain `K = P h/S`, zero for all but the first `estimated` states.
+    /// `x += K innovation` and `P -= K S K'` with the gain `K = P h/S`, zero for all but the first
+    /// `estimated` states.
     fn apply(&mut self, estimated: usize, ph: &[f64; N], innovation: f64, s: f64) {
         let estimated = estimated.min(N - CONSIDERED);
         let root = 1.0 / robhaz_model::sqrt(s);
@@ -183,8 +190,9 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence: the scalar update is the conditional of the joint Gaussian, here in the information form
-        /// `P+^-1 = P^-1 + h h'/r`, `P+^-1 x+ = P^-1 x + h z/r`. Conditions stay below 1e3: 1e-9 leaves three digits.
+        /// Equivalence: the scalar update is the conditional of the joint Gaussian, here in the
+        /// information form `P+^-1 = P^-1 + h h'/r`, `P+^-1 x+ = P^-1 x + h z/r`. Conditions stay
+        /// below 1e3: 1e-9 leaves three digits.
         #[test]
         fn update_is_the_conditional_gaussian(
             root in prop::array::uniform9(-1.0_f64..1.0), x in prop::array::uniform3(-2.0_f64..2.0),
@@ -210,8 +218,9 @@ mod tests {
             }
         }
 
-        /// Closed form: with the gain `K` of Schmidt's filter, that of Kalman's but zero for consider states, the covariance is
-        /// Joseph's form `(I - K h') P (I - K h')' + K r K'`, which holds for any gain. Conditions as above.
+        /// Closed form: with the gain `K` of Schmidt's filter, that of Kalman's but zero for
+        /// consider states, the covariance is Joseph's form `(I - K h') P (I - K h')' + K r K'`,
+        /// which holds for any gain. Conditions as above.
         #[test]
         fn considered_states_follow_josephs_form(
             root in prop::array::uniform9(-1.0_f64..1.0), h in prop::array::uniform3(-2.0_f64..2.0),
@@ -238,7 +247,8 @@ mod tests {
             prop_assert!(filter.p[2][2].to_bits() == p[(2, 2)].to_bits());
         }
 
-        /// Closed form: a measurement beyond the gate of five deviations corrects as one whose innovation has the variance d^2/25. Rounding.
+        /// Closed form: a measurement beyond the gate of five deviations corrects as one whose
+        /// innovation has the variance d^2/25. Rounding.
         #[test]
         fn outliers_count_by_less(root in prop::array::uniform9(-1.0_f64..1.0), far in 20.0_f64..200.0, sign in prop::bool::ANY) {
             let p = covariance(root);

@@ -9,8 +9,9 @@ use crate::settings::NoiseBudget;
 
 /// Angle of one link and bias of its gyroscope.
 ///
-/// The gyroscope drives the angle, the inclinometer corrects it. An inclinometer measures the specific force: the filter
-/// subtracts the estimated acceleration of the link, and gives the reading less weight while the link accelerates.
+/// The gyroscope drives the angle, the inclinometer corrects it. An inclinometer measures the
+/// specific force: the filter subtracts the estimated acceleration of the link, and gives the
+/// reading less weight while the link accelerates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkAngleKalman {
     /// States [`ANGLE`] and [`BIAS`].
@@ -21,9 +22,11 @@ pub struct LinkAngleKalman {
     smooth_rate: f64,
     /// Derivative of the low-pass filtered rate, rad/s^2.
     acceleration: f64,
-    /// Variance of the unmodelled angular acceleration, rad^2/s^4: see [`Self::unmodelled_acceleration`].
+    /// Variance of the unmodelled angular acceleration, rad^2/s^4: see
+    /// [`Self::unmodelled_acceleration`].
     unmodelled: f64,
-    /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what its acceleration adds.
+    /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what
+    /// its acceleration adds.
     expected: f64,
     /// Time since the gyroscope was last read, s.
     unread: f64,
@@ -42,7 +45,8 @@ pub struct LinkReadings {
     pub rate: Option<f64>,
     /// Inclination, rad; `None` if it is not of this instant.
     pub inclination: Option<f64>,
-    /// Angle between the specific force and gravity at the inclinometer, rad, as estimated: positive for a forward acceleration.
+    /// Angle between the specific force and gravity at the inclinometer, rad, as estimated:
+    /// positive for a forward acceleration.
     pub force_angle: f64,
 }
 
@@ -53,14 +57,17 @@ impl LinkAngleKalman {
     /// Relative error of the acceleration that is subtracted from the inclinometer.
     /// Chosen; sensitive.
     const ACCELERATION_ERROR: f64 = 0.5;
-    /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
+    /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for
+    /// nothing.
     /// Guard.
     const LEAST_NOISE: f64 = 5e-4;
-    /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
-    /// whose wheel follows ground with a radius of R = 0.1 m at 0.2 m/s.
+    /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times
+    /// `v^2/(R l)`, that of a link with l = 0.3 m whose wheel follows ground with a radius of R =
+    /// 0.1 m at 0.2 m/s.
     /// Chosen; sensitive.
     const IMPACT: f64 = 20.0;
-    /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
+    /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some
+    /// hundredths of a newton of N.
     /// Guard.
     const LEAST_UNMODELLED: f64 = 1e-4;
     /// Relative error of an inclinometer's lag: tolerance of a low pass.
@@ -98,7 +105,8 @@ impl LinkAngleKalman {
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
-    /// Advances by `dt` (s) to the readings of one instant. Returns the innovation of the inclination (rad), if there is one.
+    /// Advances by `dt` (s) to the readings of one instant. Returns the innovation of the
+    /// inclination (rad), if there is one.
     pub fn update(
         &mut self,
         budget: &NoiseBudget,
@@ -128,7 +136,8 @@ impl LinkAngleKalman {
             .map(|inclination| self.correct(budget, inclination, force_angle))
     }
 
-    /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad) included, through its low pass.
+    /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad)
+    /// included, through its low pass.
     fn expect(&mut self, budget: &NoiseBudget, dt: f64, force_angle: f64) {
         let now = self.filter.x[ANGLE] + force_angle;
         let weight = if budget.inclination_lag > 0.0 {
@@ -165,7 +174,8 @@ impl LinkAngleKalman {
         p[BIAS][BIAS] += budget.rate_walk * budget.rate_walk * dt;
     }
 
-    /// The low-pass filtered rate takes over a `change` of the rate (rad/s within `dt` seconds) that only an impact can cause.
+    /// The low-pass filtered rate takes over a `change` of the rate (rad/s within `dt` seconds)
+    /// that only an impact can cause.
     fn follow_impact(&mut self, budget: &NoiseBudget, dt: f64, change: f64) {
         let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
         if change.abs() > noise.max(Self::IMPACT * dt) {
@@ -196,7 +206,8 @@ impl LinkAngleKalman {
         }
     }
 
-    /// Corrects the angle by an inclination (rad) where the specific force is at `force_angle` from gravity.
+    /// Corrects the angle by an inclination (rad) where the specific force is at `force_angle` from
+    /// gravity.
     fn correct(&mut self, budget: &NoiseBudget, inclination: f64, force_angle: f64) -> Innovation {
         let noise = Self::inclination_noise(budget);
         let uncertain = Self::ACCELERATION_ERROR * force_angle;
@@ -217,7 +228,8 @@ impl LinkAngleKalman {
         root_sum_square(budget.inclination_noise, Self::LEAST_NOISE)
     }
 
-    /// Standard deviation of the inclinometer's reading from the error of its lag while the link turns, rad.
+    /// Standard deviation of the inclinometer's reading from the error of its lag while the link
+    /// turns, rad.
     pub(crate) fn late(&self, budget: &NoiseBudget) -> f64 {
         Self::LAG_ERROR * budget.inclination_lag * self.smooth_rate.abs()
     }
@@ -227,12 +239,14 @@ impl LinkAngleKalman {
         self.filter.x[ANGLE]
     }
 
-    /// Standard deviation of the angle, rad: the filter's, and the bias of the inclinometer, which is not observable.
+    /// Standard deviation of the angle, rad: the filter's, and the bias of the inclinometer, which
+    /// is not observable.
     pub fn angle_sigma(&self, budget: &NoiseBudget) -> f64 {
         root_sum_square(self.settled_sigma(), budget.inclination_bias)
     }
 
-    /// Standard deviation of the angle against the mean of the inclinometer's readings, rad, without its bias.
+    /// Standard deviation of the angle against the mean of the inclinometer's readings, rad,
+    /// without its bias.
     pub(crate) fn settled_sigma(&self) -> f64 {
         robhaz_model::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0))
     }
@@ -252,11 +266,12 @@ impl LinkAngleKalman {
         self.acceleration
     }
 
-    /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro, rad/s^2; zero while nothing but noise parts the rate
-    /// from its low pass.
+    /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,
+    /// rad/s^2; zero while nothing but noise parts the rate from its low pass.
     ///
-    /// At a constant acceleration a low pass of time constant s lags by s times the acceleration. A rate that is farther ahead, by d, has
-    /// changed within s, and the derivative of the low pass errs by d/s. It holds for s, since a link that turns to and fro crosses its low pass.
+    /// At a constant acceleration a low pass of time constant s lags by s times the acceleration. A
+    /// rate that is farther ahead, by d, has changed within s, and the derivative of the low pass
+    /// errs by d/s. It holds for s, since a link that turns to and fro crosses its low pass.
     pub fn unmodelled_acceleration(&self) -> f64 {
         robhaz_model::sqrt(self.unmodelled)
     }

@@ -13,7 +13,8 @@ pub(crate) const SMOOTHING: f64 = 0.02;
 /// Guard.
 const SHORTEST: f64 = 0.001;
 
-/// Time constant of a low pass on a rate, s, for readings whose noise is `noise` times that of typical sensors: the finer, the shorter.
+/// Time constant of a low pass on a rate, s, for readings whose noise is `noise` times that of
+/// typical sensors: the finer, the shorter.
 pub(crate) fn smoothing_time(noise: f64) -> f64 {
     (SMOOTHING * noise).clamp(SHORTEST, SMOOTHING)
 }

@@ -1,9 +1,11 @@
 //! Traction of a wheel from motor torque and wheel speed: eq. (3).
 
-/// The paper's disturbance observer, `T = omega_c/(r (s + omega_c)) [tau - (J s + B) omega]`, eq. (3).
+/// The paper's disturbance observer, `T = omega_c/(r (s + omega_c)) [tau - (J s + B) omega]`, eq.
+/// (3).
 ///
 /// The derivative is never formed: with `L` the low-pass `omega_c/(s + omega_c)`,
-/// `r T = L[tau - B omega + J omega_c omega] - J omega_c omega`. `L` is discretised by the trapezoidal rule.
+/// `r T = L[tau - B omega + J omega_c omega] - J omega_c omega`. `L` is discretised by the
+/// trapezoidal rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TractionObserver {
     parameters: ObserverParameters,
@@ -37,7 +39,8 @@ impl TractionObserver {
         }
     }
 
-    /// Traction T, N, from motor torque `tau` (N m) and wheel speed `omega` (rad/s), `dt` seconds after the last reading.
+    /// Traction T, N, from motor torque `tau` (N m) and wheel speed `omega` (rad/s), `dt` seconds
+    /// after the last reading.
     pub fn update(&mut self, dt: f64, tau: f64, omega: f64) -> f64 {
         let p = &self.parameters;
         let momentum = p.inertia * p.pole * omega;
@@ -74,7 +77,8 @@ mod tests {
         assert!((traction - 5.0).abs() < 1e-12);
     }
 
-    /// Closed form: a step of T shows as `1 - exp(-omega_c t)`, whatever the torque and speed that it causes.
+    /// Closed form: a step of T shows as `1 - exp(-omega_c t)`, whatever the torque and speed that
+    /// it causes.
     #[test]
     fn a_step_of_traction_shows_with_the_lag_of_the_pole() {
         let mut observer = TractionObserver::new(PARAMETERS);

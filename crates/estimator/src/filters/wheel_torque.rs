@@ -1,4 +1,5 @@
-//! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3), without its lag.
+//! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3),
+//! without its lag.
 
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{SMOOTHING, TYPICAL};
@@ -23,10 +24,12 @@ pub struct TorqueObserverParameters {
     pub unread_walk: f64,
 }
 
-/// States: spin angle (rad), spin speed (rad/s), torque of the ground `d T` (N m) and its rate (N m/s).
+/// States: spin angle (rad), spin speed (rad/s), torque of the ground `d T` (N m) and its rate (N
+/// m/s).
 ///
-/// The second derivative of that torque is white noise. Eq. (2), with separate inertias of wheel and rotor, relates torque
-/// and speed: `(J_wheel + J_rotor) domega/dt = tau - B omega - d T + J_wheel alpha_link`.
+/// The second derivative of that torque is white noise. Eq. (2), with separate inertias of wheel
+/// and rotor, relates torque and speed:
+/// `(J_wheel + J_rotor) domega/dt = tau - B omega - d T + J_wheel alpha_link`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueObserver {
     filter: Kalman<4>,
@@ -52,33 +55,36 @@ impl Default for TorqueObserver {
 }
 
 impl TorqueObserver {
-    /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings of
-    /// typical sensors, up to [`Self::REFERENCE_SPEED`]. At this value the lag on
-    /// the PI drive's fast torques and the noise of the encoder cost the same error. For finer readings the density is
-    /// larger, so the observer is faster: in inverse proportion to the coarser of the two readings, down to
-    /// [`Self::FINEST`] of these.
+    /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for
+    /// readings of typical sensors, up to [`Self::REFERENCE_SPEED`]. At this value the lag on the
+    /// PI drive's fast torques and the noise of the encoder cost the same error. For finer readings
+    /// the density is larger, so the observer is faster: in inverse proportion to the coarser of
+    /// the two readings, down to [`Self::FINEST`] of these.
     /// Chosen; sensitive.
     const TORQUE_JERK: f64 = 5.0;
-    /// Speed of the rim, m/s, above which that density grows with the speed to the power of 3/2. The torque changes along the ground: at
-    /// the speed v its second derivative is v^2 times that along the ground, whose white noise over the length is by 1/v less dense over
-    /// the time.
+    /// Speed of the rim, m/s, above which that density grows with the speed to the power of 3/2.
+    /// The torque changes along the ground: at the speed v its second derivative is v^2 times that
+    /// along the ground, whose white noise over the length is by 1/v less dense over the time.
     /// Chosen; sensitive.
     const REFERENCE_SPEED: f64 = 0.2;
     /// See [`Self::TORQUE_JERK`].
     /// Chosen; insensitive.
     const FINEST: f64 = 0.04;
-    /// Standard deviation of the change of the ground's torque in an impact, N m; its rate changes by that over [`SMOOTHING`].
+    /// Standard deviation of the change of the ground's torque in an impact, N m; its rate changes
+    /// by that over [`SMOOTHING`].
     ///
-    /// This and the next one were chosen from 0.5 to 5 N m and 0.01 to 0.5 rad/s for the least error
-    /// behind a ramp's corner and a ditch's edges. On rolling ground no innovation exceeds the gate.
+    /// This and the next one were chosen from 0.5 to 5 N m and 0.01 to 0.5 rad/s for the least
+    /// error behind a ramp's corner and a ditch's edges. On rolling ground no innovation exceeds
+    /// the gate.
     /// Chosen; sensitive.
     const IMPACT_TORQUE: f64 = 1.0;
-    /// Standard deviation of the change of the spin speed, rad/s. Without it the filter would explain the speed change of
-    /// the impact by a constant torque.
+    /// Standard deviation of the change of the spin speed, rad/s. Without it the filter would
+    /// explain the speed change of the impact by a constant torque.
     /// Chosen; sensitive.
     const IMPACT_SPEED: f64 = 0.02;
 
-    /// Starts with a wheel at rest: its speed is within 0.01 rad/s, the ground's torque within 5 N m.
+    /// Starts with a wheel at rest: its speed is within 0.01 rad/s, the ground's torque within 5 N
+    /// m.
     pub fn new() -> Self {
         Self {
             filter: Kalman::new([0.0; 4], [0.0, 0.01, 5.0, 5.0]),
@@ -94,8 +100,8 @@ impl TorqueObserver {
         }
     }
 
-    /// Advances by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the link's angular
-    /// acceleration `alpha_link` (rad/s^2, counter-clockwise).
+    /// Advances by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the
+    /// link's angular acceleration `alpha_link` (rad/s^2, counter-clockwise).
     pub fn predict(
         &mut self,
         parameters: &TorqueObserverParameters,
@@ -125,8 +131,8 @@ impl TorqueObserver {
         self.add_process_noise(parameters, dt, j);
     }
 
-    /// Noise of the torque reading, held over the interval `dt` (s), and of the ground's torque. `j` is the inverse
-    /// inertia, 1/(kg m^2).
+    /// Noise of the torque reading, held over the interval `dt` (s), and of the ground's torque.
+    /// `j` is the inverse inertia, 1/(kg m^2).
     fn add_process_noise(&mut self, parameters: &TorqueObserverParameters, dt: f64, j: f64) {
         let p = &mut self.filter.p;
         let kick = parameters.torque_sigma * dt * j;
@@ -150,7 +156,8 @@ impl TorqueObserver {
         self.started = false;
     }
 
-    /// Corrects the states by a reading of the spin angle, rad. `None` for the first reading, which sets the angle.
+    /// Corrects the states by a reading of the spin angle, rad. `None` for the first reading, which
+    /// sets the angle.
     pub fn measure(
         &mut self,
         parameters: &TorqueObserverParameters,
@@ -181,8 +188,8 @@ impl TorqueObserver {
         Some(innovation)
     }
 
-    /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later, and the standard deviation of
-    /// its prediction. `None` before the observer has settled.
+    /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later,
+    /// and the standard deviation of its prediction. `None` before the observer has settled.
     pub fn turn(
         &self,
         parameters: &TorqueObserverParameters,
@@ -208,7 +215,8 @@ impl TorqueObserver {
         robhaz_model::sqrt(self.filter.p[SPEED][SPEED].max(0.0))
     }
 
-    /// Whether the standard deviation of the speed is below 0.1 rad/s, so that the speed can be used.
+    /// Whether the standard deviation of the speed is below 0.1 rad/s, so that the speed can be
+    /// used.
     pub fn settled(&self) -> bool {
         self.filter.p[SPEED][SPEED] < 0.01
     }
@@ -222,7 +230,8 @@ impl TorqueObserver {
     }
 }
 
-/// Transition matrix F of a step, of second order in it. What is not listed is that of the identity.
+/// Transition matrix F of a step, of second order in it. What is not listed is that of the
+/// identity.
 struct Transition {
     /// Of the angle, by speed and torque.
     angle: [f64; 2],
@@ -284,7 +293,8 @@ mod tests {
     const INERTIA: f64 = PARAMETERS.wheel_inertia + PARAMETERS.rotor_inertia;
 
     proptest! {
-        /// Equivalence: the propagated covariance is the product of full matrices. Entries are of order 1: 1e-13 is their rounding.
+        /// Equivalence: the propagated covariance is the product of full matrices. Entries are of
+        /// order 1: 1e-13 is their rounding.
         #[test]
         fn the_propagated_covariance_is_that_of_the_matrix_product(
             root in prop::array::uniform16(-1.0_f64..1.0), f in prop::array::uniform6(-1.0_f64..1.0),
@@ -310,7 +320,8 @@ mod tests {
         }
     }
 
-    /// A wheel under constant torques, integrated exactly: `omega = rest + (omega - rest) exp(-B t/J)`.
+    /// A wheel under constant torques, integrated exactly:
+    /// `omega = rest + (omega - rest) exp(-B t/J)`.
     struct Wheel {
         angle: f64,
         speed: f64,
@@ -327,8 +338,9 @@ mod tests {
         }
     }
 
-    /// Closed form: motor torque, damping and the link's angular acceleration account for all of the motion, so that a constant
-    /// torque of the ground is found exactly: up to what an integration of second order leaves, (B dt/J)^2/6 = 4e-7 of 2 N m.
+    /// Closed form: motor torque, damping and the link's angular acceleration account for all of
+    /// the motion, so that a constant torque of the ground is found exactly: up to what an
+    /// integration of second order leaves, (B dt/J)^2/6 = 4e-7 of 2 N m.
     #[test]
     fn a_constant_torque_is_found() {
         let mut observer = TorqueObserver::new();
@@ -348,8 +360,9 @@ mod tests {
         assert!(sigma > 0.0 && sigma < 0.1, "{sigma}");
     }
 
-    /// A step of the ground's torque without one of the motor's torque is followed. With a jerk of 5 N m/s^2/sqrt(Hz) against the
-    /// noise of the encoder the filter's time constant is some 20 ms: after 0.2 s less than 1 % is left.
+    /// A step of the ground's torque without one of the motor's torque is followed. With a jerk of
+    /// 5 N m/s^2/sqrt(Hz) against the noise of the encoder the filter's time constant is some 20
+    /// ms: after 0.2 s less than 1 % is left.
     #[test]
     fn a_step_settles() {
         let mut observer = TorqueObserver::new();
@@ -373,8 +386,9 @@ mod tests {
         assert!((later - 1.0).abs() < 0.01, "{later}");
     }
 
-    /// Consistency: with counts as noise the torque's error over many independent stretches is as large as stated. Errors
-    /// over 40 s are worth some 500 independent ones; 0.8 to 1.25 is four standard errors of their RMS.
+    /// Consistency: with counts as noise the torque's error over many independent stretches is as
+    /// large as stated. Errors over 40 s are worth some 500 independent ones; 0.8 to 1.25 is four
+    /// standard errors of their RMS.
     #[test]
     fn the_stated_deviation_is_the_real_one() {
         let mut random = Random::new();
@@ -408,8 +422,8 @@ mod tests {
         assert!((0.8..1.25).contains(&ratio), "{ratio}");
     }
 
-    /// Closed form: at four times the reference speed the rate of the ground's torque becomes 4^1.5 times as uncertain in a step, and no less
-    /// uncertain below that speed.
+    /// Closed form: at four times the reference speed the rate of the ground's torque becomes 4^1.5
+    /// times as uncertain in a step, and no less uncertain below that speed.
     #[test]
     fn the_torque_changes_faster_at_higher_speed() {
         let step = |rim_speed: f64| {
@@ -429,7 +443,8 @@ mod tests {
         assert!((step(0.01) / slow - 1.0).abs() < 1e-9);
     }
 
-    /// Without readings of the motor torque the standard deviation of the ground's torque grows; with readings it falls back.
+    /// Without readings of the motor torque the standard deviation of the ground's torque grows;
+    /// with readings it falls back.
     #[test]
     fn an_unread_torque_has_a_larger_deviation() {
         let mut observer = TorqueObserver::new();

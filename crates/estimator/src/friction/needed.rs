@@ -12,13 +12,16 @@ pub struct NeededFriction {
     pub sigma: f64,
 }
 
-/// Part of T/N of a wheel that comes from its own torque offset: from the difference to the mean of the three offsets.
+/// Part of T/N of a wheel that comes from its own torque offset: from the difference to the mean of
+/// the three offsets.
 ///
-/// The balance of the robot shows the sum of the offsets; nothing shows their differences where wheels do not creep.
+/// The balance of the robot shows the sum of the offsets; nothing shows their differences where
+/// wheels do not creep.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OffsetShare {
-    /// What the estimated difference has taken from T/N, -. The sum of [`crate::WheelFriction::needed`] and this errs by a force that stays the
-    /// same while the offsets do.
+    /// What the estimated difference has taken from T/N, -. The sum of
+    /// [`crate::WheelFriction::needed`] and this errs by a force that stays the same while the
+    /// offsets do.
     pub removed: f64,
     /// Standard deviation of the true difference's part by the data sheet, -.
     pub sigma: f64,
@@ -58,13 +61,15 @@ impl JointForces {
         }
     }
 
-    /// Conditions the forces, of the covariance `p` (N^2), on the direction of the velocity that the memory of the ground knows.
-    /// `tangents`: directions of the tangents at the contacts; `error`: their common error, estimated minus true as dy/dx, and its
-    /// standard deviation.
+    /// Conditions the forces, of the covariance `p` (N^2), on the direction of the velocity that
+    /// the memory of the ground knows. `tangents`: directions of the tangents at the contacts;
+    /// `error`: their common error, estimated minus true as dy/dx, and its standard deviation.
     ///
-    /// The horizontal balance `sum (T cos gamma - N sin gamma) = m a` holds for the estimate at its own angles. At the true angles
-    /// the sum differs by `-sum (T sin gamma + N cos gamma) d gamma`. This is a measurement of the sum: it separates the offsets and
-    /// gains of the torques from the slope, which the motion filter alone cannot on even ground.
+    /// The horizontal balance `sum (T cos gamma - N sin gamma) = m a` holds for the estimate at its
+    /// own angles. At the true angles the sum differs by
+    /// `-sum (T sin gamma + N cos gamma) d gamma`. This is a measurement of the sum: it separates
+    /// the offsets and gains of the torques from the slope, which the motion filter alone cannot on
+    /// even ground.
     pub fn know_direction(&mut self, p: &[[f64; 6]; 6], tangents: &[Vec2; 3], error: (f64, f64)) {
         let mut h = [0.0; 6];
         let mut by_direction = 0.0;
@@ -105,7 +110,8 @@ impl JointForces {
         self.x[2 * i + 1]
     }
 
-    /// T/N of wheel `i`. To first order its variance is that of `(T - mu N)/N`. Not finite without load.
+    /// T/N of wheel `i`. To first order its variance is that of `(T - mu N)/N`. Not finite without
+    /// load.
     pub fn needed_friction(&self, i: usize) -> NeededFriction {
         let (t, n) = (self.x[2 * i], self.x[2 * i + 1]);
         let value = t / n;
@@ -150,8 +156,9 @@ mod tests {
         assert!((found.sigma - expected).abs() < 1e-15);
     }
 
-    /// Closed form: on level ground the sum of T is measured as it is less the weight times the error. Three equal variances of 1 N^2
-    /// share a change of the sum equally, and with a noise r each keeps `1 - 1/(3 + r)`.
+    /// Closed form: on level ground the sum of T is measured as it is less the weight times the
+    /// error. Three equal variances of 1 N^2 share a change of the sum equally, and with a noise r
+    /// each keeps `1 - 1/(3 + r)`.
     #[test]
     fn a_known_direction_measures_the_sum_of_tractions() {
         let weight = 137.0;

@@ -15,16 +15,17 @@ pub struct WheelFriction {
     pub needed: Option<NeededFriction>,
     /// What the offset of the torque reading has to do with it; zero for a wheel without load.
     pub offset: OffsetShare,
-    /// The largest |T/N| of the last 0.6 s; while the wheel slips, that before. Zero while the wheel is not watched.
+    /// The largest |T/N| of the last 0.6 s; while the wheel slips, that before. Zero while the
+    /// wheel is not watched.
     pub peak: PeakFriction,
-    /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the wheel's place, else that of the last
-    /// slip event. `None` before any wheel has slipped.
+    /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the
+    /// wheel's place, else that of the last slip event. `None` before any wheel has slipped.
     pub margin: Option<f64>,
-    /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the wheel grips: there is a value from
-    /// the onset of slip until it grips again.
+    /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the
+    /// wheel grips: there is a value from the onset of slip until it grips again.
     pub slid: Option<f64>,
-    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it is unknown
-    /// which of them slips.
+    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about
+    /// as much friction: it is unknown which of them slips.
     pub slip_event: Option<SlipEvent>,
 }
 
@@ -37,7 +38,8 @@ pub(crate) struct FrictionSample<'a> {
     pub contact: &'a [ContactEstimate; 3],
     /// Whether wheels can be judged: no impact, no stop, no reading that has been missing for long.
     pub clear: bool,
-    /// What the estimated differences of the torque offsets have taken from the tractions, N; their sum is zero.
+    /// What the estimated differences of the torque offsets have taken from the tractions, N; their
+    /// sum is zero.
     pub removed: [f64; 3],
     /// Standard deviation of such a difference by the data sheet, N.
     pub systematic: f64,
@@ -63,8 +65,8 @@ impl FrictionObserver {
     /// Part of the mean wheel load from which T/N is exact enough to teach anything.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const LEAST_LOAD: f64 = 0.2;
-    /// Part of a slipping wheel's |T/N| from which another wheel may be the one that slips: the speed of the ground is that of the
-    /// other rims, less their creep.
+    /// Part of a slipping wheel's |T/N| from which another wheel may be the one that slips: the
+    /// speed of the ground is that of the other rims, less their creep.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const AMBIGUOUS: f64 = 0.9;
 
@@ -143,7 +145,8 @@ impl FrictionObserver {
     }
 }
 
-/// Median of the slip speeds of the three wheels, m/s; that of a wheel without a slip of its own counts as zero.
+/// Median of the slip speeds of the three wheels, m/s; that of a wheel without a slip of its own
+/// counts as zero.
 fn median_slip(contact: &[ContactEstimate; 3]) -> f64 {
     let [a, b, c] = contact.map(|contact| match contact.state {
         ContactState::OneContact => contact.slip,

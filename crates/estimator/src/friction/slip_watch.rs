@@ -11,15 +11,15 @@ pub struct SlipEvent {
     pub mu_max: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
-    /// Part of that deviation that comes from a systematic error of the torque reading, -. A slip in the other direction has it with the
-    /// other sign.
+    /// Part of that deviation that comes from a systematic error of the torque reading, -. A slip
+    /// in the other direction has it with the other sign.
     pub systematic: f64,
     /// N at that T/N, N.
     pub load: f64,
     /// Time since that T/N, s.
     pub age: f64,
-    /// Place of the contact at that time along the path, m, in the frame of [`crate::Estimator::ground`]. `None` before the robot
-    /// has moved.
+    /// Place of the contact at that time along the path, m, in the frame of
+    /// [`crate::Estimator::ground`]. `None` before the robot has moved.
     pub place: Option<f64>,
 }
 
@@ -43,9 +43,11 @@ pub(crate) struct WheelSample {
 impl WheelSample {
     /// The slip that counts, m/s, at a low-pass filtered T/N.
     ///
-    /// The motion filter takes the slip of a wheel with |T/N| below [`ContactDetector::LEAST_RATIO`] for an error of the estimated speed,
-    /// and corrects that speed: where a wheel spins on ice, the others then seem to slip backwards. The median slip is that error. It
-    /// counts in full up to that |T/N|, and less and less up to twice as much, where slip no longer changes the speed.
+    /// The motion filter takes the slip of a wheel with |T/N| below
+    /// [`ContactDetector::LEAST_RATIO`] for an error of the estimated speed, and corrects that
+    /// speed: where a wheel spins on ice, the others then seem to slip backwards. The median slip
+    /// is that error. It counts in full up to that |T/N|, and less and less up to twice as much,
+    /// where slip no longer changes the speed.
     fn counted_slip(&self, ratio: f64) -> f64 {
         let part = (2.0 - ratio.abs() / ContactDetector::LEAST_RATIO).clamp(0.0, 1.0);
         self.slip - part * self.median_slip
@@ -54,12 +56,14 @@ impl WheelSample {
 
 /// Watches one wheel for the onset of slip.
 ///
-/// While a wheel grips, its slip follows T/N and hardly accelerates. Once T/N is at the ground's limit, further torque accelerates the
-/// wheel: the slip speed grows faster and faster, because friction falls with slip. The onset is a slip acceleration beyond
-/// [`Self::ACCELERATION`] in the direction of the traction, for [`Self::HOLD`], in which T/N hardly rises: where it rises fast, creep
-/// accelerates the slip of a wheel that grips.
+/// While a wheel grips, its slip follows T/N and hardly accelerates. Once T/N is at the ground's
+/// limit, further torque accelerates the wheel: the slip speed grows faster and faster, because
+/// friction falls with slip. The onset is a slip acceleration beyond [`Self::ACCELERATION`] in the
+/// direction of the traction, for [`Self::HOLD`], in which T/N hardly rises: where it rises fast,
+/// creep accelerates the slip of a wheel that grips.
 ///
-/// On ice the slip counts relative to the median of the three wheels: see [`WheelSample::counted_slip`].
+/// On ice the slip counts relative to the median of the three wheels: see
+/// [`WheelSample::counted_slip`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SlipWatch {
     /// Whether there has been a sample since the last reset.
@@ -76,7 +80,8 @@ pub(crate) struct SlipWatch {
     time: f64,
     /// Whether the wheel slips: the onset is over, and the wheel has not gripped again.
     slips: bool,
-    /// Slip speed in the direction of the traction below which it grips again, m/s: with as much it has borne the peak.
+    /// Slip speed in the direction of the traction below which it grips again, m/s: with as much it
+    /// has borne the peak.
     gripping: f64,
     /// Distance that the rim has slid over the ground since the peak, m.
     slid: f64,
@@ -111,40 +116,44 @@ impl Peak {
 }
 
 impl SlipWatch {
-    /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel
-    /// has accelerated.
+    /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the
+    /// peak of friction until the wheel has accelerated.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const RATIO_SMOOTHING: f64 = 0.05;
     /// Time constant of the faster low pass on T/N, s.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const FAST_SMOOTHING: f64 = 0.01;
-    /// Increase of |T/N| in that time with which the wheel still grips, -: at 0.5/s or faster the creep alone accelerates the slip as
-    /// much.
+    /// Increase of |T/N| in that time with which the wheel still grips, -: at 0.5/s or faster the
+    /// creep alone accelerates the slip as much.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const RISE: f64 = 0.015;
-    /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders and gyroscopes the acceleration
-    /// of a gripping wheel then stays below 0.02 m/s^2.
+    /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders
+    /// and gyroscopes the acceleration of a gripping wheel then stays below 0.02 m/s^2.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const SLIP_SMOOTHING: f64 = 0.05;
-    /// Slip acceleration at the onset, m/s^2: for a rotor and wheel of 0.094 kg m^2 and a load of 46 N it is a torque of 1.6 % of r N
-    /// that the ground does not bear. A gripping wheel under a ramp of 0.25 N m/s stays below 0.02 m/s^2 up to 98 % of mu_max.
+    /// Slip acceleration at the onset, m/s^2: for a rotor and wheel of 0.094 kg m^2 and a load of
+    /// 46 N it is a torque of 1.6 % of r N that the ground does not bear. A gripping wheel under a
+    /// ramp of 0.25 N m/s stays below 0.02 m/s^2 up to 98 % of mu_max.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const ACCELERATION: f64 = 0.08;
     /// Time for which it has to be beyond, s.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const HOLD: f64 = 0.03;
-    /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less grips.
+    /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less
+    /// grips.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const LEAST_SLIP: f64 = 0.005;
     /// Age beyond which a peak is forgotten, s.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const WINDOW: f64 = 0.6;
-    /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than half of mu_max on all common grounds.
-    /// A wheel that was relieved after the peak bears less, and is moved by others.
+    /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than
+    /// half of mu_max on all common grounds. A wheel that was relieved after the peak bears less,
+    /// and is moved by others.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const STILL_BORNE: f64 = 0.5;
 
-    /// Takes a sample, `dt` seconds after the last. Returns the event at the sample at which an onset is found.
+    /// Takes a sample, `dt` seconds after the last. Returns the event at the sample at which an
+    /// onset is found.
     pub fn update(&mut self, sample: &WheelSample, dt: f64) -> Option<SlipEvent> {
         let ratio = sample.needed.value;
         if !(ratio + sample.slip + sample.median_slip).is_finite() {
@@ -258,8 +267,9 @@ mod tests {
         }
     }
 
-    /// A wheel under a ramp of T/N of 0.05/s up to `mu` with creep in proportion; then its slip accelerates by `growth` (1/s), from
-    /// 0.01 m/s^2 on. Returns the event and the time since the limit was reached.
+    /// A wheel under a ramp of T/N of 0.05/s up to `mu` with creep in proportion; then its slip
+    /// accelerates by `growth` (1/s), from 0.01 m/s^2 on. Returns the event and the time since the
+    /// limit was reached.
     fn ramp(mu: f64, growth: f64, forward: f64) -> Option<(SlipEvent, f64)> {
         let mut watch = SlipWatch::default();
         for k in 0..40_000 {
@@ -278,8 +288,9 @@ mod tests {
         None
     }
 
-    /// Closed form: the acceleration reaches 0.08 m/s^2 within ln(8)/growth, later by the low pass (0.05 s) and the hold (0.03 s).
-    /// The low pass lags the ramp by 0.1 s, 0.005; the time until the slip has accelerated catches up with half of it.
+    /// Closed form: the acceleration reaches 0.08 m/s^2 within ln(8)/growth, later by the low pass
+    /// (0.05 s) and the hold (0.03 s). The low pass lags the ramp by 0.1 s, 0.005; the time until
+    /// the slip has accelerated catches up with half of it.
     #[test]
     fn the_onset_follows_the_limit() {
         for forward in [1.0, -1.0] {
@@ -304,8 +315,9 @@ mod tests {
         }
     }
 
-    /// Property: on ice, T/N = 0.05, a wheel spins up by 0.2 m/s^2 and the estimated speed of the robot follows it: its own slip stays, and
-    /// the other wheels seem to slip backwards. It has an onset, they have none.
+    /// Property: on ice, T/N = 0.05, a wheel spins up by 0.2 m/s^2 and the estimated speed of the
+    /// robot follows it: its own slip stays, and the other wheels seem to slip backwards. It has an
+    /// onset, they have none.
     #[test]
     fn a_spinning_wheel_on_ice_has_an_onset() {
         for forward in [1.0, -1.0] {
@@ -331,8 +343,8 @@ mod tests {
         }
     }
 
-    /// Property: T/N that rises by 3/s takes its creep with it, 0.03 m/s at T = N: 0.09 m/s^2, no onset. Once T/N stays and the slip
-    /// accelerates on, there is one within 0.1 s.
+    /// Property: T/N that rises by 3/s takes its creep with it, 0.03 m/s at T = N: 0.09 m/s^2, no
+    /// onset. Once T/N stays and the slip accelerates on, there is one within 0.1 s.
     #[test]
     fn fast_creep_is_no_onset() {
         let mut watch = SlipWatch::default();
@@ -350,8 +362,9 @@ mod tests {
         assert!((event.mu_max - 0.75).abs() < 0.15, "{event:?}");
     }
 
-    /// Property: a wheel that bore 0.3, is relieved to 0.05 and then moves, faster and faster, has not slipped: others move it. With
-    /// 0.2 left, as where sliding friction is two thirds of mu_max, it slips.
+    /// Property: a wheel that bore 0.3, is relieved to 0.05 and then moves, faster and faster, has
+    /// not slipped: others move it. With 0.2 left, as where sliding friction is two thirds of
+    /// mu_max, it slips.
     #[test]
     fn a_relieved_wheel_has_no_onset() {
         for (left, slips) in [(0.05, false), (0.2, true)] {
@@ -368,7 +381,8 @@ mod tests {
         }
     }
 
-    /// Property: a wheel grips again at the slip with which it bore the peak, here a creep of 15 mm/s.
+    /// Property: a wheel grips again at the slip with which it bore the peak, here a creep of 15
+    /// mm/s.
     #[test]
     fn a_creeping_wheel_grips_again() {
         let mut watch = SlipWatch::default();
@@ -382,7 +396,8 @@ mod tests {
         assert!(slips[700] && slips[950] && !slips[499] && !slips[1100]);
     }
 
-    /// Property: a wheel that slips has one onset; after it has gripped again it can have another. A NaN resets it.
+    /// Property: a wheel that slips has one onset; after it has gripped again it can have another.
+    /// A NaN resets it.
     #[test]
     fn one_onset_until_the_wheel_grips() {
         let mut watch = SlipWatch::default();

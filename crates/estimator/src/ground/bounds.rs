@@ -1,9 +1,11 @@
 //! Bounds of the friction at a place.
 
-/// Bounds of the available friction mu_max at a place, each two standard deviations away from what was found.
+/// Bounds of the available friction mu_max at a place, each two standard deviations away from what
+/// was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrictionBounds {
-    /// mu_max is at least this: the largest |T/N| that a wheel has borne there without slip. 0 where nothing was borne.
+    /// mu_max is at least this: the largest |T/N| that a wheel has borne there without slip. 0
+    /// where nothing was borne.
     pub at_least: f64,
     /// mu_max is at most this: a wheel began to slip there. `None` where none has.
     pub at_most: Option<f64>,

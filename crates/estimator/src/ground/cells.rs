@@ -1,4 +1,5 @@
-//! The stored points: a ring of cells at equal distances, and the window of those that the wheels can reach.
+//! The stored points: a ring of cells at equal distances, and the window of those that the wheels
+//! can reach.
 
 use super::bounds::StoredBounds;
 use super::drift::Between;
@@ -6,14 +7,16 @@ use core::ops::Range;
 
 /// Points in memory.
 const CELLS: i64 = 96;
-/// Points that the wheels can reach, from the rearmost to the foremost contact. The others have just been left.
+/// Points that the wheels can reach, from the rearmost to the foremost contact. The others have
+/// just been left.
 const WINDOW: i64 = 88;
 /// Points over which wheelbase and wheels extend.
 /// Definition.
 const REACH: f64 = 80.0;
 /// Points that can be left, or passed by one wheel, in one sample.
 pub const MOST_AT_ONCE: i64 = CELLS - WINDOW;
-/// Points from one node of the drift to the next: [`CELLS`] points have at most `drift::NODE_COUNT` nodes.
+/// Points from one node of the drift to the next: [`CELLS`] points have at most `drift::NODE_COUNT`
+/// nodes.
 pub const NODE_EVERY: i64 = 6;
 /// Largest number of a point: at a spacing of 10 mm ten million kilometres.
 /// Guard.
@@ -49,9 +52,11 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// No points, for a robot of the length (m) from the rear edge of its rear wheel to the front edge of its front wheel.
+    /// No points, for a robot of the length (m) from the rear edge of its rear wheel to the front
+    /// edge of its front wheel.
     pub fn new(length: f64) -> Self {
-        // `Geometry::check` refuses a robot without length. Without that check it must not fail either.
+        // `Geometry::check` refuses a robot without length. Without that check it must not fail
+        // either.
         Self::empty((length / REACH).clamp(1e-4, 1.0))
     }
 
@@ -117,8 +122,8 @@ impl Cells {
         self.last_first = self.first;
     }
 
-    /// Moves the window so that it contains all places from `low` to `high` (m), as far as one sample can. The points that it
-    /// leaves stay readable until [`Self::drop_left`].
+    /// Moves the window so that it contains all places from `low` to `high` (m), as far as one
+    /// sample can. The points that it leaves stay readable until [`Self::drop_left`].
     pub fn follow(&mut self, low: f64, high: f64) {
         let ahead = self.number(high) + 1 - (self.first + WINDOW - 1);
         let behind = self.number(low) - self.first;

@@ -11,7 +11,8 @@ const SLOPE: usize = 1;
 const SLOW_SLOPE: usize = 2;
 /// Errors of the angles of links 1 and 2, rad.
 const LINK_BIAS: usize = 3;
-/// Errors of the stored heights at the nodes, m: node `j` is in the state `NODES + j mod NODE_COUNT`.
+/// Errors of the stored heights at the nodes, m: node `j` is in the state
+/// `NODES + j mod NODE_COUNT`.
 const NODES: usize = 5;
 /// Nodes in memory.
 pub const NODE_COUNT: usize = 18;
@@ -20,8 +21,9 @@ const COUNT: usize = NODES + NODE_COUNT;
 /// Correlation length of the fluctuating direction error, m.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SLOPE_LENGTH: f64 = 0.1;
-/// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error in the motion filter for as long as
-/// they are not found: 1 N at each wheel of a robot of 14 kg is 1.2 deg.
+/// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error
+/// in the motion filter for as long as they are not found: 1 N at each wheel of a robot of 14 kg is
+/// 1.2 deg.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SLOW: f64 = 0.02;
 /// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
@@ -36,7 +38,8 @@ const AGREES: f64 = 0.7;
 pub struct Lever {
     /// Link of the wheel, 0 or 1.
     pub link: usize,
-    /// Horizontal distance of the axle from Q, m: the derivative of the height with respect to the link's angle.
+    /// Horizontal distance of the axle from Q, m: the derivative of the height with respect to the
+    /// link's angle.
     pub arm: f64,
 }
 
@@ -64,8 +67,8 @@ fn state_of(node: i64) -> usize {
 }
 
 impl Drift {
-    /// At the start of a section. `bias`: standard deviation of a link angle, rad. The height of the contact with `origin` is
-    /// exact: it defines the datum.
+    /// At the start of a section. `bias`: standard deviation of a link angle, rad. The height of
+    /// the contact with `origin` is exact: it defines the datum.
     pub fn new(bias: f64, origin: Lever) -> Self {
         let mut filter = Kalman::new([0.0; COUNT], [0.0; COUNT]);
         let variance = bias * bias;
@@ -83,8 +86,8 @@ impl Drift {
         }
     }
 
-    /// Advances along the path by `forward` (m, horizontal, negative backwards) over the length `length` (m). `sigma`: standard
-    /// deviation of the direction's error.
+    /// Advances along the path by `forward` (m, horizontal, negative backwards) over the length
+    /// `length` (m). `sigma`: standard deviation of the direction's error.
     pub fn advance(&mut self, forward: f64, length: f64, sigma: f64) {
         let Kalman { x, p } = &mut self.filter;
         x[DRIFT] += forward * (x[SLOPE] + x[SLOW_SLOPE]);
@@ -103,7 +106,8 @@ impl Drift {
         p[SLOPE][SLOPE] += sigma * sigma * (1.0 - keep * keep);
     }
 
-    /// Sets a node as seen by a wheel at a distance of `ahead` (m) behind it: `c = d + arm b + ahead s`.
+    /// Sets a node as seen by a wheel at a distance of `ahead` (m) behind it:
+    /// `c = d + arm b + ahead s`.
     pub fn open(&mut self, node: i64, lever: Lever, ahead: f64) {
         let h = [
             (DRIFT, 1.0),
@@ -139,7 +143,8 @@ impl Drift {
         self.filter.project(&h).value
     }
 
-    /// That error and its variance, as the filter states it: the prior of its slow part, and what the passes show.
+    /// That error and its variance, as the filter states it: the prior of its slow part, and what
+    /// the passes show.
     pub fn stated_direction(&self) -> (f64, f64) {
         self.combination(&[(SLOPE, 1.0), (SLOW_SLOPE, 1.0)])
     }
@@ -153,9 +158,10 @@ impl Drift {
 
     /// That error and its variance.
     ///
-    /// On even ground the passes agree far better than the stated errors of the velocity let expect. The variance is therefore that of
-    /// the filter times the mean of the normalised squared innovations (the variance factor of adjustment theory, at most 1), plus
-    /// what no pass shows: the common error of the link angles.
+    /// On even ground the passes agree far better than the stated errors of the velocity let
+    /// expect. The variance is therefore that of the filter times the mean of the normalised
+    /// squared innovations (the variance factor of adjustment theory, at most 1), plus what no pass
+    /// shows: the common error of the link angles.
     pub fn direction(&self) -> (f64, f64) {
         let (error, variance) = self.stated_direction();
         let p = &self.filter.p;
@@ -179,7 +185,8 @@ impl Drift {
         self.combination(&Self::weights(place))
     }
 
-    /// Error of the stored slope dy/dx at a place, for nodes at a distance of `spacing` (m), and its variance.
+    /// Error of the stored slope dy/dx at a place, for nodes at a distance of `spacing` (m), and
+    /// its variance.
     pub fn slope_at(&self, place: Between, spacing: f64) -> (f64, f64) {
         let [(behind, _), (ahead, _)] = Self::weights(place);
         self.combination(&[(behind, -1.0 / spacing), (ahead, 1.0 / spacing)])
@@ -190,8 +197,8 @@ impl Drift {
         (found.value, found.variance.max(0.0))
     }
 
-    /// Corrects all errors by a contact on mapped ground: `difference` (m) is its height minus the stored one, `variance` (m^2)
-    /// that of the measurement.
+    /// Corrects all errors by a contact on mapped ground: `difference` (m) is its height minus the
+    /// stored one, `variance` (m^2) that of the measurement.
     pub fn correct(&mut self, lever: Lever, place: Between, difference: f64, variance: f64) {
         let [(behind, share_behind), (ahead, share_ahead)] = Self::weights(place);
         let bias = LINK_BIAS + lever.link.min(1);

@@ -14,7 +14,8 @@ impl GroundMemory {
         }
     }
 
-    /// A wheel began to slip at a place (m): mu_max is between the bounds, -. They replace what was known there.
+    /// A wheel began to slip at a place (m): mu_max is between the bounds, -. They replace what was
+    /// known there.
     pub fn friction_measured(&mut self, x: f64, at_least: f64, at_most: f64) {
         if let Some(stored) = self.stored_bounds(x) {
             *stored = StoredBounds::measured(at_least, at_most);
@@ -42,7 +43,8 @@ mod tests {
     use super::super::bounds::FrictionBounds;
     use super::super::cells::Cells;
 
-    /// Property: bounds are kept by place, the largest held one counts, a slip replaces both; places outside of the window keep none.
+    /// Property: bounds are kept by place, the largest held one counts, a slip replaces both;
+    /// places outside of the window keep none.
     #[test]
     fn bounds_belong_to_their_place() {
         let mut cells = Cells::new(0.8);

@@ -6,22 +6,25 @@ use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::deviation::root_sum_square;
 use robhaz_model::{Geometry, Vec2};
 
-/// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead reckoning: the penetration
-/// depends on the load; the link angles lag.
+/// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead
+/// reckoning: the penetration depends on the load; the link angles lag.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 pub(super) const UNEVEN: f64 = 3e-4;
 /// Correlation time of the error of the speed, s.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SPEED_TIME: f64 = 1.0;
-/// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is nothing to store.
+/// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is
+/// nothing to store.
 /// Guard.
 const MOVING: f64 = 0.005;
-/// Length after which passes show an error of the direction anew, m: about the distance of two wheels.
+/// Length after which passes show an error of the direction anew, m: about the distance of two
+/// wheels.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const DIRECTION_EVERY: f64 = 0.3;
 /// Least number of passed points that show it.
 const LEAST_PASSES: i64 = 3;
-/// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of the direction.
+/// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of
+/// the direction.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const BIAS_LENGTH: f64 = 3.0;
 /// Bound of places and speeds, SI. Beyond it they are not those of a robot.
@@ -37,7 +40,8 @@ struct LastContact {
     at: [f64; 3],
     /// The point that it passed last.
     passed: i64,
-    /// Whether the wheel came from mapped ground, which ties its height to that of the points there.
+    /// Whether the wheel came from mapped ground, which ties its height to that of the points
+    /// there.
     tied: bool,
 }
 
@@ -56,7 +60,8 @@ enum Passed {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GroundMemory {
     started: bool,
-    /// The section has ended: all its points leave the memory, and with the next sample a new one starts.
+    /// The section has ended: all its points leave the memory, and with the next sample a new one
+    /// starts.
     ended: bool,
     section: i64,
     /// Place of Q by dead reckoning, m.
@@ -111,12 +116,14 @@ impl GroundMemory {
         self.ended
     }
 
-    /// Ends the section: all points leave the memory with this sample, and the next one starts a new section.
+    /// Ends the section: all points leave the memory with this sample, and the next one starts a
+    /// new section.
     pub fn end_section(&mut self) {
         self.ended = self.started;
     }
 
-    /// Removes the points that left the memory with the last sample. To be called before each sample.
+    /// Removes the points that left the memory with the last sample. To be called before each
+    /// sample.
     pub fn drop_left(&mut self) {
         if self.ended {
             self.start_anew();
@@ -131,9 +138,9 @@ impl GroundMemory {
         *self = Self::empty(cells, self.section.saturating_add(1));
     }
 
-    /// Takes one sample. `bias`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
-    /// the numbers grow beyond all bounds, a new section starts. Returns which wheels have passed
-    /// mapped ground.
+    /// Takes one sample. `bias`: bias of the inclinometers, rad. A sample with an impossible number
+    /// changes nothing; when the numbers grow beyond all bounds, a new section starts. Returns
+    /// which wheels have passed mapped ground.
     pub fn update(&mut self, geometry: &Geometry, bias: f64, motion: &GroundMotion) -> [bool; 3] {
         let mut passed = [Passed::Nothing; 3];
         if self.ended || !motion.is_possible() {
@@ -163,7 +170,8 @@ impl GroundMemory {
         passed.map(|passed| passed == Passed::Known)
     }
 
-    /// Integrates the velocity by the trapezoidal rule. Returns the standard deviation of its direction, as dy/dx.
+    /// Integrates the velocity by the trapezoidal rule. Returns the standard deviation of its
+    /// direction, as dy/dx.
     fn reckon(&mut self, motion: &GroundMotion) -> f64 {
         let (slope_sigma, speed_sigma) = motion.velocity_sigma();
         let velocity = [motion.velocity.x, motion.velocity.y];
@@ -180,8 +188,8 @@ impl GroundMemory {
         slope_sigma
     }
 
-    /// Puts the origin under the middle axle, at the height of that wheel's contact. The axle's place is known exactly; that of
-    /// the contact depends on the contact angle.
+    /// Puts the origin under the middle axle, at the height of that wheel's contact. The axle's
+    /// place is known exactly; that of the contact depends on the contact angle.
     fn start(&mut self, bias: f64, axles: [Vec2; 3], contacts: &[Contact; 3]) {
         let [front, axle, rear] = axles;
         let [_, middle, _] = contacts;
@@ -256,8 +264,9 @@ impl GroundMemory {
 
     /// Stores a new point.
     ///
-    /// Where a wheel comes to the first points of another one, the node ahead belongs to those: the heights of both agree only
-    /// after the wheel has measured one of them. The points up to there are left to later wheels.
+    /// Where a wheel comes to the first points of another one, the node ahead belongs to those: the
+    /// heights of both agree only after the wheel has measured one of them. The points up to there
+    /// are left to later wheels.
     fn store(&mut self, number: i64, forward: bool, contact: &Contact, wheel: &mut LastContact) {
         let place = Cells::between(number);
         let nodes = [place.node, place.node + 1];
@@ -304,7 +313,8 @@ impl GroundMemory {
         let between_passes = (self.place_variance - cell.place_variance).max(0.0);
         let slope = tangent(cell.slope);
         let single = UNEVEN * UNEVEN + slope * slope * between_passes;
-        // White noise of the same effect: `sigma^2 2 L/spacing`, L half of the distance between nodes.
+        // White noise of the same effect: `sigma^2 2 L/spacing`, L half of the distance between
+        // nodes.
         let variance = single * (self.cells.node_spacing() / self.cells.spacing());
         let difference = contact.y - cell.height;
         let place = Cells::between(number);
@@ -320,7 +330,8 @@ impl GroundMemory {
         !numbers.all(|number| number.abs() < LARGEST)
     }
 
-    /// Estimated error of the direction of the velocity, as dy/dx, and its standard deviation. `None` before the section has started.
+    /// Estimated error of the direction of the velocity, as dy/dx, and its standard deviation.
+    /// `None` before the section has started.
     pub fn direction_error(&self) -> Option<(f64, f64)> {
         let running = self.started && !self.ended;
         running.then(|| {
@@ -329,10 +340,12 @@ impl GroundMemory {
         })
     }
 
-    /// Error of the direction of the velocity, as dy/dx, that wheels on mapped ground have shown since the last such error, and its
-    /// variance with `bias`, the bias of the inclinometers (rad). Once in [`DIRECTION_EVERY`]; else `None`.
+    /// Error of the direction of the velocity, as dy/dx, that wheels on mapped ground have shown
+    /// since the last such error, and its variance with `bias`, the bias of the inclinometers
+    /// (rad). Once in [`DIRECTION_EVERY`]; else `None`.
     ///
-    /// Loop closure: the heights that two wheels find at one place differ by what the direction erred by on the way between.
+    /// Loop closure: the heights that two wheels find at one place differ by what the direction
+    /// erred by on the way between.
     pub fn take_direction_error(&mut self, bias: f64) -> Option<(f64, f64)> {
         let is_due = self.length_since_direction >= DIRECTION_EVERY
             && self.passes_since_direction >= LEAST_PASSES;

@@ -51,7 +51,8 @@ impl GroundMotion {
         sum < LARGEST * LARGEST
     }
 
-    /// Standard deviations of the velocity: across its direction, as an error of dy/dx, at most 1; and along it, m/s.
+    /// Standard deviations of the velocity: across its direction, as an error of dy/dx, at most 1;
+    /// and along it, m/s.
     pub fn velocity_sigma(&self) -> (f64, f64) {
         /// Speed below which a velocity has no direction, m/s.
         /// Guard.
@@ -67,8 +68,8 @@ impl GroundMotion {
         (across.min(1.0), robhaz_model::sqrt(along / square))
     }
 
-    /// The contact of wheel `i` relative to Q. `shared`: standard deviation of the direction of the velocity, as dy/dx, which
-    /// all wheels have in common.
+    /// The contact of wheel `i` relative to Q. `shared`: standard deviation of the direction of the
+    /// velocity, as dy/dx, which all wheels have in common.
     pub(super) fn contact(&self, geometry: &Geometry, shared: f64, i: usize) -> Contact {
         let (slope, sigma) = self.contact_angle[i];
         let (sin, cos) = libm::sincos(slope);

@@ -4,8 +4,8 @@ use super::bounds::FrictionBounds;
 
 /// A point of the ground as the wheels have found it.
 ///
-/// The origin is the contact point of the middle wheel where the section started: `x = 0`, `height = 0`. The robot knows
-/// neither its place in the world nor that place's height.
+/// The origin is the contact point of the middle wheel where the section started: `x = 0`,
+/// `height = 0`. The robot knows neither its place in the world nor that place's height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundPoint {
     /// Place along the path, m, horizontal, forward positive.
@@ -22,7 +22,7 @@ pub struct GroundPoint {
     pub sigma_slope: f64,
     /// Bounds of the friction there.
     pub friction: FrictionBounds,
-    /// Number of the section, from 0. A new section with an origin of its own starts when the filters start anew: after a gap
-    /// of the readings, or when the motion was estimated wrongly.
+    /// Number of the section, from 0. A new section with an origin of its own starts when the
+    /// filters start anew: after a gap of the readings, or when the motion was estimated wrongly.
     pub section: u32,
 }

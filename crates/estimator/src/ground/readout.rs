@@ -5,10 +5,12 @@ use super::memory::{GroundMemory, UNEVEN};
 use super::motion::{level, tangent};
 use super::point::GroundPoint;
 
-/// Length along the ground over which the error of a stored slope lasts, m: that of the penetration speed, 50 ms at 0.2 m/s.
+/// Length along the ground over which the error of a stored slope lasts, m: that of the penetration
+/// speed, 50 ms at 0.2 m/s.
 /// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const SLOPE_LENGTH: f64 = 0.01;
-/// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of the wheel that comes there, too.
+/// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of
+/// the wheel that comes there, too.
 /// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const REPEATED: f64 = 8.7e-3;
 
@@ -30,12 +32,12 @@ impl GroundMemory {
         left.filter_map(|number| self.point(number))
     }
 
-    /// Angle of the ground at a place (m) as a wheel stored it, rad, and its standard deviation for a wheel that comes to
-    /// that place now. The deviation includes the error of the place relative to the stored one, times the curvature. `None`
-    /// where the ground is not known.
+    /// Angle of the ground at a place (m) as a wheel stored it, rad, and its standard deviation for
+    /// a wheel that comes to that place now. The deviation includes the error of the place relative
+    /// to the stored one, times the curvature. `None` where the ground is not known.
     ///
-    /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says nothing new to that filter: see
-    /// [`Self::mapped_slope`].
+    /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says
+    /// nothing new to that filter: see [`Self::mapped_slope`].
     pub fn slope_at(&self, x: f64) -> Option<(f64, f64)> {
         let number = self.cells.number(x);
         let (behind, ahead) = (self.cells.known(number)?, self.cells.known(number + 1)?);
@@ -51,8 +53,8 @@ impl GroundMemory {
         ))
     }
 
-    /// What mapped ground shows of the contact angle of wheel `i`, rad, and the variance of the white noise of the same effect, one
-    /// measurement a point. `None` on unmapped ground.
+    /// What mapped ground shows of the contact angle of wheel `i`, rad, and the variance of the
+    /// white noise of the same effect, one measurement a point. `None` on unmapped ground.
     pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
         let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
@@ -90,7 +92,8 @@ impl GroundMemory {
         )
     }
 
-    /// Change of the stored angle along x, rad/m, over up to three points on both sides; 0 where no neighbour is known.
+    /// Change of the stored angle along x, rad/m, over up to three points on both sides; 0 where no
+    /// neighbour is known.
     fn curvature(&self, number: i64) -> f64 {
         const FAR: i64 = 3;
         let slope = |other: i64| Some((other, self.cells.stored(other)?.slope));

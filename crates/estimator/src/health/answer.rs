@@ -2,10 +2,11 @@
 
 use super::smoothing::{Step, follow};
 
-/// Fits the differences between the torques to those between the encoders, for each pairing of torques and encoders.
+/// Fits the differences between the torques to those between the encoders, for each pairing of
+/// torques and encoders.
 ///
-/// A speed control brakes a wheel that is ahead. Differences from the mean over the wheels, without their slow part, then
-/// follow
+/// A speed control brakes a wheel that is ahead. Differences from the mean over the wheels, without
+/// their slow part, then follow
 ///
 /// ```text
 /// dtau_i = a dphi_i + b domega_i,   a < 0 or b < 0
@@ -28,7 +29,8 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    /// Time constant beyond which differences are slow, s: offsets of torques, wheels on a longer way.
+    /// Time constant beyond which differences are slow, s: offsets of torques, wheels on a longer
+    /// way.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const SLOW: f64 = 0.3;
     /// Time constant of the means, s: that of the other tests.
@@ -68,7 +70,8 @@ impl Answer {
         self.torque_torque
     }
 
-    /// Share of the torques' differences that a stable speed control explains, for each of [`PAIRINGS`].
+    /// Share of the torques' differences that a stable speed control explains, for each of
+    /// [`PAIRINGS`].
     pub fn shares(&self) -> [f64; 6] {
         let mut shares = [0.0; 6];
         let determinant = self.angle_angle * self.speed_speed - self.angle_speed * self.angle_speed;

@@ -21,7 +21,8 @@ impl Channels {
     pub const INCLINOMETER: [Self; 2] = [Self(2048), Self(4096)];
     /// The parity residual: a torque, an angle or a load, of which nothing more is known.
     pub const PARITY: Self = Self(8192);
-    /// All torques against the weight: their scale, or the robot's mass. See [`crate::TorqueScale`].
+    /// All torques against the weight: their scale, or the robot's mass. See
+    /// [`crate::TorqueScale`].
     pub const TORQUE_SCALE: Self = Self(16384);
 
     /// All channels and their names.
@@ -43,8 +44,9 @@ impl Channels {
         (Self::TORQUE_SCALE, "torque scale or mass"),
     ];
 
-    /// The set as a number, one bit a channel: encoders 1, 2, 4; torques 8, 16, 32; contact angles 64, 128, 256; gyroscopes
-    /// 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or mass 16384.
+    /// The set as a number, one bit a channel: encoders 1, 2, 4; torques 8, 16, 32; contact angles
+    /// 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or
+    /// mass 16384.
     pub const fn bits(self) -> u16 {
         self.0
     }

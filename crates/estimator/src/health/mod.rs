@@ -1,8 +1,8 @@
 //! Whether the readings agree with each other, from the innovations of the filters of `best`.
 //!
-//! A filter whose model and noise budget are right has normalised innovations squared (NIS) with a mean of at most 1. A
-//! wrong sign, a wrong unit or exchanged channels make the mean of some of them larger. [`HealthMonitor`] averages the NIS
-//! of each test over the last seconds of driving.
+//! A filter whose model and noise budget are right has normalised innovations squared (NIS) with a
+//! mean of at most 1. A wrong sign, a wrong unit or exchanged channels make the mean of some of
+//! them larger. [`HealthMonitor`] averages the NIS of each test over the last seconds of driving.
 //!
 //! | test | compares | faulty channels |
 //! |---|---|---|
@@ -17,7 +17,8 @@
 //! | start | sum of the torques with the motion of the robot that starts | late torques |
 //! | torque scale | work of all torques with the robot's energy, [`crate::TorqueScale`] | all torques, the masses |
 //!
-//! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is faulty.
+//! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is
+//! faulty.
 
 mod answer;
 mod channels;

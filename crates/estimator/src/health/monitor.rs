@@ -14,9 +14,10 @@ pub const DRIVING_SPEED: f64 = 0.02;
 
 /// Whether the readings agree with each other and with the robot's model.
 ///
-/// Each number is the mean over the last two seconds of driving of the normalised innovations squared of a test: at most
-/// about 1 when readings, nominal parameters and noise budget are right. It stays as it is while the robot stands, and while a wheel
-/// slides, has left the ground or is at an edge, where the model of the innovations does not hold.
+/// Each number is the mean over the last two seconds of driving of the normalised innovations
+/// squared of a test: at most about 1 when readings, nominal parameters and noise budget are right.
+/// It stays as it is while the robot stands, and while a wheel slides, has left the ground or is at
+/// an edge, where the model of the innovations does not hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Health {
     /// Channels whose readings contradict others. None: healthy.
@@ -48,7 +49,8 @@ pub(crate) struct Innovations {
 pub(crate) struct HealthSample<'a> {
     /// They count while the robot drives and the model holds.
     pub innovations: &'a Innovations,
-    /// Motor torques that must change from sample to sample, N m: those that are read now, have noise, and turn their wheel.
+    /// Motor torques that must change from sample to sample, N m: those that are read now, have
+    /// noise, and turn their wheel.
     pub varying_torque: [Option<f64>; 3],
     /// Gyroscope and inclinometer of links 1 and 2; `None` if one has been missing for long.
     pub links: [Option<TurnReadings>; 2],
@@ -84,9 +86,9 @@ pub(crate) struct HealthMonitor {
 }
 
 impl HealthMonitor {
-    /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment. [`Turning`]
-    /// holds meanwhile.
+    /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that
+    /// lands or grips again accelerates the robot, and inclinometers do not count after an impact:
+    /// the link angles are off for a moment. [`Turning`] holds meanwhile.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const SETTLES: f64 = 0.5;
     /// The same after the robot has stood, s.
@@ -198,13 +200,13 @@ struct Mean {
 }
 
 impl Mean {
-    /// Time constant, s: long against impacts and against the correlation times of the errors, which are at most 0.5 s;
-    /// short enough to report a fault within 5 s.
+    /// Time constant, s: long against impacts and against the correlation times of the errors,
+    /// which are at most 0.5 s; short enough to report a fault within 5 s.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const WINDOW: f64 = 2.0;
-    /// Mean beyond which a test fails: innovations of twice their standard deviation throughout the window.
-    /// White innovations have a mean of 1 within some hundredths: only correlated errors and wrong
-    /// budgets come near. Chosen; held by the faults and honest logs of `tests/check`.
+    /// Mean beyond which a test fails: innovations of twice their standard deviation throughout the
+    /// window. White innovations have a mean of 1 within some hundredths: only correlated errors
+    /// and wrong budgets come near. Chosen; held by the faults and honest logs of `tests/check`.
     const FAILS: f64 = 4.0;
     /// Mean below which it passes again.
     /// Chosen; held by the faults and honest logs of `tests/check`.
@@ -238,8 +240,8 @@ struct Constancy {
 }
 
 impl Constancy {
-    /// Time from which on a torque is stuck, s. Quantisation alone does not repeat a reading for so long: the torque of a
-    /// wheel that rolls on real ground changes.
+    /// Time from which on a torque is stuck, s. Quantisation alone does not repeat a reading for so
+    /// long: the torque of a wheel that rolls on real ground changes.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LONGEST: f64 = 1.0;
 
@@ -304,8 +306,9 @@ mod tests {
         }
     }
 
-    /// Closed form: the mean follows 1 - exp(-t/2 s). Innovations of three standard deviations (9) reach the threshold of 4
-    /// after 2 s ln(9/5) = 1.18 s; from there, innovations of 1 fall below 2 after 2 s ln(3) = 2.2 s.
+    /// Closed form: the mean follows 1 - exp(-t/2 s). Innovations of three standard deviations (9)
+    /// reach the threshold of 4 after 2 s ln(9/5) = 1.18 s; from there, innovations of 1 fall below
+    /// 2 after 2 s ln(3) = 2.2 s.
     #[test]
     fn a_contradiction_is_found_and_its_end_too() {
         let mut monitor = HealthMonitor::default();
@@ -337,7 +340,8 @@ mod tests {
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
     }
 
-    /// A link whose inclination contradicts its gyroscope explains the slip of its wheels; not that of others.
+    /// A link whose inclination contradicts its gyroscope explains the slip of its wheels; not that
+    /// of others.
     #[test]
     fn a_wrong_gyroscope_explains_the_slip_of_its_wheels() {
         let mut monitor = HealthMonitor::default();
@@ -355,7 +359,8 @@ mod tests {
         assert_eq!(monitor.health(&CARRIERS).faulty, link(1) | first);
     }
 
-    /// A torque that repeats its bits for a second is stuck; missing readings and those of a wheel that stands do not count.
+    /// A torque that repeats its bits for a second is stuck; missing readings and those of a wheel
+    /// that stands do not count.
     #[test]
     fn a_constant_torque_is_stuck() {
         let mut monitor = HealthMonitor::default();

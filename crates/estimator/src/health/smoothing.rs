@@ -47,8 +47,9 @@ impl Smoothing {
     /// Chosen; held by the faults and honest logs of `tests/check`.
     pub const INTERVAL: f64 = 0.01;
 
-    /// Takes the readings of one sample, `dt` (s) after the last. Returns a step each [`Self::INTERVAL`]; it is that of the
-    /// last time, because rates need a value before and one after. The first has no rates.
+    /// Takes the readings of one sample, `dt` (s) after the last. Returns a step each
+    /// [`Self::INTERVAL`]; it is that of the last time, because rates need a value before and one
+    /// after. The first has no rates.
     pub fn update(&mut self, readings: &WheelReadings, dt: f64) -> Option<Step> {
         if !self.started {
             self.started = true;
@@ -85,7 +86,8 @@ impl Smoothing {
     }
 }
 
-/// First and second derivatives at the middle one of three instants, of values now, `after` (s) and `after + until` before.
+/// First and second derivatives at the middle one of three instants, of values now, `after` (s) and
+/// `after + until` before.
 fn rates(values: &[[f64; 3]; 3], after: f64, until: f64) -> ([f64; 3], [f64; 3]) {
     let [now, last, before] = values;
     let (mut first, mut second) = ([0.0; 3], [0.0; 3]);

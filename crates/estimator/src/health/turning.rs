@@ -11,19 +11,22 @@ pub(crate) struct TurnReadings {
     pub inclination: f64,
 }
 
-/// Compares the inclinometer of one link with its gyroscope over times in which accelerations average out.
+/// Compares the inclinometer of one link with its gyroscope over times in which accelerations
+/// average out.
 ///
-/// The angle of a complementary filter follows the gyroscope, and the inclinometer within [`Self::FOLLOWS`]. What remains
-/// between it and the inclinometer is averaged over [`Self::MEAN`]. An inclinometer shows the acceleration of its link, and a
-/// mean over the time t of an acceleration is the change of the speed over t: it is limited by the robot's speed v, however
+/// The angle of a complementary filter follows the gyroscope, and the inclinometer within
+/// [`Self::FOLLOWS`]. What remains between it and the inclinometer is averaged over [`Self::MEAN`].
+/// An inclinometer shows the acceleration of its link, and a mean over the time t of an
+/// acceleration is the change of the speed over t: it is limited by the robot's speed v, however
 /// hard it hits a kerb. With g the gravity, the mean is within
 ///
 /// ```text
 /// v/(g t) + bias of the gyroscope * time of the complementary filter + margin
 /// ```
 ///
-/// A wrong sign of one of both makes twice the angle by which the link turns, a wrong unit more. Unlike the innovations of the
-/// filters, this needs no model of the contacts, and holds while wheels slide or are at an edge.
+/// A wrong sign of one of both makes twice the angle by which the link turns, a wrong unit more.
+/// Unlike the innovations of the filters, this needs no model of the contacts, and holds while
+/// wheels slide or are at an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Turning {
     started: bool,
@@ -53,8 +56,9 @@ impl Turning {
         self.apart
     }
 
-    /// Takes the readings of one sample, `dt` (s) after the last; starts anew without them. `speed` (m/s) is the largest of a rim of the
-    /// last time, `bias` (rad/s) the standard deviation of a gyroscope's bias.
+    /// Takes the readings of one sample, `dt` (s) after the last; starts anew without them. `speed`
+    /// (m/s) is the largest of a rim of the last time, `bias` (rad/s) the standard deviation of a
+    /// gyroscope's bias.
     pub fn update(&mut self, readings: Option<&TurnReadings>, speed: f64, bias: f64, dt: f64) {
         let Some(readings) = readings else {
             self.started = false;
@@ -81,7 +85,8 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// Feeds 10 s of readings of a link that turns to and fro at up to `rate` (rad/s), whose gyroscope has a `scale`.
+    /// Feeds 10 s of readings of a link that turns to and fro at up to `rate` (rad/s), whose
+    /// gyroscope has a `scale`.
     fn feed(turning: &mut Turning, scale: f64, rate: f64) -> Option<f64> {
         let mut found = None;
         for k in 0..10_000 {
@@ -98,9 +103,10 @@ mod tests {
         found
     }
 
-    /// Closed form: the limit at 0.2 m/s is 0.04 + 0.2/(9.81 * 0.5) = 0.081 rad. A wrong sign makes twice the angle, so a link
-    /// that turns by less than 0.04 rad within the mean can never be found; one that turns by 0.2 rad/s is, within 2 s. The right
-    /// sign says nothing at any rate, and repairs.
+    /// Closed form: the limit at 0.2 m/s is 0.04 + 0.2/(9.81 * 0.5) = 0.081 rad. A wrong sign makes
+    /// twice the angle, so a link that turns by less than 0.04 rad within the mean can never be
+    /// found; one that turns by 0.2 rad/s is, within 2 s. The right sign says nothing at any rate,
+    /// and repairs.
     #[test]
     fn a_wrong_sign_is_found_and_its_repair_too() {
         let mut turning = Turning::default();
@@ -111,8 +117,9 @@ mod tests {
         assert!(!turning.apart());
     }
 
-    /// Closed form: a robot of 0.2 m/s that stops within a sample is shown as 0.2 m/s / (1 ms * 9.81 m/s^2) = 20 rad for one
-    /// sample, whose mean is 0.041 rad: within the limit, however hard the impact.
+    /// Closed form: a robot of 0.2 m/s that stops within a sample is shown as 0.2 m/s / (1 ms *
+    /// 9.81 m/s^2) = 20 rad for one sample, whose mean is 0.041 rad: within the limit, however hard
+    /// the impact.
     #[test]
     fn an_impact_is_no_contradiction() {
         let mut turning = Turning::default();

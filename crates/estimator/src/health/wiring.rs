@@ -6,9 +6,10 @@ use super::start::{RollingRobot, Start};
 
 /// Finds out whether torques are exchanged or late.
 ///
-/// Torques are exchanged if another pairing of torques and encoders leaves a small part of the residual of the stated one, in
-/// the answer of a speed control to each wheel's own speed ([`Answer`]). Nothing is said while the torques hardly differ, as
-/// on flat ground, or do not answer the wheels' speeds.
+/// Torques are exchanged if another pairing of torques and encoders leaves a small part of the
+/// residual of the stated one, in the answer of a speed control to each wheel's own speed
+/// ([`Answer`]). Nothing is said while the torques hardly differ, as on flat ground, or do not
+/// answer the wheels' speeds.
 ///
 /// Torques are late if the robot's motion is ahead of them when it starts ([`Start`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,10 +26,12 @@ pub(crate) struct Wiring {
 }
 
 impl Wiring {
-    /// Time of driving from which on the fit is judged, s: the start of the drive is one event only.
+    /// Time of driving from which on the fit is judged, s: the start of the drive is one event
+    /// only.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_TIME: f64 = 1.0;
-    /// RMS of the differences between the torques that shows something, N m: some times their smoothed noise.
+    /// RMS of the differences between the torques that shows something, N m: some times their
+    /// smoothed noise.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_DIFFERENCE: f64 = 0.1;
     /// Part of the residual that another pairing leaves at most if torques are exchanged.
@@ -40,13 +43,16 @@ impl Wiring {
     /// Share that the other pairing explains at least.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const EXPLAINED: f64 = 0.8;
-    /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that of their noise.
+    /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that
+    /// of their noise.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_RESIDUAL: f64 = 0.005;
-    /// Time for which another pairing must fit better, s: an impact disturbs the fit for some hundredths.
+    /// Time for which another pairing must fit better, s: an impact disturbs the fit for some
+    /// hundredths.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LASTS: f64 = 0.2;
-    /// The torques that belong to another encoder, for each of [`PAIRINGS`](super::answer::PAIRINGS).
+    /// The torques that belong to another encoder, for each of
+    /// [`PAIRINGS`](super::answer::PAIRINGS).
     const MOVED: [[bool; 3]; 6] = [
         [false; 3],
         [true, true, false],

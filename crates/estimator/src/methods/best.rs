@@ -1,4 +1,5 @@
-//! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
+//! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the
+//! readings' errors.
 
 mod health;
 mod motion;
@@ -41,7 +42,8 @@ pub(crate) struct BestFilters {
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
-    /// Angle between the specific force and gravity at each inclinometer as of the last estimate, rad.
+    /// Angle between the specific force and gravity at each inclinometer as of the last estimate,
+    /// rad.
     last_force_angle: [f64; 2],
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
@@ -54,13 +56,15 @@ pub(crate) struct BestFilters {
 }
 
 impl BestFilters {
-    /// Time beyond the parity gate after which the estimated motion and errors are discarded, s: longer than any impact.
-    /// Errors that were estimated from false readings would otherwise make the gate reject correct readings for ever.
+    /// Time beyond the parity gate after which the estimated motion and errors are discarded, s:
+    /// longer than any impact. Errors that were estimated from false readings would otherwise make
+    /// the gate reject correct readings for ever.
     /// Chosen.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
 
-    /// Largest force of a wheel that can be true, over the mean load: five times the weight of the robot. An impact that the
-    /// filters follow, over some 20 ms, adds m v/20 ms to the weight: five weights at 1 m/s.
+    /// Largest force of a wheel that can be true, over the mean load: five times the weight of the
+    /// robot. An impact that the filters follow, over some 20 ms, adds m v/20 ms to the weight:
+    /// five weights at 1 m/s.
     /// Guard.
     const LARGEST_FORCE: f64 = 15.0;
 
@@ -93,8 +97,9 @@ impl BestFilters {
         self.motion.reset_velocity_variance();
     }
 
-    /// Time since the last frame by the wheels, s, if all of them have turned further than they can in the `dt` (s) of the time
-    /// stamps: the clock was set back. A robot that stops cannot be told from a clock that was set forward.
+    /// Time since the last frame by the wheels, s, if all of them have turned further than they can
+    /// in the `dt` (s) of the time stamps: the clock was set back. A robot that stops cannot be
+    /// told from a clock that was set forward.
     pub fn time_of_wheels(
         &self,
         nominal: &Nominal,
@@ -126,8 +131,8 @@ impl BestFilters {
         self.ground.drop_left();
     }
 
-    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, the torques' scale, and the velocity
-    /// about which the constraints of rolling are linearised.
+    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, the
+    /// torques' scale, and the velocity about which the constraints of rolling are linearised.
     pub fn take_over(&mut self, before: &Self) {
         self.motion.assume_velocity(before.motion.velocity());
         self.ground = before.ground;
@@ -143,7 +148,8 @@ impl BestFilters {
         &self.motion
     }
 
-    /// Advances all filters to one instant and estimates the forces: link angles, motion, eq. (8), parity, least squares.
+    /// Advances all filters to one instant and estimates the forces: link angles, motion, eq. (8),
+    /// parity, least squares.
     ///
     /// # Errors
     /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
@@ -218,8 +224,8 @@ impl BestFilters {
         Ok(estimate)
     }
 
-    /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles, and the innovations of the
-    /// inclinometers, rad.
+    /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles,
+    /// and the innovations of the inclinometers, rad.
     fn update_links(
         &mut self,
         nominal: &Nominal,
@@ -251,8 +257,8 @@ impl BestFilters {
         )
     }
 
-    /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a wheel (N) and the residuals of
-    /// the rolling constraints.
+    /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a
+    /// wheel (N) and the residuals of the rolling constraints.
     fn detect_contacts(
         &mut self,
         mean_load: f64,
@@ -272,7 +278,8 @@ impl BestFilters {
         found
     }
 
-    /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction of the velocity corrects the motion.
+    /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction
+    /// of the velocity corrects the motion.
     fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
@@ -317,8 +324,9 @@ impl BestFilters {
         flags: Flags,
         dt: f64,
     ) -> [WheelFriction; 3] {
-        /// Part of the offsets' standard deviation in the differences of three offsets, sqrt(2/3). Their sum is known from the balance
-        /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
+        /// Part of the offsets' standard deviation in the differences of three offsets, sqrt(2/3).
+        /// Their sum is known from the balance of the robot. Their differences show in the slip of
+        /// gripping wheels, but not where a hard wheel does not creep.
         /// Definition.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
@@ -339,8 +347,8 @@ impl BestFilters {
         self.friction.update(&sample, &mut self.ground)
     }
 
-    /// Starts the motion filter anew when the parity residual has been beyond its gate for too long. The places of the ground
-    /// were computed from its velocity: a new section starts.
+    /// Starts the motion filter anew when the parity residual has been beyond its gate for too
+    /// long. The places of the ground were computed from its velocity: a new section starts.
     fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
         if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
             self.motion = MotionFilter::new(budget, self.method.contact_angles);

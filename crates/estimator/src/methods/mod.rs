@@ -1,4 +1,5 @@
-//! The two methods: the paper's filters and those of `best`. Each turns the inputs of one instant into an estimate.
+//! The two methods: the paper's filters and those of `best`. Each turns the inputs of one instant
+//! into an estimate.
 
 mod best;
 mod paper;

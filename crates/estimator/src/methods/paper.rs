@@ -1,4 +1,5 @@
-//! The paper's filters: a complementary filter for the link angles (Fig. 5), eq. (3) for the tractions.
+//! The paper's filters: a complementary filter for the link angles (Fig. 5), eq. (3) for the
+//! tractions.
 
 use crate::assembly::assemble;
 use crate::estimate::{Estimate, EstimateError, Parity};
@@ -113,7 +114,8 @@ impl PaperFilters {
     }
 }
 
-/// Covariance of the forces for rows of eq. (8) with equal errors: the metric of the bounded unweighted least squares.
+/// Covariance of the forces for rows of eq. (8) with equal errors: the metric of the bounded
+/// unweighted least squares.
 fn unit_covariance(equations: &Equations) -> [[f64; 6]; 6] {
     let rows = &equations.inverse.rows;
     let mut covariance = [[0.0; 6]; 6];

@@ -25,7 +25,8 @@ pub(crate) struct Wheel {
 }
 
 impl Wheel {
-    /// Speed over which gear friction rises once the direction is certain, rad/s: 1 mm/s at the rim.
+    /// Speed over which gear friction rises once the direction is certain, rad/s: 1 mm/s at the
+    /// rim.
     /// Guard.
     const FRICTION_SPEED: f64 = 0.01;
     /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
@@ -51,8 +52,9 @@ impl Wheel {
         self.observer = TorqueObserver::spinning();
     }
 
-    /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s: -1 to 1. None of it within the gate:
-    /// the observed speed of a wheel at rest changes its sign at random, which must not look like a wheel that turns without friction.
+    /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s:
+    /// -1 to 1. None of it within the gate: the observed speed of a wheel at rest changes its sign
+    /// at random, which must not look like a wheel that turns without friction.
     fn share_of_friction(speed: f64, sigma: f64) -> f64 {
         let uncertain = GATE * sigma;
         let certain = (speed.abs() - uncertain).max(0.0);
@@ -60,8 +62,9 @@ impl Wheel {
         libm::copysign((certain / robhaz_model::sqrt(full)).min(1.0), speed)
     }
 
-    /// Advances by `dt` (s) to the readings of one instant. `alpha_link` is the angular acceleration of the wheel's link,
-    /// rad/s^2. Returns the innovation of the encoder's angle (rad), if there is one.
+    /// Advances by `dt` (s) to the readings of one instant. `alpha_link` is the angular
+    /// acceleration of the wheel's link, rad/s^2. Returns the innovation of the encoder's angle
+    /// (rad), if there is one.
     pub fn update(
         &mut self,
         robot: &Robot,
@@ -99,11 +102,11 @@ impl Wheel {
         innovation
     }
 
-    /// Turn of the wheel (rad, in the direction of its speed) up to an `angle` (rad) that is read `dt` (s) after the last frame,
-    /// if it is more than any torque explains.
+    /// Turn of the wheel (rad, in the direction of its speed) up to an `angle` (rad) that is read
+    /// `dt` (s) after the last frame, if it is more than any torque explains.
     ///
-    /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g, change the speed by an
-    /// acceleration a, and the angle by a dt^2/2.
+    /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g,
+    /// change the speed by an acceleration a, and the angle by a dt^2/2.
     pub fn turned_too_far(
         &self,
         robot: &Robot,
@@ -164,14 +167,14 @@ impl Wheel {
         self.observer.ground_torque()
     }
 
-    /// The torque reading less the torque that accelerates the rotor, N m, for a damping in N m s: a smooth value, exact
-    /// enough for gain errors of a few percent.
+    /// The torque reading less the torque that accelerates the rotor, N m, for a damping in N m s:
+    /// a smooth value, exact enough for gain errors of a few percent.
     pub fn steady_torque(&self, viscous_damping: f64) -> f64 {
         self.observer.ground_torque().0 + viscous_damping * self.speed
     }
 
-    /// Traction, less the `error` of the torque reading (N m). Friction in a gear of unknown direction may bear a part of
-    /// it: that part counts in its standard deviation.
+    /// Traction, less the `error` of the torque reading (N m). Friction in a gear of unknown
+    /// direction may bear a part of it: that part counts in its standard deviation.
     pub fn traction(
         &self,
         settings: &EstimatorSettings,
@@ -208,10 +211,11 @@ impl Wheel {
     }
 }
 
-/// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time stamp's error at this speed
-/// (rad/s).
+/// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time
+/// stamp's error at this speed (rad/s).
 fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
-    /// A twentieth of a micrometre at the rim. With an exact angle the observer would not correct its other states.
+    /// A twentieth of a micrometre at the rim. With an exact angle the observer would not correct
+    /// its other states.
     /// Guard.
     const LEAST: f64 = 5e-7;
     let count = if budget.encoder_counts > 0.0 {

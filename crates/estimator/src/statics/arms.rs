@@ -1,4 +1,5 @@
-//! Positions and accelerations of pins, axles and centres of mass relative to Q, as unit vectors instead of angles.
+//! Positions and accelerations of pins, axles and centres of mass relative to Q, as unit vectors
+//! instead of angles.
 
 use robhaz_model::{
     Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross, direction, perp, turned,
@@ -30,7 +31,8 @@ pub struct Turning {
     pub accelerations: [f64; 4],
 }
 
-/// The unit vector of the turn that takes the direction of `from` into that of `to`; both have the length of one bar.
+/// The unit vector of the turn that takes the direction of `from` into that of `to`; both have the
+/// length of one bar.
 fn turn_between(from: Vec2, to: Vec2) -> Vec2 {
     Vec2::new(from.dot(&to), cross(from, to)) / from.norm_squared()
 }
@@ -81,8 +83,8 @@ impl Arms {
         }
     }
 
-    /// Rates and accelerations of all bars for given rates (rad/s) and accelerations (rad/s^2) of links 1 and 2: the closure
-    /// `w1 x P + wb x (S-P) = w2 x R + w3 x (S-R)` and its derivative.
+    /// Rates and accelerations of all bars for given rates (rad/s) and accelerations (rad/s^2) of
+    /// links 1 and 2: the closure `w1 x P + wb x (S-P) = w2 x R + w3 x (S-R)` and its derivative.
     pub fn turning(&self, rates: [f64; 2], accelerations: [f64; 2]) -> Turning {
         let ([w1, w2], [a1, a2]) = (rates, accelerations);
         let (c, d) = (self.s - self.p, self.s - self.r);
@@ -99,7 +101,8 @@ impl Arms {
         }
     }
 
-    /// Accelerations of the bars' centres of mass ([`Bar::ALL`]) and of the axles, m/s^2, when Q accelerates with `q`.
+    /// Accelerations of the bars' centres of mass ([`Bar::ALL`]) and of the axles, m/s^2, when Q
+    /// accelerates with `q`.
     pub fn accelerations(
         &self,
         carriers: &[Carrier; 3],
@@ -140,8 +143,9 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence: unit vectors and angles describe the same posture, everywhere inside the stops of both geometries.
-        /// Points lie within 0.5 m and take a dozen operations: 1e-12 m is a thousand times their rounding.
+        /// Equivalence: unit vectors and angles describe the same posture, everywhere inside the
+        /// stops of both geometries. Points lie within 0.5 m and take a dozen operations: 1e-12 m
+        /// is a thousand times their rounding.
         #[test]
         fn arms_are_the_posture(theta2 in -0.5_f64..0.5, opening in -0.69_f64..0.61, is_b in any::<bool>()) {
             let geometry = geometry(is_b);
@@ -163,7 +167,8 @@ mod tests {
             }
         }
 
-        /// Equivalence with the rates that the angles' closed form gives. Relative to the largest rate.
+        /// Equivalence with the rates that the angles' closed form gives. Relative to the largest
+        /// rate.
         #[test]
         fn rates_are_those_of_the_posture(
             theta2 in -0.5_f64..0.5, opening in -0.69_f64..0.61, w1 in -2.0_f64..2.0, w2 in -2.0_f64..2.0, is_b in any::<bool>(),
@@ -178,9 +183,10 @@ mod tests {
             }
         }
 
-        /// Angular accelerations are the derivatives of the rates along a path, and accelerations of points the second
-        /// derivatives of their positions. Central differences err by h^2 times a higher derivative (some 100 here) and by
-        /// rounding over h: 1e-8 with h = 1e-5 for the first, rounding over h^2 (1e-7) with h = 1e-4 for the second.
+        /// Angular accelerations are the derivatives of the rates along a path, and accelerations
+        /// of points the second derivatives of their positions. Central differences err by h^2
+        /// times a higher derivative (some 100 here) and by rounding over h: 1e-8 with h = 1e-5 for
+        /// the first, rounding over h^2 (1e-7) with h = 1e-4 for the second.
         #[test]
         fn accelerations_are_the_derivatives(
             theta2 in -0.3_f64..0.3, opening in -0.5_f64..0.5, w in prop::array::uniform2(-1.0_f64..1.0),

@@ -23,8 +23,8 @@ pub(crate) struct Equations {
 }
 
 impl Equations {
-    /// Eq. (8) for the posture `arms` of the links' angles (rad), loads, contact angles (rad) and the lever of the moment
-    /// rows (m). `None` where the statics are singular.
+    /// Eq. (8) for the posture `arms` of the links' angles (rad), loads, contact angles (rad) and
+    /// the lever of the moment rows (m). `None` where the statics are singular.
     #[inline(always)]
     pub fn new(
         geometry: &Geometry,

@@ -1,13 +1,13 @@
-//! Eq. (8) written directly, `H x' = F'`: the four equations that [`super::full_system`] derives from eq. (1), at a tenth
-//! of the cost, for any loads, with their redundancy as a parity residual.
+//! Eq. (8) written directly, `H x' = F'`: the four equations that [`super::full_system`] derives
+//! from eq. (1), at a tenth of the cost, for any loads, with their redundancy as a parity residual.
 
 use super::arms::Arms;
 use super::loads::Loads;
 use nalgebra::{Matrix3, Vector4};
 use robhaz_model::{Bar, Carrier, Vec2, cross, perp};
 
-/// Eq. (8). Rows: horizontal and vertical force on links 1 and 2 together, N; moments of link 1 and of link 2 about Q
-/// over the lever, N. A lever of 1 m gives the paper's rows in N m.
+/// Eq. (8). Rows: horizontal and vertical force on links 1 and 2 together, N; moments of link 1 and
+/// of link 2 about Q over the lever, N. A lever of 1 m gives the paper's rows in N m.
 #[derive(Clone, Copy, Debug)]
 pub struct Equilibrium {
     /// Columns of H for T1 to T3.
@@ -16,7 +16,8 @@ pub struct Equilibrium {
     pub h_n: [Vector4<f64>; 3],
     /// F'.
     pub f: Vector4<f64>,
-    /// Forces in P (on the body from link 1), R (on link 3 from link 2) and S (on the body from link 3), N: eq. (6).
+    /// Forces in P (on the body from link 1), R (on link 3 from link 2) and S (on the body from
+    /// link 3), N: eq. (6).
     pub pins: [Vec2; 3],
     /// Direction of the tangent of each contact.
     pub tangents: [Vec2; 3],
@@ -26,12 +27,13 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// Sine of the angle PSR below which P, R and S count as on one line: rounding leaves less, and no robot has less.
+    /// Sine of the angle PSR below which P, R and S count as on one line: rounding leaves less, and
+    /// no robot has less.
     /// Guard.
     const STRAIGHT: f64 = 1e-9;
 
-    /// The equations in a posture, for contact angles in rad and a lever in m. The arm from axle to contact is the wheel
-    /// radius, m; the penetration, 0.6 % of it, is neglected.
+    /// The equations in a posture, for contact angles in rad and a lever in m. The arm from axle to
+    /// contact is the wheel radius, m; the penetration, 0.6 % of it, is neglected.
     ///
     /// `None` where P lies on the line RS.
     #[inline(always)]
@@ -72,7 +74,8 @@ impl Equilibrium {
         Some(found)
     }
 
-    /// F' and the forces in P, R and S, N, for given loads: linear in the loads. Not finite where P lies on the line RS.
+    /// F' and the forces in P, R and S, N, for given loads: linear in the loads. Not finite where P
+    /// lies on the line RS.
     ///
     /// Body and link 3 come first, eq. (6): S is the only unknown in their moments about P and R.
     pub fn load_side(
@@ -116,7 +119,8 @@ impl Equilibrium {
         self.f - self.h_t[0] * traction[0] - self.h_t[1] * traction[1] - self.h_t[2] * traction[2]
     }
 
-    /// Derivative of `H x'` by the contact angle of wheel `i`, N/rad: the forces turn and the contact moves along the rim.
+    /// Derivative of `H x'` by the contact angle of wheel `i`, N/rad: the forces turn and the
+    /// contact moves along the rim.
     pub fn by_contact_angle(
         &self,
         i: usize,
@@ -132,9 +136,9 @@ impl Equilibrium {
         column(turned, moment * self.inverse_lever, carrier)
     }
 
-    /// Least squares for the normal forces, N: `(H_N' H_N)^-1 H_N' y`. The condition
-    /// number of H_N is 6 to 9, so the normal equations lose two digits of sixteen. `None` where the contacts leave a
-    /// normal force undetermined.
+    /// Least squares for the normal forces, N: `(H_N' H_N)^-1 H_N' y`. The condition number of H_N
+    /// is 6 to 9, so the normal equations lose two digits of sixteen. `None` where the contacts
+    /// leave a normal force undetermined.
     #[inline(always)]
     pub fn least_squares(&self) -> Option<LeastSquaresInverse> {
         let [a, b, c] = &self.h_n;
@@ -179,9 +183,11 @@ impl Equilibrium {
         })
     }
 
-    /// Parity direction: the unit vector `w` with `w' H_N = 0`. It combines the rows so that no normal force is left.
+    /// Parity direction: the unit vector `w` with `w' H_N = 0`. It combines the rows so that no
+    /// normal force is left.
     ///
-    /// `w' (F' - H_T T)` is the parity residual, N: zero for exact loads, tractions and contact angles.
+    /// `w' (F' - H_T T)` is the parity residual, N: zero for exact loads, tractions and contact
+    /// angles.
     #[inline(always)]
     pub fn parity_direction(&self) -> Option<Vector4<f64>> {
         let [a, b, c] = &self.h_n;
@@ -272,8 +278,9 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence of two formulations: eq. (8) written directly is the one that eqs. (1) and (4) to (7) derive; H, F',
-        /// pin forces, N, residual and Q. 1e-10 of the forces: a hundred times the rounding of the 6x6 solve of eq. (6).
+        /// Equivalence of two formulations: eq. (8) written directly is the one that eqs. (1) and
+        /// (4) to (7) derive; H, F', pin forces, N, residual and Q. 1e-10 of the forces: a hundred
+        /// times the rounding of the 6x6 solve of eq. (6).
         #[test]
         fn direct_and_derived_equations_agree(
             theta in angles(), slopes in slopes(), masses in masses(), t in prop::array::uniform3(-20.0_f64..20.0), is_b in any::<bool>(),
@@ -314,7 +321,8 @@ mod tests {
             prop_assert!((found.force_in_q(&loads, &geometry.carriers, &normal, &t) - q).norm() < 1e-9);
         }
 
-        /// `H x'` changes with a contact angle as central differences do: at h = 1e-6 these err by 1e-9 of the forces.
+        /// `H x'` changes with a contact angle as central differences do: at h = 1e-6 these err by
+        /// 1e-9 of the forces.
         #[test]
         fn by_contact_angle_is_the_derivative(
             theta in angles(), slopes in slopes(), i in 0..3_usize, n in 0.0_f64..100.0, t in -30.0_f64..30.0, is_b in any::<bool>(),
@@ -335,8 +343,8 @@ mod tests {
             prop_assert!((found - difference).norm() < 1e-6, "{found} {difference}");
         }
 
-        /// The parity direction is a unit vector, normal to H_N, and the residual of least squares is the projection of
-        /// the right-hand side on it: `y - H_N N = w (w' y)`.
+        /// The parity direction is a unit vector, normal to H_N, and the residual of least squares
+        /// is the projection of the right-hand side on it: `y - H_N N = w (w' y)`.
         #[test]
         fn parity_is_the_residual_of_least_squares(
             theta in angles(), slopes in slopes(), y in prop::array::uniform4(-100.0_f64..100.0), is_b in any::<bool>(),

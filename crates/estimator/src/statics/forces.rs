@@ -12,7 +12,8 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Adds an error of the forces `[T1 N1 T2 N2 T3 N3]` of one standard deviation, N, to their covariance.
+    /// Adds an error of the forces `[T1 N1 T2 N2 T3 N3]` of one standard deviation, N, to their
+    /// covariance.
     pub fn add_error(&mut self, error: &[f64; 6]) {
         for (row, a) in self.covariance.iter_mut().zip(error) {
             for (entry, b) in row.iter_mut().zip(error) {
@@ -21,8 +22,9 @@ impl Forces {
         }
     }
 
-    /// If any N < 0, replaces forces and covariance by those conditioned on N = 0 for some wheels: the set of wheels with the smallest
-    /// Mahalanobis distance for which all N >= 0. This is the most likely point without a negative normal force.
+    /// If any N < 0, replaces forces and covariance by those conditioned on N = 0 for some wheels:
+    /// the set of wheels with the smallest Mahalanobis distance for which all N >= 0. This is the
+    /// most likely point without a negative normal force.
     ///
     /// It tries all seven non-empty sets of wheels.
     pub fn bound(&mut self) {
@@ -45,8 +47,8 @@ impl Forces {
         *self = nearest;
     }
 
-    /// Inflates the variance of each force beyond `limit` (N) by its square, so that no force at all is within its deviation.
-    /// Returns whether there is one.
+    /// Inflates the variance of each force beyond `limit` (N) by its square, so that no force at
+    /// all is within its deviation. Returns whether there is one.
     pub fn inflate_beyond(&mut self, limit: f64) -> bool {
         let mut found = false;
         let forces = self.traction.iter().zip(&self.normal);
@@ -62,7 +64,8 @@ impl Forces {
         found
     }
 
-    /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step, dimensionless.
+    /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step,
+    /// dimensionless.
     fn hold(&mut self, i: usize) -> f64 {
         let k = 2 * i + 1;
         let column = self.covariance.map(|row| row[k]);
@@ -111,9 +114,10 @@ mod tests {
     }
 
     proptest! {
-        /// Optimality: bounded forces are the most likely ones, `min (z - z0)' P^-1 (z - z0)` with N >= 0. The
-        /// conditions of Karush, Kuhn and Tucker: `P^-1 (z - z0)` is zero but for wheels held at zero, and there it pushes
-        /// (not negative). Checked as `z - z0 = P mu` with mu only there. 1e-9 of 100 N is rounding at a condition of 1e4.
+        /// Optimality: bounded forces are the most likely ones, `min (z - z0)' P^-1 (z - z0)` with
+        /// N >= 0. The conditions of Karush, Kuhn and Tucker: `P^-1 (z - z0)` is zero but for
+        /// wheels held at zero, and there it pushes (not negative). Checked as `z - z0 = P mu` with
+        /// mu only there. 1e-9 of 100 N is rounding at a condition of 1e4.
         #[test]
         fn bounded_is_the_constrained_optimum(
             normal in prop::array::uniform3(-40.0_f64..80.0), traction in prop::array::uniform3(-20.0_f64..20.0),

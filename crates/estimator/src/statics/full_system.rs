@@ -1,8 +1,9 @@
-//! Static equilibrium of the four bars as the paper derives it: eqs. (1) and (4) to (8), and the least squares for the
-//! normal forces.
+//! Static equilibrium of the four bars as the paper derives it: eqs. (1) and (4) to (8), and the
+//! least squares for the normal forces.
 //!
-//! The estimators do not run this code. They use [`super::Equilibrium`], which gives the same eq. (8) at a tenth of the
-//! cost; its tests hold it against this file. `examples/full_system.rs` shows how the equations follow from each other.
+//! The estimators do not run this code. They use [`super::Equilibrium`], which gives the same eq.
+//! (8) at a tenth of the cost; its tests hold it against this file. `examples/full_system.rs` shows
+//! how the equations follow from each other.
 //!
 //! A wheel belongs to the link that carries it. Signs and the order of unknowns:
 //!
@@ -12,12 +13,14 @@
 //! rows: link 1 and link 2 (x, y, moment about Q) | link 3 (x, y, moment about R), body (x, y, moment about P)
 //! ```
 //!
-//! The paper prints G as 14x12 and F as 14x1; they are 12x14 and 12x1. It prints F_c as 8x1; it is 6x1.
+//! The paper prints G as 14x12 and F as 14x1; they are 12x14 and 12x1. It prints F_c as 8x1; it is
+//! 6x1.
 
 use nalgebra::{SMatrix, SVector};
 use robhaz_model::{Bar, GRAVITY, Geometry, Pin, PointMasses, Posture, Vec2, cross};
 
-/// A matrix of eq. (4) is singular: P lies on the line RS, or the contacts leave a normal force undetermined.
+/// A matrix of eq. (4) is singular: P lies on the line RS, or the contacts leave a normal force
+/// undetermined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular {
     /// Which matrix.
@@ -42,9 +45,11 @@ pub struct FullSystem {
 }
 
 impl FullSystem {
-    /// Equilibrium in a posture, with wheels of radius `r` touching the ground at the given contact angles (rad).
+    /// Equilibrium in a posture, with wheels of radius `r` touching the ground at the given contact
+    /// angles (rad).
     ///
-    /// The arm from axle to contact is the wheel radius; the penetration, 0.6 % of it, is neglected.
+    /// The arm from axle to contact is the wheel radius; the penetration, 0.6 % of it, is
+    /// neglected.
     pub fn new(
         geometry: &Geometry,
         masses: &PointMasses,
@@ -91,7 +96,8 @@ impl FullSystem {
     }
 }
 
-/// A unit force along `direction` at `arm` from the moment point, in the three rows of a bar from `row`.
+/// A unit force along `direction` at `arm` from the moment point, in the three rows of a bar from
+/// `row`.
 fn add_force(g: &mut SMatrix<f64, 12, 14>, row: usize, column: usize, direction: Vec2, arm: Vec2) {
     g[(row, column)] += direction.x;
     g[(row + 1, column)] += direction.y;
@@ -147,8 +153,9 @@ impl BlockForm {
 
 /// Eq. (8), `H x' = F'` with `x' = [T1 N1 T2 N2 T3 N3]`: 4 equations.
 ///
-/// Rows: horizontal and vertical force on links 1 and 2 together (Q cancels), moment of link 1 and of link 2 about Q.
-/// Rows are in N and N m as in the paper. The result of least squares depends on that choice.
+/// Rows: horizontal and vertical force on links 1 and 2 together (Q cancels), moment of link 1 and
+/// of link 2 about Q. Rows are in N and N m as in the paper. The result of least squares depends on
+/// that choice.
 #[derive(Clone, Debug)]
 pub struct ReducedSystem {
     /// H, 4x6.
@@ -162,12 +169,14 @@ pub struct ReducedSystem {
 pub struct LeastSquares {
     /// N of the front, middle and rear wheel, N.
     pub normal_force: [f64; 3],
-    /// Residual of eq. (8): horizontal force (N), vertical force (N), moments of link 1 and 2 about Q (N m).
+    /// Residual of eq. (8): horizontal force (N), vertical force (N), moments of link 1 and 2 about
+    /// Q (N m).
     pub residual: [f64; 4],
 }
 
 impl ReducedSystem {
-    /// Eliminates Q from eq. (7) by adding the force rows of links 1 and 2; Q has no moment about itself.
+    /// Eliminates Q from eq. (7) by adding the force rows of links 1 and 2; Q has no moment about
+    /// itself.
     pub fn new(block: &BlockForm, x_u: &SVector<f64, 6>) -> Self {
         let right = block.right_side(x_u);
         let mut h = SMatrix::<f64, 4, 6>::zeros();
@@ -189,7 +198,8 @@ impl ReducedSystem {
         Self { h, f }
     }
 
-    /// Least squares for the three N with the three T known (N): 4 equations, 3 unknowns, rows unscaled as in the paper.
+    /// Least squares for the three N with the three T known (N): 4 equations, 3 unknowns, rows
+    /// unscaled as in the paper.
     ///
     /// # Errors
     /// [`Singular`] where the contacts leave a normal force undetermined.
@@ -237,7 +247,8 @@ mod tests {
         (full, block, reduced)
     }
 
-    /// Closed form: static wheel loads on level ground without traction (derived by hand for both geometries).
+    /// Closed form: static wheel loads on level ground without traction (derived by hand for both
+    /// geometries).
     #[test]
     fn static_loads_on_level_ground() {
         for (geometry, expected) in [
@@ -270,9 +281,9 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence of the three forms: with two tractions given, eq. (1), eqs. (5) to (7) and eq. (8) are square
-        /// systems, and must give the same forces. 1e-9 relative to the load: a hundred times the rounding of a 12x12 solve
-        /// at a condition of 1e3.
+        /// Equivalence of the three forms: with two tractions given, eq. (1), eqs. (5) to (7) and
+        /// eq. (8) are square systems, and must give the same forces. 1e-9 relative to the load: a
+        /// hundred times the rounding of a 12x12 solve at a condition of 1e3.
         #[test]
         fn full_block_and_reduced_systems_agree(
             theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3,
@@ -321,8 +332,8 @@ mod tests {
             }
         }
 
-        /// Property: with consistent tractions (those of an exact equilibrium) least squares returns the exact N and
-        /// leaves no residual, and the ground carries the whole weight.
+        /// Property: with consistent tractions (those of an exact equilibrium) least squares
+        /// returns the exact N and leaves no residual, and the ground carries the whole weight.
         #[test]
         fn exact_equilibrium_is_recovered(
             theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3,
@@ -351,7 +362,8 @@ mod tests {
             prop_assert!((ground - Vec2::new(0.0, 14.0 * GRAVITY)).norm() < 1e-9 * scale);
         }
 
-        /// Fig. 7, Fig. 8 and the true masses weigh the same: on level ground the sum of N is the weight for each.
+        /// Fig. 7, Fig. 8 and the true masses weigh the same: on level ground the sum of N is the
+        /// weight for each.
         #[test]
         fn lumping_keeps_the_weight(theta1 in -0.2_f64..0.2, theta2 in -0.2_f64..0.2) {
             let robot = Robot::default_a();

@@ -1,8 +1,9 @@
 //! The mass parameters that the static loads of eq. (8) depend on, and their covariance.
 //!
-//! Seven combinations of masses, centres of mass and pins determine the weight's part of eq. (8) in every posture. With
-//! positions as complex numbers (x + iy, nominal pose), w_i the axles on link k, u = S - P and kappa = (link3's centre
-//! of mass - R)/(S - R), where link 3 is replaced by masses at R, at P and on the body (its loop closes):
+//! Seven combinations of masses, centres of mass and pins determine the weight's part of eq. (8) in
+//! every posture. With positions as complex numbers (x + iy, nominal pose), w_i the axles on link
+//! k, u = S - P and kappa = (link3's centre of mass - R)/(S - R), where link 3 is replaced by
+//! masses at R, at P and on the body (its loop closes):
 //!
 //! ```text
 //! total mass      M  = sum of all masses
@@ -11,10 +12,11 @@
 //! moment of body  ab = mb (cb - P) + m3 kappa u
 //! ```
 //!
-//! The potential energy over g is M y_Q + Im(a1 e^(i theta_1) + a2 e^(i theta_2) + ab e^(i theta_body)); its derivatives
-//! by y_Q, theta_1 and theta_2 are the rows of eq. (8). They are the base parameters of the mechanism (Gautier and
-//! Khalil, "Direct calculation of minimum set of inertial parameters of serial robots", IEEE Trans. Robotics and
-//! Automation 6, 1990): scales under the wheels measure these, and not the single masses.
+//! The potential energy over g is M y_Q + Im(a1 e^(i theta_1) + a2 e^(i theta_2) + ab e^(i
+//! theta_body)); its derivatives by y_Q, theta_1 and theta_2 are the rows of eq. (8). They are the
+//! base parameters of the mechanism (Gautier and Khalil, "Direct calculation of minimum set of
+//! inertial parameters of serial robots", IEEE Trans. Robotics and Automation 6, 1990): scales
+//! under the wheels measure these, and not the single masses.
 
 use super::arms::Arms;
 use nalgebra::{Matrix4, SMatrix, Vector4};
@@ -69,8 +71,8 @@ pub fn load_parameters(robot: &Robot) -> [f64; LOAD_PARAMETERS] {
     ]
 }
 
-/// Derivatives of the weight's part of eq. (8), `F'` (N), by the load parameters, for links at `arms` and moment rows
-/// divided by `lever` (m): one column a parameter, N/kg and N/(kg m).
+/// Derivatives of the weight's part of eq. (8), `F'` (N), by the load parameters, for links at
+/// `arms` and moment rows divided by `lever` (m): one column a parameter, N/kg and N/(kg m).
 pub fn by_load_parameters(arms: &Arms, lever: f64) -> [Vector4<f64>; LOAD_PARAMETERS] {
     let [body, link1, link2, _] = arms.axes;
     // Rates of the body's angle by those of links 1 and 2.
@@ -92,7 +94,8 @@ pub fn by_load_parameters(arms: &Arms, lever: f64) -> [Vector4<f64>; LOAD_PARAME
     ]
 }
 
-/// Covariance of the errors of the load parameters of a robot that was weighed, kg^2, kg^2 m, kg^2 m^2.
+/// Covariance of the errors of the load parameters of a robot that was weighed, kg^2, kg^2 m, kg^2
+/// m^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadCovariance(SMatrix<f64, LOAD_PARAMETERS, LOAD_PARAMETERS>);
 
@@ -139,8 +142,8 @@ impl LoadCovariance {
     /// Takes rows of numbers for a covariance.
     ///
     /// # Errors
-    /// [`LoadCovarianceError`] where they are none: not finite, not symmetric, not positive semidefinite; each within
-    /// rounding.
+    /// [`LoadCovarianceError`] where they are none: not finite, not symmetric, not positive
+    /// semidefinite; each within rounding.
     pub fn new(
         rows: &[[f64; LOAD_PARAMETERS]; LOAD_PARAMETERS],
     ) -> Result<Self, LoadCovarianceError> {
@@ -183,7 +186,8 @@ impl LoadCovariance {
         }))
     }
 
-    /// Covariance of the loads in the rows of eq. (8), N^2, for links at `arms` and moment rows divided by `lever`, m.
+    /// Covariance of the loads in the rows of eq. (8), N^2, for links at `arms` and moment rows
+    /// divided by `lever`, m.
     pub fn of_loads(&self, arms: &Arms, lever: f64) -> Matrix4<f64> {
         let j = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&by_load_parameters(arms, lever));
         let covariance = j * self.0 * j.transpose();
@@ -201,8 +205,9 @@ mod tests {
     use robhaz_model::MassSet;
 
     proptest! {
-        /// Equivalence: the columns times the parameters are the weight's part of eq. (8), for any posture, masses and
-        /// centres of mass. So the seven parameters determine the loads, and their derivatives are the columns.
+        /// Equivalence: the columns times the parameters are the weight's part of eq. (8), for any
+        /// posture, masses and centres of mass. So the seven parameters determine the loads, and
+        /// their derivatives are the columns.
         #[test]
         fn seven_parameters_determine_the_loads(
             theta2 in -0.4_f64..0.4, opening in -0.6_f64..0.5, is_b in any::<bool>(),

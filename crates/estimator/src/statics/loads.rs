@@ -3,7 +3,8 @@
 use super::arms::{Arms, Turning};
 use robhaz_model::{Carrier, GRAVITY, MassSet, PointMasses, Vec2};
 
-/// Required force and moment of one part: `m (a + g)` at its centre of mass, `I alpha` counter-clockwise.
+/// Required force and moment of one part: `m (a + g)` at its centre of mass, `I alpha`
+/// counter-clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// N.
@@ -66,7 +67,8 @@ impl Loads {
 
     /// Gravity and inertia (d'Alembert).
     ///
-    /// The rotor is an armature between link and wheel: its torque is internal to both and does not appear.
+    /// The rotor is an armature between link and wheel: its torque is internal to both and does not
+    /// appear.
     pub fn moving(
         mass: &MassSet,
         masses: &PointMasses,
@@ -122,7 +124,8 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is turned and stronger.
+        /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is
+        /// turned and stronger.
         #[test]
         fn uniform_acceleration_is_turned_gravity(theta in angles(), slopes in slopes(), ax in -5.0_f64..5.0, ay in -5.0_f64..5.0) {
             let (geometry, mass) = (Geometry::a(), MassSet::caption());
@@ -148,9 +151,10 @@ mod tests {
             }
         }
 
-        /// Newton and Euler for the whole robot: the force rows hold the change of its momentum, the sum of the moment rows
-        /// that of its angular momentum about Q; pins cancel. Momenta by central differences of positions along a path
-        /// (h = 1e-4: rounding over h^2 gives 1e-7 of a moment).
+        /// Newton and Euler for the whole robot: the force rows hold the change of its momentum,
+        /// the sum of the moment rows that of its angular momentum about Q; pins cancel. Momenta by
+        /// central differences of positions along a path (h = 1e-4: rounding over h^2 gives 1e-7 of
+        /// a moment).
         #[test]
         fn inertial_loads_are_the_change_of_momentum(
             theta in angles(), w in prop::array::uniform2(-1.0_f64..1.0), a in prop::array::uniform2(-3.0_f64..3.0),

@@ -1,4 +1,5 @@
-//! Statics of the linkage: the paper's eqs. (1) to (8), with inertial loads, bounded least squares and covariance.
+//! Statics of the linkage: the paper's eqs. (1) to (8), with inertial loads, bounded least squares
+//! and covariance.
 //!
 //! | step | file |
 //! |---|---|

@@ -1,5 +1,6 @@
-//! Sensitivity of the right-hand side of eq. (8) to the uncertain inputs: inputs that no sensor measures, or that sensors
-//! measure with correlated errors. It carries the covariance of the inputs into that of the forces.
+//! Sensitivity of the right-hand side of eq. (8) to the uncertain inputs: inputs that no sensor
+//! measures, or that sensors measure with correlated errors. It carries the covariance of the
+//! inputs into that of the forces.
 
 use super::equations::Equations;
 use super::equilibrium::Equilibrium;
@@ -57,8 +58,8 @@ pub(crate) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// At one instant, linearised at the normal forces and tractions `forces`, N. `inertial` holds the masses if the loads include inertia, else `None`;
-    /// `lever` is that of the moment rows, m.
+    /// At one instant, linearised at the normal forces and tractions `forces`, N. `inertial` holds
+    /// the masses if the loads include inertia, else `None`; `lever` is that of the moment rows, m.
     pub fn new(
         geometry: &Geometry,
         equations: &Equations,

@@ -19,7 +19,8 @@ pub(crate) struct RightSide {
 }
 
 impl RightSide {
-    /// Variance of the combination `w` of the rows from everything but the inputs: loads and torque observers, N^2.
+    /// Variance of the combination `w` of the rows from everything but the inputs: loads and torque
+    /// observers, N^2.
     pub fn noise_along(&self, equilibrium: &Equilibrium, w: &Vector4<f64>) -> f64 {
         let mut variance = w.dot(&(self.loads * w));
         for (column, traction) in equilibrium.h_t.iter().zip(&self.tractions) {
@@ -30,14 +31,17 @@ impl RightSide {
     }
 }
 
-/// Generalised least squares for N, with `R = A P A' + noise` as the covariance of the equation error.
+/// Generalised least squares for N, with `R = A P A' + noise` as the covariance of the equation
+/// error.
 ///
-/// `parity` is the unit vector w with `w' H_N = 0`: exact equations satisfy `w' y = 0`. With it, y and T are first replaced by
-/// their means given `w' y = 0`; for y that is `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse of
-/// H_N gives the same N: that of weighted least squares with the weight `R^-1`.
+/// `parity` is the unit vector w with `w' H_N = 0`: exact equations satisfy `w' y = 0`. With it, y
+/// and T are first replaced by their means given `w' y = 0`; for y that is
+/// `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse of H_N gives the same
+/// N: that of weighted least squares with the weight `R^-1`.
 ///
-/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI. The second result is the error of
-/// the forces `[T1 N1 T2 N2 T3 N3]` by the errors `considered` of the inputs, which have no part in the weights.
+/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI. The
+/// second result is the error of the forces `[T1 N1 T2 N2 T3 N3]` by the errors `considered` of the
+/// inputs, which have no part in the weights.
 pub(crate) fn solve(
     equations: &Equations,
     parity: Option<&Vector4<f64>>,
@@ -54,8 +58,9 @@ pub(crate) fn solve(
 }
 
 impl Forces {
-    /// Adds an error of the rows of eq. (8) with the deviation `constant`, N, to the covariance of N. It changes no estimate: an error that
-    /// lasts, or that no equation shows, is not the white noise by which the rows are weighted.
+    /// Adds an error of the rows of eq. (8) with the deviation `constant`, N, to the covariance of
+    /// N. It changes no estimate: an error that lasts, or that no equation shows, is not the white
+    /// noise by which the rows are weighted.
     pub fn consider(&mut self, inverse: &LeastSquaresInverse, constant: &Vector4<f64>) {
         let moved = inverse.solve(constant);
         for (i, a) in moved.iter().enumerate() {
@@ -183,12 +188,14 @@ impl Joint {
     }
 }
 
-/// Inputs that act on the equations directly: accelerations and contact angles. The others act through the tractions.
+/// Inputs that act on the equations directly: accelerations and contact angles. The others act
+/// through the tractions.
 const DIRECT: usize = input::TORQUE_OFFSET;
 /// What errs in the equations: direct inputs and the three tractions.
 const CAUSES: usize = DIRECT + 3;
 
-/// Covariance of direct inputs and tractions, SI: the inputs' part, and the observers' noise of the tractions.
+/// Covariance of direct inputs and tractions, SI: the inputs' part, and the observers' noise of the
+/// tractions.
 fn causes(
     tractions: &[Traction; 3],
     inputs: &impl Fn(usize, usize) -> f64,
@@ -255,9 +262,10 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence: moving the right-hand side to where the parity holds and taking any left inverse is weighted least squares
-        /// with the weight R^-1, here solved as such, with matrices of full size: N, T and the whole covariance.
-        /// Conditions are about 1e4: 1e-8 of the forces leaves four digits.
+        /// Equivalence: moving the right-hand side to where the parity holds and taking any left
+        /// inverse is weighted least squares with the weight R^-1, here solved as such, with
+        /// matrices of full size: N, T and the whole covariance. Conditions are about 1e4: 1e-8 of
+        /// the forces leaves four digits.
         #[test]
         fn whitened_is_weighted_least_squares(
             theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3, slopes in prop::array::uniform3(-0.4_f64..0.4),
@@ -314,7 +322,8 @@ mod tests {
             let between = of_normal * h.transpose() * weight * t_y.transpose();
 
             let scale = 100.0 + normal.norm();
-            // The forces are linear in the right-hand side: an error moves them as it does that side.
+            // The forces are linear in the right-hand side: an error moves them as it does that
+            // side.
             let considered = SMatrix::<f64, INPUTS, 1>::from(considered);
             let of_rows = a * considered;
             let error_of_normal = of_normal * h.transpose() * weight * of_rows;
@@ -339,8 +348,8 @@ mod tests {
             }
         }
 
-        /// Without the parity the forces are the unweighted least squares', and their covariance is that of a linear map of the
-        /// right-hand side.
+        /// Without the parity the forces are the unweighted least squares', and their covariance is
+        /// that of a linear map of the right-hand side.
         #[test]
         fn without_parity_the_covariance_is_mapped(y in vector(), sigma in 0.1_f64..3.0) {
             let robot = Robot::default_a();
@@ -366,8 +375,9 @@ mod tests {
         }
     }
 
-    /// Closed form: an error e of the rows moves N by the left inverse times e. Considered, it adds the square of that to the
-    /// covariance, and leaves N, T and their other covariances as they are.
+    /// Closed form: an error e of the rows moves N by the left inverse times e. Considered, it adds
+    /// the square of that to the covariance, and leaves N, T and their other covariances as they
+    /// are.
     #[test]
     fn a_considered_error_moves_only_the_covariance_of_n() {
         let row = |k: f64| Vector4::new(0.3 * k, -0.2, 0.1 + k, 0.5);

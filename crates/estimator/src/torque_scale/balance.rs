@@ -10,11 +10,12 @@
 //! W_i = int (T_i + B omega_i/r) (u_i + r dtheta_k/dt) dt,   D = sum of int B omega_i/r (u_i + r dtheta_k/dt) dt
 //! ```
 //!
-//! The kinetic energy is small but for a start, and its error, that of the speed, must not count as an error of what q multiplies.
-//! The damping D counts on both sides: it is a part of the torque that is read. u_i is the speed of
-//! the wheel's centre, theta_k the angle of its link, on which the moment r T_i acts. q is the
-//! ratio of the torques to those that the described robot needs; b holds offsets, friction and
-//! rolling resistance, which act all along the way; d_i are the errors of the single gains.
+//! The kinetic energy is small but for a start, and its error, that of the speed, must not count as
+//! an error of what q multiplies. The damping D counts on both sides: it is a part of the torque
+//! that is read. u_i is the speed of the wheel's centre, theta_k the angle of its link, on which
+//! the moment r T_i acts. q is the ratio of the torques to those that the described robot needs; b
+//! holds offsets, friction and rolling resistance, which act all along the way; d_i are the errors
+//! of the single gains.
 //!
 //! No slope enters. Slopes that the filters estimate have errors that go with the torques, and a
 //! regression of torques on them is biased.
@@ -77,7 +78,8 @@ impl WorkBalance {
         self.passage.interrupt();
     }
 
-    /// Makes q and b less exact. The gains keep their prior: with more they would explain any ratio.
+    /// Makes q and b less exact. The gains keep their prior: with more they would explain any
+    /// ratio.
     pub fn loosen(&mut self) {
         let factor = |k: usize| if k < 2 { Self::LOOSE } else { 1.0 };
         for (i, row) in self.fit.p.iter_mut().enumerate() {
@@ -122,8 +124,8 @@ impl WorkBalance {
 
     /// q and its standard deviation, for a robot of this weight, N.
     ///
-    /// Errors of the heights make q too small, by their share of the squares of the energy: on level
-    /// ground nothing else is left of these. They are at most what the fit leaves.
+    /// Errors of the heights make q too small, by their share of the squares of the energy: on
+    /// level ground nothing else is left of these. They are at most what the fit leaves.
     pub fn ratio(&self, weight: f64) -> (f64, f64) {
         let ([q, ..], [[variance, ..], ..]) = (self.fit.x, self.fit.p);
         let [squares, count] = self.left;
@@ -199,8 +201,8 @@ mod tests {
         }
     }
 
-    /// Level ground shows nothing: the ratio stays, and its deviation far beyond the 0.1 from which on
-    /// it counts as known: that of the prior, 1.
+    /// Level ground shows nothing: the ratio stays, and its deviation far beyond the 0.1 from which
+    /// on it counts as known: that of the prior, 1.
     #[test]
     fn level_ground_shows_nothing() {
         let (ratio, sigma) = found(0.2, 0.0, 2.0);

@@ -3,9 +3,9 @@
 //!
 //! A payload makes it greater just as torques do that are read too large. Only the prior tells them
 //! apart: the budget's error of the masses. Within that prior the masses take their share of what
-//! the [`WorkBalance`] finds; what a scale or an unstated payload may change beyond that is considered in
-//! the stated deviations alone. Beyond the prior the forces are those of the described masses with scaled
-//! torques, and their deviations contain what a payload would change.
+//! the [`WorkBalance`] finds; what a scale or an unstated payload may change beyond that is
+//! considered in the stated deviations alone. Beyond the prior the forces are those of the
+//! described masses with scaled torques, and their deviations contain what a payload would change.
 
 mod balance;
 mod passage;
@@ -186,14 +186,15 @@ impl ScaleFilter {
         before
     }
 
-    /// Deviations while the budget allows the ratio. Its logarithm has the deviation `sigma`; `of_mass` of
-    /// it is applied as the masses' share, `rest` is not. `mass` is the deviation of the described mass,
-    /// which the loads have anyway.
+    /// Deviations while the budget allows the ratio. Its logarithm has the deviation `sigma`;
+    /// `of_mass` of it is applied as the masses' share, `rest` is not. `mass` is the deviation of
+    /// the described mass, which the loads have anyway.
     fn within_budget(&self, rest: f64, of_mass: f64, sigma: f64, mass: f64) -> StatedDeviation {
         let square = |x: f64| x * x;
         let (measured, mass) = (square(sigma), square(mass));
         let posterior = |prior: f64| prior * measured / (prior + measured);
-        // The scale, if there is no payload: mean square about 1, as the tractions are not corrected.
+        // The scale, if there is no payload: mean square about 1, as the tractions are not
+        // corrected.
         let prior = square(Self::PRIOR);
         let shift = rest * prior / (prior + measured);
         let of_scale = posterior(prior) + square(shift);

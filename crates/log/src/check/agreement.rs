@@ -1,9 +1,10 @@
-//! The estimator's own judgement: [`robhaz_estimator::Health`] of `best` over the whole log, and over the same log with
-//! its wheels and links wired otherwise.
+//! The estimator's own judgement: [`robhaz_estimator::Health`] of `best` over the whole log, and
+//! over the same log with its wheels and links wired otherwise.
 //!
-//! Which torque belongs to which encoder, the speed control shows ([`crate::check::drive`]). That leaves the wheel to which both
-//! belong, and the link of gyroscope and inclinometer: 12 wirings, 72 if the torques show nothing. `best` runs with each;
-//! the one with the least mean NIS fits best.
+//! Which torque belongs to which encoder, the speed control shows ([`crate::check::drive`]). That
+//! leaves the wheel to which both belong, and the link of gyroscope and inclinometer: 12 wirings,
+//! 72 if the torques show nothing. `best` runs with each; the one with the least mean NIS fits
+//! best.
 
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
@@ -15,7 +16,8 @@ use robhaz_model::Robot;
 const TEST: &str = "agreement of all";
 const WIRING: &str = "wheels and links";
 const CHANNEL: &str = "all";
-/// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is a fault.
+/// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is
+/// a fault.
 const OFTEN: f64 = 0.01;
 /// Number of such frames that is no fault in a short log, either.
 const FEW: f64 = 3.0;
@@ -23,7 +25,8 @@ const FEW: f64 = 3.0;
 const AS_WELL: f64 = 1.1;
 /// Mean NIS over that of the log's wiring below which another one is a fault.
 const BETTER: f64 = 0.7;
-/// Sum of the mean NIS up to which the readings agree as wired: each mean is 1 for innovations as stated.
+/// Sum of the mean NIS up to which the readings agree as wired: each mean is 1 for innovations as
+/// stated.
 const AGREE: f64 = 1.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
@@ -32,7 +35,8 @@ const REFUSED: f64 = 1e3;
 /// Longest part of a log for which other wirings are tried, s: some metres.
 const LONGEST: f64 = 16.0;
 
-/// A wiring: the columns of the log that are encoders and torques of wheels 1 to 3, and whether the links are exchanged.
+/// A wiring: the columns of the log that are encoders and torques of wheels 1 to 3, and whether the
+/// links are exchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Case {
     encoders: [usize; 3],
@@ -48,7 +52,8 @@ const OWN: Case = Case {
 };
 
 impl Case {
-    /// All wirings in which torque i belongs to encoder `order[i]`; without `order` in which it belongs to any.
+    /// All wirings in which torque i belongs to encoder `order[i]`; without `order` in which it
+    /// belongs to any.
     fn all(order: Option<[usize; 3]>) -> Vec<Self> {
         let mut all = Vec::new();
         for encoders in PAIRINGS {
@@ -139,7 +144,8 @@ struct Judgement {
     largest: f64,
     /// Mean over the frames of the sum over the tests of their mean NIS.
     nis: f64,
-    /// Shares of the frames with a reading beyond what the robot can do, and without an estimate; 0 for a few frames.
+    /// Shares of the frames with a reading beyond what the robot can do, and without an estimate; 0
+    /// for a few frames.
     absurd: f64,
     refused: f64,
 }
@@ -211,9 +217,10 @@ fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
     &frames[begin..end.max(begin)]
 }
 
-/// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which the torques belong, if these
-/// show it. `resolved`: whether the readings follow each other closely enough for the filters. `quiet`: whether the torques
-/// may be in another unit, so that they show no wiring.
+/// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which
+/// the torques belong, if these show it. `resolved`: whether the readings follow each other closely
+/// enough for the filters. `quiet`: whether the torques may be in another unit, so that they show
+/// no wiring.
 pub fn findings(
     frames: &[SensorFrame],
     robot: &Robot,

@@ -1,4 +1,5 @@
-//! Changes of the links' angles within a time, by inclinometers and by gyroscopes, and how the first follow the second.
+//! Changes of the links' angles within a time, by inclinometers and by gyroscopes, and how the
+//! first follow the second.
 
 use crate::check::fit::robust_fit;
 use crate::check::motion::Motion;
@@ -7,14 +8,15 @@ use crate::check::recording::Recording;
 use crate::check::signal::{derivative, difference, integral, smooth, zip};
 use robhaz_model::{GRAVITY, Robot};
 
-/// Time over which changes are compared, s: the specific force of the robot's own motion changes less in it than the
-/// angles on uneven ground.
+/// Time over which changes are compared, s: the specific force of the robot's own motion changes
+/// less in it than the angles on uneven ground.
 pub const SPAN: f64 = 0.5;
 /// Time over which both are averaged, s.
 pub const SMOOTHING: f64 = 0.02;
 /// Time over which the robot's acceleration is averaged, s.
 pub const FORWARD: f64 = 0.1;
-/// Change of an angle within [`SPAN`] that shows something, rad: 0.3 deg, several times the noise of a smoothed inclinometer.
+/// Change of an angle within [`SPAN`] that shows something, rad: 0.3 deg, several times the noise
+/// of a smoothed inclinometer.
 pub const LEAST_CHANGE: f64 = 0.3 * DEGREE;
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Share from which on a wrong scale is no matter of impacts.
@@ -28,7 +30,8 @@ pub struct Changes {
     pub inclination: [Vec<f64>; 2],
     /// Of the integrated gyroscopes, rad.
     pub rate: [Vec<f64>; 2],
-    /// Of the angle that the encoders' acceleration makes an inclinometer show, rad; none of inclinometers without it.
+    /// Of the angle that the encoders' acceleration makes an inclinometer show, rad; none of
+    /// inclinometers without it.
     pub forward: Vec<f64>,
     /// Factor of standard deviations: residuals are correlated over the span.
     correlated: f64,
@@ -46,7 +49,8 @@ pub struct Coefficients {
 }
 
 impl Changes {
-    /// The changes of a recording, without the part of the inclinations that is `acceleration` (rad).
+    /// The changes of a recording, without the part of the inclinations that is `acceleration`
+    /// (rad).
     pub fn of(recording: &Recording, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
         let half = recording.steps(0.5 * SPAN);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
@@ -66,7 +70,8 @@ impl Changes {
         }
     }
 
-    /// The changes with what the inclinations are fitted to: the rates, and the acceleration where inclinometers show it.
+    /// The changes with what the inclinations are fitted to: the rates, and the acceleration where
+    /// inclinometers show it.
     pub fn of_links(log: &Readings<'_>) -> Self {
         let forward = match log.budget.specific_force {
             true => forward(&log.recording, &log.motion, log.robot),
@@ -109,7 +114,8 @@ impl Coefficients {
         )
     }
 
-    /// Sign of the coefficient of the acceleration: that of the inclinometer. 0 where it is not known.
+    /// Sign of the coefficient of the acceleration: that of the inclinometer. 0 where it is not
+    /// known.
     pub fn of_acceleration(&self) -> f64 {
         let known = self
             .forward
@@ -118,8 +124,9 @@ impl Coefficients {
     }
 }
 
-/// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad; 0 near the ends of the
-/// log, where it is not known. Of the encoders alone, so that no other channel can spoil it.
+/// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad;
+/// 0 near the ends of the log, where it is not known. Of the encoders alone, so that no other
+/// channel can spoil it.
 fn forward(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
     let width = recording.steps(0.5 * FORWARD);
     let lever = robot.geometry.wheel_radius / GRAVITY;

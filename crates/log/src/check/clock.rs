@@ -1,7 +1,7 @@
 //! The time stamps of a log: its parts between long gaps and jumps of the clock.
 //!
-//! Wheels that turn at a steady speed are a clock, too: where all three have turned by much more or less than the time
-//! stamps say, the clock was set.
+//! Wheels that turn at a steady speed are a clock, too: where all three have turned by much more or
+//! less than the time stamps say, the clock was set.
 
 use crate::check::report::Finding;
 use crate::check::signal::median;
@@ -36,7 +36,8 @@ struct Jump {
 pub struct Clock<'a> {
     /// The parts between gaps and jumps that are long enough to show something.
     pub parts: Vec<&'a [SensorFrame]>,
-    /// Median step of these, s; of irregular stamps a quarter of the mean, if that is more. `None` without a part.
+    /// Median step of these, s; of irregular stamps a quarter of the mean, if that is more. `None`
+    /// without a part.
     pub step: Option<f64>,
     jumps: Vec<Jump>,
     frames: &'a [SensorFrame],
@@ -52,7 +53,8 @@ struct Turn {
 }
 
 impl<'a> Clock<'a> {
-    /// Gap at which a log is split, s, and least length of its parts: some times the widths of the filters of this crate.
+    /// Gap at which a log is split, s, and least length of its parts: some times the widths of the
+    /// filters of this crate.
     pub const BREAK: f64 = 1.0;
     /// Gap at which a log of a low rate is split, in periods.
     const BREAK_PERIODS: f64 = 5.0;
@@ -76,7 +78,8 @@ impl<'a> Clock<'a> {
         }
         parts.push(&frames[start..]);
         parts.retain(|part| part.len() >= 3);
-        // Shorter parts show nothing. So the pauses between them are no longer than what is recorded.
+        // Shorter parts show nothing. So the pauses between them are no longer than what is
+        // recorded.
         if parts.iter().any(|part| length(part) >= Self::BREAK) {
             parts.retain(|part| length(part) >= Self::BREAK);
         } else {
@@ -205,8 +208,9 @@ fn resolution(turns: &[Turn]) -> [f64; 3] {
     least
 }
 
-/// By how much the three wheels have turned longer than the time stamps say in the middle step of a window, s; 0 within the
-/// `count` (rad) of an encoder. `None` if a wheel does not turn at one speed before and after.
+/// By how much the three wheels have turned longer than the time stamps say in the middle step of a
+/// window, s; 0 within the `count` (rad) of an encoder. `None` if a wheel does not turn at one
+/// speed before and after.
 fn wheels_late(window: &[Turn], count: [f64; 3]) -> Option<[f64; 3]> {
     let middle = window.len() / 2;
     let (before, after) = window.split_at(middle);
@@ -253,8 +257,8 @@ mod tests {
             .collect()
     }
 
-    /// Closed form: a clock that is set by 0.2 s, back or forward, and lost frames, which are no jump. Rows that are not in
-    /// order are left out when a log is read: so here.
+    /// Closed form: a clock that is set by 0.2 s, back or forward, and lost frames, which are no
+    /// jump. Rows that are not in order are left out when a log is read: so here.
     #[test]
     fn jumps_of_the_clock_are_found() {
         let set = |by: f64| {

@@ -12,10 +12,12 @@ const MOST_STEPS: usize = 500_000;
 /// Relative difference of the two distances between the axles up to which they count as equal.
 const EQUAL_SPACING: f64 = 0.02;
 
-/// Time over which inclinometers count in [`fused`], s: an acceleration of the robot does not last as long.
+/// Time over which inclinometers count in [`fused`], s: an acceleration of the robot does not last
+/// as long.
 const SLOW: f64 = 1.0;
 
-/// Angles of links 1 and 2, rad: inclinometers over long times, gyroscopes over short ones. For readings that agree.
+/// Angles of links 1 and 2, rad: inclinometers over long times, gyroscopes over short ones. For
+/// readings that agree.
 pub fn fused(recording: &Recording) -> [Vec<f64>; 2] {
     [0, 1].map(|k| {
         let turned = integral(&recording.rate[k], recording.dt);
@@ -36,7 +38,8 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// The course of a robot whose axles have equal distances, for angles of links 1 and 2 (rad); `None` for others.
+    /// The course of a robot whose axles have equal distances, for angles of links 1 and 2 (rad);
+    /// `None` for others.
     pub fn new(motion: &Motion, robot: &'a Robot, inclination: &[Vec<f64>; 2]) -> Option<Self> {
         let axles = &robot.geometry.axles;
         let (front, rear) = (axles[0].x - axles[1].x, axles[1].x - axles[2].x);
@@ -60,7 +63,8 @@ impl<'a> Course<'a> {
         axles[0].x - axles[1].x
     }
 
-    /// Heights of an axle above the next one behind it, m: front above middle, middle above rear, at each step.
+    /// Heights of an axle above the next one behind it, m: front above middle, middle above rear,
+    /// at each step.
     pub fn heights(&self, links: &Links) -> [Vec<f64>; 2] {
         let geometry = &self.robot.geometry;
         let height = |i: usize, k: usize| {
@@ -77,8 +81,8 @@ impl<'a> Course<'a> {
     }
 }
 
-/// The sample at each step of the path, and the fraction from there to the next one: at a low rate or a high speed a
-/// sample takes several steps.
+/// The sample at each step of the path, and the fraction from there to the next one: at a low rate
+/// or a high speed a sample takes several steps.
 fn samples(motion: &Motion, robot: &Robot) -> Vec<(usize, f64)> {
     let radius = robot.geometry.wheel_radius;
     let spin = motion.while_driving(robot, &motion.middle_spin);
@@ -103,7 +107,8 @@ fn samples(motion: &Motion, robot: &Robot) -> Vec<(usize, f64)> {
     samples
 }
 
-/// Values of a signal along the path: means over the samples of a step, and between samples on a straight line.
+/// Values of a signal along the path: means over the samples of a step, and between samples on a
+/// straight line.
 pub fn mean_along(samples: &[(usize, f64)], x: &[f64]) -> Vec<f64> {
     let at = |(k, part): (usize, f64)| {
         let here = x.get(k).copied().unwrap_or(f64::NAN);

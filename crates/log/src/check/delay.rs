@@ -11,18 +11,19 @@ pub struct Allowed {
     pub early: f64,
     /// How much later.
     pub late: f64,
-    /// Share that the delayed signal must explain. With less, other errors than a delay make the difference, such as
-    /// accelerations of the robot.
+    /// Share that the delayed signal must explain. With less, other errors than a delay make the
+    /// difference, such as accelerations of the robot.
     pub explained: f64,
 }
 
 /// Standard deviations beyond what is allowed.
 const GATE: f64 = 2.0;
-/// Least improvement of the fit over the best allowed delay: the square of two standard deviations. The deviation of a delay
-/// holds near it only; the fit tells whether it is much better than without.
+/// Least improvement of the fit over the best allowed delay: the square of two standard deviations.
+/// The deviation of a delay holds near it only; the fit tells whether it is much better than
+/// without.
 const IMPROVEMENT: f64 = 4.0;
-/// Least length of a log in times over which residuals may be correlated. With fewer the correlation, and with it the
-/// deviation, is known to a sixth only, 1/sqrt(2 n).
+/// Least length of a log in times over which residuals may be correlated. With fewer the
+/// correlation, and with it the deviation, is known to a sixth only, 1/sqrt(2 n).
 const LEAST_LENGTH: f64 = 20.0;
 
 impl Allowed {
@@ -35,8 +36,8 @@ impl Allowed {
         }
     }
 
-    /// A fault is beyond the allowed delays by its deviation, and fits significantly better than they do. A delay that is
-    /// neither a fault nor allowed cannot be told.
+    /// A fault is beyond the allowed delays by its deviation, and fits significantly better than
+    /// they do. A delay that is neither a fault nor allowed cannot be told.
     pub fn judge(&self, delay: &Delay) -> Verdict {
         let beyond = (delay.seconds - self.late).max(-self.early - delay.seconds);
         let is_certain = delay.improvement > IMPROVEMENT
@@ -61,15 +62,16 @@ pub struct Delay {
     pub sigma: f64,
     /// Share of the mean square of `y` that the fit at this delay explains.
     pub explained: f64,
-    /// How much better than at the best of the allowed delays: difference of the residuals' sums of squares over their
-    /// variance, chi-square with one degree of freedom if there is no delay.
+    /// How much better than at the best of the allowed delays: difference of the residuals' sums of
+    /// squares over their variance, chi-square with one degree of freedom if there is no delay.
     pub improvement: f64,
-    /// Length of the signals in times over which residuals may be correlated, less the coefficients.
+    /// Length of the signals in times over which residuals may be correlated, less the
+    /// coefficients.
     pub length: f64,
 }
 
-/// The finding of a delay. `none` and `remedy` say why there is none to judge and which log would show it, `fault` what to do
-/// about one.
+/// The finding of a delay. `none` and `remedy` say why there is none to judge and which log would
+/// show it, `fault` what to do about one.
 pub fn finding(
     channel: &str,
     delay: Option<Delay>,
@@ -97,9 +99,9 @@ pub fn finding(
     finding.with("deviation", delay.sigma, "s")
 }
 
-/// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
-/// `memory` is the largest number of samples over which residuals are correlated. `None` where the best is at an end, or where
-/// there are too few samples to tell.
+/// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between
+/// steps by a parabola. `memory` is the largest number of samples over which residuals are
+/// correlated. `None` where the best is at an end, or where there are too few samples to tell.
 pub fn delay<const K: usize>(
     y: &[f64],
     x: &[&[f64]; K],
@@ -173,8 +175,9 @@ fn slope<const K: usize>(
     Some(residuals(&slope, here, &explained))
 }
 
-/// Number of samples over which the products of residuals and slopes are correlated: the sum of their autocorrelation with
-/// Bartlett's weights (Newey and West, Econometrica 55, 1987), from 1 to `longest`.
+/// Number of samples over which the products of residuals and slopes are correlated: the sum of
+/// their autocorrelation with Bartlett's weights (Newey and West, Econometrica 55, 1987), from 1 to
+/// `longest`.
 fn correlation(residuals: &[f64], slope: &[f64], longest: usize) -> f64 {
     let product = |(r, s): (&f64, &f64)| if (r * s).is_finite() { r * s } else { 0.0 };
     let products: Vec<f64> = residuals.iter().zip(slope).map(product).collect();
@@ -247,9 +250,9 @@ mod tests {
         Ok(())
     }
 
-    /// Closed form: values of random sign that are each held for `m` samples have the autocorrelation 1 - l/m, whose sum with
-    /// Bartlett's weights to `longest` is m - (m^2 - 1)/(3 longest): 9.67 of 10. 2 000 independent signs leave
-    /// 2 sqrt(longest/20 000), 0.14 of it.
+    /// Closed form: values of random sign that are each held for `m` samples have the
+    /// autocorrelation 1 - l/m, whose sum with Bartlett's weights to `longest` is m - (m^2 - 1)/(3
+    /// longest): 9.67 of 10. 2 000 independent signs leave 2 sqrt(longest/20 000), 0.14 of it.
     #[test]
     fn correlation_of_held_values() {
         let mut state = 1_u64;

@@ -1,14 +1,14 @@
 //! Torques against encoders, wheel by wheel: exchanged wheels, signs and delays.
 //!
-//! A speed control answers each wheel's own speed: differences of the torques from their mean follow the differences of the
-//! spin speeds and angles from theirs,
+//! A speed control answers each wheel's own speed: differences of the torques from their mean
+//! follow the differences of the spin speeds and angles from theirs,
 //!
 //! ```text
 //! dtau_i = a dphi_i + b domega_i
 //! ```
 //!
-//! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The pairing of torques and
-//! encoders, and the signs, that this explains best are the true ones.
+//! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The
+//! pairing of torques and encoders, and the signs, that this explains best are the true ones.
 
 use crate::check::delay::{self, Allowed, Delay, delay};
 use crate::check::motion::Motion;
@@ -24,7 +24,8 @@ use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 const SMOOTHING: f64 = 0.05;
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
-/// Differences between the torques over what noise and gains of the budget make that show something.
+/// Differences between the torques over what noise and gains of the budget make that show
+/// something.
 const GATE: f64 = 2.0;
 /// Share of the differences that a speed control explains.
 const EXPLAINED: f64 = 0.5;
@@ -34,8 +35,8 @@ const BETTER: f64 = 0.5;
 const EQUAL: f64 = 1e-3;
 /// A wiring fits as well as the best if it leaves a tenth more.
 const AS_WELL: f64 = 0.1;
-/// Share that a fit must explain to show a delay. Honest logs at 0.1 m/s whose fits explain 96 to 98.6 % look late by up to
-/// 85 ms; a drive that answers its encoders explains 99.6 %.
+/// Share that a fit must explain to show a delay. Honest logs at 0.1 m/s whose fits explain 96 to
+/// 98.6 % look late by up to 85 ms; a drive that answers its encoders explains 99.6 %.
 const CERTAIN: f64 = 0.99;
 /// Longest delay that is looked for, s.
 const LONGEST_DELAY: f64 = 0.1;
@@ -83,7 +84,8 @@ impl Signals {
         }
     }
 
-    /// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay bridges.
+    /// Differences from the mean over the wheels: one wheel after the other, with gaps that no
+    /// delay bridges.
     fn joined(&self, gap: usize, (order, signs): &Wiring) -> [Vec<f64>; 3] {
         let joined = |x: [&Vec<f64>; 3], signs: [f64; 3]| {
             let mut all = Vec::new();
@@ -122,7 +124,8 @@ impl Moments {
         Self { sums, count }
     }
 
-    /// Sum over the wheels of the products of two signals' differences from their means over the wheels.
+    /// Sum over the wheels of the products of two signals' differences from their means over the
+    /// wheels.
     fn product(&self, a: [(usize, f64); 3], b: [(usize, f64); 3]) -> f64 {
         let mut sum = 0.0;
         for (i, (row, x)) in a.into_iter().enumerate() {
@@ -145,7 +148,8 @@ impl Moments {
         (self.sums.fixed_view::<3, 3>(0, 0).sum() / (9.0 * self.count)).sqrt()
     }
 
-    /// Share of the torques that a stable speed control, the same for all wheels, explains: it brakes a wheel that is ahead.
+    /// Share of the torques that a stable speed control, the same for all wheels, explains: it
+    /// brakes a wheel that is ahead.
     fn explained(&self, (order, signs): &Wiring) -> f64 {
         let torques = [0, 1, 2].map(|i| (i, signs[i]));
         let angles = order.map(|i| (3 + i, 1.0));
@@ -295,7 +299,8 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Findin
         recording.dt,
         allowed,
     );
-    // The wheels are one behind the other in these signals, at the same times: only the time counts.
+    // The wheels are one behind the other in these signals, at the same times: only the time
+    // counts.
     let found = found.filter(|d| d.explained > EXPLAINED).map(|d| Delay {
         length: d.length / 3.0,
         ..d

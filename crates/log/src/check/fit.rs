@@ -8,7 +8,8 @@ use nalgebra::{SMatrix, SVector};
 pub struct Fit<const K: usize> {
     /// In the order of the regressors.
     pub coefficients: [f64; K],
-    /// Standard deviations of the coefficients where residuals are independent from sample to sample.
+    /// Standard deviations of the coefficients where residuals are independent from sample to
+    /// sample.
     pub deviations: [f64; K],
     /// Share of the mean square of `y` that the fit explains: 0 to 1.
     pub explained: f64,
@@ -16,8 +17,8 @@ pub struct Fit<const K: usize> {
     pub count: usize,
 }
 
-/// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they do not determine the
-/// coefficients.
+/// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they
+/// do not determine the coefficients.
 pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
     let mut normal = SMatrix::<f64, K, K>::zeros();
     let (mut right, mut square) = (SVector::<f64, K>::zeros(), 0.0);
@@ -54,7 +55,8 @@ pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
     })
 }
 
-/// As [`fit`], without the samples whose residuals are beyond five standard deviations of the middle ones: impacts.
+/// As [`fit`], without the samples whose residuals are beyond five standard deviations of the
+/// middle ones: impacts.
 pub fn robust_fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
     let mut kept = y.to_vec();
     let mut found = fit(&kept, x)?;
@@ -92,7 +94,8 @@ pub(crate) mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Closed form: exact coefficients of an exact sum; an outlier does not count; a constant twice determines nothing.
+    /// Closed form: exact coefficients of an exact sum; an outlier does not count; a constant twice
+    /// determines nothing.
     #[test]
     fn coefficients_of_a_sum() -> Result<(), &'static str> {
         let (a, b) = (wave(500, 0.0), vec![1.0; 500]);

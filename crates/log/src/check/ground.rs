@@ -1,15 +1,16 @@
-//! Each wheel passes the ground that the wheel before it has passed: scale of the encoders, signs and exchange of the
-//! inclinometers.
+//! Each wheel passes the ground that the wheel before it has passed: scale of the encoders, signs
+//! and exchange of the inclinometers.
 //!
-//! The axles of wheels of one radius run along one curve. With the heights y_1, y_2, y_3 of the axles relative to Q, which
-//! the link angles give, and the distance s from the encoders,
+//! The axles of wheels of one radius run along one curve. With the heights y_1, y_2, y_3 of the
+//! axles relative to Q, which the link angles give, and the distance s from the encoders,
 //!
 //! ```text
 //! (y_2 - y_3)(s) = (y_1 - y_2)(s - lambda)
 //! ```
 //!
-//! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the scale of the encoders.
-//! The means of both sides differ where the inclinometers have different offsets.
+//! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the
+//! scale of the encoders. The means of both sides differ where the inclinometers have different
+//! offsets.
 
 use crate::check::course::{Course, Links, STEP};
 use crate::check::report::{Finding, Verdict};
@@ -68,7 +69,8 @@ struct Passing {
     shift: usize,
 }
 
-/// What the curve of the axles shows of the signs of the inclinometers. The same signs on both show the same curve, mirrored.
+/// What the curve of the axles shows of the signs of the inclinometers. The same signs on both show
+/// the same curve, mirrored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signs {
     Equal,
@@ -76,7 +78,8 @@ pub enum Signs {
     Unknown,
 }
 
-/// All findings, and what to change. `course` is `None` for a robot whose axles have different distances.
+/// All findings, and what to change. `course` is `None` for a robot whose axles have different
+/// distances.
 pub fn findings(
     course: Option<&Course<'_>>,
     robot: &Robot,
@@ -180,7 +183,8 @@ fn offset(
     })
 }
 
-/// Scale of the encoders, from angles that gyroscopes and inclinometers give together: accelerations do not disturb them.
+/// Scale of the encoders, from angles that gyroscopes and inclinometers give together:
+/// accelerations do not disturb them.
 pub fn distance(fused: &Course<'_>) -> Finding {
     let own = passing(fused, &WIRINGS[0]);
     let channel = "encoders 1 to 3";

@@ -32,8 +32,8 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     (0..2).map(of_link).collect()
 }
 
-/// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that measure the specific force: that of Q. 0 near the ends of
-/// the log, where it is not known.
+/// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
+/// measure the specific force: that of Q. 0 near the ends of the log, where it is not known.
 fn acceleration(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
     let width = recording.steps(0.5 * FORWARD);
     let speed = speed_of_q(recording, motion, robot, width);
@@ -48,8 +48,9 @@ fn acceleration(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f6
     acceleration
 }
 
-/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls along its own direction, with
-/// the absolute spin of its wheels, and turns Q about the middle of its axles.
+/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls
+/// along its own direction, with the absolute spin of its wheels, and turns Q about the middle of
+/// its axles.
 fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usize) -> Vec<f64> {
     let geometry = &robot.geometry;
     let carriers = geometry.carriers.map(Carrier::index);

@@ -1,9 +1,10 @@
 //! Gyroscopes against inclinometers: sign, unit, exchange between the links.
 //!
-//! Over half a second an inclination changes by the integral of its link's rate, and by the acceleration over g that an
-//! inclinometer measures when the robot starts or stops. The coefficient of the first is 1; -1 shows a wrong sign, 57.3 degrees
-//! for radians, and a link that follows the other link's gyroscope exchanged channels. That of the second is the scale of
-//! the encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
+//! Over half a second an inclination changes by the integral of its link's rate, and by the
+//! acceleration over g that an inclinometer measures when the robot starts or stops. The
+//! coefficient of the first is 1; -1 shows a wrong sign, 57.3 degrees for radians, and a link that
+//! follows the other link's gyroscope exchanged channels. That of the second is the scale of the
+//! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
 use crate::check::changes::{Changes, Coefficients, DEGREE, GATE, LEAST_CHANGE, SPAN};
 use crate::check::fit::robust_fit;
@@ -16,16 +17,18 @@ use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
-/// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than impacts make.
+/// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than
+/// impacts make.
 const SCALE_ERROR: f64 = 0.25;
-/// Factor between the encoders' acceleration and that of the inclinometers which is a fault: more than wheels slip that start
-/// a robot, less than a mistake in units, edges or gear ratios.
+/// Factor between the encoders' acceleration and that of the inclinometers which is a fault: more
+/// than wheels slip that start a robot, less than a mistake in units, edges or gear ratios.
 const ACCELERATION_ERROR: f64 = 2.0;
 
 const ACCELERATION: &str = "acceleration";
 const SIGN: &str = "sign and unit";
 
-/// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before further tests.
+/// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before
+/// further tests.
 pub fn units(log: &Readings<'_>) -> Tested {
     let changes = Changes::of_links(log);
     let mut all = Tested::default();
@@ -59,7 +62,8 @@ pub enum Sign {
     Unknown,
 }
 
-/// Scale of all encoders, by the acceleration that the inclinometers measure, and its sign; for right units of the links.
+/// Scale of all encoders, by the acceleration that the inclinometers measure, and its sign; for
+/// right units of the links.
 pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
     let channel = "encoders 1 to 3";
     let changes = Changes::of_links(log);
@@ -108,7 +112,8 @@ pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
     (all, sign)
 }
 
-/// What to do about encoders whose angles are `scale` times the true ones, and the factor that corrects them.
+/// What to do about encoders whose angles are `scale` times the true ones, and the factor that
+/// corrects them.
 fn encoder_unit(scale: f64) -> (String, f64) {
     for (unit, name) in [(1.0 / DEGREE, "deg"), (1.0 / TAU, "turns")] {
         if (scale / unit - 1.0).abs() < SCALE_ERROR {
@@ -124,7 +129,8 @@ fn encoder_unit(scale: f64) -> (String, f64) {
     (remedy, 1.0 / scale)
 }
 
-/// All findings of the links, and what to change. `on_ground`: what the ground that the wheels pass shows of the inclinometers.
+/// All findings of the links, and what to change. `on_ground`: what the ground that the wheels pass
+/// shows of the inclinometers.
 pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Tested {
     let before = Changes::of_links(log);
     if let Some(finding) = exchanged(&before, on_ground) {

@@ -1,5 +1,5 @@
-//! Is a recorded log what the estimators take it for? Signs, units, wiring, delays, zeros, ranges and noise, from the
-//! readings alone.
+//! Is a recorded log what the estimators take it for? Signs, units, wiring, delays, zeros, ranges
+//! and noise, from the readings alone.
 //!
 //! | module | question | from |
 //! |---|---|---|
@@ -14,7 +14,8 @@
 //! | `torque_scale` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
 //! | `agreement` | Does `best` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
 //!
-//! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot answer says so.
+//! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot
+//! answer says so.
 
 mod agreement;
 mod changes;
@@ -139,14 +140,15 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     Report::new(log.findings)
 }
 
-/// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its radius along the path.
+/// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its
+/// radius along the path.
 const LARGEST_TURN: f64 = 0.25;
 
-/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground must change smoothly from
-/// reading to reading.
+/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground
+/// must change smoothly from reading to reading.
 const LONGEST_STEP: f64 = 0.0205;
-/// Largest turn between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at 500 Hz. With more their contact
-/// angles may oscillate on level ground.
+/// Largest turn between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at 500 Hz.
+/// With more their contact angles may oscillate on level ground.
 const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.

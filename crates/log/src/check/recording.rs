@@ -4,13 +4,15 @@ use crate::check::clock::Clock;
 use crate::check::signal::median;
 use robhaz_estimator::SensorFrame;
 
-/// Longest time without a reading that is bridged by a straight line, s; two periods of a slower channel.
+/// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
+/// channel.
 const LONGEST_BRIDGE: f64 = 0.1;
-/// A part of two and a half periods is bridged: one lost reading, whose neighbours' stamps are rounded.
+/// A part of two and a half periods is bridged: one lost reading, whose neighbours' stamps are
+/// rounded.
 const BRIDGED_PERIODS: f64 = 2.5;
 
-/// All channels of a log at equal steps of time; a NaN where there is no reading. Between the parts of a log with long gaps
-/// lies a pause of fixed length.
+/// All channels of a log at equal steps of time; a NaN where there is no reading. Between the parts
+/// of a log with long gaps lies a pause of fixed length.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Step, s: the median of the log's.
@@ -28,7 +30,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// The recording of the parts of a log, each with increasing times. `None` without a part of three frames.
+    /// The recording of the parts of a log, each with increasing times. `None` without a part of
+    /// three frames.
     pub fn new(clock: &Clock<'_>) -> Option<Self> {
         let dt = clock.step?;
         let mut slowest = dt;
@@ -102,7 +105,8 @@ impl Channel {
         self.readings.windows(2).map(|w| w[1].0 - w[0].0)
     }
 
-    /// Adds its samples at steps of `dt`: between readings, which have a period (s), on a straight line.
+    /// Adds its samples at steps of `dt`: between readings, which have a period (s), on a straight
+    /// line.
     fn add_to(&self, samples: &mut Vec<f64>, dt: f64, period: f64) {
         let bridged = LONGEST_BRIDGE.max(BRIDGED_PERIODS * period);
         let mut readings = self.readings.iter().copied().peekable();
@@ -145,8 +149,8 @@ mod tests {
         }
     }
 
-    /// Closed form: between readings the recording is a straight line; a lost frame is bridged; a gap of more than 0.1 s and
-    /// a channel without readings are missing.
+    /// Closed form: between readings the recording is a straight line; a lost frame is bridged; a
+    /// gap of more than 0.1 s and a channel without readings are missing.
     #[test]
     fn gaps_are_bridged_or_missing() -> Result<(), &'static str> {
         let times = (0..300).filter(|k| *k != 50 && !(100..250).contains(k));
@@ -169,8 +173,8 @@ mod tests {
         Ok(())
     }
 
-    /// A slow channel is bridged over its own period: readings of 10 Hz in frames of 100 Hz are there throughout, although
-    /// the distances of their stamps are not exactly 0.1 s.
+    /// A slow channel is bridged over its own period: readings of 10 Hz in frames of 100 Hz are
+    /// there throughout, although the distances of their stamps are not exactly 0.1 s.
     #[test]
     fn a_slow_channel_is_bridged() -> Result<(), &'static str> {
         let slow = |k: u32| k.is_multiple_of(10).then(|| f64::from(k));
@@ -182,8 +186,8 @@ mod tests {
         Ok(())
     }
 
-    /// Bounded memory: a clock that is set by decades, bursts of frames, and pairs of frames an hour apart need some
-    /// samples a frame, not some a millisecond.
+    /// Bounded memory: a clock that is set by decades, bursts of frames, and pairs of frames an
+    /// hour apart need some samples a frame, not some a millisecond.
     #[test]
     fn the_number_of_samples_is_bounded() {
         let times: [fn(u32) -> f64; 4] = [

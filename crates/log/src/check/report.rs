@@ -160,7 +160,8 @@ impl Report {
 mod tests {
     use super::*;
 
-    /// One fault makes a report faulty; a test that cannot tell does not. Remedies stand below their lines.
+    /// One fault makes a report faulty; a test that cannot tell does not. Remedies stand below
+    /// their lines.
     #[test]
     fn a_fault_decides() {
         let mut findings = vec![

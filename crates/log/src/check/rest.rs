@@ -7,7 +7,8 @@ use robhaz_estimator::NoiseBudget;
 
 /// Shortest rest that is used, s.
 const SHORTEST: f64 = 0.3;
-/// Turn of a wheel within 50 ms that ends the rest, rad: a few counts of a coarse encoder, 0.2 mm at the rim.
+/// Turn of a wheel within 50 ms that ends the rest, rad: a few counts of a coarse encoder, 0.2 mm
+/// at the rim.
 const STILL: f64 = 2e-3;
 /// Standard deviations of an offset that are a fault.
 const OFFSET_GATE: f64 = 5.0;
@@ -21,8 +22,9 @@ const CHANCE: f64 = 4.0;
 const SHOWN: f64 = 1e-3;
 /// Noise over that of the budget that is a fault.
 const NOISE_RATIO: f64 = 2.0;
-/// Noise over that of the budget, or the other way round, from which on a wrong unit is the likeliest cause: the smallest
-/// factor of a wrong unit is 57.3 (degrees), and no filter of a current takes away as much.
+/// Noise over that of the budget, or the other way round, from which on a wrong unit is the
+/// likeliest cause: the smallest factor of a wrong unit is 57.3 (degrees), and no filter of a
+/// current takes away as much.
 const UNIT_RATIO: f64 = 40.0;
 /// Inclination up to which a robot stands without torques, rad.
 const LEVEL: f64 = 3.0 * DEGREE;
@@ -63,7 +65,8 @@ impl AtRest<'_> {
         rms(&steps) / std::f64::consts::SQRT_2
     }
 
-    /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what to do about a larger one.
+    /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what
+    /// to do about a larger one.
     fn zero(&self, limit: f64, judge: impl Fn(Finding, f64) -> Finding) -> Finding {
         let (mean, limit) = (self.mean(), limit + self.mean_by_chance());
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));

@@ -1,6 +1,7 @@
 //! Filters without delay on samples at equal steps. A NaN is a missing sample.
 
-/// Mean over the `2 half + 1` samples around each; a NaN near the ends, and where more than half of them are missing.
+/// Mean over the `2 half + 1` samples around each; a NaN near the ends, and where more than half of
+/// them are missing.
 pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
     let mut sums = Vec::with_capacity(x.len() + 1);
     let (mut sum, mut count) = (0.0, 0_u32);
@@ -44,8 +45,8 @@ pub fn difference(x: &[f64], half: usize) -> Vec<f64> {
     (0..x.len()).map(at).collect()
 }
 
-/// Derivative of smoothed samples: difference of the means of `2 half + 1` samples before and after, over the time
-/// between (`dt` is the step, s).
+/// Derivative of smoothed samples: difference of the means of `2 half + 1` samples before and
+/// after, over the time between (`dt` is the step, s).
 pub fn derivative(x: &[f64], half: usize, dt: f64) -> Vec<f64> {
     let mut slope = difference(&smooth(x, half), half);
     for value in &mut slope {
@@ -120,7 +121,8 @@ mod tests {
         (0..n).map(|i| 2.0 * i as f64).collect()
     }
 
-    /// Closed form: on a straight line the mean is the line, the derivative its slope, and nothing passes the high pass.
+    /// Closed form: on a straight line the mean is the line, the derivative its slope, and nothing
+    /// passes the high pass.
     #[test]
     fn filters_keep_a_straight_line() {
         let x = line(50);

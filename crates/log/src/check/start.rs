@@ -1,8 +1,9 @@
 //! Torques against the motion of the robot that starts: their signs, and those of all encoders.
 //!
-//! When the robot starts, each motor accelerates rotor, wheel and its share of the robot: its torque follows the wheels'
-//! acceleration with a positive coefficient, whatever the control is. All three negative ones mean the torques, or the
-//! encoders: these, if the inclinometers show the acceleration the other way round, too.
+//! When the robot starts, each motor accelerates rotor, wheel and its share of the robot: its
+//! torque follows the wheels' acceleration with a positive coefficient, whatever the control is.
+//! All three negative ones mean the torques, or the encoders: these, if the inclinometers show the
+//! acceleration the other way round, too.
 
 use crate::check::fit::fit;
 use crate::check::links::Sign;
@@ -12,7 +13,8 @@ use crate::check::rest::rest;
 use crate::check::rewire::{Change, Channel, Tested};
 use crate::check::signal::smooth;
 
-/// Time from the first motion on that counts as the start, and as much rest before it as there is, s.
+/// Time from the first motion on that counts as the start, and as much rest before it as there is,
+/// s.
 const START: f64 = 1.0;
 /// Time over which torques are averaged, s: as spin speeds.
 const SMOOTHING: f64 = 0.05;
@@ -25,7 +27,8 @@ const GATE: f64 = 5.0;
 
 const TEST: &str = "sign at the start";
 
-/// All findings, and what to change; for encoders of one sign. `forward` is that of the acceleration by the inclinometers.
+/// All findings, and what to change; for encoders of one sign. `forward` is that of the
+/// acceleration by the inclinometers.
 pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
     let (recording, motion) = (&log.recording, &log.motion);
     let end = rest(recording);

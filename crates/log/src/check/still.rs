@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 
 /// Longest time without any change of a working sensor while the robot drives, s.
 const LONGEST_CONSTANT: f64 = 1.0;
-/// Number of equal readings in a row, at the greatest or least value of the log, that shows the end of a range.
+/// Number of equal readings in a row, at the greatest or least value of the log, that shows the end
+/// of a range.
 const AT_LIMIT: usize = 20;
 /// Speed of the slower one of two wheels that shows that the robot drives, rad/s.
 const TURNS: f64 = 0.2;
@@ -19,7 +20,8 @@ const STUCK: &str = "stuck";
 const RANGE: &str = "range";
 const COLUMNS: &str = "columns";
 
-/// White noise of a sample of a channel by the budget, in the reading's unit; 0 for a channel that may be constant.
+/// White noise of a sample of a channel by the budget, in the reading's unit; 0 for a channel that
+/// may be constant.
 const fn noise(channel: Channel, budget: &NoiseBudget) -> f64 {
     match channel {
         Channel::Encoder(_) => 0.0,
@@ -71,7 +73,8 @@ fn repeated(frames: &[SensorFrame]) -> Vec<Finding> {
     findings
 }
 
-/// An angle that jumps back by a turn, or again and again by the same amount: it is not continued over a turn.
+/// An angle that jumps back by a turn, or again and again by the same amount: it is not continued
+/// over a turn.
 fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     // Within a gap a wheel may turn by as much.
     let step = |w: &[SensorFrame]| {
@@ -116,7 +119,8 @@ fn driving(frames: &[SensorFrame]) -> Vec<[bool; 3]> {
         .collect()
 }
 
-/// The longest time for which a channel repeats its value while the other wheels turn (two of them for an encoder).
+/// The longest time for which a channel repeats its value while the other wheels turn (two of them
+/// for an encoder).
 fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise: f64) -> Finding {
     let wheel = match channel {
         Channel::Encoder(i) => Some(i),
@@ -157,7 +161,8 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise:
     }
 }
 
-/// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range from repeating a value.
+/// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range
+/// from repeating a value.
 fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Finding> {
     let values: Vec<f64> = frames.iter().filter_map(|f| channel.value(f)).collect();
     let (least, most) = values

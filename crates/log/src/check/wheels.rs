@@ -5,8 +5,8 @@ use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel, Tested};
 use crate::check::signal::{median, zip};
 
-/// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip makes, less than any mistake
-/// in counts, gear ratios or edges.
+/// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip
+/// makes, less than any mistake in counts, gear ratios or edges.
 const RATIO_ERROR: f64 = 0.08;
 /// Parts of the drive: a fault shows in each.
 const PARTS: usize = 10;
@@ -35,14 +35,15 @@ pub fn findings(log: &Readings<'_>) -> Tested {
     all
 }
 
-/// Whether a wheel turns as fast as the others: in the middle, or in one part. A wheel that slips for some time, or a robot
-/// that is stuck, does not do so all the time.
+/// Whether a wheel turns as fast as the others: in the middle, or in one part. A wheel that slips
+/// for some time, or a robot that is stuck, does not do so all the time.
 fn is_right(parts: &[f64]) -> bool {
     let right = |ratio: f64| (ratio - 1.0).abs() < RATIO_ERROR;
     parts.iter().any(|ratio| right(*ratio))
 }
 
-/// The finding of encoder `i`, for its ratios to the middle one; `torque` finds a torque that turns as a wheel does.
+/// The finding of encoder `i`, for its ratios to the middle one; `torque` finds a torque that turns
+/// as a wheel does.
 fn encoder(
     i: usize,
     parts: &[f64],

@@ -47,8 +47,8 @@ fn at_vertex(balance: &Balance) -> Option<Distribution> {
 }
 
 proptest! {
-    /// Equivalence: with one contact a wheel, columns and right side are those of eq. (8) in the estimator, to
-    /// rounding.
+    /// Equivalence: with one contact a wheel, columns and right side are those of eq. (8) in the
+    /// estimator, to rounding.
     #[test]
     fn columns_are_those_of_eq_8(
         t1 in -0.3_f64..0.3, t2 in -0.3_f64..0.3, a in -0.6_f64..0.6, b in -0.6_f64..0.6, c in -0.6_f64..0.6,
@@ -67,8 +67,9 @@ proptest! {
         prop_assert!((balance.right[1] - reduced.f[1]).abs() < 1e-9);
     }
 
-    /// Equivalence: the closed form and the linear programs give the same needed friction; 1e-6 is the tolerance of the
-    /// solver, 1e-7 N, over a load of 0.1 N. Its forces meet the condition and eq. (8).
+    /// Equivalence: the closed form and the linear programs give the same needed friction; 1e-6 is
+    /// the tolerance of the solver, 1e-7 N, over a load of 0.1 N. Its forces meet the condition and
+    /// eq. (8).
     #[test]
     fn closed_form_and_programs_agree(
         t1 in -0.3_f64..0.3, t2 in -0.3_f64..0.3, a in -0.6_f64..0.6, b in -0.6_f64..0.6, c in -0.6_f64..0.6,

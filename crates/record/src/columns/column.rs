@@ -16,7 +16,8 @@ pub enum Kind {
     Count,
 }
 
-/// Takes a column's values out of records. Every closure on a record does: several values then cost one dynamic call.
+/// Takes a column's values out of records. Every closure on a record does: several values then cost
+/// one dynamic call.
 trait Get: Send + Sync {
     fn all(&self, frames: &[Frame<'_>], to: &mut Vec<f64>);
 }
@@ -101,8 +102,8 @@ impl Column {
     }
 }
 
-/// Columns, a line each: name, unit, meaning, value. They share what makes a [`Source`] of the value, the start of
-/// their names, and that of their descriptions.
+/// Columns, a line each: name, unit, meaning, value. They share what makes a [`Source`] of the
+/// value, the start of their names, and that of their descriptions.
 macro_rules! columns {
     ($source:path; $start:expr, $of:expr; $($name:literal, $unit:literal, $meaning:literal => $get:expr;)*) => {
         [$($crate::columns::column::Column::new([&$start, $name], $unit, [&$of, $meaning], $source($get))),*]

@@ -6,8 +6,8 @@ use robhaz_model::Pin;
 use robhaz_score::estimated_needed_friction;
 
 impl Table {
-    /// `estimate-NAME`: the estimates of the run's estimator number `index` (from 0). A row without an estimate has its time,
-    /// too.
+    /// `estimate-NAME`: the estimates of the run's estimator number `index` (from 0). A row without
+    /// an estimate has its time, too.
     pub fn estimate(index: usize, name: &str) -> Self {
         let mut table = Self::new(format!("estimate-{name}"));
         for (i, of) in WHEEL.into_iter().enumerate() {

@@ -1,4 +1,5 @@
-//! The columns of every table, each declared once: name, unit, description, and the source of its values.
+//! The columns of every table, each declared once: name, unit, description, and the source of its
+//! values.
 
 mod column;
 mod estimate;
@@ -9,8 +10,8 @@ pub use column::{Column, Kind, Table};
 use robhaz_run::RunDescription;
 
 impl Table {
-    /// All tables of a run: `truth` of a simulation, `sensors`, `commands` of a control that takes readings, and one for each
-    /// estimator.
+    /// All tables of a run: `truth` of a simulation, `sensors`, `commands` of a control that takes
+    /// readings, and one for each estimator.
     pub fn all(run: &RunDescription) -> Vec<Self> {
         let truth = run.world.as_ref().map(|_| Self::truth());
         let estimators = run.estimators.iter().enumerate();

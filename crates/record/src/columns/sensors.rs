@@ -4,7 +4,8 @@ use super::column::{Source, Table, WHEEL, columns};
 use robhaz_model::WheelCommand;
 
 impl Table {
-    /// `sensors`: the readings, which are all that an estimator sees; empty where a reading was lost.
+    /// `sensors`: the readings, which are all that an estimator sees; empty where a reading was
+    /// lost.
     pub fn sensors() -> Self {
         let time = columns! { Source::record; "", ""; "time", "s", "time stamp of the sample" => |f| f.sensors.time; };
         let mut table = Self {
@@ -28,8 +29,9 @@ impl Table {
         table
     }
 
-    /// `commands`: what the control asks of each wheel after the readings of a record. It acts from the next sample on. A
-    /// wheel has a torque or a set speed, or neither where its drive follows its own plan.
+    /// `commands`: what the control asks of each wheel after the readings of a record. It acts from
+    /// the next sample on. A wheel has a torque or a set speed, or neither where its drive follows
+    /// its own plan.
     pub fn commands() -> Self {
         let mut table = Self::new("commands");
         for (i, of) in WHEEL.into_iter().enumerate() {

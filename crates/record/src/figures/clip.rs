@@ -11,8 +11,9 @@ const REACH: f64 = 0.5;
 /// Margin above and below, as a share of the range.
 const MARGIN: f64 = 0.06;
 
-/// Range of a panel with these values, least first or not: all of them, unless a share `tail` on each side is far beyond
-/// the bulk. At least `least_span` high, so that noise does not fill a panel.
+/// Range of a panel with these values, least first or not: all of them, unless a share `tail` on
+/// each side is far beyond the bulk. At least `least_span` high, so that noise does not fill a
+/// panel.
 pub fn range(mut values: Vec<f64>, least_span: f64, tail: f64) -> Range<f64> {
     values.sort_by(f64::total_cmp);
     let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else {
@@ -44,7 +45,8 @@ pub fn cut(values: impl Iterator<Item = f64>, range: &Range<f64>) -> Option<Stri
     }
 }
 
-/// A value with two digits of the height of its axis, at most with units: 4.26 on an axis of 0.5 is not rounded to 4.
+/// A value with two digits of the height of its axis, at most with units: 4.26 on an axis of 0.5 is
+/// not rounded to 4.
 fn rounded(value: f64, height: f64) -> f64 {
     let unit = 10f64.powf((height.log10().floor() - 1.0).min(0.0));
     tidy((value / unit).round() * unit)

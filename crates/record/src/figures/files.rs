@@ -27,7 +27,8 @@ fn svg(figure: &Page) -> Result<String, Box<dyn Error>> {
     figure.draw(&page)?;
     page.present()?;
     drop(page);
-    // The drawing is larger by the scale: an outer element gives it its nominal size and what its lines inherit.
+    // The drawing is larger by the scale: an outer element gives it its nominal size and what its
+    // lines inherit.
     Ok(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {} {}\" stroke-linejoin=\"round\">\n{inner}</svg>\n",

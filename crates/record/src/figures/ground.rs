@@ -11,10 +11,12 @@ use crate::quantile::extremes;
 use robhaz_score::GroundErrors;
 
 const MM: f64 = 1e3;
-/// Distance between points beyond which the line is not drawn, m: the spacing is 10 mm for a robot of 0.8 m.
+/// Distance between points beyond which the line is not drawn, m: the spacing is 10 mm for a robot
+/// of 0.8 m.
 const GAP: f64 = 0.035;
 
-/// The figure of the longest section of an estimator; `None` with fewer than two points. Without truth it has the profile alone.
+/// The figure of the longest section of an estimator; `None` with fewer than two points. Without
+/// truth it has the profile alone.
 pub fn ground(run: &RunTraces, name: &str, points: &[ComparedPoint]) -> Option<Page> {
     let sections = || points.chunk_by(|(a, _), (b, _)| a.section == b.section);
     let longest = sections().max_by_key(|section| section.len())?;

@@ -16,7 +16,8 @@ const SUBTITLE: f64 = 19.0;
 const KEY: f64 = 20.0;
 const KEY_TOP: f64 = MARGIN + TITLE + SUBTITLE;
 const LETTERS: f64 = 12.5;
-/// Width of a letter of a sans-serif font, in sizes of the font: a little more than the mean of English text.
+/// Width of a letter of a sans-serif font, in sizes of the font: a little more than the mean of
+/// English text.
 const LETTER: f64 = 0.56;
 /// Length of a sample, px.
 const SAMPLE: f64 = 26.0;

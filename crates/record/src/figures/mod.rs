@@ -42,9 +42,10 @@ use std::path::{Path, PathBuf};
 /// | `ground_NAME` | the ground that an estimator has found, its errors, and two standard deviations |
 /// | `path` | the robot on the ground, and N over the position of the wheels |
 ///
-/// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator. A run that breaks off
-/// is drawn as far as it went. Records are reduced to the resolution of the figures. Without truth the figures show
-/// the estimates alone, and there is no `comparison` and no `path`.
+/// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator. A
+/// run that breaks off is drawn as far as it went. Records are reduced to the resolution of the
+/// figures. Without truth the figures show the estimates alone, and there is no `comparison` and no
+/// `path`.
 pub struct FigureSink {
     folder: PathBuf,
     run: Option<RunTraces>,

@@ -22,7 +22,8 @@ pub const Y_LABELS: f64 = 58.0;
 /// Height of the labels below it, px.
 pub const X_LABELS: f64 = 40.0;
 
-/// A layer of a panel: a line, and areas below the lines of all layers. Lines are drawn in the order of the layers.
+/// A layer of a panel: a line, and areas below the lines of all layers. Lines are drawn in the
+/// order of the layers.
 pub struct Layer {
     /// Pieces of the line.
     lines: Vec<Vec<Point>>,
@@ -121,7 +122,8 @@ impl Layer {
         }
     }
 
-    /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
+    /// The values that set the range of the vertical axis: all true values, and estimates from a
+    /// time on.
     fn values(&self, from: f64) -> impl Iterator<Item = f64> {
         let points = self.lines.iter().chain(&self.areas).flatten();
         let counts = move |p: &&Point| self.counts_early || p.0 >= from;
@@ -196,7 +198,8 @@ where
 }
 
 impl Panel {
-    /// A panel with a linear axis and without a note. `least_span` in the unit of the data, `height` in px.
+    /// A panel with a linear axis and without a note. `least_span` in the unit of the data,
+    /// `height` in px.
     pub fn new(
         title: &str,
         y_label: &'static str,
@@ -215,10 +218,12 @@ impl Panel {
         }
     }
 
-    /// The range of the vertical axis that several panels share. A share `tail` of the values on each side can be cut.
+    /// The range of the vertical axis that several panels share. A share `tail` of the values on
+    /// each side can be cut.
     ///
-    /// It holds the truth of the whole run and the estimates from `compare_from` on: an estimator's first samples, before
-    /// its filters have settled, do not set it. Where nothing is compared, all estimates count.
+    /// It holds the truth of the whole run and the estimates from `compare_from` on: an estimator's
+    /// first samples, before its filters have settled, do not set it. Where nothing is compared,
+    /// all estimates count.
     pub fn shared_range(panels: &[Self], axis: &Axis, tail: f64) -> Range<f64> {
         let compared = axis.compare_from < axis.range.end;
         let from = if compared {

@@ -95,8 +95,8 @@ pub fn forces(run: &RunTraces) -> Page {
     )
 }
 
-/// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two
-/// standard deviations.
+/// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error,
+/// each with two standard deviations.
 pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let errors = estimator.score.normal_force();
     let normal = (0..3).map(|i| {

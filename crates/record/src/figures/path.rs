@@ -91,7 +91,8 @@ fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
     low - 1.6 * MEAN_LOAD_LENGTH..top + 0.13
 }
 
-/// The poses to draw on a path of a length (m): the first, and each that is far enough from the last one drawn.
+/// The poses to draw on a path of a length (m): the first, and each that is far enough from the
+/// last one drawn.
 fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
     let distance = DISTANCE.max(length / MOST);
     let mut chosen: Vec<&Truth> = Vec::new();

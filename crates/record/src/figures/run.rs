@@ -233,8 +233,8 @@ impl Shown {
     }
 }
 
-/// Whether an estimator has the settings of a preset. Its label shows nothing. The noise budget does not count: it belongs to
-/// the scene, and the paper's method does not use it.
+/// Whether an estimator has the settings of a preset. Its label shows nothing. The noise budget
+/// does not count: it belongs to the scene, and the paper's method does not use it.
 fn is_preset(estimator: &EstimatorDescription, preset: EstimatorSettings) -> bool {
     let budget = estimator.listed.budget;
     estimator.listed == EstimatorSettings { budget, ..preset }

@@ -26,8 +26,8 @@ pub struct Strip {
 }
 
 impl Strip {
-    /// Ground without anything on it: places and heights (m), at most `tallest` px high. Where the height limits the scale,
-    /// more ground is shown on both sides.
+    /// Ground without anything on it: places and heights (m), at most `tallest` px high. Where the
+    /// height limits the scale, more ground is shown on both sides.
     pub fn new(ground: &Terrain, shown: &Range<f64>, y: Range<f64>, tallest: f64) -> Self {
         let length = shown.end - shown.start;
         let scale = (PLOT_WIDTH / length).min(tallest / (y.end - y.start));
@@ -56,7 +56,8 @@ impl Strip {
     }
 }
 
-/// A line over x at the resolution of a figure: its ends, and the extremes between. A short one is kept whole.
+/// A line over x at the resolution of a figure: its ends, and the extremes between. A short one is
+/// kept whole.
 fn reduced(line: &[Vec2]) -> Vec<Point> {
     let mut trace = Trace::new(line.len() as u64);
     for point in line {

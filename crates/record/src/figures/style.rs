@@ -1,12 +1,14 @@
 //! Colours, widths and letters, the same in every figure.
 //!
-//! True: a wide light line. Estimated: a thin dark line on it. So they can be distinguished on a grey print too.
-//! The wheels have the blue, vermilion and bluish green of Okabe and Ito, which colour-blind readers can distinguish.
+//! True: a wide light line. Estimated: a thin dark line on it. So they can be distinguished on a
+//! grey print too. The wheels have the blue, vermilion and bluish green of Okabe and Ito, which
+//! colour-blind readers can distinguish.
 
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 
-/// Units of drawing in a unit of the picture: the drawing library places points on whole units only.
+/// Units of drawing in a unit of the picture: the drawing library places points on whole units
+/// only.
 pub const SCALE: u32 = 4;
 /// The drawing library writes a font's size divided by this into the file.
 pub const FONT_FACTOR: f64 = 1.24;
@@ -75,13 +77,15 @@ pub fn frame_line() -> ShapeStyle {
     line(FRAME, 0.9)
 }
 
-/// The colour of an estimator by its index, and whether its line is dashed: after the last colour the colours repeat, dashed.
+/// The colour of an estimator by its index, and whether its line is dashed: after the last colour
+/// the colours repeat, dashed.
 pub fn estimator(place: usize) -> (RGBColor, bool) {
     let repeats = place / ESTIMATORS.len();
     (ESTIMATORS[place % ESTIMATORS.len()], repeats % 2 == 1)
 }
 
-/// The area of two standard deviations around an estimate: opaque, since not every printer mixes colours alike.
+/// The area of two standard deviations around an estimate: opaque, since not every printer mixes
+/// colours alike.
 pub fn band_color(RGBColor(r, g, b): RGBColor) -> RGBColor {
     const WHITE: f64 = 0.78;
     let mixed = |channel: u8| {

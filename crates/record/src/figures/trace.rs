@@ -110,12 +110,14 @@ impl Trace {
         self.pieces(|s| [Some(s.mean())])
     }
 
-    /// Pieces of the line along the lowest values of every interval, over the interval's mean abscissa.
+    /// Pieces of the line along the lowest values of every interval, over the interval's mean
+    /// abscissa.
     pub fn lows(&self) -> Vec<Vec<Point>> {
         self.pieces(|s| [Some((s.mean().0, s.low.1))])
     }
 
-    /// Pieces of the line along the highest values of every interval, over the interval's mean abscissa.
+    /// Pieces of the line along the highest values of every interval, over the interval's mean
+    /// abscissa.
     pub fn highs(&self) -> Vec<Vec<Point>> {
         self.pieces(|s| [Some((s.mean().0, s.high.1))])
     }
@@ -160,7 +162,8 @@ impl Estimated {
         self.add_around(at, value, value, sigma);
     }
 
-    /// The next record of an error: the deviations are those around zero, also where there is no error.
+    /// The next record of an error: the deviations are those around zero, also where there is no
+    /// error.
     pub fn add_error(&mut self, at: f64, error: Option<f64>, sigma: Option<f64>) {
         self.add_around(at, error, Some(0.0), sigma);
     }
@@ -179,7 +182,8 @@ impl Estimated {
         !self.band().is_empty()
     }
 
-    /// Closed outlines of the pieces of its band. In an interval it spans from the lowest lower to the highest upper bound.
+    /// Closed outlines of the pieces of its band. In an interval it spans from the lowest lower to
+    /// the highest upper bound.
     pub fn band(&self) -> Vec<Vec<Point>> {
         let (lower, upper) = (self.lower.lows(), self.upper.highs());
         let pieces = lower.iter().zip(&upper).filter(|(low, _)| low.len() > 1);

@@ -15,7 +15,8 @@ pub struct ClearanceSummary {
     pub time_s: f64,
     /// How often a bar began to touch the ground.
     pub touches: u64,
-    /// Time of the first touch, s, and its bar. From then on forces are wrong: that of the touch is not modelled.
+    /// Time of the first touch, s, and its bar. From then on forces are wrong: that of the touch is
+    /// not modelled.
     pub first_touch: Option<(f64, String)>,
 }
 

@@ -39,22 +39,28 @@ pub struct Summary {
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
-    /// Why and when the run ended before its source did; `None` for a complete run. All else then holds up to that time.
+    /// Why and when the run ended before its source did; `None` for a complete run. All else then
+    /// holds up to that time.
     pub broken_off: Option<BrokenOff>,
     /// Travel of the robot; `None` for recorded readings and in the summaries of earlier versions.
     pub progress: Option<Progress>,
-    /// Numbers of events of wheels, end stops and bars; `None` for recorded readings and in the summaries of earlier versions.
+    /// Numbers of events of wheels, end stops and bars; `None` for recorded readings and in the
+    /// summaries of earlier versions.
     pub events: Option<EventCounts>,
-    /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries of earlier versions.
+    /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries
+    /// of earlier versions.
     pub clearance: Option<ClearanceSummary>,
-    /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
+    /// The friction of the ground; `None` for recorded readings and in the summaries of earlier
+    /// versions.
     pub friction: Option<FrictionSummary>,
-    /// The control of the wheels; `None` for recorded readings and in the summaries of earlier versions.
+    /// The control of the wheels; `None` for recorded readings and in the summaries of earlier
+    /// versions.
     pub control: Option<ControlSummary>,
     /// Results of the friction tests, in their order.
     #[serde(default)]
     pub friction_tests: Vec<FrictionTestSummary>,
-    /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
+    /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded
+    /// readings.
     pub sensors: Option<SensorErrors>,
     /// What a recorded log held; `None` for simulations.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -96,7 +102,8 @@ impl Summary {
     /// Reads `summary.json` from the folder of a run, complete or broken off.
     ///
     /// # Errors
-    /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file is no summary.
+    /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file
+    /// is no summary.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         if !folder.is_dir() {
             return Err(RecordError::NoFolder {

@@ -11,7 +11,8 @@ pub struct MeanForces {
     pub normal_force: [f64; 3],
     /// Mean T of each wheel, N.
     pub traction: [f64; 3],
-    /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states none.
+    /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states
+    /// none.
     pub normal_force_sigma: Option<[f64; 3]>,
     /// The same of T of each wheel, N.
     pub traction_sigma: Option<[f64; 3]>,
@@ -21,8 +22,8 @@ pub struct MeanForces {
     /// Largest size of the needed friction of each wheel, -.
     #[serde(default)]
     pub largest_needed_friction: [Option<f64>; 3],
-    /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is right. `None` if the
-    /// estimator expects none.
+    /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is
+    /// right. `None` if the estimator expects none.
     pub parity: Option<f64>,
     /// Records with a wheel without load.
     pub unloaded: u64,

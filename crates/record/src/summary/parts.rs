@@ -27,11 +27,13 @@ pub struct BrokenOff {
 pub struct FrictionTestSummary {
     /// The tested wheel: 1 front, 2 middle, 3 rear.
     pub wheel: usize,
-    /// How the test ended: `slipped`, or `slipped, or another wheel`, if mu_max was found, else why not. Then it is at least `mu_max`.
+    /// How the test ended: `slipped`, or `slipped, or another wheel`, if mu_max was found, else why
+    /// not. Then it is at least `mu_max`.
     pub end: String,
     /// Time of the largest T/N, s.
     pub time: f64,
-    /// Place of the contact at that time along the path, m; `None` before the robot has moved, and without slip.
+    /// Place of the contact at that time along the path, m; `None` before the robot has moved, and
+    /// without slip.
     pub x: Option<f64>,
     /// mu_max, -; without slip the largest T/N.
     pub mu_max: f64,
@@ -162,7 +164,8 @@ pub struct SensorErrors {
     pub drawn: DrawnErrors,
 }
 
-/// The nominal robot, which the estimators are given, as far as it can differ from the simulated one.
+/// The nominal robot, which the estimators are given, as far as it can differ from the simulated
+/// one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NominalRobot {
     /// The body's centre of mass, m.
@@ -215,7 +218,8 @@ pub struct Faulty {
     pub records: u64,
 }
 
-/// Faulty channels by name, in the order of their first record: [`robhaz_estimator::Health::faulty`].
+/// Faulty channels by name, in the order of their first record:
+/// [`robhaz_estimator::Health::faulty`].
 pub type FaultyChannels = IndexMap<String, Faulty>;
 
 /// Errors of one estimator.
@@ -230,37 +234,44 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
-    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the
-    /// estimator states none.
+    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`].
+    /// `None` if the estimator states none.
     pub stated: Option<f64>,
-    /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
+    /// Share of errors of N within two stated standard deviations, -. `None` if the estimator
+    /// states none.
     pub coverage: Option<f64>,
-    /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
+    /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator
+    /// states none.
     pub nees: Option<f64>,
-    /// RMS of the errors of N, each over its stated standard deviation: 1 if these are right. `None` if the estimator states none.
+    /// RMS of the errors of N, each over its stated standard deviation: 1 if these are right.
+    /// `None` if the estimator states none.
     pub error_over_stated: Option<f64>,
-    /// Mean NIS of the parity residual: 1 if its expected variance is right. `None` if the estimator expects none.
+    /// Mean NIS of the parity residual: 1 if its expected variance is right. `None` if the
+    /// estimator expects none.
     pub nis: Option<f64>,
-    /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`]. `None` where the truth hardly changes,
-    /// and in the summaries of earlier versions.
+    /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`].
+    /// `None` where the truth hardly changes, and in the summaries of earlier versions.
     pub lag_s: Option<f64>,
-    /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded readings, and in the summaries of
-    /// earlier versions.
+    /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded
+    /// readings, and in the summaries of earlier versions.
     pub ground: Option<GroundErrors>,
     /// Number of records compared; without truth, of records with an estimate.
     pub samples: u64,
     /// Number of records that count but have no estimate.
     pub missing: u64,
-    /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent
-    /// contact.
+    /// How many of the records compared have a wheel with two contacts. Its true N and T are those
+    /// of the equivalent contact.
     #[serde(default)]
     pub two_contacts: u64,
-    /// Number of records left out because no single contact is equivalent to the contacts of a wheel.
+    /// Number of records left out because no single contact is equivalent to the contacts of a
+    /// wheel.
     #[serde(default)]
     pub no_equivalent: u64,
-    /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
+    /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when
+    /// there are none.
     pub normal_force_at_one_contact: Option<ForceErrors>,
-    /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
+    /// How well contact states were found: in the air, two contacts, sliding. `None` if the
+    /// estimator states none.
     pub contacts: Option<FlagScores>,
     /// Channels whose readings contradicted others, over all records.
     #[serde(

@@ -70,7 +70,8 @@ fn lines_are_cut_at_the_edge() {
     assert_ne!(drawn([0.0, 2.0, -3.0]), drawn([0.0, 0.5, -1.0]));
 }
 
-/// A note says how far the values go that are cut, with the digits of the axis, where there are any.
+/// A note says how far the values go that are cut, with the digits of the axis, where there are
+/// any.
 #[test]
 fn what_is_cut_is_named() {
     let note = |of: Vec<f64>, scale| {

@@ -101,7 +101,8 @@ fn names_of_the_commands_are_fixed() {
     );
 }
 
-/// Each command is in the column of its form, and in no other. Only runs whose control takes readings have the table.
+/// Each command is in the column of its form, and in no other. Only runs whose control takes
+/// readings have the table.
 #[test]
 fn commands_have_one_form() {
     let record = frame_of(0.5);
@@ -211,7 +212,8 @@ fn values_come_from_the_field_that_the_name_says() {
     );
 }
 
-/// The second contact has columns of its own, empty without it. The equivalent contact has the force of both.
+/// The second contact has columns of its own, empty without it. The equivalent contact has the
+/// force of both.
 #[test]
 fn both_contacts_of_a_wheel_have_columns() {
     let table = Table::truth();
@@ -338,7 +340,8 @@ fn a_wheel_without_load_has_no_needed_friction() {
     }
 }
 
-/// The needed friction that an estimator states is that of the column, in place of T/N of its forces.
+/// The needed friction that an estimator states is that of the column, in place of T/N of its
+/// forces.
 #[test]
 fn a_stated_needed_friction_counts() {
     let mut record = frame_of(1.0);

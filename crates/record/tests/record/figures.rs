@@ -86,7 +86,8 @@ fn every_figure_is_there() {
     }
 }
 
-/// Recorded readings: the figures show the estimates alone; there is no figure of errors or of the path.
+/// Recorded readings: the figures show the estimates alone; there is no figure of errors or of the
+/// path.
 #[test]
 fn without_truth_the_estimates_are_drawn_alone() {
     let records = banded_records();
@@ -203,7 +204,8 @@ fn figures_say_what_they_show() {
     }
 }
 
-/// True and estimated can be distinguished on a grey print: one is wide, the other thin, and neither is dashed.
+/// True and estimated can be distinguished on a grey print: one is wide, the other thin, and
+/// neither is dashed.
 #[test]
 fn lines_differ_without_colour() {
     for (name, svg) in draw(usize::MAX) {
@@ -245,8 +247,8 @@ fn areas(svg: &str, color: RGBColor) -> usize {
     polygons.filter(|l| l.contains(&fill(color))).count()
 }
 
-/// Two standard deviations are an area a wheel around N and one around no error, each with the gap in the estimates; an
-/// estimator without a covariance has none.
+/// Two standard deviations are an area a wheel around N and one around no error, each with the gap
+/// in the estimates; an estimator without a covariance has none.
 #[test]
 fn a_covariance_is_a_band() {
     let figures = draw(usize::MAX);

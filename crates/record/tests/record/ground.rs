@@ -9,7 +9,8 @@ use robhaz_score::GroundErrors;
 use robhaz_terrain::Profile;
 use std::sync::Arc;
 
-/// Errors of two estimators, of which the first has found points 0.4 and 0.6 m from the origin, and one in a later section.
+/// Errors of two estimators, of which the first has found points 0.4 and 0.6 m from the origin, and
+/// one in a later section.
 fn errors(run: &RunDescription) -> [Option<GroundErrors>; 2] {
     let point = |x: f64, height: f64, section: u32| GroundPoint {
         x,
@@ -46,8 +47,9 @@ fn errors(run: &RunDescription) -> [Option<GroundErrors>; 2] {
     [0, 1].map(|k| summary.estimators[k].ground)
 }
 
-/// Closed form: on the kerb of 50 mm at 0.7 m, with the origin at x = 0.2 m on the lower level, places from 0.5 m on are
-/// 50 mm high; without truth, of an estimator without points, and in a later section, nothing is compared.
+/// Closed form: on the kerb of 50 mm at 0.7 m, with the origin at x = 0.2 m on the lower level,
+/// places from 0.5 m on are 50 mm high; without truth, of an estimator without points, and in a
+/// later section, nothing is compared.
 #[test]
 fn the_truth_is_that_of_the_place() {
     let mut scene = scene();

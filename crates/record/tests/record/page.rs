@@ -4,7 +4,8 @@ use crate::testing::scene;
 use robhaz_record::{FigureSink, RecordError, SummarySink, comparison_markdown, page};
 use robhaz_run::RunError;
 
-/// A page has the numbers of the summary and every figure, and refers to nothing outside of it. Names are escaped.
+/// A page has the numbers of the summary and every figure, and refers to nothing outside of it.
+/// Names are escaped.
 #[test]
 fn a_page_needs_no_other_file() -> Result<(), RunError> {
     let mut scene = scene();

@@ -21,8 +21,9 @@ fn panel(layers: Vec<Layer>) -> Panel {
     Panel::new("", "N (N)", (2.0, 100.0), layers)
 }
 
-/// Closed form: truth 10 N at all times, estimate 12 N that starts at 900 N. From 0.5 s on 10 to 12 N are shown; with
-/// the margin of 6 % of 2 N, the range is 9.88 to 12.12 N. If the start counts it reaches further.
+/// Closed form: truth 10 N at all times, estimate 12 N that starts at 900 N. From 0.5 s on 10 to 12
+/// N are shown; with the margin of 6 % of 2 N, the range is 9.88 to 12.12 N. If the start counts it
+/// reaches further.
 #[test]
 fn samples_before_the_filter_has_settled_do_not_set_the_range() {
     let truth = trace(|_| 10.0);
@@ -44,8 +45,8 @@ fn samples_before_the_filter_has_settled_do_not_set_the_range() {
     assert!(Panel::shared_range(&panels, &axis(3.0), TAIL).end > 100.0);
 }
 
-/// Closed form: 1 at 400 places, and -0.26 at one. The common range cuts the peak and says to where, with the digits of
-/// its axis; the whole range holds it, with the margin of 6 % of 1.26.
+/// Closed form: 1 at 400 places, and -0.26 at one. The common range cuts the peak and says to
+/// where, with the digits of its axis; the whole range holds it, with the margin of 6 % of 1.26.
 #[test]
 fn a_cut_peak_is_named_with_the_digits_of_its_axis() {
     let at = (0..400).map(|k| if k == 7 { -0.26 } else { 1.0 });

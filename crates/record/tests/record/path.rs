@@ -61,8 +61,8 @@ fn extremes(numbers: impl Iterator<Item = i32> + Clone) -> (i32, i32) {
     (low, numbers.max().expect("a number"))
 }
 
-/// Closed form: on level ground the arrow of N points up, its tip is where the wheel touches, and for a mean load it is 0.12 m
-/// long, as the key says.
+/// Closed form: on level ground the arrow of N points up, its tip is where the wheel touches, and
+/// for a mean load it is 0.12 m long, as the key says.
 #[test]
 fn the_arrow_of_a_normal_force_ends_at_the_contact() {
     let svg = path([2.0, 2.0].into_iter());
@@ -86,7 +86,8 @@ fn the_arrow_of_a_normal_force_ends_at_the_contact() {
     }
 }
 
-/// Robots do not overlap: they are 0.2 m high at the wheels and stand 0.85 m apart. One that does not move is drawn once.
+/// Robots do not overlap: they are 0.2 m high at the wheels and stand 0.85 m apart. One that does
+/// not move is drawn once.
 #[test]
 fn robots_stand_apart() {
     let svg = path((0..=40).map(|k| 0.1 * f64::from(k)));

@@ -35,7 +35,8 @@ fn stated(values: impl IntoIterator<Item = f64>) -> String {
     cell.split('<').next().expect("its end").to_owned()
 }
 
-/// Closed form: of 0, 1 ... 20 the quantile of a share is 20 times the share; between two values it is linear.
+/// Closed form: of 0, 1 ... 20 the quantile of a share is 20 times the share; between two values it
+/// is linear.
 #[test]
 fn quantiles_of_evenly_spaced_values_are_linear() {
     assert_eq!(

@@ -45,7 +45,8 @@ fn summary(missing: u64) -> Summary {
     }
 }
 
-/// A run is one table of at most 100 columns, one line an estimator, with every number under its wheel.
+/// A run is one table of at most 100 columns, one line an estimator, with every number under its
+/// wheel.
 #[test]
 fn one_run_fits_the_terminal() {
     let text = comparison_table(&[("smooth", &summary(0))]);

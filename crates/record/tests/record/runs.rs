@@ -4,8 +4,8 @@ use crate::testing::scene;
 use robhaz_record::{FigureSink, SummarySink, TableFormat, TableSink};
 use robhaz_run::RunError;
 
-/// A robot that drives leaves the ground in table, figure and summary. On level ground with exact readings the profile is level:
-/// 1 mm is ten times what was found.
+/// A robot that drives leaves the ground in table, figure and summary. On level ground with exact
+/// readings the profile is level: 1 mm is ten times what was found.
 #[test]
 fn a_moving_run_leaves_its_ground() -> Result<(), RunError> {
     let mut scene = scene();

@@ -6,7 +6,8 @@ use robhaz_record::figures::style::{SURFACE, line};
 use robhaz_record::figures::{Axis, Layer, SPACING, Scale, Strip};
 use robhaz_terrain::{Profile, Terrain};
 
-/// Property: the ground of a short path keeps its points, that of a long one its ends and its highest point.
+/// Property: the ground of a short path keeps its points, that of a long one its ends and its
+/// highest point.
 #[test]
 fn the_ground_of_a_long_path_is_reduced() {
     let terrain = Terrain::new(Profile::rough(1));

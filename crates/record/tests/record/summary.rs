@@ -104,7 +104,8 @@ fn without_load_there_is_no_share_of_it() {
     assert_eq!(errors.nrmse, None);
 }
 
-/// The summary that is read equals the one that was written, to the last digit, with the estimators in the order of the run.
+/// The summary that is read equals the one that was written, to the last digit, with the estimators
+/// in the order of the run.
 #[test]
 fn json_gives_back_what_was_written() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -143,8 +144,8 @@ fn sensor_errors_and_the_nominal_robot_are_kept() {
     close(summary.nominal.wheel_radius, 0.1);
 }
 
-/// Events are counted over the records, by hand: the middle wheel leaves the ground, lands, gets a second contact and
-/// slips; pin Q reaches an end stop twice.
+/// Events are counted over the records, by hand: the middle wheel leaves the ground, lands, gets a
+/// second contact and slips; pin Q reaches an end stop twice.
 #[test]
 fn events_are_counted() {
     let samples = [
@@ -250,7 +251,8 @@ fn numbers_that_are_not_finite_are_refused() {
     assert!(matches!(bad.to_json(), Err(RecordError::NotFinite)));
 }
 
-/// A run that broke off has a summary of what was recorded, which says when and why. Without a record there is none.
+/// A run that broke off has a summary of what was recorded, which says when and why. Without a
+/// record there is none.
 #[test]
 fn a_broken_run_says_so_in_its_summary() {
     let mut sink = SummarySink::new();

@@ -242,7 +242,8 @@ fn names_that_leave_the_folder_are_refused() {
     assert!(error.to_string().contains("\"../x\""), "{error}");
 }
 
-/// Equivalence: the tables in memory are those of the folder, to the bit, with the same columns, units and descriptions.
+/// Equivalence: the tables in memory are those of the folder, to the bit, with the same columns,
+/// units and descriptions.
 #[test]
 fn memory_holds_what_a_folder_holds() -> Result<(), RunError> {
     let mut scene = scene();
@@ -296,7 +297,8 @@ fn a_table_does_not_depend_on_how_its_rows_come() {
     }
 }
 
-/// A sink that goes without an end leaves no table that looks complete; a folder that has gone is an error.
+/// A sink that goes without an end leaves no table that looks complete; a folder that has gone is
+/// an error.
 #[test]
 fn an_incomplete_table_has_no_name() {
     for format in [TableFormat::Parquet, TableFormat::Csv] {

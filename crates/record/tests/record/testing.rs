@@ -211,7 +211,8 @@ pub fn record_of(truth: Truth, estimates: Vec<Result<Estimate, EstimateError>>) 
     }
 }
 
-/// Records of the whole of [`scene`]; between 1.0 and 1.2 s there are no estimates, and some readings are lost.
+/// Records of the whole of [`scene`]; between 1.0 and 1.2 s there are no estimates, and some
+/// readings are lost.
 pub fn records() -> Vec<Record> {
     (0..=200)
         .map(|k| {

@@ -32,7 +32,8 @@ pub fn agreement(a: &[Truth], b: &[Truth]) -> Agreement {
     }
 }
 
-/// Largest relative difference, over the wheels, of the ground's impulse on a wheel in two runs of equal length, -.
+/// Largest relative difference, over the wheels, of the ground's impulse on a wheel in two runs of
+/// equal length, -.
 ///
 /// The impulses are those that the engines integrate, so impacts between records are included.
 pub fn impulse_difference(a: &Balance, b: &Balance) -> f64 {

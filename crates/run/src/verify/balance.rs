@@ -24,8 +24,8 @@ pub(crate) fn greater(most: f64, found: f64) -> f64 {
     }
 }
 
-/// Momentum error, -: largest difference over the records between the change of momentum and the impulse of ground and
-/// gravity, relative to weight times duration.
+/// Momentum error, -: largest difference over the records between the change of momentum and the
+/// impulse of ground and gravity, relative to weight times duration.
 pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f64 {
     let (Some(first), Some(last)) = (truth.first(), truth.last()) else {
         return f64::NAN;
@@ -50,7 +50,8 @@ pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f6
 pub struct Energy {
     /// Work of the motors.
     pub motors: f64,
-    /// Energy that gears, friction, contacts and stops have dissipated, and that contacts and stops store.
+    /// Energy that gears, friction, contacts and stops have dissipated, and that contacts and stops
+    /// store.
     pub losses: f64,
     /// Change of the kinetic and potential energy of bars, wheels and rotors.
     pub gain: f64,
@@ -69,9 +70,9 @@ impl Energy {
 
 /// Energy balance of a run.
 ///
-/// The scale is the largest of the motors' work, the losses and the gain, but at least weight times wheel radius (13.7
-/// J for the default robot), because a parked robot has no energy turnover at all. A thousandth of this floor lifts the
-/// robot by 0.1 mm.
+/// The scale is the largest of the motors' work, the losses and the gain, but at least weight times
+/// wheel radius (13.7 J for the default robot), because a parked robot has no energy turnover at
+/// all. A thousandth of this floor lifts the robot by 0.1 mm.
 pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
     let losses = |b: &Balance| b.gear_loss - b.ground_work - b.stop_work;
     let start = balance.first().copied().unwrap_or_default();

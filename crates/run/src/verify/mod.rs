@@ -1,10 +1,10 @@
 //! Checks whether the simulated truth of a scene can be trusted.
 //!
-//! [`verify`] runs a scene with both engines, with half the step, and a second time. It checks momentum, energy, the
-//! bounds of the laws, the agreement of the runs, and repetition. It needs no reference run, so it can check any scene.
-//! Momentum and energy are checked with the impulses and the work that the engines integrate at their own steps;
-//! impacts between records are therefore included. The measures are public, so that tests can use them with their own
-//! limits.
+//! [`verify`] runs a scene with both engines, with half the step, and a second time. It checks
+//! momentum, energy, the bounds of the laws, the agreement of the runs, and repetition. It needs no
+//! reference run, so it can check any scene. Momentum and energy are checked with the impulses and
+//! the work that the engines integrate at their own steps; impacts between records are therefore
+//! included. The measures are public, so that tests can use them with their own limits.
 
 mod agreement;
 mod balance;
@@ -43,20 +43,23 @@ pub enum Outcome {
 
 /// Limit without impacts: RMS difference of N between two runs, relative to the mean of N.
 const ROLLING: f64 = 1e-3;
-/// Limit with impacts: difference of the ground's impulse on a wheel over the run, relative to this impulse.
+/// Limit with impacts: difference of the ground's impulse on a wheel over the run, relative to this
+/// impulse.
 const IMPULSE: f64 = 1e-2;
 /// Limit of the distance between the bodies of two runs at the end, m.
 const APART: f64 = 1e-3;
-/// Limit of the momentum error, relative to weight times time. The error of direct is 1e-8 at its default tolerance and
-/// 3.5e-6 at its largest; that of rapier is rounding.
+/// Limit of the momentum error, relative to weight times time. The error of direct is 1e-8 at its
+/// default tolerance and 3.5e-6 at its largest; that of rapier is rounding.
 const MOMENTUM: f64 = 1e-5;
-/// Limit of the energy error without impacts, relative to its scale. The error of rapier is of first order in the step:
-/// 1e-5.
+/// Limit of the energy error without impacts, relative to its scale. The error of rapier is of
+/// first order in the step: 1e-5.
 const ENERGY: f64 = 1e-3;
-/// Limit of the energy error with impacts, relative to its scale. The error of rapier is 4e-4 on the shipped trench and
-/// 1.4e-3 there at 3 m/s, half as much with half the step; that of direct is 1e-7.
+/// Limit of the energy error with impacts, relative to its scale. The error of rapier is 4e-4 on
+/// the shipped trench and 1.4e-3 there at 3 m/s, half as much with half the step; that of direct is
+/// 1e-7.
 const ENERGY_OF_IMPACTS: f64 = 3e-3;
-/// Limit of the gap of a pin, m. The joints of rapier are slightly compliant; direct closes the loop analytically.
+/// Limit of the gap of a pin, m. The joints of rapier are slightly compliant; direct closes the
+/// loop analytically.
 const fn gap_allowed(kind: EngineKind) -> f64 {
     match kind {
         EngineKind::Rapier => 1e-6,
@@ -66,8 +69,9 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 
 /// Runs all checks on a scene. `step` receives the name of each step as it begins.
 ///
-/// If a run stops before its end, one check fails with the reason; the other checks judge the run up to this time. A scene
-/// that is too stiff for `rapier` is judged by `direct` alone, with a second run at a tenth of the tolerance.
+/// If a run stops before its end, one check fails with the reason; the other checks judge the run
+/// up to this time. A scene that is too stiff for `rapier` is judged by `direct` alone, with a
+/// second run at a tenth of the tolerance.
 ///
 /// # Errors
 /// [`RunError`] if there is no run to judge, or `stop` names a cause.

@@ -53,7 +53,8 @@ impl Run {
         Ok(run)
     }
 
-    /// Runs the scene again, and compares it with this run: the same bits at each record, and the same end.
+    /// Runs the scene again, and compares it with this run: the same bits at each record, and the
+    /// same end.
     ///
     /// # Errors
     /// As [`DrivenPlant::new`]; [`RunError::Stopped`].
@@ -83,7 +84,8 @@ struct Records {
 }
 
 impl Records {
-    /// Before the first record. A control that takes readings needs every sample; else a period is a record.
+    /// Before the first record. A control that takes readings needs every sample; else a period is
+    /// a record.
     fn of(scene: &Scene) -> Result<Self, RunError> {
         let mut setup = scene.plant_setup();
         setup.balance = true;
@@ -120,7 +122,8 @@ impl Records {
 mod tests {
     use super::*;
 
-    /// Equivalence and sensitivity: a run repeats to the bit; a record that differs by one bit is found.
+    /// Equivalence and sensitivity: a run repeats to the bit; a record that differs by one bit is
+    /// found.
     #[test]
     fn a_run_repeats_to_the_bit() {
         let mut scene = Scene::default();

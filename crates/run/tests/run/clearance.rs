@@ -1,5 +1,5 @@
-//! Equivalence: what is skipped because it cannot matter changes nothing. On every shipped scene the clearances of a run are
-//! those of a full search of the ground at every record.
+//! Equivalence: what is skipped because it cannot matter changes nothing. On every shipped scene
+//! the clearances of a run are those of a full search of the ground at every record.
 
 use robhaz_run::{DrivenPlant, TruthClearance};
 use robhaz_scene::{EngineKind, Scene};
@@ -14,7 +14,8 @@ const ROUNDING: f64 = 1e-12;
 /// Records between two full searches: they take longer than all the rest.
 const EVERY: usize = 5;
 
-/// Half the width of links that touch some of the shipped grounds, m: on none does the robot as it is.
+/// Half the width of links that touch some of the shipped grounds, m: on none does the robot as it
+/// is.
 const THICK: f64 = 0.06;
 
 fn places(truth: &Truth) -> [BarPlace; 4] {
@@ -25,7 +26,8 @@ fn places(truth: &Truth) -> [BarPlace; 4] {
     })
 }
 
-/// All shipped scenes with the robot as it is and with thick links, by `direct`, whose speed lets them go to their end.
+/// All shipped scenes with the robot as it is and with thick links, by `direct`, whose speed lets
+/// them go to their end.
 fn scenes() -> Outcome<Vec<Scene>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let mut paths = Vec::new();

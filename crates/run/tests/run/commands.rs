@@ -1,4 +1,5 @@
-//! Commands of the wheels: from when on they act, and that every way to run the loop gives the same truth.
+//! Commands of the wheels: from when on they act, and that every way to run the loop gives the same
+//! truth.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -18,8 +19,8 @@ fn scene(engine: EngineKind, duration: f64) -> Scene {
     scene
 }
 
-/// What is commanded after record `k`: the plan for half a second, then torques and set speeds in turn, each held for 50 to
-/// 300 ms, and the plan between them.
+/// What is commanded after record `k`: the plan for half a second, then torques and set speeds in
+/// turn, each held for 50 to 300 ms, and the plan between them.
 fn commands(k: usize) -> [WheelCommand; 3] {
     match k {
         1200..1250 => [
@@ -44,7 +45,8 @@ fn commanded(engine: EngineKind) -> Vec<Truth> {
     (0..=2500).map(next).collect()
 }
 
-/// Closed form: a commanded torque is the motor torque from the next record on, and no longer than it is held.
+/// Closed form: a commanded torque is the motor torque from the next record on, and no longer than
+/// it is held.
 #[test]
 fn a_command_acts_from_the_next_record_on() {
     for engine in EngineKind::ALL {
@@ -58,14 +60,16 @@ fn a_command_acts_from_the_next_record_on() {
         for k in 1401..=1700 {
             assert!((torque(k) - 0.6).abs() < 1e-15, "{} {k}", engine.name());
         }
-        // The drive goes on with nearly this torque: its integral has followed with 0.1 s for 0.3 s.
+        // The drive goes on with nearly this torque: its integral has followed with 0.1 s for 0.3
+        // s.
         let (before, after) = (truth[1700].wheels[0], truth[1701].wheels[0]);
         let kept = (after.torque - 5.0 * (2.0 - after.omega) - before.torque).abs();
         assert!(kept < 0.1, "{} {kept}", engine.name());
     }
 }
 
-/// Equivalence: both engines move alike under commands that jump, though `direct` steps over many records while they are held.
+/// Equivalence: both engines move alike under commands that jump, though `direct` steps over many
+/// records while they are held.
 #[test]
 fn the_engines_agree_under_commands() {
     let [rapier, direct] = EngineKind::ALL.map(commanded);
@@ -78,8 +82,8 @@ fn the_engines_agree_under_commands() {
     }
     let count = 3.0 * rapier.len() as f64;
     let [normal, traction] = square.map(|sum| (sum / count).sqrt());
-    // As without commands, 1e-3 of the mean load; a jump of a set speed moves T by 50 N within 20 ms, of which rapier's step of
-    // 0.2 ms is a hundredth.
+    // As without commands, 1e-3 of the mean load; a jump of a set speed moves T by 50 N within 20
+    // ms, of which rapier's step of 0.2 ms is a hundredth.
     assert!(normal < 0.05 && traction < 0.2, "{normal} N {traction} N");
     let [a, b] = [&rapier, &direct].map(|run| run[2500].body.position);
     assert!((a - b).norm() < 1e-4, "{a} {b}");
@@ -108,8 +112,9 @@ impl Sink for Kept {
     }
 }
 
-/// Equivalence: a run with all estimators and sinks, and the driven plant alone, have the same bits. Motor torques are those
-/// commanded one sample before. Without a control that takes readings there are no commands.
+/// Equivalence: a run with all estimators and sinks, and the driven plant alone, have the same
+/// bits. Motor torques are those commanded one sample before. Without a control that takes readings
+/// there are no commands.
 #[test]
 fn every_loop_gives_the_same_truth() {
     for engine in EngineKind::ALL {

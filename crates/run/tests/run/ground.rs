@@ -1,7 +1,9 @@
-//! Acceptance: the ground that the wheels have passed, from the readings of typical sensors, against the true profile.
+//! Acceptance: the ground that the wheels have passed, from the readings of typical sensors,
+//! against the true profile.
 //!
-//! The engine is `direct`; one truth serves all seeds. Points count from the origin to 3 m. Heights are compared at the place that
-//! the robot has found, from the common origin at the start. Nothing is fitted.
+//! The engine is `direct`; one truth serves all seeds. Points count from the origin to 3 m. Heights
+//! are compared at the place that the robot has found, from the common origin at the start. Nothing
+//! is fitted.
 
 // A test may panic.
 #![allow(clippy::expect_used)]
@@ -50,7 +52,8 @@ impl Course {
         }
     }
 
-    /// The ground that the only estimator finds with the errors of a seed; and the mean bias of the inclinometers, rad.
+    /// The ground that the only estimator finds with the errors of a seed; and the mean bias of the
+    /// inclinometers, rad.
     fn observe(&self, seed: u64) -> (Vec<Error>, f64) {
         let scene = Scene {
             seed,
@@ -99,11 +102,12 @@ fn coverage(errors: &[Error]) -> [f64; 2] {
     ]
 }
 
-/// The level of the height over 3 m is 3 mm RMS over the seeds. The common bias of the two inclinometers, 0.1 deg each, which is not
-/// observable, explains 2.1 mm of it, RMS over the path. Without the tipping by the drawn biases 1 mm remains at most: 0.7 mm was found.
+/// The level of the height over 3 m is 3 mm RMS over the seeds. The common bias of the two
+/// inclinometers, 0.1 deg each, which is not observable, explains 2.1 mm of it, RMS over the path.
+/// Without the tipping by the drawn biases 1 mm remains at most: 0.7 mm was found.
 ///
-/// The NEES of the last point is that of an error that lasts for the whole run: with ten seeds its mean is between 0.32 and 2.05 in
-/// 95 % of the cases if the stated deviation is right.
+/// The NEES of the last point is that of an error that lasts for the whole run: with ten seeds its
+/// mean is between 0.32 and 2.05 in 95 % of the cases if the stated deviation is right.
 #[test]
 fn the_profile_is_known_to_three_millimetres() {
     let none = "estimator=[{name='best', contact_angles='none'}]";
@@ -147,9 +151,9 @@ fn the_profile_is_known_to_three_millimetres() {
     }
 }
 
-/// A run hands every point to its sinks: those of the records and of the last memory are the whole of the end, in order and without
-/// gaps of more than the eight points where the wheels came to the first points of others. So are they if only each tenth sample
-/// is a record.
+/// A run hands every point to its sinks: those of the records and of the last memory are the whole
+/// of the end, in order and without gaps of more than the eight points where the wheels came to the
+/// first points of others. So are they if only each tenth sample is a record.
 #[test]
 fn a_run_hands_over_every_point() -> Result<(), RunError> {
     #[derive(Default)]

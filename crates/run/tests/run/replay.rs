@@ -1,5 +1,6 @@
-//! Equivalence: recorded readings pass through the same loop as a simulation, on one thread or several, and the estimates are
-//! equal to the bit. Without this a log and a simulation could not be compared.
+//! Equivalence: recorded readings pass through the same loop as a simulation, on one thread or
+//! several, and the estimates are equal to the bit. Without this a log and a simulation could not
+//! be compared.
 
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_run::{
@@ -141,8 +142,8 @@ fn a_replayed_run_gives_the_same_estimates_to_the_bit() -> Result<(), RunError> 
     Ok(())
 }
 
-/// A simulation on several threads gives the records of one loop: readings, estimates, clearances, ground, end. With fewer
-/// records than samples.
+/// A simulation on several threads gives the records of one loop: readings, estimates, clearances,
+/// ground, end. With fewer records than samples.
 #[test]
 fn a_run_on_threads_has_the_records_of_one_loop() -> Result<(), RunError> {
     let mut scene = scene();
@@ -195,7 +196,8 @@ fn a_source_that_fails_ends_the_sinks() -> Result<(), RunError> {
     Ok(())
 }
 
-/// A run on recorded readings that is stopped has exactly the records up to there, although its estimators are ahead.
+/// A run on recorded readings that is stopped has exactly the records up to there, although its
+/// estimators are ahead.
 #[test]
 fn a_stopped_run_ends_where_it_was_stopped() -> Result<(), RunError> {
     let scene = scene();

@@ -11,13 +11,15 @@ use robhaz_masses::ModelErrorTooLarge;
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogChoice {
-    /// `name` of the description: the name of the default output folder. `None` for the name of the log.
+    /// `name` of the description: the name of the default output folder. `None` for the name of the
+    /// log.
     pub name: Option<String>,
     /// `[robot]`: the nominal robot.
     pub robot: RobotChoice,
     /// Whether the user stated the robot, here or in a file of its own.
     pub states_robot: bool,
-    /// Whether the errors of the robot's masses, centres of mass and pins are stated: here, or in the file of the robot.
+    /// Whether the errors of the robot's masses, centres of mass and pins are stated: here, or in
+    /// the file of the robot.
     pub states_loads: bool,
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
     pub viscous_damping: f64,
@@ -29,8 +31,8 @@ pub struct LogChoice {
     pub compare_from: f64,
     /// `[[estimator]]`, in order; names are unique.
     pub estimators: Vec<EstimatorChoice>,
-    /// Which column is which reading. `None` for the names that a run writes. Not written into a resolved description:
-    /// the table beside it has those names.
+    /// Which column is which reading. `None` for the names that a run writes. Not written into a
+    /// resolved description: the table beside it has those names.
     pub mapping: Option<Mapping>,
 }
 
@@ -59,7 +61,8 @@ impl Default for LogChoice {
 }
 
 impl LogChoice {
-    /// The description of the readings of a scene: its nominal robot and damping, its noise budget and estimators.
+    /// The description of the readings of a scene: its nominal robot and damping, its noise budget
+    /// and estimators.
     ///
     /// # Errors
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
@@ -102,7 +105,8 @@ impl LogChoice {
         })
     }
 
-    /// The settings with which an estimator runs: as listed, with its nominal damping and the noise budget.
+    /// The settings with which an estimator runs: as listed, with its nominal damping and the noise
+    /// budget.
     pub fn settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
         EstimatorSettings {
             viscous_damping: estimator.damping.unwrap_or(self.viscous_damping),
@@ -129,8 +133,8 @@ impl LogChoice {
         Ok(())
     }
 
-    /// Estimates without contact angles. Estimators that need them are left out, or, if `convert`, get the key
-    /// `contact_angles = "none"`. Returns the names of those that were left out.
+    /// Estimates without contact angles. Estimators that need them are left out, or, if `convert`,
+    /// get the key `contact_angles = "none"`. Returns the names of those that were left out.
     ///
     /// # Errors
     /// [`EstimatorError`] where an estimator cannot be converted, or none is left.

@@ -65,7 +65,8 @@ keys! {
 keys! {
     CONTACT: LogChoice;
 
-    /// compression of wheel and ground at the mean wheel load: a wheel rolls with its radius less this
+    /// compression of wheel and ground at the mean wheel load: a wheel rolls with its radius less
+    /// this
     compression: number(LENGTH, at_least(0.0).at_most(0.1)) => compression;
 }
 
@@ -106,8 +107,8 @@ keys! {
     /// constant error of the inclinometers
     inclination_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.inclination_bias;
 
-    /// what the inclinometers measure: the direction of gravity, or of the specific force, which includes the link's
-    /// acceleration
+    /// what the inclinometers measure: the direction of gravity, or of the specific force, which
+    /// includes the link's acceleration
     inclination_feels: MEASURED => budget.specific_force;
 
     /// time constant of the inclinometers' low pass, 1/(2 pi bandwidth)
@@ -137,17 +138,17 @@ keys! {
     /// relative error of the masses of links 1 to 3
     link_masses: number(NONE, at_least(0.0).at_most(1.0)) => budget.link_mass;
 
-    /// covariance of masses, centres of mass and pins of a robot that was weighed, as `robhaz weigh` writes it
-    /// (weighing.md); body_cg and link_masses are 0 then
+    /// covariance of masses, centres of mass and pins of a robot that was weighed, as
+    /// `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then
     load_covariance: Covariance => budget.load_covariance;
 
-    /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens what is stated until the
-    /// torques show the weight
+    /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens
+    /// what is stated until the torques show the weight
     payload: number(NONE, at_least(0.0).at_most(1.0)) => budget.payload;
 }
 
-/// The rows of the tables of keys in `docs/logs.md`. The text explains the keys above all tables; those of `[robot]` and
-/// `[[estimator]]` are as in a scene.
+/// The rows of the tables of keys in `docs/logs.md`. The text explains the keys above all tables;
+/// those of `[robot]` and `[[estimator]]` are as in a scene.
 pub fn log_reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
     key::rows(&mut rows, LOG, "", &mut LogChoice::default());

@@ -26,8 +26,8 @@ impl LogChoice {
         })
     }
 
-    /// Reads the text of a log description. `source_name` is the file's name in messages; paths of robot files are
-    /// relative to `base_dir`.
+    /// Reads the text of a log description. `source_name` is the file's name in messages; paths of
+    /// robot files are relative to `base_dir`.
     ///
     /// # Errors
     /// As [`LogChoice::load`].
@@ -44,11 +44,13 @@ impl LogChoice {
         })
     }
 
-    /// The choice after the user's descriptions of the sensors and of the robot. Where neither states how exact the robot's
-    /// masses, centres of mass and pins are, they count as people build them ([`Tolerances::BUILT`]), and the text says so.
+    /// The choice after the user's descriptions of the sensors and of the robot. Where neither
+    /// states how exact the robot's masses, centres of mass and pins are, they count as people
+    /// build them ([`Tolerances::BUILT`]), and the text says so.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of a file; a robot that cannot stand in the postures of a drive.
+    /// [`SceneError`] with all problems of a file; a robot that cannot stand in the postures of a
+    /// drive.
     pub fn described(
         self,
         sensors: Option<&Path>,
@@ -85,9 +87,9 @@ impl LogChoice {
         Ok((choice, Some(notice)))
     }
 
-    /// Takes the robot of a file with the section `[robot]`, such as a scene or a weighed robot, and, where the file states
-    /// them, the keys of `[budget]` that belong to the robot: `body_cg`, `link_masses`, `load_covariance`. Other sections
-    /// and keys have no effect.
+    /// Takes the robot of a file with the section `[robot]`, such as a scene or a weighed robot,
+    /// and, where the file states them, the keys of `[budget]` that belong to the robot: `body_cg`,
+    /// `link_masses`, `load_covariance`. Other sections and keys have no effect.
     ///
     /// # Errors
     /// [`SceneError`] with all problems of these keys, or a file without the section.
@@ -109,7 +111,8 @@ impl LogChoice {
         })
     }
 
-    /// The description as a file that reads back as this one. `version` names the program that writes it.
+    /// The description as a file that reads back as this one. `version` names the program that
+    /// writes it.
     pub fn to_toml(&self, version: &str) -> String {
         let comment = "What was known of a log, with every choice written out. SI units.";
         let mut written = Self {
@@ -126,7 +129,8 @@ const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a s
 const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
 
 impl RobotChoice {
-    /// The robot of a file with the section `[robot]`, such as a scene. Other sections have no effect.
+    /// The robot of a file with the section `[robot]`, such as a scene. Other sections have no
+    /// effect.
     ///
     /// # Errors
     /// [`SceneError`] with all problems of `[robot]`, or a file without that section.
@@ -146,8 +150,8 @@ impl RobotChoice {
         })
     }
 
-    /// A weighed robot as a file: `[robot]`, and the keys of `[budget]` that go with it. `version` names the program that
-    /// writes it.
+    /// A weighed robot as a file: `[robot]`, and the keys of `[budget]` that go with it. `version`
+    /// names the program that writes it.
     pub fn weighed_to_toml(&self, covariance: &LoadCovariance, version: &str) -> String {
         let comment =
             "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";

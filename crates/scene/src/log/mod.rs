@@ -1,5 +1,5 @@
-//! Log descriptions: what is known of a recorded log beside its readings. Robot, nominal damping, noise budget and
-//! estimators.
+//! Log descriptions: what is known of a recorded log beside its readings. Robot, nominal damping,
+//! noise budget and estimators.
 //!
 //! | modules | job |
 //! |---|---|

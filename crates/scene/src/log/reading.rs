@@ -95,8 +95,8 @@ keys! {
     /// further factor
     scale: number(NONE, above(0.0).at_most(1e12)) => scale;
 
-    /// of a wheel's angle and motor torque only, where the column is of the motor: turns of the motor in a turn of the
-    /// wheel; divides an angle, multiplies a torque
+    /// of a wheel's angle and motor torque only, where the column is of the motor: turns of the
+    /// motor in a turn of the wheel; divides an angle, multiplies a torque
     gear_ratio: number(NONE, above(0.0).at_most(1e6)) => gear_ratio;
 
     /// counts in a turn; needed with unit = "counts"

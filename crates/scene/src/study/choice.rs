@@ -46,8 +46,8 @@ named! {
     /// How samples fill the space of the axes with a distribution.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum DrawMethod {
-        /// Latin hypercube (McKay, Beckman and Conover 1979): each axis has one sample in each of `count` equally likely
-        /// intervals.
+        /// Latin hypercube (McKay, Beckman and Conover 1979): each axis has one sample in each of
+        /// `count` equally likely intervals.
         #[default]
         LatinHypercube = "latin-hypercube",
         /// Independent draws. The first samples stay the same when there are more.

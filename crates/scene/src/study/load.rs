@@ -48,7 +48,8 @@ keys! {
     /// seed of the draws
     seed ("0"): SEED => seed;
 
-    /// each axis has one sample in each of count equally likely intervals (the default); or independent draws
+    /// each axis has one sample in each of count equally likely intervals (the default); or
+    /// independent draws
     method: word(&DrawMethod::ALL, DrawMethod::name) => method;
 }
 
@@ -99,7 +100,8 @@ impl StudyChoice {
     /// Reads a study file.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of the file. The base scene is not read: see [`super::BaseScene`].
+    /// [`SceneError`] with all problems of the file. The base scene is not read: see
+    /// [`super::BaseScene`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Reader::load(path, "a study file in TOML, UTF-8", |text, shown, _| {
             Self::parse(text, shown)

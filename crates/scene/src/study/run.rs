@@ -56,7 +56,8 @@ impl BaseScene {
     /// The scene of a run.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems. Those that a setting or an item of `set` causes are at their place in the study file.
+    /// [`SceneError`] with all problems. Those that a setting or an item of `set` causes are at
+    /// their place in the study file.
     pub fn scene(&self, study: &StudyChoice, settings: &[Setting]) -> Result<Scene, SceneError> {
         let overrides: Vec<String> = study
             .overrides
@@ -76,7 +77,8 @@ impl BaseScene {
     }
 }
 
-/// Where in the study file the override was written that a problem is about; `None` for a problem of the base scene.
+/// Where in the study file the override was written that a problem is about; `None` for a problem
+/// of the base scene.
 fn place<'a>(
     study: &'a StudyChoice,
     settings: &[Setting],

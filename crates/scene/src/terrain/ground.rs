@@ -18,7 +18,8 @@ pub(super) const KINDS: [&str; 12] = [
 /// The kind of a scene that names none.
 pub(super) const DEFAULT: &str = "smooth";
 
-/// The values of the keys of a ground, those of all kinds: [`Ground::choice`] takes those of its kind. SI.
+/// The values of the keys of a ground, those of all kinds: [`Ground::choice`] takes those of its
+/// kind. SI.
 #[derive(Clone, Default)]
 pub(super) struct Ground {
     pub kind: &'static str,
@@ -96,7 +97,8 @@ impl Ground {
         ground
     }
 
-    /// The ground that these values give; `points` are those of kind heights, `seed` is the scene's.
+    /// The ground that these values give; `points` are those of kind heights, `seed` is the
+    /// scene's.
     pub fn choice(self, points: Vec<Vec2>, track: Option<Track>, seed: u64) -> TerrainChoice {
         let start = self.start;
         let mut tracks: Vec<Track> = track.into_iter().collect();

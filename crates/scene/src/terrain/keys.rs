@@ -37,8 +37,9 @@ keys! {
     /// The key of every kind.
     COMMON: Ground;
 
-    /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline; one kerb; stairs;
-    /// waves; a trench; random ground; ground through points; a sequence of other kinds
+    /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline;
+    /// one kerb; stairs; waves; a trench; random ground; ground through points; a sequence of other
+    /// kinds
     kind ("smooth"): word(&KINDS, |kind| kind) => kind;
 }
 
@@ -123,7 +124,8 @@ keys! {
 keys! {
     START: Ground;
 
-    /// kinds ramp, step, stairs, sine, ditch and rough: where the level ground ends; the middle wheel starts at 0
+    /// kinds ramp, step, stairs, sine, ditch and rough: where the level ground ends; the middle
+    /// wheel starts at 0
     start: PLACE => start;
 }
 
@@ -162,7 +164,8 @@ keys! {
 keys! {
     SINE: Ground;
 
-    /// kind sine only: half of the height from trough to crest; negative for waves below the level ground
+    /// kind sine only: half of the height from trough to crest; negative for waves below the level
+    /// ground
     amplitude: HEIGHT => sine.amplitude;
 
     /// kind sine only: from crest to crest
@@ -200,8 +203,8 @@ keys! {
     /// kind rough only: length along x, both fades included
     extent: number(LENGTH, above(0.0).at_most(1000.0)) => rough.extent;
 
-    /// kind rough only: length over which the height rises from zero at the start and falls to zero at the end, at most
-    /// half of extent
+    /// kind rough only: length over which the height rises from zero at the start and falls to zero
+    /// at the end, at most half of extent
     fade: number(LENGTH, above(0.0).at_most(500.0)) => rough.fade;
 }
 
@@ -224,17 +227,19 @@ keys! {
     /// kind heights with file only: the column of the height
     height_column ("by the first line, else the second"): COLUMN => heights.columns.height;
 
-    /// kind heights with file only: lines may be in any order; lines of equal x become one point at their mean height
+    /// kind heights with file only: lines may be in any order; lines of equal x become one point at
+    /// their mean height
     sort ("off"): Maybe(SWITCH) => heights.sort;
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
     file_hash ("none"): HASH => heights.file_hash;
 
-    /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or straight pieces with
-    /// corners
+    /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or
+    /// straight pieces with corners
     interpolation: word(&Interpolation::ALL, interpolation_name) => interpolation;
 
-    /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no smoothing
+    /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no
+    /// smoothing
     smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => smoothing;
 }
 
@@ -245,7 +250,8 @@ fn interpolation_name(interpolation: Interpolation) -> &'static str {
 keys! {
     PARTS: Ground;
 
-    /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to front
+    /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to
+    /// front
     part (required): Parts => parts;
 }
 
@@ -275,7 +281,8 @@ fn check_stretch(
 
 /// A ground.
 pub(crate) struct Terrain {
-    /// Whether it is a part of a course: of another kind than level ground or a course, and without stretches.
+    /// Whether it is a part of a course: of another kind than level ground or a course, and without
+    /// stretches.
     pub is_part: bool,
 }
 

@@ -1,4 +1,5 @@
-//! The shipped files: every scene and every robot loads, and has the values of the crates' defaults.
+//! The shipped files: every scene and every robot loads, and has the values of the crates'
+//! defaults.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -55,8 +56,9 @@ fn every_shipped_robot_file_loads() {
     }
 }
 
-/// Geometry C meets the constraints that it was searched with: it stands with loads equal within 15 %, and the front wheel has
-/// a reach of at least 0.18 m inside the stops, over which the loop closes.
+/// Geometry C meets the constraints that it was searched with: it stands with loads equal within 15
+/// %, and the front wheel has a reach of at least 0.18 m inside the stops, over which the loop
+/// closes.
 #[test]
 fn geometry_c_meets_its_constraints() {
     let robot = parse("robot.geometry = 'C'").robot.robot;
@@ -77,7 +79,8 @@ fn geometry_c_meets_its_constraints() {
     assert!(reach >= 0.18, "{reach}");
 }
 
-/// The names A, B, caption and text are read from the shipped files; they have the model's values to a relative 1e-15.
+/// The names A, B, caption and text are read from the shipped files; they have the model's values
+/// to a relative 1e-15.
 #[test]
 fn built_in_robots_are_those_of_the_model() {
     for (name, expected) in [("A", Geometry::a()), ("B", Geometry::b())] {

@@ -1,4 +1,5 @@
-//! Descriptions of logs: what they state, and their problems with line, key, what was found and what is allowed.
+//! Descriptions of logs: what they state, and their problems with line, key, what was found and
+//! what is allowed.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -16,8 +17,8 @@ fn problems(text: &str) -> Vec<String> {
     error.problems().map(ToString::to_string).collect()
 }
 
-/// Round trip: the resolved description of a scene's readings reads back as the same, with model errors, an estimator of
-/// its own damping and one without contact angles.
+/// Round trip: the resolved description of a scene's readings reads back as the same, with model
+/// errors, an estimator of its own damping and one without contact angles.
 #[test]
 fn resolved_descriptions_read_back() {
     let text = "[sensors]\ngrade = \"typical\"\n[model_error]\npins = 0.002\n[[estimator]]\nname = \"best\"\n\
@@ -148,7 +149,8 @@ fn robots_come_from_files_with_their_section() {
     assert!(error.contains("has no section [robot]"), "{error}");
 }
 
-/// The covariance of a weighed robot is read back to the bit; what is no covariance is refused with its line.
+/// The covariance of a weighed robot is read back to the bit; what is no covariance is refused with
+/// its line.
 #[test]
 fn budgets_take_the_covariance_of_a_weighed_robot() {
     let rows = |changed: f64| {
@@ -192,8 +194,9 @@ fn budgets_take_the_covariance_of_a_weighed_robot() {
     }
 }
 
-/// A log that says nothing of its robot has the payload that robots carry, or the one that it states, and that reads back; a log that
-/// states the errors of its robot has none but the one that it states.
+/// A log that says nothing of its robot has the payload that robots carry, or the one that it
+/// states, and that reads back; a log that states the errors of its robot has none but the one that
+/// it states.
 #[test]
 fn an_unstated_payload_counts() {
     for (budget, expected) in [

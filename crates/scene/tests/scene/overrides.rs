@@ -106,8 +106,8 @@ fn robots_are_changed_in_whole_and_in_part() {
     assert_ne!(geometry.link_cg, Geometry::a().link_cg);
 }
 
-/// With another kind on the command line the file's keys of its own kind are ignored; keys of the command line must
-/// fit.
+/// With another kind on the command line the file's keys of its own kind are ignored; keys of the
+/// command line must fit.
 #[test]
 fn another_kind_of_terrain_drops_the_keys_of_the_old_one() {
     let text = "[terrain]\nkind = 'cosbump'\nheight = 0.03\nhalf_width = 0.2";
@@ -237,7 +237,8 @@ fn a_wheel_too_light_for_the_step_is_refused() {
     good("", &["contact.v_s=2 mm/s"]);
 }
 
-/// A grade sets all errors of the sensors and of the nominal damping; keys override single ones, in any order.
+/// A grade sets all errors of the sensors and of the nominal damping; keys override single ones, in
+/// any order.
 #[test]
 fn grades_are_changed_key_by_key() {
     for grade in Grade::ALL {
@@ -262,8 +263,8 @@ fn grades_are_changed_key_by_key() {
     assert!(close(scene.drive.gear_friction, 0.5));
 }
 
-/// With a grade on the command line the file's errors are ignored, so that a resolved scene can be run with other
-/// sensors; keys outside the grade stay.
+/// With a grade on the command line the file's errors are ignored, so that a resolved scene can be
+/// run with other sensors; keys outside the grade stay.
 #[test]
 fn another_grade_drops_the_errors_of_the_old_one() {
     let text = "[sensors]\ngrade = 'typical'\ntorque_noise = 0.5\nrate = 2000\n[model_error]\npins = 0.002\nviscous_damping = 0.3";
@@ -284,8 +285,8 @@ fn another_grade_drops_the_errors_of_the_old_one() {
     assert_eq!(good(&resolved, &["sensors.grade=ideal"]), good("", &[]));
 }
 
-/// With a friction law on the command line the file's keys of its own law are ignored, so that a resolved scene can be run
-/// with another law; coefficients and v_d stay.
+/// With a friction law on the command line the file's keys of its own law are ignored, so that a
+/// resolved scene can be run with another law; coefficients and v_d stay.
 #[test]
 fn another_law_drops_the_keys_of_the_old_one() {
     let text = "engine.kind = 'direct'\n[contact]\nfriction = 'brush'\nslip_stiffness = 5\nmu_s = 0.6\nmu_d = 0.5";

@@ -28,7 +28,8 @@ fn load(name: &str, overrides: &[String]) -> Scene {
     Scene::load(Path::new(&file), overrides).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Written and read back under another name and in a folder with nothing in it but the copies of tracks.
+/// Written and read back under another name and in a folder with nothing in it but the copies of
+/// tracks.
 fn again(scene: &Scene) -> Scene {
     let text = scene.to_toml("robhaz 0.1.0, rapier2d 0.36.1");
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Tracks as measuring programs and spreadsheets write them, and the messages about those that cannot be read.
+//! Tracks as measuring programs and spreadsheets write them, and the messages about those that
+//! cannot be read.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -224,7 +225,8 @@ fn order_is_asked_for_or_made() {
     refused(b"1,0\n1,2\n", "sort = 'on'", &["found one x"]);
 }
 
-/// Two hundred thousand points are read, copied to the folder of the resolved scene and read again; the scene itself stays small.
+/// Two hundred thousand points are read, copied to the folder of the resolved scene and read again;
+/// the scene itself stays small.
 #[test]
 fn many_points() {
     let mut csv = String::from("x [mm];z [mm]\n");

@@ -10,7 +10,8 @@ pub struct Clearances {
 }
 
 impl Clearances {
-    /// Of the clearances (m) of the four bars, in the order of [`Bar::ALL`]. One that is not a number is not known.
+    /// Of the clearances (m) of the four bars, in the order of [`Bar::ALL`]. One that is not a
+    /// number is not known.
     pub fn of(each: [f64; 4]) -> Self {
         let bars = Bar::ALL.into_iter().zip(each);
         let least = bars.fold((Bar::Body, f64::INFINITY), |least, (bar, distance)| {
@@ -26,8 +27,8 @@ impl Clearances {
         }
     }
 
-    /// The bar with the least clearance, and its clearance, m; infinite where none is known. A bar at 0 or below touches the
-    /// ground; how deep it is below 0 has no meaning.
+    /// The bar with the least clearance, and its clearance, m; infinite where none is known. A bar
+    /// at 0 or below touches the ground; how deep it is below 0 has no meaning.
     pub fn least(&self) -> (Bar, f64) {
         self.least
     }
@@ -37,7 +38,8 @@ impl Clearances {
         self.least.1 <= 0.0
     }
 
-    /// Whether each bar touches the ground, in the order of [`Bar::ALL`]; `None` where it is not known.
+    /// Whether each bar touches the ground, in the order of [`Bar::ALL`]; `None` where it is not
+    /// known.
     pub fn touching(&self) -> [Option<bool>; 4] {
         self.touching
     }

@@ -9,17 +9,19 @@ use parry2d::shape::Polyline;
 use robhaz_model::{Bar, Geometry};
 use robhaz_terrain::Terrain;
 
-/// Largest distance of the points of the ground, m. The chord of a curve of 0.1 m radius is 0.03 mm off.
+/// Largest distance of the points of the ground, m. The chord of a curve of 0.1 m radius is 0.03 mm
+/// off.
 const SPACING: f64 = 0.005;
-/// Ground on each side of the robot that is kept, and the part of it that the robot may use before it is built anew,
-/// over the robot's length.
+/// Ground on each side of the robot that is kept, and the part of it that the robot may use before
+/// it is built anew, over the robot's length.
 const KEPT: f64 = 6.0;
 const USED: f64 = 3.0;
 
 /// Measures the clearance of a robot on its ground.
 ///
-/// What it has measured bounds what follows, by the way of the bars since then: lines that cannot be the nearest are not
-/// measured, and the others have few lines of the ground near them. The results are those of a full search, up to rounding.
+/// What it has measured bounds what follows, by the way of the bars since then: lines that cannot
+/// be the nearest are not measured, and the others have few lines of the ground near them. The
+/// results are those of a full search, up to rounding.
 pub struct ClearanceMeter {
     terrain: Terrain,
     /// The lines of all bars, in the order of [`Bar::ALL`].
@@ -48,14 +50,16 @@ impl ClearanceMeter {
         }
     }
 
-    /// Clearance of the bars at their places, in the order of [`Bar::ALL`]. Nothing is known of a place that is not finite.
+    /// Clearance of the bars at their places, in the order of [`Bar::ALL`]. Nothing is known of a
+    /// place that is not finite.
     pub fn measure(&mut self, bars: &[BarPlace; 4]) -> Clearances {
         self.measure_below(bars, f64::INFINITY)
             .unwrap_or(Clearances::of([f64::NAN; 4]))
     }
 
-    /// As [`Self::measure`]; `None` where no bar touches the ground, none did when it was last measured, and no clearance is
-    /// below `bound` (m). Most records of a run need no measurement to know that.
+    /// As [`Self::measure`]; `None` where no bar touches the ground, none did when it was last
+    /// measured, and no clearance is below `bound` (m). Most records of a run need no measurement
+    /// to know that.
     pub fn measure_below(&mut self, bars: &[BarPlace; 4], bound: f64) -> Option<Clearances> {
         if !bars.iter().all(BarPlace::is_finite) {
             return Some(Clearances::of([f64::NAN; 4]));
@@ -72,7 +76,8 @@ impl ClearanceMeter {
         let mut each = [f64::INFINITY; 4];
         let mut least = f64::INFINITY;
         let (before, from) = self.parts.split_at_mut(nearest);
-        // The one that may be nearest first, so that most others need no measurement. Where it touches, others may, too.
+        // The one that may be nearest first, so that most others need no measurement. Where it
+        // touches, others may, too.
         for (bar, part) in from.iter_mut().chain(before) {
             let place = &bars[*bar as usize];
             if part.at_least(place) - half_width <= least.max(0.0) {
@@ -85,8 +90,8 @@ impl ClearanceMeter {
         Some(Clearances::of(each))
     }
 
-    /// Clearance of each bar (m) in the order of [`Bar::ALL`], by parry2d's own search of the whole ground: nothing is known
-    /// from before. Slow; [`Self::measure`] is held against it.
+    /// Clearance of each bar (m) in the order of [`Bar::ALL`], by parry2d's own search of the whole
+    /// ground: nothing is known from before. Slow; [`Self::measure`] is held against it.
     pub fn measure_each(&mut self, bars: &[BarPlace; 4]) -> [f64; 4] {
         self.keep_ground_at(bars[Bar::Body as usize].centre.x);
         let Some((_, ground)) = &self.ground else {

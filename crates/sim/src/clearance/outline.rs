@@ -31,7 +31,8 @@ pub(crate) fn outline(geometry: &Geometry, bar: Bar) -> Vec<Part> {
         .collect()
 }
 
-/// The pieces of a line that lie outside of wheels of a radius (m): what is inside cannot touch the ground before the wheel.
+/// The pieces of a line that lie outside of wheels of a radius (m): what is inside cannot touch the
+/// ground before the wheel.
 fn outside(line: [Vec2; 2], wheels: &[Vec2], radius: f64) -> Vec<[Vec2; 2]> {
     let [from, along] = [line[0], line[1] - line[0]];
     let square = along.norm_squared();

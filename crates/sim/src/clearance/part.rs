@@ -32,7 +32,8 @@ pub(crate) struct Part {
     pub line: Segment,
     /// Largest distance of its points from the centre of mass, m.
     reach: f64,
-    /// Distance to the ground when it was last measured (m), and where the bar was. `None` on a new ground.
+    /// Distance to the ground when it was last measured (m), and where the bar was. `None` on a new
+    /// ground.
     last: Option<(f64, BarPlace)>,
     /// The line of the ground to which that was.
     nearest: u32,
@@ -63,7 +64,8 @@ impl Part {
         })
     }
 
-    /// Distance of the line to the ground, m. What was the nearest before leaves few lines of the ground to measure.
+    /// Distance of the line to the ground, m. What was the nearest before leaves few lines of the
+    /// ground to measure.
     pub fn measure(&mut self, bar: &BarPlace, ground: &Polyline) -> f64 {
         let pose = Pose::new(vector(bar.centre), bar.angle);
         let line = self.line.transformed(&pose);
@@ -78,7 +80,8 @@ impl Part {
         };
         let box_of = Aabb::new(line.a.min(line.b), line.a.max(line.b));
         let normal = (line.b - line.a).perp().normalize_or_zero();
-        // A box of the ground is at least as far as from the line's own box, and from the endless line.
+        // A box of the ground is at least as far as from the line's own box, and from the endless
+        // line.
         let least_in = |node: &BvhNode, _| {
             // Negative where the boxes overlap.
             let gap = (node.mins() - box_of.maxs).max(box_of.mins - node.maxs());

@@ -1,4 +1,5 @@
-//! The equations of motion in the form of the solver: `dy/dt = f(t, y)`, with Jacobian and integrals.
+//! The equations of motion in the form of the solver: `dy/dt = f(t, y)`, with Jacobian and
+//! integrals.
 
 use super::jumps::Jumps;
 use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, state};
@@ -13,8 +14,9 @@ use robhaz_model::{Vec2, WheelCommand};
 
 /// Number of integrals: quantities that are integrated with the motion but do not influence it.
 pub(super) const INTEGRALS: usize = 13;
-/// Wheel spins relative to the links (rad), work of the motors (J). Then the rest of [`Balance`], if it is asked for:
-/// impulses of the ground on the wheels (N s), loss in the gears, work of the ground, work of the stops (J).
+/// Wheel spins relative to the links (rad), work of the motors (J). Then the rest of [`Balance`],
+/// if it is asked for: impulses of the ground on the wheels (N s), loss in the gears, work of the
+/// ground, work of the stops (J).
 pub(super) type Integrals = SVector<f64, INTEGRALS>;
 const WORK: usize = 3;
 const IMPULSE: usize = 4;
@@ -23,15 +25,16 @@ const GROUND: usize = 11;
 const STOP: usize = 12;
 /// Longest step, s.
 const LONGEST_STEP: f64 = 0.1;
-/// Longest distance that the robot travels in a step, m: a fifth of a wheel's radius, so that a step cannot skip an
-/// edge.
+/// Longest distance that the robot travels in a step, m: a fifth of a wheel's radius, so that a
+/// step cannot skip an edge.
 const LONGEST_WAY: f64 = 0.02;
 
-/// A change of set speeds or commands that is nearer than this does not limit a step, s: it has been reached, to
-/// rounding.
+/// A change of set speeds or commands that is nearer than this does not limit a step, s: it has
+/// been reached, to rounding.
 const SHORTEST_TO_CHANGE: f64 = 1e-9;
 
-/// First step after a jump on the ground, s: less than the time constant of a bare wheel on the contact's damping (75 us).
+/// First step after a jump on the ground, s: less than the time constant of a bare wheel on the
+/// contact's damping (75 us).
 const STEP_AFTER_JUMP: f64 = 5e-5;
 
 /// The equations of motion of a run.
@@ -39,7 +42,8 @@ pub(super) struct Equations {
     pub mechanics: Mechanics,
     /// Commands of the wheels.
     pub commands: [WheelCommand; 3],
-    /// Time at which the commands may change next, s: no step goes beyond it. Infinite for commands that are held.
+    /// Time at which the commands may change next, s: no step goes beyond it. Infinite for commands
+    /// that are held.
     pub next_command: f64,
     jumps: Jumps,
     /// Time at which the step ends at one of [`Self::jumps`], s; infinite if it does not.
@@ -120,7 +124,8 @@ impl Equations {
         drive.response(self.commands[wheel], planned, omega, integral)
     }
 
-    /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N m).
+    /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N
+    /// m).
     #[inline]
     pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoForces> {
         self.kinematics.set(&self.mechanics.linkage, state)?;

@@ -1,8 +1,9 @@
 //! Places on the ground at which a step must end.
 //!
-//! Where the curvature of the ground jumps by K, the normal force of a wheel of mass m that rolls over it at the speed v
-//! jumps by m v^2 K, within the 75 us of the contact's damping. Where a friction stretch ends, the traction jumps. A step
-//! across such a place has no order. It therefore ends there, and the next one starts short.
+//! Where the curvature of the ground jumps by K, the normal force of a wheel of mass m that rolls
+//! over it at the speed v jumps by m v^2 K, within the 75 us of the contact's damping. Where a
+//! friction stretch ends, the traction jumps. A step across such a place has no order. It therefore
+//! ends there, and the next one starts short.
 
 use crate::mechanics::{Kinematics, State};
 use crate::setup::PlantSetup;
@@ -12,11 +13,13 @@ use robhaz_terrain::Jump;
 
 /// Smallest jump of N at which a step ends, N.
 const LEAST_FORCE: f64 = 5e-3;
-/// Smallest jump of the curvature that is looked for, 1/m: at 3 m/s it is 7 mN for the default wheel.
+/// Smallest jump of the curvature that is looked for, 1/m: at 3 m/s it is 7 mN for the default
+/// wheel.
 const LEAST_CURVATURE: f64 = 5e-4;
 /// A centre this close to the normal of a place is at the place, m.
 const REACHED: f64 = 1e-6;
-/// From this time on a step aims at the place itself, s. Before, it aims short of it: over longer times the prediction errs.
+/// From this time on a step aims at the place itself, s. Before, it aims short of it: over longer
+/// times the prediction errs.
 const NEAR: f64 = 2e-3;
 /// Share of the predicted time that a step takes which aims short.
 const SHORT: f64 = 0.97;
@@ -54,7 +57,8 @@ impl Jumps {
         self.places.is_empty()
     }
 
-    /// The next place that a wheel reaches within `longest` (s), from the accelerations of the four coordinates.
+    /// The next place that a wheel reaches within `longest` (s), from the accelerations of the four
+    /// coordinates.
     pub fn next(
         &self,
         robot: &Robot,
@@ -97,8 +101,8 @@ impl Jumps {
     }
 }
 
-/// Time after which a distance (m) is zero at a speed (m/s) and an acceleration (m/s^2) of it, s; `None` if it grows. The
-/// acceleration is a small correction; a larger one is limited.
+/// Time after which a distance (m) is zero at a speed (m/s) and an acceleration (m/s^2) of it, s;
+/// `None` if it grows. The acceleration is a small correction; a larger one is limited.
 fn time_to_zero(distance: f64, speed: f64, acceleration: f64) -> Option<f64> {
     let time = -distance / speed;
     if !(time > 0.0 && time.is_finite()) {
@@ -114,7 +118,8 @@ fn time_to_zero(distance: f64, speed: f64, acceleration: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Closed form: free fall of a point, to the error of one step of Newton's method, and points that move away.
+    /// Closed form: free fall of a point, to the error of one step of Newton's method, and points
+    /// that move away.
     #[test]
     fn times_to_a_place() {
         for sign in [-1.0, 1.0] {

@@ -7,8 +7,8 @@ use robhaz_model::Vec2;
 
 /// Number of equations.
 pub(super) const SIZE: usize = 14;
-/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
-/// speeds (rad/s), integrals of the speed errors (rad).
+/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2
+/// (rad/s), wheel spin speeds (rad/s), integrals of the speed errors (rad).
 pub(super) type Y = SVector<f64, SIZE>;
 /// Index of the first rate.
 pub(super) const RATES: usize = 4;

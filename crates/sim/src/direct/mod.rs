@@ -1,12 +1,12 @@
-//! The engine `direct`: equations of motion in minimal coordinates, integrated by Radau IIA of order 5 with error
-//! control and dense output.
+//! The engine `direct`: equations of motion in minimal coordinates, integrated by Radau IIA of
+//! order 5 with error control and dense output.
 //!
-//! The motion shares with [`crate::rapier`] only the terrain and the laws of contact, friction, drive and stops. Both
-//! engines start from the same state, and a settled start is a solution of the equations of motion (`mechanics`) that
-//! this engine integrates.
+//! The motion shares with [`crate::rapier`] only the terrain and the laws of contact, friction,
+//! drive and stops. Both engines start from the same state, and a settled start is a solution of
+//! the equations of motion (`mechanics`) that this engine integrates.
 //!
-//! The solver chooses its steps, tens of milliseconds on rolling ground. The state at a record is the solver's dense
-//! output, and all forces are evaluated from this state.
+//! The solver chooses its steps, tens of milliseconds on rolling ground. The state at a record is
+//! the solver's dense output, and all forces are evaluated from this state.
 
 mod equations;
 mod jumps;
@@ -30,12 +30,12 @@ use radau::Radau;
 use robhaz_model::{Bar, WheelCommand};
 use system::Factors;
 
-/// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s, rad/s), wheel speeds
-/// (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
+/// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s,
+/// rad/s), wheel speeds (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
 ///
-/// High gains amplify errors of wheel speeds and integrals. Their allowed errors are therefore divided by the gain, so
-/// that the error of the torque is at most that of the default gains: 0.5 N m from Kp and 5 N m from Ki per unit of
-/// tolerance.
+/// High gains amplify errors of wheel speeds and integrals. Their allowed errors are therefore
+/// divided by the gain, so that the error of the torque is at most that of the default gains: 0.5 N
+/// m from Kp and 5 N m from Ki per unit of tolerance.
 fn weights(drive: &Drive) -> Y {
     let usual = Drive::default();
     let omega = 1e-1 * (usual.kp / drive.kp).min(1.0);
@@ -47,8 +47,9 @@ fn weights(drive: &Drive) -> Y {
         integral, integral, integral, // integrals
     ])
 }
-/// Smallest allowed error of a step, rad/s and rad: some hundred times the rounding error of a wheel speed. Only the
-/// highest gains with the smallest tolerances need it; at 1e6 N m s it is a torque of 0.1 uN m.
+/// Smallest allowed error of a step, rad/s and rad: some hundred times the rounding error of a
+/// wheel speed. Only the highest gains with the smallest tolerances need it; at 1e6 N m s it is a
+/// torque of 0.1 uN m.
 const ROUNDING: f64 = 1e-13;
 /// First step, s: less than the time constant of a bare wheel on the contact's damping (75 us).
 const FIRST_STEP: f64 = 1e-5;
@@ -83,7 +84,8 @@ impl DirectEngine {
         }
     }
 
-    /// The solver after its first step that reaches `time` (s), which must not decrease from call to call.
+    /// The solver after its first step that reaches `time` (s), which must not decrease from call
+    /// to call.
     fn reach(&mut self, time: f64) -> Result<&Radau<SIZE, INTEGRALS, Factors>, PlantError> {
         let equations = &mut self.equations;
         let solver = match &mut self.solver {
@@ -112,8 +114,9 @@ impl DirectEngine {
         Ok(solver)
     }
 
-    /// Lets the commands act from `time` (s) on, the time of the last call of [`Self::reach`]. The forces jump there, so
-    /// the solver starts anew. Where commands changed they may change again at the next truth, `next` (s): steps end there.
+    /// Lets the commands act from `time` (s) on, the time of the last call of [`Self::reach`]. The
+    /// forces jump there, so the solver starts anew. Where commands changed they may change again
+    /// at the next truth, `next` (s): steps end there.
     fn take_commands(&mut self, time: f64, next: f64) -> Result<(), PlantError> {
         let equations = &mut self.equations;
         if equations.commands == self.commands {
@@ -208,13 +211,14 @@ fn time_of(record: u64, period: f64) -> f64 {
     record as f64 * period
 }
 
-/// Largest number of steps in one period (s): its length in steps of 1 us, at least 1000. An impact on an edge needs
-/// some hundred in a millisecond.
+/// Largest number of steps in one period (s): its length in steps of 1 us, at least 1000. An impact
+/// on an edge needs some hundred in a millisecond.
 fn most_steps(period: f64) -> u64 {
     (period / 1e-6).ceil().max(1000.0) as u64
 }
 
-/// The error at a time (s) at which no step was found, from the reason why the last trial had no forces.
+/// The error at a time (s) at which no step was found, from the reason why the last trial had no
+/// forces.
 fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
     match why {
         Some(NoForces::BelowGround { wheel, source }) => source.at(time, wheel),

@@ -10,7 +10,8 @@ pub(super) trait Model<const N: usize, const Q: usize> {
     /// f(t, y); `None` if it has no value.
     fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>>;
 
-    /// df/dy at a state with known rates. It may be approximate; only the speed of convergence depends on it.
+    /// df/dy at a state with known rates. It may be approximate; only the speed of convergence
+    /// depends on it.
     fn jacobian(
         &mut self,
         t: f64,

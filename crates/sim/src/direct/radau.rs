@@ -1,10 +1,10 @@
-//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`, with error control, dense output, and
-//! integrals of functions of the solution.
+//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`, with error control,
+//! dense output, and integrals of functions of the solution.
 //!
-//! Source: E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8, and their code RADAU5:
-//! simplified Newton iterations on the transformed stages (one real and one complex system), predictive step control,
-//! reuse of the Jacobian and of the factorisations. Sizes are fixed and errors are absolute. If `f` has no value at a
-//! state, the step becomes shorter.
+//! Source: E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8, and their
+//! code RADAU5: simplified Newton iterations on the transformed stages (one real and one complex
+//! system), predictive step control, reuse of the Jacobian and of the factorisations. Sizes are
+//! fixed and errors are absolute. If `f` has no value at a state, the step becomes shorter.
 
 use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, T, T_INVERSE, combined};
 use super::problem::{Model, System};
@@ -66,7 +66,8 @@ pub(super) struct Radau<const N: usize, const Q: usize, S: System<N>> {
     last: Option<(f64, f64)>,
     jacobian: Option<S::Jacobian>,
     factors: Option<Factors<S>>,
-    /// Error after the first iteration of Newton's method over the change in it, as expected from earlier steps.
+    /// Error after the first iteration of Newton's method over the change in it, as expected from
+    /// earlier steps.
     expected_contraction: f64,
     work: Work,
 }
@@ -78,7 +79,8 @@ type Stages<const N: usize> = ([SVector<f64, N>; 3], u32, f64);
 struct Shorter(f64);
 
 impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
-    /// Starts at time 0 with all integrals at zero. `scale` is the allowed error of a step for each component.
+    /// Starts at time 0 with all integrals at zero. `scale` is the allowed error of a step for each
+    /// component.
     ///
     /// # Errors
     /// [`NoStep`] if f has no value at the start.
@@ -131,7 +133,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         )
     }
 
-    /// Starts anew at a time within the last step, where f jumps. What was computed beyond it is dropped.
+    /// Starts anew at a time within the last step, where f jumps. What was computed beyond it is
+    /// dropped.
     ///
     /// # Errors
     /// [`NoStep`] if f has no value there.
@@ -219,7 +222,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         Ok(())
     }
 
-    /// The factorised matrices for a step, reused from the last step if possible. `None` if one is singular.
+    /// The factorised matrices for a step, reused from the last step if possible. `None` if one is
+    /// singular.
     fn factors(&mut self, model: &mut impl Model<N, Q, System = S>, h: f64) -> Option<Factors<S>> {
         if let (Some(factors), Some(_)) = (self.factors.take(), &self.jacobian)
             && (factors.step - h).abs() <= 1e-12 * h
@@ -242,8 +246,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         (error.component_div(&self.scale).norm_squared() / count).sqrt()
     }
 
-    /// Simplified Newton iterations for the increments of the stages, started from the extrapolated polynomial of the
-    /// last step.
+    /// Simplified Newton iterations for the increments of the stages, started from the extrapolated
+    /// polynomial of the last step.
     fn newton(
         &mut self,
         model: &mut impl Model<N, Q, System = S>,

@@ -1,8 +1,9 @@
 //! Linear systems with the Jacobian of the equations of motion, `(s 1 - df/dy) x = b`.
 //!
-//! Coordinates and integrals of the speed errors are eliminated: `q' = v` gives `q = (b_q + v)/s`, and the integral of a
-//! wheel depends on itself and on the wheel's speed alone. What is left are seven equations for the rates v and the wheel
-//! speeds, instead of fourteen: an eighth of the work of a factorisation.
+//! Coordinates and integrals of the speed errors are eliminated: `q' = v` gives `q = (b_q + v)/s`,
+//! and the integral of a wheel depends on itself and on the wheel's speed alone. What is left are
+//! seven equations for the rates v and the wheel speeds, instead of fourteen: an eighth of the work
+//! of a factorisation.
 
 use super::layout::{INTEGRAL, RATES, SIZE};
 use super::problem::System;

@@ -20,9 +20,10 @@ fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), P
     Ok((forces, work, engine.equations.mechanics.ground.queries()))
 }
 
-/// Golden: the work for 10 s with records at 1 kHz. It does not depend on the machine. A record takes three queries of the
-/// terrain; the others are those of the steps. Rounding may add or remove a step: the counts hold within 2 %.
-/// Columns: steps, rejected attempts, evaluations of the rates, Jacobians, pairs of factorisations, queries of the terrain.
+/// Golden: the work for 10 s with records at 1 kHz. It does not depend on the machine. A record
+/// takes three queries of the terrain; the others are those of the steps. Rounding may add or
+/// remove a step: the counts hold within 2 %. Columns: steps, rejected attempts, evaluations of the
+/// rates, Jacobians, pairs of factorisations, queries of the terrain.
 #[test]
 fn the_work_is_known() {
     let mut failures = Vec::new();
@@ -61,9 +62,10 @@ fn the_work_is_known() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Accuracy: on ground without corners N of every record is right within 0.1 N at the default tolerance, also where the
-/// curvature or the friction jumps: at the ends of bumps and parts, at a blunt corner, at a friction stretch. Reference: a
-/// tolerance of 1e-8. Measured: at most 7 mN; 0.6 N when steps do not end at jumps.
+/// Accuracy: on ground without corners N of every record is right within 0.1 N at the default
+/// tolerance, also where the curvature or the friction jumps: at the ends of bumps and parts, at a
+/// blunt corner, at a friction stretch. Reference: a tolerance of 1e-8. Measured: at most 7 mN; 0.6
+/// N when steps do not end at jumps.
 #[test]
 fn no_record_errs_where_the_ground_jumps() {
     let waves = Sine {
@@ -118,9 +120,10 @@ fn no_record_errs_where_the_ground_jumps() {
     println!("largest of all {largest:.5} N");
 }
 
-/// Closed form: a reduced system of seven equations gives the solution of all fourteen with the Jacobian by difference
-/// central difference quotients of the rates. The mechanics take one-sided quotients over 10 nm, which err by 1e-5 at a
-/// penetration of 0.57 mm; ten times that is allowed; for a real and a complex shift, on a slope in motion.
+/// Closed form: a reduced system of seven equations gives the solution of all fourteen with the
+/// Jacobian by difference central difference quotients of the rates. The mechanics take one-sided
+/// quotients over 10 nm, which err by 1e-5 at a penetration of 0.57 mm; ten times that is allowed;
+/// for a real and a complex shift, on a slope in motion.
 #[test]
 fn the_jacobian_is_that_of_the_rates() {
     let setup = PlantSetup::on(Profile::smooth());

@@ -1,7 +1,7 @@
 use super::*;
 
-/// Speeds of rim and wheel centre, m/s: a grid over both signs that contains zero and the surroundings of every
-/// breakpoint of `law`.
+/// Speeds of rim and wheel centre, m/s: a grid over both signs that contains zero and the
+/// surroundings of every breakpoint of `law`.
 fn slips(law: &FrictionLaw) -> Vec<Slip> {
     let mut speeds = vec![0.0, Slip::SLOWEST, 1e-6, 0.05, 0.2, 0.7, 3.0];
     // 401 slip speeds beside each of them, from micrometres a second to beyond v_d.
@@ -82,9 +82,10 @@ fn laws() -> Vec<FrictionLaw> {
     laws
 }
 
-/// Closed form: every law over slip speeds of both signs, across its breakpoints, at standstill of the wheel, of the rim
-/// and of both, and in reverse, against formulas of another form. 1e-10 is far above rounding: with v_s = 0.2 mm/s an
-/// error of 1e-16 m/s in the slip speed changes T/N by 1e-12.
+/// Closed form: every law over slip speeds of both signs, across its breakpoints, at standstill of
+/// the wheel, of the rim and of both, and in reverse, against formulas of another form. 1e-10 is
+/// far above rounding: with v_s = 0.2 mm/s an error of 1e-16 m/s in the slip speed changes T/N by
+/// 1e-12.
 #[test]
 fn laws_equal_their_closed_forms() {
     for law in laws() {
@@ -107,8 +108,8 @@ fn laws_equal_their_closed_forms() {
     }
 }
 
-/// Property: every law is odd, no slope is steeper than [`FrictionLaw::steepest_slope`], and the slope at zero slip of a
-/// resting wheel reaches it.
+/// Property: every law is odd, no slope is steeper than [`FrictionLaw::steepest_slope`], and the
+/// slope at zero slip of a resting wheel reaches it.
 #[test]
 fn no_slope_is_steeper_than_the_one_at_zero_slip() {
     for law in laws() {
@@ -139,8 +140,8 @@ fn no_slope_is_steeper_than_the_one_at_zero_slip() {
     }
 }
 
-/// Definition: a contact slides where T/N no longer rises with the slip speed, and grips before. The speed of the
-/// centre is 0.2 m/s.
+/// Definition: a contact slides where T/N no longer rises with the slip speed, and grips before.
+/// The speed of the centre is 0.2 m/s.
 #[test]
 fn a_contact_slides_beyond_its_limit() {
     for law in laws() {
@@ -173,7 +174,8 @@ fn without_friction_there_is_no_traction() {
     }
 }
 
-/// Closed form: the defaults of ADAMS's form at its breakpoints, and the slope at v = 0, 3 mu_s/(2 v_s) = 60 s/m.
+/// Closed form: the defaults of ADAMS's form at its breakpoints, and the slope at v = 0, 3 mu_s/(2
+/// v_s) = 60 s/m.
 #[test]
 fn the_default_law_passes_through_its_parameters() {
     let law = FrictionLaw::default();

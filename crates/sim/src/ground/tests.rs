@@ -56,9 +56,9 @@ fn a_stretch_has_its_own_friction() {
     }
 }
 
-/// A wall 0.1 mm thick, less than the penetration: the wheel has contact with the near side and with the ground in
-/// front. The far side exerts no force and does not count as ground above the centre. A centre within the wall is
-/// below the ground.
+/// A wall 0.1 mm thick, less than the penetration: the wheel has contact with the near side and
+/// with the ground in front. The far side exerts no force and does not count as ground above the
+/// centre. A centre within the wall is below the ground.
 #[test]
 fn a_thin_wall_has_no_far_side() {
     let points = [
@@ -86,8 +86,8 @@ fn a_thin_wall_has_no_far_side() {
     assert!(act(&mut ground, &spinning(0.600_05, 0.0995)).is_err());
 }
 
-/// The x of the contact decides, not that of the wheel: a wheel at a riser is behind the stretch, but touches an
-/// edge within it.
+/// The x of the contact decides, not that of the wheel: a wheel at a riser is behind the stretch,
+/// but touches an edge within it.
 #[test]
 fn each_contact_has_the_friction_of_its_place() {
     let mut ground = ground(Profile::step(), &[(0.7, 9.0, 0.0)]);

@@ -5,8 +5,9 @@ use super::mass_matrix::MassMatrix;
 use nalgebra::Vector4;
 use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp, turned};
 
-/// Inertia of links 1 and 2, each with its wheels as point masses on their axles, and with the inertia that wheel and
-/// rotor add to the link when the wheel spins are eliminated, J_w J_r/(J_w + J_r).
+/// Inertia of links 1 and 2, each with its wheels as point masses on their axles, and with the
+/// inertia that wheel and rotor add to the link when the wheel spins are eliminated, J_w J_r/(J_w +
+/// J_r).
 #[derive(Clone, Copy)]
 pub(super) struct Carriers([Carrier; 2]);
 

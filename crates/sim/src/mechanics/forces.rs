@@ -1,8 +1,9 @@
 //! The equations of motion: accelerations and forces at one state.
 //!
-//! Virtual power gives `M v' = sum J' (f - m b)` for the four rates v, with the velocities `J v` and biases b of
-//! [`super::kinematics`]. The wheel spins relative to the links follow from eq. (2) and are eliminated from these
-//! equations. Pin forces follow from Newton's and Euler's equations of single bars.
+//! Virtual power gives `M v' = sum J' (f - m b)` for the four rates v, with the velocities `J v`
+//! and biases b of [`super::kinematics`]. The wheel spins relative to the links follow from eq. (2)
+//! and are eliminated from these equations. Pin forces follow from Newton's and Euler's equations
+//! of single bars.
 
 use super::carriers::Carriers;
 use super::kinematics::{Kinematics, State};
@@ -85,8 +86,8 @@ impl Forces {
             found.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
             let axle = &kinematics.axles[i];
             axle.add_force(by_ground.force, &mut right);
-            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
-            // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
+            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation,
+            // adds an inertia (see `Carriers`), and the share J_w/(J_w + J_r) of the torques.
             right[axle.row()] += by_ground.torque + share * (drive - by_ground.torque);
         }
         self.stop_torque = stop_torque_at(robot, state);
@@ -103,7 +104,8 @@ impl Forces {
         Ok(())
     }
 
-    /// Accelerations under a change of the generalised forces (N, N m), m/s^2 and rad/s^2, at the state of [`Self::solve`].
+    /// Accelerations under a change of the generalised forces (N, N m), m/s^2 and rad/s^2, at the
+    /// state of [`Self::solve`].
     pub(super) fn response<const M: usize>(
         &self,
         loads: &SMatrix<f64, 4, M>,
@@ -111,8 +113,8 @@ impl Forces {
         self.mass_matrix.map(|m| m.solve_each(loads))
     }
 
-    /// Forces in P, Q, R, S on the first bar of `Pin::bars`, N, from Newton's and Euler's equations of body and link 3,
-    /// and Newton's of link 1.
+    /// Forces in P, Q, R, S on the first bar of `Pin::bars`, N, from Newton's and Euler's equations
+    /// of body and link 3, and Newton's of link 1.
     pub fn pin_forces(&self, robot: &Robot, kinematics: &Kinematics) -> [Vec2; 4] {
         let mass = &robot.mass;
         let a = &self.accelerations;

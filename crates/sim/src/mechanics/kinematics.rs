@@ -1,7 +1,9 @@
-//! Kinematics of the robot in minimal coordinates: position of Q, angles of links 1 and 2, three wheel spins.
+//! Kinematics of the robot in minimal coordinates: position of Q, angles of links 1 and 2, three
+//! wheel spins.
 //!
-//! The loop of the four-bar is closed analytically, so the pins cannot drift apart. With `v = [Qx' Qy' theta_1'
-//! theta_2']` the velocity of a point is `J v`, and its acceleration is `J v' + b`; `b` is called bias here.
+//! The loop of the four-bar is closed analytically, so the pins cannot drift apart. With
+//! `v = [Qx' Qy' theta_1' theta_2']` the velocity of a point is `J v`, and its acceleration is
+//! `J v' + b`; `b` is called bias here.
 
 use super::linkage::Linkage;
 use super::mass_matrix::MassMatrix;
@@ -28,7 +30,8 @@ pub(crate) struct State {
 pub(super) struct Motion {
     /// Position relative to Q, m.
     pub arm: Vec2,
-    /// Derivative of the velocity by the rate of link 1, m: the velocity is `v_Q + theta_1' j1 + theta_2' j2`.
+    /// Derivative of the velocity by the rate of link 1, m: the velocity is
+    /// `v_Q + theta_1' j1 + theta_2' j2`.
     pub j1: Vec2,
     /// Derivative of the velocity by the rate of link 2, m.
     pub j2: Vec2,
@@ -199,8 +202,8 @@ impl Kinematics {
         }
     }
 
-    /// Derivative of the position of a wheel's centre by coordinate `k` of the four, and of its velocity (m/s) by the rate
-    /// of that coordinate: m/m or m/rad.
+    /// Derivative of the position of a wheel's centre by coordinate `k` of the four, and of its
+    /// velocity (m/s) by the rate of that coordinate: m/m or m/rad.
     pub(super) fn axle_column(&self, wheel: usize, k: usize) -> Vec2 {
         let axle = &self.axles[wheel];
         match k {
@@ -231,7 +234,8 @@ impl Kinematics {
         }
     }
 
-    /// Mass matrix of the four rates, with the wheels as point masses on their axles; kg, kg m, kg m^2.
+    /// Mass matrix of the four rates, with the wheels as point masses on their axles; kg, kg m, kg
+    /// m^2.
     pub fn mass_matrix(&self, robot: &Robot) -> Matrix4<f64> {
         let mut m = MassMatrix::default();
         for (bar, point, turning) in [
@@ -253,8 +257,8 @@ impl Kinematics {
         m.to_matrix()
     }
 
-    /// Row of the Jacobian: its product with the four rates is the speed of a wheel's centre along `direction` (unit
-    /// vector), m/s.
+    /// Row of the Jacobian: its product with the four rates is the speed of a wheel's centre along
+    /// `direction` (unit vector), m/s.
     pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
         let [j1, j2] = self.axles[wheel]
             .columns()

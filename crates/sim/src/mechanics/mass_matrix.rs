@@ -20,7 +20,8 @@ pub(super) struct MassMatrix {
 }
 
 impl MassMatrix {
-    /// Adds a mass (kg) at a point whose velocity has these derivatives by the rates of links 1 and 2, m.
+    /// Adds a mass (kg) at a point whose velocity has these derivatives by the rates of links 1 and
+    /// 2, m.
     pub fn add_mass(&mut self, mass: f64, [j1, j2]: [Vec2; 2]) {
         let (lever1, lever2) = (j1 * mass, j2 * mass);
         self.mass += mass;
@@ -31,7 +32,8 @@ impl MassMatrix {
         self.inertia[2] += lever2.dot(&j2);
     }
 
-    /// Adds the inertia (kg m^2) of a bar whose rate has these derivatives by the rates of links 1 and 2, -.
+    /// Adds the inertia (kg m^2) of a bar whose rate has these derivatives by the rates of links 1
+    /// and 2, -.
     pub fn add_inertia(&mut self, inertia: f64, [k1, k2]: [f64; 2]) {
         self.inertia[0] += inertia * (k1 * k1);
         self.inertia[1] += inertia * (k1 * k2);
@@ -111,7 +113,8 @@ impl Factorised {
 mod tests {
     use super::*;
 
-    /// Closed form: the solution times the full matrix is the right-hand side, and a matrix without inertia is refused.
+    /// Closed form: the solution times the full matrix is the right-hand side, and a matrix without
+    /// inertia is refused.
     #[test]
     fn solutions_fulfil_the_equations() {
         let mut matrix = MassMatrix::default();

@@ -1,8 +1,8 @@
 //! Equations of motion in minimal coordinates.
 //!
-//! [`crate::direct`] integrates them, [`crate::start`] solves them for the static equilibrium at time zero, from which
-//! both engines start, and [`crate::stability`] takes the mass matrix. The motion of [`crate::rapier`] does not depend
-//! on them.
+//! [`crate::direct`] integrates them, [`crate::start`] solves them for the static equilibrium at
+//! time zero, from which both engines start, and [`crate::stability`] takes the mass matrix. The
+//! motion of [`crate::rapier`] does not depend on them.
 
 mod carriers;
 mod forces;

@@ -1,9 +1,10 @@
 //! Derivatives of the accelerations by positions, velocities and torques.
 //!
-//! With the right-hand side Q of the equations of motion `M a = Q`, `M da = dQ - dM a`. Two parts of the change have
-//! very different sizes. The ground's forces change by 1e5 N/m and 1e4 N s/m with the motion of a wheel's centre, whose
-//! derivatives are the columns of the kinematics. At constant forces of the ground, the rest changes with the posture
-//! and its rates alone; four more evaluations of the kinematics give it.
+//! With the right-hand side Q of the equations of motion `M a = Q`, `M da = dQ - dM a`. Two parts
+//! of the change have very different sizes. The ground's forces change by 1e5 N/m and 1e4 N s/m
+//! with the motion of a wheel's centre, whose derivatives are the columns of the kinematics. At
+//! constant forces of the ground, the rest changes with the posture and its rates alone; four more
+//! evaluations of the kinematics give it.
 
 use super::forces::{Forces, NoForces, stop_torque_at};
 use super::kinematics::{Kinematics, State};
@@ -14,7 +15,8 @@ use nalgebra::{SMatrix, Vector4};
 use robhaz_model::{Bar, GRAVITY, Vec2};
 use robhaz_terrain::Contact;
 
-/// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1 urad/s of velocity.
+/// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1
+/// urad/s of velocity.
 const POSITION_STEP: f64 = 1e-8;
 const VELOCITY_STEP: f64 = 1e-6;
 
@@ -25,8 +27,9 @@ const RATES: usize = 4;
 const SPINS: usize = 8;
 const TORQUES: usize = 11;
 
-/// Derivatives of the accelerations at one state: rows for the four rates and the three spins; columns for the four
-/// coordinates, their rates, the three spins, and the torques of the drives less their losses.
+/// Derivatives of the accelerations at one state: rows for the four rates and the three spins;
+/// columns for the four coordinates, their rates, the three spins, and the torques of the drives
+/// less their losses.
 #[derive(Default)]
 pub(crate) struct Tangents {
     /// The derivatives.
@@ -123,7 +126,8 @@ impl Tangents {
         Ok(())
     }
 
-    /// Adds what the posture and its rates change at constant forces of the ground and constant accelerations.
+    /// Adds what the posture and its rates change at constant forces of the ground and constant
+    /// accelerations.
     fn add_posture(
         &mut self,
         mechanics: &Mechanics,
@@ -151,7 +155,8 @@ impl Tangents {
         Ok(())
     }
 
-    /// Generalised forces of weight, inertia, ground and stops, without the constant ones, at [`Self::forces`].
+    /// Generalised forces of weight, inertia, ground and stops, without the constant ones, at
+    /// [`Self::forces`].
     fn residual(
         &self,
         mechanics: &Mechanics,
@@ -184,8 +189,8 @@ impl Tangents {
     }
 }
 
-/// Derivatives of force (N) and torque (N m) of the ground on a wheel by its centre (m), velocity (m/s) and absolute spin
-/// (rad/s). The contacts follow the centre to first order.
+/// Derivatives of force (N) and torque (N m) of the ground on a wheel by its centre (m), velocity
+/// (m/s) and absolute spin (rad/s). The contacts follow the centre to first order.
 fn slopes(
     mechanics: &Mechanics,
     contacts: &[Contact],

@@ -8,8 +8,8 @@ use crate::truth::{BarTruth, PinTruth, Truth};
 use rapier2d::prelude::*;
 use robhaz_model::{Bar, Geometry, Pin, Robot, Vec2, perp};
 
-/// Rapier's stabilisation iterations after a change of the step. They remove the velocities that correct the gaps of
-/// the joints.
+/// Rapier's stabilisation iterations after a change of the step. They remove the velocities that
+/// correct the gaps of the joints.
 const STABILIZATIONS_AT_A_CHANGE: usize = 20;
 
 /// The four bars with the masses of their wheels, and the four pins.
@@ -27,8 +27,8 @@ impl Bodies {
         let mut world = PhysicsWorld::default();
         let p = &mut world.integration_parameters;
         p.dt = step;
-        // External forces stay constant over all solver iterations, so one iteration with a short step is more
-        // accurate.
+        // External forces stay constant over all solver iterations, so one iteration with a short
+        // step is more accurate.
         p.num_solver_iterations = 1;
         p.num_internal_pgs_iterations = joints::iterations(robot);
         p.max_ccd_substeps = 0;
@@ -52,7 +52,8 @@ impl Bodies {
                     .can_sleep(false),
             )
         });
-        // Rapier does this in its first step. Until then the centres of mass would be those of the bare bars.
+        // Rapier does this in its first step. Until then the centres of mass would be those of the
+        // bare bars.
         for handle in bars {
             if let Some(body) = world.bodies.get_mut(handle) {
                 body.recompute_mass_properties_from_colliders(&world.colliders);
@@ -90,8 +91,8 @@ impl Bodies {
         [Bar::Link1, Bar::Link2].map(|bar| from_rapier(self.bar(bar).center_of_mass()))
     }
 
-    /// Motion of the wheel on `bar` with its axle at `nominal` in the frame of the bar (m) and the absolute spin `spin`
-    /// (rad/s).
+    /// Motion of the wheel on `bar` with its axle at `nominal` in the frame of the bar (m) and the
+    /// absolute spin `spin` (rad/s).
     pub fn wheel_motion(&self, bar: Bar, nominal: Vec2, spin: f64) -> WheelMotion {
         let link = self.bar(bar);
         let centre = link.position().transform_point(to_rapier(nominal));
@@ -156,7 +157,8 @@ impl Bodies {
         })
     }
 
-    /// Mean pin forces over the last integration, of the length `step` (s), with the poses before it.
+    /// Mean pin forces over the last integration, of the length `step` (s), with the poses before
+    /// it.
     pub fn pin_forces(&self, truth: &mut Truth, arms: &[PinArms; 4], step: f64) {
         for (i, handle) in self.pins.into_iter().enumerate() {
             if let Some(joint) = self.world.impulse_joints.get(handle) {
@@ -181,8 +183,8 @@ impl Bodies {
     /// Integrates over `step` (s).
     pub fn step(&mut self, step: f64) {
         let parameters = &mut self.world.integration_parameters;
-        // The velocities that correct the gaps of a long step would appear as forces, many times as large over a short
-        // step.
+        // The velocities that correct the gaps of a long step would appear as forces, many times as
+        // large over a short step.
         let same = (parameters.dt - step).abs() < 1e-9 * step;
         parameters.num_internal_stabilization_iterations =
             if same { 1 } else { STABILIZATIONS_AT_A_CHANGE };

@@ -1,26 +1,30 @@
 //! Normal forces that anticipate their change in a step.
 //!
-//! A bare wheel (mass m) on the damping c(g) of eq. (10) comes to rest within m/c = 75 us. A force that is held over a step
-//! of 0.2 ms is stable only if it contains the change of dg/dt in this step. Let L be the force at which dg/dt would not
-//! change, `m d2g/dt2 = L - N`. The implicit midpoint rule with eq. (10) linearised holds over a step h
+//! A bare wheel (mass m) on the damping c(g) of eq. (10) comes to rest within m/c = 75 us. A force
+//! that is held over a step of 0.2 ms is stable only if it contains the change of dg/dt in this
+//! step. Let L be the force at which dg/dt would not change, `m d2g/dt2 = L - N`. The implicit
+//! midpoint rule with eq. (10) linearised holds over a step h
 //!
 //! ```text
 //! F = max(0, (N + k_t h/2 dg/dt + w L)/(1 + w)),   w = h/(2 m) (c + h k_t),
 //! ```
 //!
-//! with `N = k g^n + c dg/dt` and the tangent stiffness `k_t = k n g^(n - 1)` at the start of the step. For h -> 0 this is
-//! N. The forces of the record are those of the law at its state, not F.
+//! with `N = k g^n + c dg/dt` and the tangent stiffness `k_t = k n g^(n - 1)` at the start of the
+//! step. For h -> 0 this is N. The forces of the record are those of the law at its state, not F.
 //!
-//! L is measured: its mean over the last step, with the mean F' of the held force, is `F' + m (change of dg/dt)/h`. The
-//! line through the means of the last two steps gives L of the present one. The mean of the last step alone would leave an
-//! error of N of second order in h that is six times the others at 0.2 ms.
+//! L is measured: its mean over the last step, with the mean F' of the held force, is
+//! `F' + m (change of dg/dt)/h`. The line through the means of the last two steps gives L of the
+//! present one. The mean of the last step alone would leave an error of N of second order in h that
+//! is six times the others at 0.2 ms.
 //!
-//! **Stability.** Let M be the mass that a contact moves, r = m/M and b = h c/m. The recursion of dg/dt and F is stable up
-//! to b = 5.9 for every r <= 1 (up to 3.7 for r = 1.14). A wheel is a point mass on its axle and the rest of the robot adds
-//! to it, so a bare wheel as m has r <= 1, for all wheels together. n contacts of one wheel can share a direction and then
-//! move a wheel's mass together, so each has the n-th part of it as m.
+//! **Stability.** Let M be the mass that a contact moves, r = m/M and b = h c/m. The recursion of
+//! dg/dt and F is stable up to b = 5.9 for every r <= 1 (up to 3.7 for r = 1.14). A wheel is a
+//! point mass on its axle and the rest of the robot adds to it, so a bare wheel as m has r <= 1,
+//! for all wheels together. n contacts of one wheel can share a direction and then move a wheel's
+//! mass together, so each has the n-th part of it as m.
 //!
-//! In an impact L jumps. The steps are then so short that the law itself is held (b = 0.2 at the default step).
+//! In an impact L jumps. The steps are then so short that the law itself is held (b = 0.2 at the
+//! default step).
 
 use crate::ground::{OneContact, is_same};
 use robhaz_model::Vec2;
@@ -74,7 +78,8 @@ struct Known {
     approach: f64,
     /// Integral of the held force since the start of the step, N s.
     impulse: f64,
-    /// Of the step before: mean of the held force, N, and mean rate of dg/dt, m/s^2. Both give L for any m.
+    /// Of the step before: mean of the held force, N, and mean rate of dg/dt, m/s^2. Both give L
+    /// for any m.
     before: Option<(f64, f64)>,
     /// L expected in this step, N.
     expected: Option<f64>,
@@ -111,7 +116,8 @@ impl Damping {
         &mut self.now[wheel]
     }
 
-    /// Begins a step; the last one had the length `step` (s). Returns whether L is known for each present contact.
+    /// Begins a step; the last one had the length `step` (s). Returns whether L is known for each
+    /// present contact.
     pub fn begin(&mut self, step: f64) -> bool {
         let mut all = true;
         for (now, known) in self.now.iter().zip(&mut self.known) {
@@ -141,8 +147,8 @@ impl Damping {
         all
     }
 
-    /// Changes of a wheel's forces between the start of a part of a step, of the length `part` (s), and those that are
-    /// held over it: force, N, and torque that resists the spin, N m.
+    /// Changes of a wheel's forces between the start of a part of a step, of the length `part` (s),
+    /// and those that are held over it: force, N, and torque that resists the spin, N m.
     pub fn change(&mut self, wheel: usize, part: f64, impact: bool) -> (Vec2, f64) {
         let (now, known) = (&self.now[wheel], &mut self.known[wheel]);
         let mass = share(self.wheel_mass, now.len());
@@ -194,8 +200,8 @@ mod tests {
     const DAMPING: f64 = 2e4;
     const LOAD: f64 = 45.0;
 
-    /// Speeds dg/dt, m/s, at the starts of `count` steps of the length `b m/c`: a contact under a constant load that moves
-    /// the mass m/r.
+    /// Speeds dg/dt, m/s, at the starts of `count` steps of the length `b m/c`: a contact under a
+    /// constant load that moves the mass m/r.
     fn speeds(r: f64, b: f64, count: usize) -> Vec<f64> {
         let step = b * WHEEL / DAMPING;
         let mut damping = Damping::new(WHEEL);
@@ -220,8 +226,8 @@ mod tests {
         (0..count).map(advance).collect()
     }
 
-    /// Closed form: a bare wheel is the midpoint rule, which multiplies dg/dt by `(1 - b/2)/(1 + b/2)` in a step. The first
-    /// step is explicit, and measures L for the second.
+    /// Closed form: a bare wheel is the midpoint rule, which multiplies dg/dt by
+    /// `(1 - b/2)/(1 + b/2)` in a step. The first step is explicit, and measures L for the second.
     #[test]
     fn a_bare_wheel_follows_the_midpoint_rule() {
         for b in [0.01, 0.5, 1.0, 2.67, 3.0] {
@@ -234,8 +240,8 @@ mod tests {
         }
     }
 
-    /// Stability: at three times m/c, the longest step, a contact comes to rest whatever mass it moves, and at twice this
-    /// step some do not.
+    /// Stability: at three times m/c, the longest step, a contact comes to rest whatever mass it
+    /// moves, and at twice this step some do not.
     #[test]
     fn every_mass_comes_to_rest_at_the_longest_step() {
         let largest = |r: f64, b: f64| {

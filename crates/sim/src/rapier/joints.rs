@@ -3,17 +3,18 @@
 use nalgebra::SMatrix;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
 
-/// Smallest number of iterations, sufficient for the default robots: the gaps of the pins are at most 80 nm. With 8
-/// they are a fifth of that.
+/// Smallest number of iterations, sufficient for the default robots: the gaps of the pins are at
+/// most 80 nm. With 8 they are a fifth of that.
 const FEWEST: usize = 4;
 /// Largest number of iterations, a limit of computing time.
 const MOST: usize = 64;
-/// Share of an error that may remain after the iterations of a step: 4 iterations leave 0.503 with geometry B and the
-/// masses `text`. With 4 iterations for all robots, four of 500 random robots created energy; for these, 4 iterations
-/// leave 0.75 and more.
+/// Share of an error that may remain after the iterations of a step: 4 iterations leave 0.503 with
+/// geometry B and the masses `text`. With 4 iterations for all robots, four of 500 random robots
+/// created energy; for these, 4 iterations leave 0.75 and more.
 const LEFT: f64 = 0.51;
 
-/// A bar with its wheels as point masses on their axles. The spins of the wheels are not part of rapier's bodies.
+/// A bar with its wheels as point masses on their axles. The spins of the wheels are not part of
+/// rapier's bodies.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lump {
     /// kg
@@ -53,11 +54,12 @@ impl Lump {
 
 /// Number of iterations over the joints that a robot needs in a step.
 ///
-/// Rapier solves the pins one after the other (block Gauss-Seidel, 2x2 blocks). Each iteration multiplies the error by
-/// `-L^-1 U`, with L and U the lower and the strictly upper part of `J W J'` (J: Jacobian of the gaps' rates, W:
-/// inverse masses). The spectral radius r of this matrix is near 1 if a heavy bar is attached to a light one. The
-/// number n of iterations is the smallest with `r^n` at most [`LEFT`], in the nominal pose. r is 0.64 (geometry A) to
-/// 0.84 (B) for the default robots.
+/// Rapier solves the pins one after the other (block Gauss-Seidel, 2x2 blocks). Each iteration
+/// multiplies the error by `-L^-1 U`, with L and U the lower and the strictly upper part of
+/// `J W J'` (J: Jacobian of the gaps' rates, W: inverse masses). The spectral radius r of this
+/// matrix is near 1 if a heavy bar is attached to a light one. The number n of iterations is the
+/// smallest with `r^n` at most [`LEFT`], in the nominal pose. r is 0.64 (geometry A) to 0.84 (B)
+/// for the default robots.
 pub(super) fn iterations(robot: &Robot) -> usize {
     let radius = spectral_radius(robot);
     (FEWEST..MOST)
@@ -112,7 +114,8 @@ mod tests {
     use super::*;
     use robhaz_model::{Geometry, MassSet};
 
-    /// The shipped robots need 4 iterations. A light link 3 under a heavy body needs more, within the limit.
+    /// The shipped robots need 4 iterations. A light link 3 under a heavy body needs more, within
+    /// the limit.
     #[test]
     fn a_light_bar_between_heavy_ones_needs_more_iterations() {
         for geometry in [Geometry::a(), Geometry::b()] {

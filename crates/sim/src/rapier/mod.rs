@@ -1,13 +1,14 @@
-//! The engine `rapier`: four bars as rigid bodies of rapier2d, each with the masses of its wheels, and four pins as
-//! impulse joints.
+//! The engine `rapier`: four bars as rigid bodies of rapier2d, each with the masses of its wheels,
+//! and four pins as impulse joints.
 //!
-//! Rapier has no colliders here. Before each step, terrain contacts, contact force, friction, drive and stops are
-//! evaluated with our own laws at the state at the start of the step. They are kept constant over the step, the normal
-//! forces with the change that is expected in it (module `damping`). The wheel spins are integrated beside rapier.
-//! Stability limits of the step: [`crate::stability`].
+//! Rapier has no colliders here. Before each step, terrain contacts, contact force, friction, drive
+//! and stops are evaluated with our own laws at the state at the start of the step. They are kept
+//! constant over the step, the normal forces with the change that is expected in it (module
+//! `damping`). The wheel spins are integrated beside rapier. Stability limits of the step:
+//! [`crate::stability`].
 //!
-//! A settled start comes from the equations of motion that [`crate::direct`] integrates. After that the motion depends
-//! on rapier alone.
+//! A settled start comes from the equations of motion that [`crate::direct`] integrates. After that
+//! the motion depends on rapier alone.
 
 mod bodies;
 mod damping;
@@ -32,8 +33,8 @@ use step_control::{StepControl, WheelState};
 
 pub use step_control::MOST_PARTS;
 
-/// Steps before time zero at a settled start, in which the gaps of the joints become stationary. N then changes by less
-/// than 10 uN after 100 steps.
+/// Steps before time zero at a settled start, in which the gaps of the joints become stationary. N
+/// then changes by less than 10 uN after 100 steps.
 const SETTLING_STEPS: u64 = 200;
 
 /// A simulation with rapier2d.
@@ -51,7 +52,8 @@ pub struct RapierEngine {
     step: f64,
     /// Number of parts and pieces of steps so far.
     parts_taken: u64,
-    /// Impulse and work since the start. Without [`PlantSetup::balance`] only the work of the motors is integrated.
+    /// Impulse and work since the start. Without [`PlantSetup::balance`] only the work of the
+    /// motors is integrated.
     balance: Balance,
     carries_balance: bool,
     /// Mean angular accelerations of links 1 and 2 over the last integration, rad/s^2.
@@ -133,8 +135,8 @@ impl RapierEngine {
         steps * self.step
     }
 
-    /// Advances by one step, divided as [`StepControl`] asks. Fills in wheels, stop and pin forces of `truth`. Returns
-    /// the elastic energy of all contacts at the start of the step, J.
+    /// Advances by one step, divided as [`StepControl`] asks. Fills in wheels, stop and pin forces
+    /// of `truth`. Returns the elastic energy of all contacts at the start of the step, J.
     fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<f64, PlantError> {
         let time = self.time();
         let mut loads = self.loads(time, truth.as_deref_mut())?;
@@ -175,8 +177,8 @@ impl RapierEngine {
         let rates = self.bodies.link_rates();
         let angles = [Bar::Link1, Bar::Link2].map(|bar| self.bodies.bar(bar).rotation().angle());
         let mut loads = Loads::default();
-        // Velocities at the end of a step are those in its middle (leapfrog). Compared with a later set speed they would
-        // lead, and the robot would be ahead by its way in half a step.
+        // Velocities at the end of a step are those in its middle (leapfrog). Compared with a later
+        // set speed they would lead, and the robot would be ahead by its way in half a step.
         let of_velocities = time - 0.5 * self.bodies.last_step();
         for i in 0..3 {
             let carrier = geometry.carriers[i];
@@ -252,8 +254,8 @@ impl RapierEngine {
         }
     }
 
-    /// Applies the forces that are held over `step` (s) to the links. Returns the rates of the wheels' absolute spins,
-    /// rad/s^2.
+    /// Applies the forces that are held over `step` (s) to the links. Returns the rates of the
+    /// wheels' absolute spins, rad/s^2.
     fn apply(&mut self, loads: &mut Loads, step: f64, impact: bool) -> [f64; 3] {
         let (geometry, mass) = (&self.robot.geometry, &self.robot.mass);
         let mut torques = [loads.stop_torque, -loads.stop_torque];
@@ -266,8 +268,8 @@ impl RapierEngine {
             let wheel = &mut loads.wheels[i];
             wheel.force += change;
             wheel.ground_torque += torque_change;
-            // The acceleration of the link is that of the last integration. Its weight J_wheel/(J_wheel + J_rotor) is 8
-            // %.
+            // The acceleration of the link is that of the last integration. Its weight
+            // J_wheel/(J_wheel + J_rotor) is 8 %.
             let omega_rate = wheel_acceleration(
                 loads.drive_torques[i],
                 wheel.ground_torque,
@@ -286,8 +288,9 @@ impl RapierEngine {
         spin_rates
     }
 
-    /// Adds impulse and work of `loads` over a step (s) to the balance: half of the step with the speeds before it,
-    /// half with the current ones. `rates` are those of links 1 and 2 before the step and now, rad/s.
+    /// Adds impulse and work of `loads` over a step (s) to the balance: half of the step with the
+    /// speeds before it, half with the current ones. `rates` are those of links 1 and 2 before the
+    /// step and now, rad/s.
     fn add_to_balance(&mut self, loads: &Loads, rates: [[f64; 2]; 2], step: f64) {
         let half = 0.5 * step;
         for i in 0..3 {

@@ -15,8 +15,9 @@ pub(super) struct PinArms {
 impl PinArms {
     /// Force on the first bar, N, from the impulses (N s) of rapier's two rows in a step `dt` (s).
     ///
-    /// Rapier orthogonalises the rows of a joint (Gram-Schmidt, in the metric of the inverse masses). The second
-    /// impulse therefore acts along a combination of both axes, and `d01/d00` is its share along the first one.
+    /// Rapier orthogonalises the rows of a joint (Gram-Schmidt, in the metric of the inverse
+    /// masses). The second impulse therefore acts along a combination of both axes, and `d01/d00`
+    /// is its share along the first one.
     pub fn force(&self, first: f64, second: f64, dt: f64) -> Vec2 {
         let ex = self.axis;
         let ey = perp(ex);

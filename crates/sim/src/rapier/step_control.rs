@@ -1,6 +1,7 @@
 //! Division of a step during impacts and where contact, friction or drive are stiff.
 //!
-//! The division depends on the state at the start of a step and on the division of the step before, so that runs repeat.
+//! The division depends on the state at the start of a step and on the division of the step before,
+//! so that runs repeat.
 
 use crate::contact::ContactLaw;
 use crate::friction::FrictionLaw;
@@ -10,15 +11,15 @@ use crate::stability::{
     longest_step_for_friction,
 };
 
-/// Largest number of parts of a step. An impact on an edge takes all of them: at the default step a part is 15 us, and
-/// a wheel is stopped in 75 us. Stiff laws take as many as they need.
+/// Largest number of parts of a step. An impact on an edge takes all of them: at the default step a
+/// part is 15 us, and a wheel is stopped in 75 us. Stiff laws take as many as they need.
 pub const MOST_PARTS: u32 = 13;
-/// Largest number of pieces of a part. Pieces are needed if the normal force of an impact would make the friction
-/// unstable: above 6.7 kN in 13 parts, with the default friction.
+/// Largest number of pieces of a part. Pieces are needed if the normal force of an impact would
+/// make the friction unstable: above 6.7 kN in 13 parts, with the default friction.
 const MOST_PIECES: u32 = 32;
-/// Rise of N in a step at which an impact ends, as a share of that at which it begins. Each change of the step disturbs N
-/// by some tenths of a newton, because the gaps of the joints belong to a step; at a share of 1 an impact that fades
-/// changed it many times.
+/// Rise of N in a step at which an impact ends, as a share of that at which it begins. Each change
+/// of the step disturbs N by some tenths of a newton, because the gaps of the joints belong to a
+/// step; at a share of 1 an impact that fades changed it many times.
 const END_OF_IMPACT: f64 = 0.8;
 
 /// Stiffness of the laws, and the loads at which it is evaluated.
@@ -65,15 +66,17 @@ impl StepControl {
         }
     }
 
-    /// Upper bound of the rise of N in a step (s), N, from damping and from stiffness at the mean load.
+    /// Upper bound of the rise of N in a step (s), N, from damping and from stiffness at the mean
+    /// load.
     fn rise(&self, wheels: &WheelState, step: f64) -> f64 {
         let law = &self.contact;
         let tangent = law.stiffness * law.exponent * self.mean_penetration.powf(law.exponent - 1.0);
         (law.damping + tangent * step) * wheels.approach
     }
 
-    /// Number of parts of the next step (s), and whether it is part of an impact. In an impact N could rise by more than the mean load in a step. It begins, too, where
-    /// a contact is new or the step will find a new one: the step `knows` not all of its contacts.
+    /// Number of parts of the next step (s), and whether it is part of an impact. In an impact N
+    /// could rise by more than the mean load in a step. It begins, too, where a contact is new or
+    /// the step will find a new one: the step `knows` not all of its contacts.
     pub fn divide(&mut self, wheels: &WheelState, step: f64, knows: bool) -> (u32, bool) {
         let share = if self.impact { END_OF_IMPACT } else { 1.0 };
         self.impact = !knows || self.rise(wheels, step) > share * self.mean_load;
@@ -88,8 +91,8 @@ impl StepControl {
         (parts, self.impact)
     }
 
-    /// Number of pieces of a part of a step, `part` (s). An impact of kilonewtons can make the friction unstable in
-    /// this part, and can begin after the start of the step.
+    /// Number of pieces of a part of a step, `part` (s). An impact of kilonewtons can make the
+    /// friction unstable in this part, and can begin after the start of the step.
     pub fn pieces(&self, wheels: &WheelState, part: f64) -> u32 {
         let load = wheels.normal_force.max(self.rise(wheels, part));
         if part * load < self.friction_limit / STABLE_SHARE {

@@ -9,10 +9,12 @@
 //! | contact angle, each wheel | Ornstein-Uhlenbeck process | not a sensor: the paper assumes known angles (1) |
 //! | all | jitter of the sampling time (not for contact angles), lost readings | |
 //!
-//! (1) That of the equivalent contact ([`crate::WheelTruth::equivalent_contact`]), with which eq. (8) holds also for a
-//! wheel with two contacts. Where no single contact is equivalent, `contact_angle` of the truth.
+//! (1) That of the equivalent contact ([`crate::WheelTruth::equivalent_contact`]), with which eq.
+//! (8) holds also for a wheel with two contacts. Where no single contact is equivalent,
+//! `contact_angle` of the truth.
 //!
-//! `models.rs` holds the equations, [`SensorSpec`] the parameters, [`Grade`] named sets of parameters.
+//! `models.rs` holds the equations, [`SensorSpec`] the parameters, [`Grade`] named sets of
+//! parameters.
 
 mod models;
 mod spec;
@@ -30,11 +32,11 @@ use robhaz_model::Vec2;
 pub struct Readings {
     /// Time stamp of the sample, s.
     pub time: f64,
-    /// Rotation of each wheel relative to its link since the start, rad, forward positive (motor encoder over gear
-    /// ratio).
+    /// Rotation of each wheel relative to its link since the start, rad, forward positive (motor
+    /// encoder over gear ratio).
     pub wheel_angle: [Option<f64>; 3],
-    /// Motor torque at each wheel, N m, forward positive, from the motor's current; losses in the gear are not
-    /// subtracted.
+    /// Motor torque at each wheel, N m, forward positive, from the motor's current; losses in the
+    /// gear are not subtracted.
     pub motor_torque: [Option<f64>; 3],
     /// Inclinometers on links 1 and 2: angle from the nominal pose, rad, counter-clockwise.
     pub inclination: [Option<f64>; 2],
@@ -59,7 +61,8 @@ pub struct DrawnErrors {
     pub rate_scale: [f64; 2],
 }
 
-/// All sensors of the robot. Deterministic: the same specification, seed and truths give the same bits.
+/// All sensors of the robot. Deterministic: the same specification, seed and truths give the same
+/// bits.
 #[derive(Clone, Debug)]
 pub struct Sensors {
     wheels: [WheelSensors; 3],
@@ -119,9 +122,10 @@ impl Sensors {
 
     /// Readings of the next sample. Its time must be later than that of the previous one.
     ///
-    /// With jitter, a sample is taken at a delay of sigma w (negative: early) but stamped with the nominal time; its
-    /// values are extrapolated by their rates. Accelerations and the rate of the torque are differences from the
-    /// previous sample over the time between (0 at the first sample). Contact angles have no jitter.
+    /// With jitter, a sample is taken at a delay of sigma w (negative: early) but stamped with the
+    /// nominal time; its values are extrapolated by their rates. Accelerations and the rate of the
+    /// torque are differences from the previous sample over the time between (0 at the first
+    /// sample). Contact angles have no jitter.
     pub fn read(&mut self, truth: &Truth) -> Readings {
         let rates = Rates::since(self.last.as_ref(), truth);
         self.last = Some(*truth);

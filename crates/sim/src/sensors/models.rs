@@ -26,7 +26,8 @@ impl Source<'_> {
     }
 }
 
-/// White noise, sigma w. A noise density n (unit/sqrt(Hz)) gives sigma = n sqrt(f/2) at a sampling rate f (Hz).
+/// White noise, sigma w. A noise density n (unit/sqrt(Hz)) gives sigma = n sqrt(f/2) at a sampling
+/// rate f (Hz).
 #[derive(Clone, Debug)]
 pub(super) struct White {
     sigma: f64,
@@ -72,7 +73,8 @@ impl Loss {
     }
 }
 
-/// Encoder on the motor with n counts per turn of the wheel: counts c = floor(angle n/(2 pi)), reading 2 pi c/n, rad.
+/// Encoder on the motor with n counts per turn of the wheel: counts c = floor(angle n/(2 pi)),
+/// reading 2 pi c/n, rad.
 #[derive(Clone, Debug)]
 pub(super) struct Encoder {
     counts: f64,
@@ -94,11 +96,12 @@ impl Encoder {
     }
 }
 
-/// Motor torque from the motor's current, N m: q round(((1 + gain)(tau + F sign(omega)) + offset + sigma w)/q), with
-/// the step q of the reading (N m); no rounding for q = 0.
+/// Motor torque from the motor's current, N m: q round(((1 + gain)(tau + F sign(omega)) + offset +
+/// sigma w)/q), with the step q of the reading (N m); no rounding for q = 0.
 ///
-/// F is Coulomb friction in the gear that the reading contains although the plant does not model it: the motor needs
-/// more current for the same motion. Friction that the plant models itself is already part of the motor torque tau.
+/// F is Coulomb friction in the gear that the reading contains although the plant does not model
+/// it: the motor needs more current for the same motion. Friction that the plant models itself is
+/// already part of the motor torque tau.
 #[derive(Clone, Debug)]
 pub(super) struct TorqueSensor {
     pub gain: f64,
@@ -133,12 +136,12 @@ impl TorqueSensor {
     }
 }
 
-/// Inclinometer, rad: the direction of the specific force f = a - g in the link's frame, after a low pass on both
-/// components, with bias and white noise.
+/// Inclinometer, rad: the direction of the specific force f = a - g in the link's frame, after a
+/// low pass on both components, with bias and white noise.
 ///
-/// `df'/dt = (f - f')/lag`, discrete `f' += (1 - exp(-dt/lag))(f - f')`; the reading is atan2(f'_x, f'_y) + bias +
-/// sigma w. Without the low pass that is theta + atan(a_x/(g + a_y)) + bias + sigma w, with a in world axes. If
-/// `specific_force` is off, a = 0.
+/// `df'/dt = (f - f')/lag`, discrete `f' += (1 - exp(-dt/lag))(f - f')`; the reading is atan2(f'_x,
+/// f'_y) + bias + sigma w. Without the low pass that is theta + atan(a_x/(g + a_y)) + bias + sigma
+/// w, with a in world axes. If `specific_force` is off, a = 0.
 #[derive(Clone, Debug)]
 pub(super) struct Inclinometer {
     pub bias: f64,
@@ -160,7 +163,8 @@ impl Inclinometer {
         }
     }
 
-    /// Reading at the link's `angle` (rad), with the acceleration of its centre of mass in world axes (m/s^2).
+    /// Reading at the link's `angle` (rad), with the acceleration of its centre of mass in world
+    /// axes (m/s^2).
     pub fn read(&mut self, angle: f64, acceleration: Vec2, dt: f64) -> f64 {
         self.direction(angle, acceleration, dt) + self.bias + self.noise.sample()
     }
@@ -188,8 +192,8 @@ impl Inclinometer {
     }
 }
 
-/// Rate gyro, rad/s: (1 + scale) rate + b + sigma w. The bias b starts at a drawn value and follows a random walk,
-/// `db = walk dW`, discrete `b += walk sqrt(dt) w`.
+/// Rate gyro, rad/s: (1 + scale) rate + b + sigma w. The bias b starts at a drawn value and follows
+/// a random walk, `db = walk dW`, discrete `b += walk sqrt(dt) w`.
 #[derive(Clone, Debug)]
 pub(super) struct Gyro {
     pub scale: f64,
@@ -214,9 +218,10 @@ impl Gyro {
     }
 }
 
-/// Contact angle as given, rad: the true angle plus an Ornstein-Uhlenbeck error, `de = -e/T dt + sigma sqrt(2/T) dW`;
-/// exact discrete form `e = p e + sigma sqrt(1 - p^2) w`, p = exp(-dt/T). The first e is drawn from the stationary
-/// distribution N(0, sigma^2). For T = 0 the error is white noise.
+/// Contact angle as given, rad: the true angle plus an Ornstein-Uhlenbeck error,
+/// `de = -e/T dt + sigma sqrt(2/T) dW`; exact discrete form `e = p e + sigma sqrt(1 - p^2) w`, p =
+/// exp(-dt/T). The first e is drawn from the stationary distribution N(0, sigma^2). For T = 0 the
+/// error is white noise.
 #[derive(Clone, Debug)]
 pub(super) struct GivenAngle {
     draw: White,

@@ -1,5 +1,5 @@
-//! Compares each model with its closed form or its statistics. Bounds on statistics are four standard errors of the
-//! sample.
+//! Compares each model with its closed form or its statistics. Bounds on statistics are four
+//! standard errors of the sample.
 
 use super::*;
 use crate::truth::{BarTruth, WheelTruth};
@@ -65,8 +65,8 @@ fn correlation(values: &[f64], lag: usize) -> f64 {
     products.sum::<f64>() / (values.len() - lag) as f64
 }
 
-/// Asserts that values are white noise of a given standard deviation: mean, variance (relative standard error
-/// sqrt(2/n)) and no correlation.
+/// Asserts that values are white noise of a given standard deviation: mean, variance (relative
+/// standard error sqrt(2/n)) and no correlation.
 fn assert_white(values: &[f64], sigma: f64) {
     let bound = 4.0 / (values.len() as f64).sqrt();
     let scaled: Vec<f64> = values.iter().map(|v| v / sigma).collect();
@@ -140,7 +140,8 @@ fn encoders_read_whole_counts() {
     assert_eq!(sensors.read(&truth).wheel_angle[0], Some(-count));
 }
 
-/// Statistics: gain and offset are constant over a run and drawn with their standard deviation; the noise is white.
+/// Statistics: gain and offset are constant over a run and drawn with their standard deviation; the
+/// noise is white.
 #[test]
 fn torque_has_gain_offset_and_white_noise() {
     let gain = SensorSpec {
@@ -174,8 +175,8 @@ fn torque_has_gain_offset_and_white_noise() {
     assert_white(&values(&readings, |r| r.motor_torque[0]), 0.1);
 }
 
-/// Closed form: readings are whole steps, at most half a step from the truth; friction in the reading has the sign of
-/// the speed.
+/// Closed form: readings are whole steps, at most half a step from the truth; friction in the
+/// reading has the sign of the speed.
 #[test]
 fn torque_is_quantised_and_contains_friction() {
     let spec = SensorSpec {
@@ -236,8 +237,8 @@ fn inclinometers_measure_the_specific_force() {
     }
 }
 
-/// Closed form: the response to a step of a small angle after the first sample is 1 - exp(-t/lag). The first reading has
-/// no lag.
+/// Closed form: the response to a step of a small angle after the first sample is 1 - exp(-t/lag).
+/// The first reading has no lag.
 #[test]
 fn inclinometers_have_a_low_pass() {
     const ANGLE: f64 = 1e-4;
@@ -276,8 +277,8 @@ fn inclinometers_have_bias_and_white_noise() {
     assert_white(&noise, 0.001);
 }
 
-/// Statistics and closed form: scale error and first bias are drawn, the noise is white, and the steps of the bias are
-/// white with the standard deviation walk sqrt(dt).
+/// Statistics and closed form: scale error and first bias are drawn, the noise is white, and the
+/// steps of the bias are white with the standard deviation walk sqrt(dt).
 #[test]
 fn gyros_have_scale_bias_walk_and_white_noise() {
     let spec = SensorSpec {
@@ -311,8 +312,8 @@ fn gyros_have_scale_bias_walk_and_white_noise() {
 
 /// Statistics: the variance is sigma^2 from the first sample, the correlation exp(-lag/T).
 ///
-/// Over a run of length L the variance has the relative standard error sqrt(2 T/L); that of the correlation at any lag
-/// is at most as large.
+/// Over a run of length L the variance has the relative standard error sqrt(2 T/L); that of the
+/// correlation at any lag is at most as large.
 #[test]
 fn the_error_of_contact_angles_is_an_ornstein_uhlenbeck_process() {
     const SAMPLES: u32 = 300_000;
@@ -340,7 +341,8 @@ fn the_error_of_contact_angles_is_an_ornstein_uhlenbeck_process() {
     assert_white(&errors, sigma);
 }
 
-/// Closed form: all channels are sampled at the same instant, which differs from the time stamp by white noise.
+/// Closed form: all channels are sampled at the same instant, which differs from the time stamp by
+/// white noise.
 #[test]
 fn jitter_moves_the_instant_of_sampling() {
     let spec = SensorSpec {
@@ -360,8 +362,8 @@ fn jitter_moves_the_instant_of_sampling() {
         let read = readings.inclination[0].expect("no losses");
         // Rounding of the wheel angle of up to 50 rad, divided by its speed.
         assert!((read - (link.angle + delay * link.rate)).abs() < 1e-14);
-        // The rates of gyro rate and torque are differences over the last millisecond, so they are half a millisecond
-        // old.
+        // The rates of gyro rate and torque are differences over the last millisecond, so they are
+        // half a millisecond old.
         if k > 0 {
             let read = readings.rate[0].expect("no losses");
             let expected = 0.1 * (truth.time + delay).cos();
@@ -375,7 +377,8 @@ fn jitter_moves_the_instant_of_sampling() {
     assert_white(&delays, 1e-4);
 }
 
-/// Statistics: each channel loses its share, independently of the others (binomial: standard error sqrt(p (1 - p)/n)).
+/// Statistics: each channel loses its share, independently of the others (binomial: standard error
+/// sqrt(p (1 - p)/n)).
 #[test]
 fn readings_are_lost_independently() {
     const SAMPLES: u32 = 20_000;
@@ -410,8 +413,8 @@ fn readings_are_lost_independently() {
     }
 }
 
-/// Independence: the readings of a channel depend on its own parameters alone. When an error of another channel is
-/// switched off, they keep their bits.
+/// Independence: the readings of a channel depend on its own parameters alone. When an error of
+/// another channel is switched off, they keep their bits.
 #[test]
 fn switching_one_error_off_changes_no_other_channel() {
     type Parts = fn(&Readings) -> Vec<Option<f64>>;
@@ -447,7 +450,8 @@ fn switching_one_error_off_changes_no_other_channel() {
             assert_eq!(same, channel != changed, "{spec:?}, channel {channel}");
         }
     }
-    // Within a channel, switching one error off does not redraw another: without noise the gain is the same.
+    // Within a channel, switching one error off does not redraw another: without noise the gain is
+    // the same.
     let quiet = SensorSpec {
         torque_noise: 0.0,
         rate_walk: 0.0,

@@ -8,17 +8,19 @@ use nalgebra::{Matrix4, SMatrix, SVector, Vector4};
 use robhaz_model::{Bar, Vec2};
 use robhaz_terrain::Terrain;
 
-/// Unknowns of the equilibrium: position of Q (m), angles of links 1 and 2 (rad), creep speed of the middle wheel
-/// (m/s), motor torques (N m).
+/// Unknowns of the equilibrium: position of Q (m), angles of links 1 and 2 (rad), creep speed of
+/// the middle wheel (m/s), motor torques (N m).
 type Unknowns = SVector<f64, 8>;
 
 /// Largest number of steps of Newton's method; about ten are needed.
 const MOST_STEPS: usize = 50;
-/// Shift of an unknown in a difference quotient, m, rad, m/s, N m. In a position it changes N by 0.2 mN.
+/// Shift of an unknown in a difference quotient, m, rad, m/s, N m. In a position it changes N by
+/// 0.2 mN.
 const SHIFT: f64 = 1e-9;
 /// Newton's method has converged when no unknown changes by more. In a position it is 0.2 uN of N.
 const CONVERGED: f64 = 1e-12;
-/// Singular values below this count as zero. Those of a robot on ground with friction are above 1e-3.
+/// Singular values below this count as zero. Those of a robot on ground with friction are above
+/// 1e-3.
 const SINGULAR: f64 = 1e-9;
 /// Largest acceleration at rest, m/s^2 and rad/s^2: 0.01 mN on 14 kg.
 const AT_REST: f64 = 1e-6;
@@ -36,8 +38,8 @@ pub(super) fn settled(setup: &PlantSetup) -> Result<Start, NoRest> {
     equilibrium.solve(&pose)
 }
 
-/// The pose near the nominal one in which each wheel has the mean penetration, by Newton's method on the distances from
-/// the ground.
+/// The pose near the nominal one in which each wheel has the mean penetration, by Newton's method
+/// on the distances from the ground.
 fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
     let robot = &setup.robot;
     let goal = robot.geometry.wheel_radius - setup.mean_penetration();
@@ -64,9 +66,9 @@ fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
     None
 }
 
-/// Rows of a Jacobian, and the distances of the wheels' centres from the ground, m. The product of rows 1 to 3 with the
-/// four rates is the speed of each wheel away from the ground, that of row 4 the speed of the middle wheel along the
-/// ground, m/s.
+/// Rows of a Jacobian, and the distances of the wheels' centres from the ground, m. The product of
+/// rows 1 to 3 with the four rates is the speed of each wheel away from the ground, that of row 4
+/// the speed of the middle wheel along the ground, m/s.
 fn tangents(
     terrain: &Terrain,
     kinematics: &Kinematics,
@@ -106,7 +108,8 @@ impl Equilibrium<'_> {
                 let slope = (self.residual(&moved)? - here) / SHIFT;
                 jacobian.set_column(column, &slope);
             }
-            // Without friction the creep speed is arbitrary; the pseudo-inverse chooses the smallest solution.
+            // Without friction the creep speed is arbitrary; the pseudo-inverse chooses the
+            // smallest solution.
             let step = jacobian.svd(true, true).solve(&here, SINGULAR);
             let step = step.map_err(|_| NoRest::Equilibrium)?;
             z -= step;
@@ -141,8 +144,9 @@ impl Equilibrium<'_> {
         self.evaluate(z).map(|(residual, _)| residual)
     }
 
-    /// The residual, which is zero in equilibrium, and the forces. The residual contains the distance of the middle
-    /// wheel from its nominal x (m) and the accelerations of Q (m/s^2), links and wheels (rad/s^2).
+    /// The residual, which is zero in equilibrium, and the forces. The residual contains the
+    /// distance of the middle wheel from its nominal x (m) and the accelerations of Q (m/s^2),
+    /// links and wheels (rad/s^2).
     fn evaluate(&mut self, z: &Unknowns) -> Result<(Unknowns, Forces), NoRest> {
         let start = self.start(z)?;
         let robot = &self.setup.robot;
@@ -163,8 +167,9 @@ impl Equilibrium<'_> {
         Ok((residual, forces))
     }
 
-    /// The state that belongs to the unknowns. The wheels keep their penetration while the robot creeps; the torques of
-    /// the control come from its integral or, without integral gain, from a speed error.
+    /// The state that belongs to the unknowns. The wheels keep their penetration while the robot
+    /// creeps; the torques of the control come from its integral or, without integral gain, from a
+    /// speed error.
     fn start(&self, z: &Unknowns) -> Result<Start, NoRest> {
         let mut state = self.pose(z).ok_or(NoRest::Equilibrium)?;
         let drive = &self.setup.drive;

@@ -1,6 +1,7 @@
 //! State at time zero: settled on the ground, or raw.
 //!
-//! Both engines start from the same state. The settled start is a solution of the equations of motion in `mechanics`.
+//! Both engines start from the same state. The settled start is a solution of the equations of
+//! motion in `mechanics`.
 
 mod equilibrium;
 mod state;
@@ -28,7 +29,8 @@ impl Start {
     }
 }
 
-/// The nominal pose, if each wheel has contact and is at most 1.5 times as deep as under the mean wheel load.
+/// The nominal pose, if each wheel has contact and is at most 1.5 times as deep as under the mean
+/// wheel load.
 fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
     let start = Start::nominal(setup);
     let (rest, radius) = (setup.mean_penetration(), setup.robot.geometry.wheel_radius);

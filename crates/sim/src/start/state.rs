@@ -17,7 +17,8 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    /// The nominal pose at rest, lowered by the penetration under the mean wheel load, on any ground.
+    /// The nominal pose at rest, lowered by the penetration under the mean wheel load, on any
+    /// ground.
     pub fn nominal(setup: &PlantSetup) -> Self {
         let geometry = &setup.robot.geometry;
         let lowered = Vec2::new(0.0, -setup.mean_penetration());

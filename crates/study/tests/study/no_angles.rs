@@ -1,9 +1,11 @@
-//! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, continuous slip.
+//! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, continuous
+//! slip.
 //!
 //! The study behind `docs/measurements/no-angles.md`:
-//! `cargo test --release -p robhaz-study --test study no_angles::study_of_all -- --ignored --nocapture`. It runs ten seeds of every case with
-//! both drives. The variable `ROBHAZ_CASES` selects the cases whose name contains one of its words, divided by commas;
-//! `ROBHAZ_FIRST` and `ROBHAZ_SEEDS` are the first seed and the number of seeds.
+//! `cargo test --release -p robhaz-study --test study no_angles::study_of_all -- --ignored --nocapture`.
+//! It runs ten seeds of every case with both drives. The variable `ROBHAZ_CASES` selects the cases
+//! whose name contains one of its words, divided by commas; `ROBHAZ_FIRST` and `ROBHAZ_SEEDS` are
+//! the first seed and the number of seeds.
 
 use rayon::prelude::*;
 use robhaz_run::Observers;
@@ -20,8 +22,8 @@ struct Case {
     name: &'static str,
     scene: &'static str,
     overrides: &'static [&'static str],
-    /// Largest error of N over the seeds of the test, % of its mean, samples with two contacts left out: a third above that of ten
-    /// seeds. `None` in the study only.
+    /// Largest error of N over the seeds of the test, % of its mean, samples with two contacts left
+    /// out: a third above that of ten seeds. `None` in the study only.
     limits: Option<[f64; 2]>,
 }
 
@@ -316,9 +318,9 @@ fn measure(case: &Case, drive: (&str, &[&str]), seeds: Range<u64>) -> Measured {
     }
 }
 
-/// The error stays within a third above that of ten seeds, and at least 85 % of the errors within two sigma: of four seeds one may have
-/// drawn offsets of two sigma, which last for the whole run. Over ten seeds it is at least 90 %, but for the cases that the documents
-/// name.
+/// The error stays within a third above that of ten seeds, and at least 85 % of the errors within
+/// two sigma: of four seeds one may have drawn offsets of two sigma, which last for the whole run.
+/// Over ten seeds it is at least 90 %, but for the cases that the documents name.
 #[test]
 fn errors_without_contact_angles() {
     for case in CASES {
@@ -331,8 +333,8 @@ fn errors_without_contact_angles() {
     }
 }
 
-/// A robot that a kerb or stairs hold is found to stand, and states that it hardly knows N: over two seeds at least 90 % of all errors
-/// are within two sigma.
+/// A robot that a kerb or stairs hold is found to stand, and states that it hardly knows N: over
+/// two seeds at least 90 % of all errors are within two sigma.
 #[test]
 fn a_held_robot_states_what_it_does_not_know() {
     for name in ["kerb of 150 mm", "stairs, robot A"] {

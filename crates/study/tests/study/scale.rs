@@ -10,7 +10,8 @@ use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 use std::path::Path;
 
-/// A robot `size` times as large, of the same density, under another gravity: Froude's units of length, mass and time.
+/// A robot `size` times as large, of the same density, under another gravity: Froude's units of
+/// length, mass and time.
 #[derive(Clone, Copy)]
 struct Scale {
     length: f64,
@@ -129,10 +130,11 @@ fn estimates(
     estimates.collect()
 }
 
-/// Property: robots that differ by Froude's scale alone have the same estimates over that scale: no constant of the estimator has a
-/// dimension that the robot does not scale. A third and three times the size, on the Moon and on Mars; `best` with and without contact
-/// angles and `paper-wheels`. The poor grade has every kind of error. Rounding of 1e-16 in each of some thousand samples, which the
-/// filters converge: 1e-9 of the load.
+/// Property: robots that differ by Froude's scale alone have the same estimates over that scale: no
+/// constant of the estimator has a dimension that the robot does not scale. A third and three times
+/// the size, on the Moon and on Mars; `best` with and without contact angles and `paper-wheels`.
+/// The poor grade has every kind of error. Rounding of 1e-16 in each of some thousand samples,
+/// which the filters converge: 1e-9 of the load.
 #[test]
 fn estimates_scale_with_the_robot() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/smooth.toml");

@@ -8,20 +8,23 @@ use crate::edge::{Edge, Knot};
 use crate::shape::{Piece, SPACING, Shape};
 use std::sync::Arc;
 
-/// Edges of a curve are no shorter than this, m, unless its points are: below it no wheel can touch an edge twice.
+/// Edges of a curve are no shorter than this, m, unless its points are: below it no wheel can touch
+/// an edge twice.
 const SHORTEST: f64 = 1e-3;
-/// A point this near to the straight line between its neighbours is no corner, m: 0.02 mN of normal force.
+/// A point this near to the straight line between its neighbours is no corner, m: 0.02 mN of normal
+/// force.
 const STRAIGHT: f64 = 1e-10;
 
 /// How the ground goes from point to point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Interpolation {
-    /// Polynomials of fifth degree, each between the heights of its two points and monotone: no summit where there is no
-    /// point. Height, slope and curvature are continuous, also where the level ground joins.
+    /// Polynomials of fifth degree, each between the heights of its two points and monotone: no
+    /// summit where there is no point. Height, slope and curvature are continuous, also where the
+    /// level ground joins.
     #[default]
     Monotone,
-    /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0 at both ends. It swings beyond
-    /// its points where they jump.
+    /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0 at
+    /// both ends. It swings beyond its points where they jump.
     Spline,
     /// Straight, with a corner at every point.
     Corners,
@@ -32,9 +35,11 @@ impl Interpolation {
     pub const ALL: [Self; 3] = [Self::Monotone, Self::Spline, Self::Corners];
 }
 
-/// Ground through points. Its height counts from the first point, so that it joins the level ground there.
+/// Ground through points. Its height counts from the first point, so that it joins the level ground
+/// there.
 ///
-/// Where a spline starts or ends with a slope, that makes a corner with the level ground. Copies share the points.
+/// Where a spline starts or ends with a slope, that makes a corner with the level ground. Copies
+/// share the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heights {
     data: Arc<Data>,
@@ -77,8 +82,8 @@ impl Heights {
         Self::with_smoothing(points, interpolation, 0.0)
     }
 
-    /// Ground through the means of points (m) over windows about them: waves of the length `smoothing` (m) are halved, shorter
-    /// ones taken out. 0 for none.
+    /// Ground through the means of points (m) over windows about them: waves of the length
+    /// `smoothing` (m) are halved, shorter ones taken out. 0 for none.
     pub fn with_smoothing(points: Vec<Vec2>, interpolation: Interpolation, smoothing: f64) -> Self {
         let smooth = (smoothing > 0.0).then(|| smoothing::smoothed(&points, smoothing));
         let through = smooth.as_ref().unwrap_or(&points);
@@ -119,7 +124,8 @@ impl Heights {
         self.data.smooth.as_ref().unwrap_or(&self.data.given)
     }
 
-    /// Where the curve leaves the heights of two neighbouring points most; `None` where it never does.
+    /// Where the curve leaves the heights of two neighbouring points most; `None` where it never
+    /// does.
     pub fn overshoot(&self) -> Option<Overshoot> {
         let Curve::Cubic(bends) = &self.data.curve else {
             return None;
@@ -225,8 +231,8 @@ impl Shape for Heights {
     }
 }
 
-/// The points behind the first without those that lie on the straight line between their neighbours: however finely a straight
-/// stretch is measured, to a wheel it is one edge.
+/// The points behind the first without those that lie on the straight line between their
+/// neighbours: however finely a straight stretch is measured, to a wheel it is one edge.
 fn corners(points: &[Vec2]) -> impl Iterator<Item = &Vec2> {
     let mut kept = Vec::new();
     let mut from = points.first();

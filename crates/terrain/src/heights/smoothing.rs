@@ -2,15 +2,18 @@
 
 use crate::Vec2;
 
-/// Width of a window over the length of the waves that the smoothing halves: (sin(pi w)/(pi w))^3 = 1/2.
+/// Width of a window over the length of the waves that the smoothing halves: (sin(pi w)/(pi w))^3 =
+/// 1/2.
 const WIDTH: f64 = 0.366_063_256_638;
-/// So many windows one after the other: near enough to a Gaussian that no wave comes back upside down with more than 1.1 %.
+/// So many windows one after the other: near enough to a Gaussian that no wave comes back upside
+/// down with more than 1.1 %.
 const PASSES: usize = 3;
 
 /// Points whose heights are the mean over a window about each, three times over.
 ///
-/// Between points the ground is straight, before the first and after the last it is level. A wave of wavelength l comes
-/// back with (sin(a)/a)^3 of its amplitude, a = pi w/l: a half at l = `length`, 85 % at twice it, 3 % at half of it.
+/// Between points the ground is straight, before the first and after the last it is level. A wave
+/// of wavelength l comes back with (sin(a)/a)^3 of its amplitude, a = pi w/l: a half at l =
+/// `length`, 85 % at twice it, 3 % at half of it.
 pub(crate) fn smoothed(points: &[Vec2], length: f64) -> Vec<Vec2> {
     let mut smooth = points.to_vec();
     if length > 0.0 {

@@ -93,9 +93,10 @@ fn points_on_a_straight_line_are_no_corners() {
     assert_eq!(count(&points), 5);
 }
 
-/// Property: between two points the ground stays between their heights and goes one way only; height, slope and second
-/// derivative are continuous at every point, also where the level ground joins. Bounds are rounding: heights of 0.1 m, and
-/// second derivatives up to 1e4 1/m over steps of 1e-9 m.
+/// Property: between two points the ground stays between their heights and goes one way only;
+/// height, slope and second derivative are continuous at every point, also where the level ground
+/// joins. Bounds are rounding: heights of 0.1 m, and second derivatives up to 1e4 1/m over steps of
+/// 1e-9 m.
 mod monotone {
     use super::*;
 
@@ -141,8 +142,9 @@ mod monotone {
         }
     }
 
-    /// Convergence: on a sampled hill the error falls with the square of the spacing or faster where the hill is highest, which
-    /// is between two points, and with its third power or faster on the flanks.
+    /// Convergence: on a sampled hill the error falls with the square of the spacing or faster
+    /// where the hill is highest, which is between two points, and with its third power or faster
+    /// on the flanks.
     #[test]
     fn finer_points_come_nearer_to_the_hill() {
         let error = |count: u32, from: f64, to: f64| {
@@ -166,7 +168,8 @@ mod monotone {
         }
     }
 
-    /// A kerb with points every 5 cm: the spline swings beyond both levels, the monotone curve does not.
+    /// A kerb with points every 5 cm: the spline swings beyond both levels, the monotone curve does
+    /// not.
     #[test]
     fn kerbs_do_not_ring() {
         let kerb = |way| {
@@ -190,8 +193,9 @@ mod monotone {
     }
 }
 
-/// Closed form: waves that are sampled finely come back with (sin(a)/a)^3 of their amplitude, a half at the stated length. The
-/// window sees straight pieces between points: 1e-3 at 100 points a wave and three passes.
+/// Closed form: waves that are sampled finely come back with (sin(a)/a)^3 of their amplitude, a
+/// half at the stated length. The window sees straight pieces between points: 1e-3 at 100 points a
+/// wave and three passes.
 #[test]
 fn smoothing_halves_waves_of_its_length() {
     for (wave, expected) in [(0.1, 0.5), (0.2, 0.846), (0.05, 0.034), (1.0, 0.993_4)] {
@@ -208,7 +212,8 @@ fn smoothing_halves_waves_of_its_length() {
             assert!((share - expected).abs() < 2e-3, "{wave}: {share}");
         }
     }
-    // Level ground and straight slopes far from their ends stay what they are; rounding of sums over 1 m.
+    // Level ground and straight slopes far from their ends stay what they are; rounding of sums
+    // over 1 m.
     let slope = (0..=100).map(|i| Vec2::new(0.01 * f64::from(i), 0.001 * f64::from(i)));
     let ground = Heights::with_smoothing(slope.collect(), Interpolation::Corners, 0.1);
     for i in 20..=80 {

@@ -44,7 +44,8 @@ fn a_wheel_against_a_riser_touches_riser_and_tread() {
     let terrain = Terrain::new(Profile::step());
     let found = contacts(&terrain, 0.7 - 0.085, 0.0995, 0.1);
     assert_eq!(found.len(), 2);
-    // From rear to front: the tread below the centre, then the riser's upper corner at a height of 50 mm.
+    // From rear to front: the tread below the centre, then the riser's upper corner at a height of
+    // 50 mm.
     assert!((found[0].distance - 0.0995).abs() < 1e-15 && found[0].angle().abs() < 1e-15);
     let corner = Vec2::new(0.7, 0.05);
     assert!((found[1].point - corner).norm() < 1e-15);
@@ -147,8 +148,8 @@ fn measured_points_carry_a_wheel_as_spline_or_corners() {
     }
 }
 
-/// Equivalence: a course of one part has the contacts of that part, bit for bit. A wheel on a smooth joint of a
-/// course has one contact.
+/// Equivalence: a course of one part has the contacts of that part, bit for bit. A wheel on a
+/// smooth joint of a course has one contact.
 #[test]
 fn parts_join_without_double_contacts() {
     let one = |p: &Profile| Terrain::new(Profile::Course(crate::Course::new(vec![p.clone()])));
@@ -187,8 +188,9 @@ fn the_outline_has_every_corner() {
     assert!((points[9] - Vec2::new(3.0, 0.32)).norm() < 1e-12);
 }
 
-/// Edges follow the profile's curve between the knots, within bounds of height (m) and slope (-) that grow with the
-/// sixth derivative. An error of 1e-9 m in height changes N by 0.2 mN; one of 1e-6 in slope turns N by 0.05 mN.
+/// Edges follow the profile's curve between the knots, within bounds of height (m) and slope (-)
+/// that grow with the sixth derivative. An error of 1e-9 m in height changes N by 0.2 mN; one of
+/// 1e-6 in slope turns N by 0.05 mN.
 #[test]
 fn edges_follow_their_curves() {
     let rough = |class, shortest| {
@@ -335,7 +337,8 @@ fn no_contact_is_missed() {
         let terrain = Terrain::new(profile);
         let Ground { edges, grid, .. } = &*terrain.ground;
         for x in (0..70).map(|i| -0.2 + 0.041 * f64::from(i)) {
-            // Height at which the wheel just touches the ground; the centre is then lowered or raised.
+            // Height at which the wheel just touches the ground; the centre is then lowered or
+            // raised.
             let over = |i: i32| {
                 let dx = radius * f64::from(i) / 200.0;
                 let ground = edges[grid.edge_at(edges, x + dx)].height(x + dx);
@@ -371,8 +374,8 @@ fn no_contact_is_missed() {
 }
 
 proptest! {
-    /// Property: the contact is the nearest point of a dense sample of the curve, and the centre lies on its
-    /// normal.
+    /// Property: the contact is the nearest point of a dense sample of the curve, and the centre
+    /// lies on its normal.
     #[test]
     fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
         let profile = [Profile::smooth(), Profile::cosbump(), Profile::sine(), Profile::rough(0)][which].clone();

@@ -165,7 +165,8 @@ fn unclear(names: &[String], count: usize) -> String {
     format!("the columns {}{more}", shown.join(", "))
 }
 
-/// Whether a comment is a header of several columns with a unit in brackets, such as `# x [mm], height [mm]`.
+/// Whether a comment is a header of several columns with a unit in brackets, such as
+/// `# x [mm], height [mm]`.
 pub(super) fn is_header_with_units(comment: &str, separator: char) -> bool {
     let cells: Vec<&str> = comment
         .trim_start_matches('#')
@@ -182,7 +183,8 @@ fn short(name: &str) -> String {
     name.chars().take(40).collect()
 }
 
-/// A header's name in small letters and its unit: `x [mm]`, `Height (cm)`, `z_mm`, `x / mm`, `x in mm`.
+/// A header's name in small letters and its unit: `x [mm]`, `Height (cm)`, `z_mm`, `x / mm`,
+/// `x in mm`.
 fn split(header: &str) -> (String, Option<String>) {
     let header = header.trim();
     if let Some((name, unit)) = name_and_unit(header) {

@@ -41,8 +41,8 @@ pub(crate) struct View {
     past: Vec<String>,
 }
 
-/// Logs a layout and makes it the active one. The cursor of a live run stays at the newest record; that of a finished run plays
-/// from the start, repeatedly.
+/// Logs a layout and makes it the active one. The cursor of a live run stays at the newest record;
+/// that of a finished run plays from the start, repeatedly.
 pub(crate) fn log(out: &mut Writer, root: &Part, is_live: bool) -> Result<(), ViewerError> {
     let root = root.log(out, &mut 0)?;
     let viewport = ViewportBlueprint::new()
@@ -104,8 +104,8 @@ impl Part {
         Self::View(View::new(class, name, origin, &[contents]))
     }
 
-    /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top to bottom (y down). Of the
-    /// entities `past` all rows up to the cursor are shown.
+    /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top
+    /// to bottom (y down). Of the entities `past` all rows up to the cursor are shown.
     pub(crate) fn spatial(
         name: &str,
         origin: &str,
@@ -124,14 +124,15 @@ impl Part {
         })
     }
 
-    /// A plot over time of the entities below `entity`. `range` is that of the vertical axis; `None` means the range of the
-    /// data.
+    /// A plot over time of the entities below `entity`. `range` is that of the vertical axis;
+    /// `None` means the range of the data.
     pub(crate) fn plot(name: &str, entity: &str, range: Option<Range1D>) -> Self {
         let axis = range.map_or(ScalarAxis::new(), |range| {
             ScalarAxis::new().with_range(range)
         });
         Self::View(View {
-            // All plots show the same range of time. The key is a view of its own, so that it does not cover lines.
+            // All plots show the same range of time. The key is a view of its own, so that it does
+            // not cover lines.
             properties: vec![
                 (
                     "TimeAxis",

@@ -54,7 +54,8 @@ fn overview(ground: &Ground) -> Part {
         "- /world/robot/link2/stops",
         "- /world/forces/estimated/**",
     ];
-    // The view has y down. The robot is above the ground; the arrows of N and the axis are below it.
+    // The view has y down. The robot is above the ground; the arrows of N and the axis are below
+    // it.
     let bounds = [[from, to], [-(high + 0.45), ROOM - low]];
     Part::spatial("Whole run [m]", "/", &contents, bounds, paths())
 }
@@ -105,8 +106,9 @@ fn forces(run: &RunDescription) -> Part {
     Part::tabs("Forces", tabs)
 }
 
-/// The range of an axis on ground with corners, from two multiples of the mean static wheel load, N. Peaks at corners
-/// are shorter than a millisecond and would compress all other values. `None` on other ground: the range of the data.
+/// The range of an axis on ground with corners, from two multiples of the mean static wheel load,
+/// N. Peaks at corners are shorter than a millisecond and would compress all other values. `None`
+/// on other ground: the range of the data.
 fn range_of_loads(run: &RunDescription, from: f64, to: f64) -> Option<Range1D> {
     let load = run.robot.robot.mean_wheel_load();
     let world = run.world.as_ref()?;

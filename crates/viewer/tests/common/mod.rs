@@ -2,7 +2,8 @@
 
 use robhaz_scene::{RecordChoice, Scene};
 
-/// The default robot on the terrain `smooth` with all presets but `best`. Records at 1 kHz for `duration` (s).
+/// The default robot on the terrain `smooth` with all presets but `best`. Records at 1 kHz for
+/// `duration` (s).
 pub fn smooth(duration: f64) -> Scene {
     let mut scene = with_best(duration);
     scene.estimators.retain(|e| !e.settings.states_covariance());

@@ -1,4 +1,5 @@
-//! Events, lanes, gaps and standard deviations, from a run whose records are changed on the way to the recording.
+//! Events, lanes, gaps and standard deviations, from a run whose records are changed on the way to
+//! the recording.
 
 use crate::common;
 use crate::reading::{chunks, events, rows, scalars};
@@ -9,7 +10,8 @@ use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::clearance::Clearances;
 use robhaz_viewer::RecordingSink;
 
-/// Passes on the records of a run after it has changed some, so that they contain every kind of event.
+/// Passes on the records of a run after it has changed some, so that they contain every kind of
+/// event.
 struct Eventful(RecordingSink);
 
 impl Sink for Eventful {
@@ -78,8 +80,8 @@ impl Sink for Eventful {
     }
 }
 
-/// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground is drawn wherever
-/// the robot is.
+/// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground
+/// is drawn wherever the robot is.
 #[test]
 fn events_and_gaps_are_shown_where_they_happen() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -245,8 +247,8 @@ fn estimated_contact_states_have_lanes() {
     assert_eq!(lane("/wheels/front"), [(0, "grips".to_owned())]);
 }
 
-/// The band of two standard deviations starts with the first covariance of an estimator, and has its centre at zero
-/// error. The parity residual has a band of its own.
+/// The band of two standard deviations starts with the first covariance of an estimator, and has
+/// its centre at zero error. The parity residual has a band of its own.
 #[test]
 fn two_sigma_is_shown_where_it_is_known() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,5 +1,5 @@
-//! Recordings are read back from their files, and compared with the run. A defect of a recording would otherwise remain
-//! unnoticed until someone opens it in a viewer.
+//! Recordings are read back from their files, and compared with the run. A defect of a recording
+//! would otherwise remain unnoticed until someone opens it in a viewer.
 
 #![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
 
@@ -115,8 +115,8 @@ fn twenty_seconds_take_less_than_five_megabytes() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
 }
 
-/// The ground that `best` has found is drawn where the true ground is, level here: from behind the rear wheel to the front wheel, with
-/// both bounds beside it. Exact readings leave less than 1 mm.
+/// The ground that `best` has found is drawn where the true ground is, level here: from behind the
+/// rear wheel to the front wheel, with both bounds beside it. Exact readings leave less than 1 mm.
 #[test]
 fn the_ground_that_was_found_is_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -151,8 +151,8 @@ fn the_ground_that_was_found_is_drawn() {
     assert!(left.len() > 3, "{}", left.len());
 }
 
-/// Equivalence of animation and time series: the arrow of the true N has the length of the plotted N, at 0.15 m for the
-/// mean wheel load.
+/// Equivalence of animation and time series: the arrow of the true N has the length of the plotted
+/// N, at 0.15 m for the mean wheel load.
 #[test]
 fn arrows_have_the_length_of_the_plotted_force() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -176,7 +176,8 @@ fn arrows_have_the_length_of_the_plotted_force() {
     assert!(compared >= 20, "{compared}");
 }
 
-/// A wheel with two contacts has two arrows of N and two of T, in its colour; a wheel without contact has none.
+/// A wheel with two contacts has two arrows of N and two of T, in its colour; a wheel without
+/// contact has none.
 #[test]
 fn each_contact_has_its_arrows() {
     struct Touching(RecordingSink);
@@ -228,8 +229,8 @@ fn each_contact_has_its_arrows() {
     }
 }
 
-/// Determinism: the same scene gives the same messages in the same order. Another scene of the same name gets another
-/// identifier.
+/// Determinism: the same scene gives the same messages in the same order. Another scene of the same
+/// name gets another identifier.
 #[test]
 fn the_same_scene_gives_the_same_recording() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -255,7 +256,8 @@ fn the_same_scene_gives_the_same_recording() {
     assert_ne!(a[0].store_id(), c[0].store_id());
 }
 
-/// The recording of a killed run has no index at its end. It can be read up to the last multiple of two seconds.
+/// The recording of a killed run has no index at its end. It can be read up to the last multiple of
+/// two seconds.
 #[test]
 fn a_killed_run_can_be_read() {
     struct Killed(RecordingSink);
@@ -293,8 +295,8 @@ fn a_killed_run_can_be_read() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 2.0).abs() < 1e-9);
 }
 
-/// Friction stretches are drawn at their place with their coefficients as label. The slip margin uses their
-/// coefficients.
+/// Friction stretches are drawn at their place with their coefficients as label. The slip margin
+/// uses their coefficients.
 #[test]
 fn stretches_of_friction_are_distinguished() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -373,7 +375,8 @@ impl Sink for OfLog {
     }
 }
 
-/// Chunks by entity of recorded readings, with or without a table of true forces, and of the run that they are from.
+/// Chunks by entity of recorded readings, with or without a table of true forces, and of the run
+/// that they are from.
 fn of_log_and_run(has_truth: bool) -> [BTreeMap<String, Vec<Chunk>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
@@ -385,8 +388,9 @@ fn of_log_and_run(has_truth: bool) -> [BTreeMap<String, Vec<Chunk>>; 2] {
     [chunks(&log), chunks(&simulated)]
 }
 
-/// Recorded readings with a table of true forces: true N, T, contact angle and needed friction beside the estimates, and
-/// errors, as in the recording of the run; gaps in records without truth. No robot, ground or slip margin.
+/// Recorded readings with a table of true forces: true N, T, contact angle and needed friction
+/// beside the estimates, and errors, as in the recording of the run; gaps in records without truth.
+/// No robot, ground or slip margin.
 #[test]
 fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
     let [log, simulated] = of_log_and_run(true);
@@ -410,7 +414,8 @@ fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
                 compared += 1;
             }
         }
-        // Of the rows at 125 Hz those every 40 ms have the truth; the first estimates may be missing.
+        // Of the rows at 125 Hz those every 40 ms have the truth; the first estimates may be
+        // missing.
         assert!(compared >= 14, "{entity}: {compared}");
     }
     for entity in log.keys() {
@@ -419,8 +424,8 @@ fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
     }
 }
 
-/// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot,
-/// ground, errors, slip margin or true states of wheels.
+/// Recorded readings: without truth the recording holds the estimates, and nothing that needs the
+/// truth: no robot, ground, errors, slip margin or true states of wheels.
 #[test]
 fn without_truth_the_estimates_are_recorded_alone() {
     let [log, simulated] = of_log_and_run(false);

@@ -20,9 +20,9 @@ fn biased() -> NoiseBudget {
     }
 }
 
-/// Readings with a constant gyro bias and the budget's white noises: angle and bias are found, and errors are within
-/// four of the standard deviations stated. The bias takes sqrt(3) sigma/(t^1.5 sqrt(rate)) to be known from the
-/// inclinometer: 1e-5 rad/s after 10 s.
+/// Readings with a constant gyro bias and the budget's white noises: angle and bias are found, and
+/// errors are within four of the standard deviations stated. The bias takes sqrt(3) sigma/(t^1.5
+/// sqrt(rate)) to be known from the inclinometer: 1e-5 rad/s after 10 s.
 #[test]
 fn a_gyro_bias_is_found() {
     let (budget, bias, dt) = (biased(), 0.013, 1e-3);
@@ -55,11 +55,11 @@ fn a_gyro_bias_is_found() {
     );
 }
 
-/// Under an acceleration of 2 m/s^2 at 2 Hz the inclinometer errs by 0.2 rad. With the estimated acceleration subtracted, and
-/// less weight, the angle stays; the paper's filter follows by amplitude/(crossover time times
-/// frequency) = 0.2/(0.5 4 pi) = 0.03 rad. The settled filter, which corrects 0.96 of a
-/// difference a second, would follow the acceleration's error (0.04 rad) by twice 0.04 0.96/(4 pi) = 6 mrad at full
-/// weight.
+/// Under an acceleration of 2 m/s^2 at 2 Hz the inclinometer errs by 0.2 rad. With the estimated
+/// acceleration subtracted, and less weight, the angle stays; the paper's filter follows by
+/// amplitude/(crossover time times frequency) = 0.2/(0.5 4 pi) = 0.03 rad. The settled filter,
+/// which corrects 0.96 of a difference a second, would follow the acceleration's error (0.04 rad)
+/// by twice 0.04 0.96/(4 pi) = 6 mrad at full weight.
 #[test]
 fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
@@ -82,7 +82,8 @@ fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
     assert!(worst < 0.5 * 0.006, "{worst}");
 }
 
-/// An unknown pulse (2 m/s^2 for 50 ms) moves the angle no further than its weight over 50 ms allows.
+/// An unknown pulse (2 m/s^2 for 50 ms) moves the angle no further than its weight over 50 ms
+/// allows.
 #[test]
 fn an_unknown_pulse_moves_the_angle_by_little() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
@@ -93,7 +94,8 @@ fn an_unknown_pulse_moves_the_angle_by_little() {
     for _ in 0..50 {
         filter.update(&budget, dt, &readings(Some(0.0), Some(0.2), 0.0));
     }
-    // In the steady state each reading weighs p/r = rate_noise dt/inclination_noise = 1e-3: 50 of them 5 %.
+    // In the steady state each reading weighs p/r = rate_noise dt/inclination_noise = 1e-3: 50 of
+    // them 5 %.
     assert!(
         filter.angle() > 0.0 && filter.angle() < 0.05 * 0.2,
         "{}",
@@ -101,7 +103,8 @@ fn an_unknown_pulse_moves_the_angle_by_little() {
     );
 }
 
-/// Without its gyroscope or its inclinometer the standard deviation of an angle grows from frame to frame.
+/// Without its gyroscope or its inclinometer the standard deviation of an angle grows from frame to
+/// frame.
 #[test]
 fn missing_readings_raise_the_deviation() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
@@ -121,8 +124,9 @@ fn missing_readings_raise_the_deviation() {
     }
 }
 
-/// Closed form: a link that turns evenly at w (rad/s), and a low pass of the inclinometer with the time constant s: the reading is the
-/// angle less w s. The expected reading is the same, so that the angle does not err.
+/// Closed form: a link that turns evenly at w (rad/s), and a low pass of the inclinometer with the
+/// time constant s: the reading is the angle less w s. The expected reading is the same, so that
+/// the angle does not err.
 #[test]
 fn an_inclinometer_that_lags_is_expected_to() {
     let budget = NoiseBudget {
@@ -138,13 +142,15 @@ fn an_inclinometer_that_lags_is_expected_to() {
         let read = w * (t + lag * libm::expm1(-t / lag));
         filter.update(&budget, dt, &readings(Some(w), Some(read), 0.0));
     }
-    // The discrete low pass of a ramp is half a sample, 2.5e-4 rad, ahead; without the lag the angle would be 1e-2 behind.
+    // The discrete low pass of a ramp is half a sample, 2.5e-4 rad, ahead; without the lag the
+    // angle would be 1e-2 behind.
     let error = filter.angle() - w * 0.999;
     assert!(error.abs() < 2.5e-4, "{error}");
 }
 
-/// Closed form: at any constant acceleration nothing is unmodelled; a step d of the rate leaves d over the time constant of the
-/// low pass, less what one sample of the low pass takes. It decays with that time constant.
+/// Closed form: at any constant acceleration nothing is unmodelled; a step d of the rate leaves d
+/// over the time constant of the low pass, less what one sample of the low pass takes. It decays
+/// with that time constant.
 #[test]
 fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     let budget = NoiseBudget::typical();
@@ -160,7 +166,8 @@ fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
         rate += acceleration * dt;
         update(&mut link, rate);
     }
-    // The start of the acceleration has decayed for 50 time constants, and the lag of the derivative is within the gate.
+    // The start of the acceleration has decayed for 50 time constants, and the lag of the
+    // derivative is within the gate.
     assert!(link.unmodelled_acceleration() < 1e-9);
 
     let step = 0.01;
@@ -169,7 +176,8 @@ fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     assert!(step > GATE * budget.rate_noise);
     let expected = step / s;
     let found = link.unmodelled_acceleration();
-    // The rate is up to two samples of the acceleration ahead of its discrete low pass: 4e-3 of 1e-2 rad/s.
+    // The rate is up to two samples of the acceleration ahead of its discrete low pass: 4e-3 of
+    // 1e-2 rad/s.
     assert!(
         (found - expected).abs() < 0.5 * expected,
         "{found} {expected}"

@@ -6,12 +6,13 @@ use crate::contact::ContactVelocity;
 use crate::deviation::GATE;
 
 impl MotionFilter {
-    /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see
-    /// [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of that direction, as dy/dx; zero while
-    /// the robot hardly rolls, and after an impact: slopes of false readings would confirm themselves.
+    /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its
+    /// variance: see [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of
+    /// that direction, as dy/dx; zero while the robot hardly rolls, and after an impact: slopes of
+    /// false readings would confirm themselves.
     ///
-    /// A constant error of the direction and the sum of the torque offsets are one: the parity residual ties them. So this is
-    /// what separates a slope from torque offsets on even ground.
+    /// A constant error of the direction and the sum of the torque offsets are one: the parity
+    /// residual ties them. So this is what separates a slope from torque offsets on even ground.
     pub fn correct_direction(&mut self, error: f64, variance: f64) -> f64 {
         let velocity = self.velocity();
         let speed = robhaz_model::sqrt(velocity.norm_squared());
@@ -29,11 +30,13 @@ impl MotionFilter {
         after.y / after.x - velocity.y / velocity.x
     }
 
-    /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is `slope`, rad, with this variance; `given`
-    /// is the given one. See [`crate::ground::GroundMemory::mapped_slope`]. Nothing while the robot hardly rolls, and after an impact.
+    /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is
+    /// `slope`, rad, with this variance; `given` is the given one. See
+    /// [`crate::ground::GroundMemory::mapped_slope`]. Nothing while the robot hardly rolls, and
+    /// after an impact.
     ///
-    /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while two wheels slide. The ground that the
-    /// wheels ahead have passed does not.
+    /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while
+    /// two wheels slide. The ground that the wheels ahead have passed does not.
     pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
         let slow = ContactVelocity::SLOW * ContactVelocity::SLOW;
         if !(self.velocity().norm_squared() > slow) || self.is_after_impact() {

@@ -18,7 +18,8 @@ pub(crate) struct MotionFilter {
     pub(super) angles: ContactAngles,
     /// Indices as in [`super::states`].
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
-    /// Remaining time after an impact or at an edge, for which measurements are down-weighted or skipped, s.
+    /// Remaining time after an impact or at an edge, for which measurements are down-weighted or
+    /// skipped, s.
     pub(super) impact: f64,
     /// Remaining time for which each wheel counts as sliding, s.
     pub(super) sliding: [f64; 3],
@@ -29,7 +30,8 @@ pub(crate) struct MotionFilter {
 }
 
 impl MotionFilter {
-    /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.
+    /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact
+    /// angles, that of the ground.
     pub fn new(budget: &NoiseBudget, angles: ContactAngles) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
@@ -75,15 +77,16 @@ impl MotionFilter {
         }
     }
 
-    /// Marks the velocity as unknown, because the robot may be moving: raises its two variances, keeps its value and
-    /// correlations.
+    /// Marks the velocity as unknown, because the robot may be moving: raises its two variances,
+    /// keeps its value and correlations.
     pub fn reset_velocity_variance(&mut self) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;
         }
     }
 
-    /// Takes `velocity` (m/s) for that of Q, as uncertain as before, unless no reading could correct it any more.
+    /// Takes `velocity` (m/s) for that of Q, as uncertain as before, unless no reading could
+    /// correct it any more.
     pub fn assume_velocity(&mut self, velocity: Vec2) {
         let largest = GATE * TUNING.unknown_velocity;
         // Written so that a NaN is not taken.
@@ -114,7 +117,8 @@ impl MotionFilter {
         Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
     }
 
-    /// Error of the given contact angle of wheel `i`, rad, and its standard deviation. An unknown angle counts as given with 0.
+    /// Error of the given contact angle of wheel `i`, rad, and its standard deviation. An unknown
+    /// angle counts as given with 0.
     pub fn contact_angle_error(&self, i: usize) -> (f64, f64) {
         self.estimated(CONTACT_ANGLE + i)
     }
@@ -129,8 +133,8 @@ impl MotionFilter {
         self.estimated(GEAR_FRICTION)
     }
 
-    /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N m), and gear friction times
-    /// the smoothed sign of the spin `friction_share`, -1 to 1.
+    /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N
+    /// m), and gear friction times the smoothed sign of the spin `friction_share`, -1 to 1.
     pub fn torque_error(&self, i: usize, torque: f64, friction_share: f64) -> f64 {
         let x = &self.filter.x;
         x[TORQUE_OFFSET + i] + x[GEAR_FRICTION] * friction_share + x[TORQUE_GAIN + i] * torque
@@ -146,8 +150,9 @@ impl MotionFilter {
         self.filter.p[INPUTS + a][INPUTS + b]
     }
 
-    /// Errors of the inputs by an error of 1 of all torque gains. These are consider states with independent priors: by how much an
-    /// estimate errs with one is their covariance over its variance. Without a prior no estimate counts as wrong.
+    /// Errors of the inputs by an error of 1 of all torque gains. These are consider states with
+    /// independent priors: by how much an estimate errs with one is their covariance over its
+    /// variance. Without a prior no estimate counts as wrong.
     pub fn by_common_gain(&self) -> [f64; input::COUNT] {
         let mut by = [0.0; input::COUNT];
         by[input::TORQUE_GAIN..].fill(1.0);
@@ -190,8 +195,9 @@ impl MotionFilter {
             .correct(estimated, projection, innovation, r, gate);
     }
 
-    /// How many of the first states measurements correct. After an impact errors of the readings are only considered: what an impact, an
-    /// edge or a false reading does to the innovations would pass for a torque offset, and last.
+    /// How many of the first states measurements correct. After an impact errors of the readings
+    /// are only considered: what an impact, an edge or a false reading does to the innovations
+    /// would pass for a torque offset, and last.
     fn estimated_states(&self) -> usize {
         if self.is_after_impact() {
             TORQUE_OFFSET
@@ -221,7 +227,8 @@ impl MotionFilter {
     }
 }
 
-/// Stationary standard deviation of a contact-angle error, rad: that of the reading, or of the slope where the angle is unknown.
+/// Stationary standard deviation of a contact-angle error, rad: that of the reading, or of the
+/// slope where the angle is unknown.
 pub(super) fn angle_sigma(budget: &NoiseBudget, angles: ContactAngles) -> f64 {
     match angles {
         ContactAngles::Given => budget.contact_angle.max(TUNING.least_angle),

@@ -1,23 +1,26 @@
-//! Motion of the robot, errors of contact angles and torques, creep of the wheels: one Kalman filter.
+//! Motion of the robot, errors of contact angles and torques, creep of the wheels: one Kalman
+//! filter.
 //!
 //! Five constraints hold. The filter takes each as a pseudo-measurement of zero:
-//! - A wheel's centre moves along the ground. The direction of its velocity is the contact angle, up to the speed of its
-//!   penetration (`rolling.rs`).
-//! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a wheel that grips is
-//!   proportional to T/N: creep (`rolling.rs`).
+//! - A wheel's centre moves along the ground. The direction of its velocity is the contact angle,
+//!   up to the speed of its penetration (`rolling.rs`).
+//! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a
+//!   wheel that grips is proportional to T/N: creep (`rolling.rs`).
 //! - The inclinometers measure the acceleration of the robot (`specific_force.rs`).
 //! - The parity residual of eq. (8) is zero (`parity.rs`).
-//! - The profile of the ground closes: front, middle and rear wheel find the same heights at the same places (`closure.rs`).
+//! - The profile of the ground closes: front, middle and rear wheel find the same heights at the
+//!   same places (`closure.rs`).
 //!
-//! The first relates the contact angles to each other and to the gyroscopes. The second makes torque
-//! offsets observable: for a rolling wheel the slip gives T/N independently of the torque reading. Below 0.02 m/s this does
-//! not hold, and the constraint corrects the velocity only. The third shows changes of the speed while no wheel grips. The fourth
-//! is the force balance with the normal forces eliminated: tractions, contact angles, weight and inertia must agree. It
-//! observes one combination of their errors. The fifth shows the slow error of the direction of the velocity, which the
-//! others cannot tell from a torque offset common to all wheels.
+//! The first relates the contact angles to each other and to the gyroscopes. The second makes
+//! torque offsets observable: for a rolling wheel the slip gives T/N independently of the torque
+//! reading. Below 0.02 m/s this does not hold, and the constraint corrects the velocity only. The
+//! third shows changes of the speed while no wheel grips. The fourth is the force balance with the
+//! normal forces eliminated: tractions, contact angles, weight and inertia must agree. It observes
+//! one combination of their errors. The fifth shows the slow error of the direction of the
+//! velocity, which the others cannot tell from a torque offset common to all wheels.
 //!
-//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, their constants in `tuning.rs`,
-//! and time-correlated errors in `noise.rs`.
+//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, their
+//! constants in `tuning.rs`, and time-correlated errors in `noise.rs`.
 
 mod closure;
 mod filter;

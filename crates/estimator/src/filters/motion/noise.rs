@@ -1,7 +1,7 @@
 //! Time-correlated errors and their equivalent white noise.
 
-/// A first-order Gauss-Markov process, given by its stationary standard deviation (in the unit of its quantity) and its
-/// correlation time (s).
+/// A first-order Gauss-Markov process, given by its stationary standard deviation (in the unit of
+/// its quantity) and its correlation time (s).
 #[derive(Clone, Copy, Debug)]
 pub struct GaussMarkov {
     /// Standard deviation.
@@ -16,7 +16,8 @@ impl GaussMarkov {
         Self { sigma, time }
     }
 
-    /// The process at `speed_ratio` times the speed: the standard deviation times the ratio, the time over the ratio.
+    /// The process at `speed_ratio` times the speed: the standard deviation times the ratio, the
+    /// time over the ratio.
     pub fn at_speed(self, speed_ratio: f64) -> Self {
         Self {
             sigma: self.sigma * speed_ratio,
@@ -24,8 +25,9 @@ impl GaussMarkov {
         }
     }
 
-    /// Variance of the white noise, at samples every `dt` (s, much shorter than `time`), whose mean over a long time is as uncertain:
-    /// `sigma^2 2 time/dt`, from the integral of the autocorrelation `sigma^2 exp(-|t|/time)`.
+    /// Variance of the white noise, at samples every `dt` (s, much shorter than `time`), whose mean
+    /// over a long time is as uncertain: `sigma^2 2 time/dt`, from the integral of the
+    /// autocorrelation `sigma^2 exp(-|t|/time)`.
     pub fn white(self, dt: f64) -> f64 {
         self.sigma * self.sigma * 2.0 * self.time / dt
     }

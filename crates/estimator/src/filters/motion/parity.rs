@@ -23,18 +23,20 @@ pub(crate) struct ParityResidual {
 pub(crate) struct ParityCheck {
     /// Zero minus the residual, N, and its predicted variance before the correction, N^2.
     pub innovation: Innovation,
-    /// Whether the residual lies within its gate. An outlier shows an impact, or an external load on the robot.
+    /// Whether the residual lies within its gate. An outlier shows an impact, or an external load
+    /// on the robot.
     pub within_gate: bool,
     /// Whether it has corrected the states.
     pub corrected: bool,
 }
 
 impl MotionFilter {
-    /// Tests a parity residual z against its predicted standard deviation sigma and, with `correct`, corrects the states by
-    /// it. `dt` is the time since the last sample, s.
+    /// Tests a parity residual z against its predicted standard deviation sigma and, with
+    /// `correct`, corrects the states by it. `dt` is the time since the last sample, s.
     ///
-    /// The variance of the unmodelled load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`, N^2; sigma is
-    /// that without unmodelled load. A residual beyond the gate is an impact.
+    /// The variance of the unmodelled load becomes the larger of its decayed old value and
+    /// `z^2 - (2 sigma)^2`, N^2; sigma is that without unmodelled load. A residual beyond the gate
+    /// is an impact.
     pub fn check_parity(
         &mut self,
         residual: &ParityResidual,
@@ -57,14 +59,16 @@ impl MotionFilter {
         let gate = GATE * GATE * innovation.variance;
         let excess = square - explained;
         self.unmodelled_load = self.unmodelled_load.max(excess);
-        // True at a residual beyond the gate, and afterwards until the variance has decayed below this bound.
+        // True at a residual beyond the gate, and afterwards until the variance has decayed below
+        // this bound.
         if self.unmodelled_load > gate - explained {
             self.impact = TUNING.impact_time;
         }
         let within_gate = square <= gate;
         let corrected = correct && within_gate;
         if corrected {
-            // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
+            // Correlated errors enter as the equivalent white noise, with at least the variance of
+            // this sample.
             let correlated =
                 (sample_variance + self.unmodelled_load) * (2.0 * TUNING.filter_time / dt).max(1.0);
             self.correct(&projection, -residual.value, correlated, f64::INFINITY);

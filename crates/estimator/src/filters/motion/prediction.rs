@@ -9,13 +9,14 @@ use super::tuning::TUNING;
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 
-/// Measured accelerations, m/s^2. Their magnitudes scale the process noise; they are not inputs of the prediction.
+/// Measured accelerations, m/s^2. Their magnitudes scale the process noise; they are not inputs of
+/// the prediction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MeasuredAccelerations {
     /// Mean over the wheels of r domega/dt, from the encoders; opposite signs cancel.
     pub rims: f64,
-    /// Largest over the wheels of arm |alpha| + |v_Q| |omega|, from the gyroscopes: tangential acceleration of the axle, and
-    /// normal acceleration of Q on a curved path. Not negative.
+    /// Largest over the wheels of arm |alpha| + |v_Q| |omega|, from the gyroscopes: tangential
+    /// acceleration of the axle, and normal acceleration of Q on a curved path. Not negative.
     pub links: f64,
 }
 
@@ -27,8 +28,8 @@ struct Decay {
 }
 
 impl MotionFilter {
-    /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant; unknown angles revert to
-    /// `expected_slopes`, rad.
+    /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant;
+    /// unknown angles revert to `expected_slopes`, rad.
     pub fn predict(
         &mut self,
         budget: &NoiseBudget,
@@ -50,7 +51,8 @@ impl MotionFilter {
         self.decay(dt);
     }
 
-    /// Factor of the contact-angle errors over `dt` (s): a process in time for given angles, along the ground for unknown ones.
+    /// Factor of the contact-angle errors over `dt` (s): a process in time for given angles, along
+    /// the ground for unknown ones.
     fn angle_decay(&self, budget: &NoiseBudget, dt: f64) -> f64 {
         let steps = match self.angles {
             ContactAngles::Given => dt / budget.contact_angle_time.max(1e-6),
@@ -80,7 +82,8 @@ impl MotionFilter {
 
     /// `F x` and `F P F'`: accelerations add to velocities; accelerations and contact angles decay.
     ///
-    /// Each entry of P gets the same operations as its mirror image, so P stays symmetric to the bit.
+    /// Each entry of P gets the same operations as its mirror image, so P stays symmetric to the
+    /// bit.
     fn propagate(&mut self, dt: f64, decay: Decay) {
         const DECAYING: core::ops::Range<usize> = ACCELERATION..CONTACT_ANGLE + 3;
         let Kalman { x, p } = &mut self.filter;
@@ -116,7 +119,8 @@ impl MotionFilter {
         }
     }
 
-    /// Unknown contact angles revert to `slopes` (rad) instead of zero; `keep` is the factor of the step.
+    /// Unknown contact angles revert to `slopes` (rad) instead of zero; `keep` is the factor of the
+    /// step.
     fn revert_to(&mut self, slopes: &[f64; 3], keep: f64) {
         if self.angles == ContactAngles::Unknown {
             for (i, slope) in slopes.iter().enumerate() {
@@ -130,15 +134,16 @@ impl MotionFilter {
         self.filter.p[state][state] += variance;
     }
 
-    /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (m/s^2) the stationary standard deviation of accelerations;
-    /// keep = exp(-dt/time).
+    /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (m/s^2) the stationary standard deviation
+    /// of accelerations; keep = exp(-dt/time).
     fn add_acceleration_noise(&mut self, sigma: f64, keep: f64) {
         for i in 0..2 {
             self.add_noise(ACCELERATION + i, sigma * sigma * (1.0 - keep * keep));
         }
     }
 
-    /// The same for contact angles, rad. A given angle whose reading is missing gets a random walk in addition.
+    /// The same for contact angles, rad. A given angle whose reading is missing gets a random walk
+    /// in addition.
     fn add_angle_noise(&mut self, budget: &NoiseBudget, dt: f64, fresh: [bool; 3], keep: f64) {
         let angle = angle_sigma(budget, self.angles);
         let given = self.angles == ContactAngles::Given;
@@ -153,7 +158,8 @@ impl MotionFilter {
         }
     }
 
-    /// Random walks of torque offsets, of gear friction, and of the creep along the ground, which the wheels have in common.
+    /// Random walks of torque offsets, of gear friction, and of the creep along the ground, which
+    /// the wheels have in common.
     fn add_walks(&mut self, dt: f64) {
         let square = |walk: f64| walk * walk * dt;
         let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
@@ -169,7 +175,8 @@ impl MotionFilter {
         }
     }
 
-    /// Counts down the times after impacts and of sliding, and lets the unmodelled load decay over `dt` (s).
+    /// Counts down the times after impacts and of sliding, and lets the unmodelled load decay over
+    /// `dt` (s).
     fn decay(&mut self, dt: f64) {
         self.impact = (self.impact - dt).max(0.0);
         for time in &mut self.sliding {

@@ -1,4 +1,5 @@
-//! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the slip.
+//! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the
+//! slip.
 
 use super::filter::MotionFilter;
 use super::noise::GaussMarkov;
@@ -22,9 +23,10 @@ pub(crate) struct RollingWheel {
     pub noise_sigma: f64,
     /// Given contact angle, rad.
     pub angle: f64,
-    /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega relative to the link is
-    /// positive forward (clockwise), the link rate counter-clockwise: hence the minus. `None` before the observer has settled,
-    /// and when the encoder's last reading is too old.
+    /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega
+    /// relative to the link is positive forward (clockwise), the link rate counter-clockwise: hence
+    /// the minus. `None` before the observer has settled, and when the encoder's last reading is
+    /// too old.
     pub rim_speed: Option<f64>,
     /// T/N, limited to -1 to 1.
     pub ratio: f64,
@@ -32,8 +34,8 @@ pub(crate) struct RollingWheel {
     pub moment_of_load: f64,
     /// Smoothed sign of the spin, by which the gear friction acts: -1 to 1.
     pub friction_share: f64,
-    /// Smoothed torque reading minus the inertia torques of rotor and wheel disc, N m: observed r T + B omega. It multiplies
-    /// the gain error.
+    /// Smoothed torque reading minus the inertia torques of rotor and wheel disc, N m: observed r
+    /// T + B omega. It multiplies the gain error.
     pub torque: f64,
     /// Standard deviation of the observed r T, N m.
     pub torque_sigma: f64,
@@ -50,15 +52,16 @@ struct Constrained<'a> {
     dt: f64,
     /// See [`MotionFilter::speed_ratio`].
     speed_ratio: f64,
-    /// Whether the measurement rows contain contact angles and torques. If not, the angle's variance is added to the
-    /// measurement noise, and the first-order effects of torque errors and creep are neglected.
+    /// Whether the measurement rows contain contact angles and torques. If not, the angle's
+    /// variance is added to the measurement noise, and the first-order effects of torque errors and
+    /// creep are neglected.
     correct: bool,
 }
 
 impl MotionFilter {
-    /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last sample. Without `correct` the
-    /// measurement rows contain the velocity only; states that are correlated with it still change. Returns the residuals before the
-    /// corrections.
+    /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last
+    /// sample. Without `correct` the measurement rows contain the velocity only; states that are
+    /// correlated with it still change. Returns the residuals before the corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -119,11 +122,12 @@ impl MotionFilter {
         }
     }
 
-    /// The direction of the velocity is the contact angle: the speed away from the ground is zero. Without given contact angles a wheel
-    /// beyond [`EDGE_GATE`] has met an edge.
+    /// The direction of the velocity is the contact angle: the speed away from the ground is zero.
+    /// Without given contact angles a wheel beyond [`EDGE_GATE`] has met an edge.
     ///
-    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the slip after an
-    /// impact. And the standard deviation of the speed away from the ground at a single sample, m/s.
+    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias
+    /// and noise, and the slip after an impact. And the standard deviation of the speed away from
+    /// the ground at a single sample, m/s.
     fn constrain_direction(
         &mut self,
         budget: &NoiseBudget,
@@ -185,9 +189,10 @@ impl MotionFilter {
 
     /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.
     ///
-    /// A velocity away from the ground shows that the wheel has met an edge: its contact angle becomes as uncertain as the angle
-    /// between both. A velocity into the ground is impossible: another wheel has met an edge, and the velocity of Q is wrong by that
-    /// much. Without this distinction a wheel that meets a kerb looks like the other wheels on a downward slope.
+    /// A velocity away from the ground shows that the wheel has met an edge: its contact angle
+    /// becomes as uncertain as the angle between both. A velocity into the ground is impossible:
+    /// another wheel has met an edge, and the velocity of Q is wrong by that much. Without this
+    /// distinction a wheel that meets a kerb looks like the other wheels on a downward slope.
     fn meet_edge(&mut self, i: usize, velocity: &ContactVelocity) {
         self.impact = TUNING.impact_time;
         let away = velocity.away;
@@ -208,8 +213,8 @@ impl MotionFilter {
         }
     }
 
-    /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and is beyond the gate counts
-    /// as sliding. Returns the slip that the rim shows.
+    /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and
+    /// is beyond the gate counts as sliding. Returns the slip that the rim shows.
     fn constrain_speed(
         &mut self,
         sample: &Constrained<'_>,

@@ -8,25 +8,30 @@ use super::tuning::TUNING;
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SensedAcceleration {
-    /// Acceleration of Q that it shows, less the estimated one after the same low pass, m/s^2, forward positive.
+    /// Acceleration of Q that it shows, less the estimated one after the same low pass, m/s^2,
+    /// forward positive.
     pub innovation: f64,
     /// Variance of its white noise, m^2/s^4.
     pub white: f64,
     /// Standard deviation of the error of the link's angle, as acceleration, m/s^2.
     pub of_angle: f64,
-    /// Standard deviation of what its place and the error of its lag add while the link turns, m/s^2.
+    /// Standard deviation of what its place and the error of its lag add while the link turns,
+    /// m/s^2.
     pub of_turning: f64,
 }
 
 impl MotionFilter {
-    /// Measurement update by the acceleration of Q that the inclinometers of links 1 and 2 show, `dt` seconds after the last sample: `None`
-    /// without a reading. Skipped after an impact: what it does to the filtered rates of the links would pass for an acceleration.
+    /// Measurement update by the acceleration of Q that the inclinometers of links 1 and 2 show,
+    /// `dt` seconds after the last sample: `None` without a reading. Skipped after an impact: what
+    /// it does to the filtered rates of the links would pass for an acceleration.
     ///
-    /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of the link: what is left is the
-    /// acceleration along the link, within seconds. It is the only measurement of the robot's motion that does not need a wheel that grips.
+    /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of
+    /// the link: what is left is the acceleration along the link, within seconds. It is the only
+    /// measurement of the robot's motion that does not need a wheel that grips.
     ///
-    /// Both links measure the same acceleration of Q. Half of the excess of their difference over [`TUNING`]`.apart` deviations is added to
-    /// the correlated noise: otherwise a gyroscope with a wrong sign would pass for an acceleration, and no inclination would contradict it.
+    /// Both links measure the same acceleration of Q. Half of the excess of their difference over
+    /// [`TUNING`]`.apart` deviations is added to the correlated noise: otherwise a gyroscope with a
+    /// wrong sign would pass for an acceleration, and no inclination would contradict it.
     pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
         self.since_acceleration += dt;
         let share = match readings {
@@ -75,7 +80,8 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// A robot that accelerates by `acceleration` (m/s^2) while all its wheels slide: nothing but the inclinometers of the links `read` shows it.
+    /// A robot that accelerates by `acceleration` (m/s^2) while all its wheels slide: nothing but
+    /// the inclinometers of the links `read` shows it.
     fn accelerated(acceleration: f64, read: [bool; 2], lag: f64) -> MotionFilter {
         let budget = NoiseBudget::typical();
         let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
@@ -104,8 +110,9 @@ mod tests {
         motion
     }
 
-    /// Closed form: with any of the inclinometers and any lag the speed after a second is the acceleration times the second, less what the
-    /// filter takes to follow: 30 ms without a lag, at most 100 ms with one of 20 ms.
+    /// Closed form: with any of the inclinometers and any lag the speed after a second is the
+    /// acceleration times the second, less what the filter takes to follow: 30 ms without a lag, at
+    /// most 100 ms with one of 20 ms.
     #[test]
     fn the_speed_of_a_robot_that_slides_is_found() {
         for read in [[true, false], [false, true], [true, true]] {
@@ -123,8 +130,8 @@ mod tests {
         assert!(accelerated(0.3, [false; 2], 0.0).velocity().x.abs() < 1e-12);
     }
 
-    /// Property: inclinometers that are read at every tenth sample only show the acceleration, too: the process of 0.6 m/s^2 is the
-    /// larger part of its deviation.
+    /// Property: inclinometers that are read at every tenth sample only show the acceleration, too:
+    /// the process of 0.6 m/s^2 is the larger part of its deviation.
     #[test]
     fn rare_readings_show_the_acceleration() {
         let budget = NoiseBudget::typical();
@@ -147,7 +154,8 @@ mod tests {
         assert!((found - 0.3).abs() < 0.02 && sigma < 0.3, "{found} {sigma}");
     }
 
-    /// Property: a second link narrows the acceleration, by less than the root of two, because the angles' errors count as common.
+    /// Property: a second link narrows the acceleration, by less than the root of two, because the
+    /// angles' errors count as common.
     #[test]
     fn two_links_tell_more_than_one() {
         let sigma = |read| accelerated(0.3, read, 0.0).estimated(ACCELERATION).1;

@@ -48,7 +48,8 @@ fn check(
     motion.check_parity(&residual, dt, true)
 }
 
-/// Asymmetry and the least eigenvalue of the covariance scaled to a correlation (whose trace is the number of states).
+/// Asymmetry and the least eigenvalue of the covariance scaled to a correlation (whose trace is the
+/// number of states).
 fn defects(motion: &MotionFilter) -> (bool, f64) {
     let p = &motion.filter.p;
     let symmetric = (0..COUNT).all(|i| (0..i).all(|j| p[i][j].to_bits() == p[j][i].to_bits()));
@@ -57,8 +58,9 @@ fn defects(motion: &MotionFilter) -> (bool, f64) {
     (symmetric, scaled.symmetric_eigenvalues().min())
 }
 
-/// Over 20 000 steps of random readings, gaps and outliers the covariance stays symmetric to the bit and positive. At the
-/// start nothing is known, then states differ in certainty by up to 1e4: rounding in the scaled matrix is 1e-12.
+/// Over 20 000 steps of random readings, gaps and outliers the covariance stays symmetric to the
+/// bit and positive. At the start nothing is known, then states differ in certainty by up to 1e4:
+/// rounding in the scaled matrix is 1e-12.
 #[test]
 fn covariance_stays_symmetric_and_positive() {
     covariance_stays_right(ContactAngles::Given);
@@ -96,7 +98,8 @@ fn covariance_stays_right(angles: ContactAngles) {
     assert!(motion.filter.x.iter().all(|x| x.is_finite()));
 }
 
-/// Wheels that roll on known slopes at a known rim speed determine the velocity: along the ground, at the speed of the rims.
+/// Wheels that roll on known slopes at a known rim speed determine the velocity: along the ground,
+/// at the speed of the rims.
 #[test]
 fn rolling_determines_the_velocity() {
     let budget = NoiseBudget::typical();
@@ -126,8 +129,8 @@ fn rolling_determines_the_velocity() {
         motion.roll(&budget, &[Some(wheel); 3], DT, true);
     }
     let along = Vec2::new(libm::cos(slope), libm::sin(slope)) * speed;
-    // The contact angles' own error, 2 deg over three wheels, turns the velocity; along the ground the prior of the
-    // acceleration pulls by less than 1e-3.
+    // The contact angles' own error, 2 deg over three wheels, turns the velocity; along the ground
+    // the prior of the acceleration pulls by less than 1e-3.
     assert!(
         (motion.velocity() - along).norm() < 0.01 * speed,
         "{}",
@@ -135,9 +138,9 @@ fn rolling_determines_the_velocity() {
     );
 }
 
-/// Contact angles with errors of 6 deg correct the direction of the velocity, not its size: without encoders the speed
-/// changes by less than a fifth within a second. Linearised about the contact angles, the constraints would stop the robot
-/// within that second.
+/// Contact angles with errors of 6 deg correct the direction of the velocity, not its size: without
+/// encoders the speed changes by less than a fifth within a second. Linearised about the contact
+/// angles, the constraints would stop the robot within that second.
 #[test]
 fn wrong_slopes_do_not_slow_the_robot_down() {
     let budget = NoiseBudget {
@@ -176,8 +179,8 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
     assert!((speed - 0.2).abs() < 0.04, "{}", motion.velocity());
 }
 
-/// A parity residual beyond its prediction counts as unmodelled load, less two standard deviations. The load decays with
-/// its time constant, and measurements are down-weighted meanwhile.
+/// A parity residual beyond its prediction counts as unmodelled load, less two standard deviations.
+/// The load decays with its time constant, and measurements are down-weighted meanwhile.
 #[test]
 fn an_impact_becomes_unmodelled_load_and_decays() {
     let budget = NoiseBudget::typical();
@@ -215,8 +218,8 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
     assert_eq!(motion.unmodelled_load.to_bits(), 0.0_f64.to_bits());
 }
 
-/// A rejected parity residual corrects no state; an accepted one corrects the states that explain it. Torque gains are
-/// never corrected.
+/// A rejected parity residual corrects no state; an accepted one corrects the states that explain
+/// it. Torque gains are never corrected.
 #[test]
 fn parity_corrects_the_states_that_explain_it() {
     let budget = NoiseBudget::typical();
@@ -246,8 +249,9 @@ fn parity_corrects_the_states_that_explain_it() {
     assert_eq!(motion.filter, new.filter);
 }
 
-/// Equivalence: of two filters, of which one gets the residuals of torques that are read too large by a thousandth, the estimates
-/// differ by a thousandth of what the covariance with the gains tells. Both filters have the same gains, so only rounding is left.
+/// Equivalence: of two filters, of which one gets the residuals of torques that are read too large
+/// by a thousandth, the estimates differ by a thousandth of what the covariance with the gains
+/// tells. Both filters have the same gains, so only rounding is left.
 #[test]
 fn a_common_gain_moves_the_estimates_as_its_covariance_tells() {
     const GAIN: f64 = 1e-3;
@@ -279,7 +283,8 @@ fn a_common_gain_moves_the_estimates_as_its_covariance_tells() {
     }
 }
 
-/// A filter without contact angles that moves at 0.2 m/s on level ground and is sure of it, and a wheel whose readings agree.
+/// A filter without contact angles that moves at 0.2 m/s on level ground and is sure of it, and a
+/// wheel whose readings agree.
 fn rolling_without_angles() -> (MotionFilter, RollingWheel) {
     let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
     motion.filter.x[VELOCITY] = 0.2;
@@ -300,8 +305,9 @@ fn rolling_without_angles() -> (MotionFilter, RollingWheel) {
     (motion, wheel)
 }
 
-/// A wheel that meets a kerb moves away from its ground: its contact angle becomes as uncertain as the change of direction, and the
-/// velocity stays. A wheel that seems to enter the ground shows a wrong velocity, and its contact angle stays.
+/// A wheel that meets a kerb moves away from its ground: its contact angle becomes as uncertain as
+/// the change of direction, and the velocity stays. A wheel that seems to enter the ground shows a
+/// wrong velocity, and its contact angle stays.
 #[test]
 fn only_a_velocity_away_from_the_ground_shows_an_edge() {
     let budget = NoiseBudget::typical();
@@ -327,7 +333,8 @@ fn only_a_velocity_away_from_the_ground_shows_an_edge() {
     }
 }
 
-/// Torque errors are only considered after an impact: a parity residual then changes no torque offset.
+/// Torque errors are only considered after an impact: a parity residual then changes no torque
+/// offset.
 #[test]
 fn an_impact_changes_no_torque_offset() {
     let mut h = [0.0; input::COUNT];
@@ -347,8 +354,9 @@ fn an_impact_changes_no_torque_offset() {
     }
 }
 
-/// A wheel that turns without slip under a small T/N tells nothing of its creep: the T/N may be a torque offset. Under a T/N well
-/// beyond the offset's reach it does, as long as it surely does not slide.
+/// A wheel that turns without slip under a small T/N tells nothing of its creep: the T/N may be a
+/// torque offset. Under a T/N well beyond the offset's reach it does, as long as it surely does not
+/// slide.
 #[test]
 fn creep_is_learned_from_wheels_that_surely_pull() {
     let budget = NoiseBudget::typical();
@@ -367,8 +375,8 @@ fn creep_is_learned_from_wheels_that_surely_pull() {
     }
 }
 
-/// Closed form: an error of the direction of 0.02 with a small variance turns the velocity by it, also backwards. A robot that
-/// stands takes none.
+/// Closed form: an error of the direction of 0.02 with a small variance turns the velocity by it,
+/// also backwards. A robot that stands takes none.
 #[test]
 fn the_direction_is_corrected() {
     for forward in [1.0, -1.0] {
@@ -391,15 +399,17 @@ fn the_direction_is_corrected() {
     }
 }
 
-/// Closed form: mapped ground moves the contact angle, known to 0.01 rad, to the mean weighted by the inverse variances. It turns the velocity
-/// that the direction constraint has tied to that angle, too. A robot that stands takes nothing.
+/// Closed form: mapped ground moves the contact angle, known to 0.01 rad, to the mean weighted by
+/// the inverse variances. It turns the velocity that the direction constraint has tied to that
+/// angle, too. A robot that stands takes nothing.
 #[test]
 fn mapped_terrain_corrects_a_contact_angle() {
     let (mut motion, _) = rolling_without_angles();
     let mut stands = motion;
     motion.correct_contact_angle(1, 0.0, 0.03, 3e-4);
     let (error, sigma) = motion.contact_angle_error(1);
-    // A prior variance of 1e-4 beside 3e-4: a quarter of the way, and three quarters of the variance.
+    // A prior variance of 1e-4 beside 3e-4: a quarter of the way, and three quarters of the
+    // variance.
     assert!((error + 0.25 * 0.03).abs() < 1e-12, "{error}");
     assert!((sigma * sigma - 0.75e-4).abs() < 1e-12, "{sigma}");
     assert_eq!(motion.contact_angle_error(0).0.to_bits(), 0.0_f64.to_bits());
@@ -411,7 +421,8 @@ fn mapped_terrain_corrects_a_contact_angle() {
 
     let (mut tied, _) = rolling_without_angles();
     let covariance = 0.9 * 0.01 * 1e-3;
-    // The error of the angle is what is read too much: a velocity that rises too little goes with it.
+    // The error of the angle is what is read too much: a velocity that rises too little goes with
+    // it.
     tied.filter.p[VELOCITY + 1][CONTACT_ANGLE + 1] = -covariance;
     tied.filter.p[CONTACT_ANGLE + 1][VELOCITY + 1] = -covariance;
     let before = tied.velocity().y;
@@ -424,7 +435,8 @@ fn mapped_terrain_corrects_a_contact_angle() {
     );
 }
 
-/// Closed form: without measurements an unknown contact angle reverts to the slope that the posture shows, by `exp(-distance/length)`.
+/// Closed form: without measurements an unknown contact angle reverts to the slope that the posture
+/// shows, by `exp(-distance/length)`.
 #[test]
 fn unknown_contact_angles_revert_along_the_ground() {
     let (mut motion, _) = rolling_without_angles();

@@ -1,25 +1,29 @@
-//! Constants of the motion filter. One tuning holds for all sensors and grounds: data sheets go into the noise budget.
+//! Constants of the motion filter. One tuning holds for all sensors and grounds: data sheets go
+//! into the noise budget.
 //!
-//! A value without a reason beside it is an engineering assumption of the stated size. `docs/measurements` has the errors that this
-//! tuning reaches, and what half and double of each value do (`sensitivity.md`).
+//! A value without a reason beside it is an engineering assumption of the stated size.
+//! `docs/measurements` has the errors that this tuning reaches, and what half and double of each
+//! value do (`sensitivity.md`).
 
 use super::noise::GaussMarkov;
 
-/// Constants of the motion filter. A [`GaussMarkov`] is a standard deviation and a correlation time.
+/// Constants of the motion filter. A [`GaussMarkov`] is a standard deviation and a correlation
+/// time.
 pub struct Tuning {
-    /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k = speed/reference, at least 1,
-    /// the standard deviations of penetration speed and slip grow with k, that of the acceleration with k^2. The
-    /// correlation times fall with 1/k.
+    /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k =
+    /// speed/reference, at least 1, the standard deviations of penetration speed and slip grow with
+    /// k, that of the acceleration with k^2. The correlation times fall with 1/k.
     /// Chosen; sensitive.
     pub reference_speed: f64,
-    /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and correlation time, s. The
-    /// measured parts add in quadrature.
+    /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard
+    /// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
     /// Chosen; sensitive.
     pub acceleration: GaussMarkov,
     /// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
     /// Chosen; sensitive.
     pub rim_factor: f64,
-    /// Standard deviation of Q's acceleration over the acceleration that the links' rotation causes, -.
+    /// Standard deviation of Q's acceleration over the acceleration that the links' rotation
+    /// causes, -.
     /// Chosen; sensitive.
     pub link_factor: f64,
     /// Standard deviation of the velocity of a robot at rest, m/s.
@@ -28,23 +32,26 @@ pub struct Tuning {
     /// Standard deviation of an unknown velocity, m/s: after a gap between frames.
     /// Guard.
     pub unknown_velocity: f64,
-    /// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 5 % over 50 ms.
+    /// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 5 %
+    /// over 50 ms.
     /// Chosen; sensitive.
     pub penetration_speed: GaussMarkov,
-    /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
-    /// common shows no acceleration.
+    /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer
+    /// within seconds, so that what both have in common shows no acceleration.
     /// Chosen; sensitive.
     pub angle_time: f64,
-    /// Difference between the accelerations that the two links show that is no contradiction, in standard deviations.
+    /// Difference between the accelerations that the two links show that is no contradiction, in
+    /// standard deviations.
     /// Chosen; sensitive.
     pub apart: f64,
-    /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
-    /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias and for
-    /// the error of creep times T/N.
+    /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at
+    /// the reference speed. It is a rolling-radius error of 0.1 %. The time, not scaled by the
+    /// speed, also holds for the gyroscope's bias and for the error of creep times T/N.
     /// Chosen; sensitive.
     pub slip: GaussMarkov,
-    /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip
-    /// ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
+    /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100
+    /// mm/s on soft ground at 0.2 m/s (slip ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and
+    /// Vehicle Dynamics, ch. 3).
     /// Chosen; sensitive.
     pub creep: f64,
     /// Standard deviation of that prior, -.
@@ -53,30 +60,36 @@ pub struct Tuning {
     /// Correlation of two wheels in that prior, 0 to 1: wheels on one ground.
     /// Chosen; sensitive.
     pub common_creep: f64,
-    /// Upper limit of the logarithm of the creep speed in m/s: false readings could carry it to where no later one corrects it.
+    /// Upper limit of the logarithm of the creep speed in m/s: false readings could carry it to
+    /// where no later one corrects it.
     /// Chosen; sensitive.
     pub greatest_creep: f64,
     /// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
     /// Chosen; sensitive.
     pub least_creep: f64,
-    /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that is missing shows a torque offset, not a
-    /// hard wheel: a creep of zero would explain any offset.
+    /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that
+    /// is missing shows a torque offset, not a hard wheel: a creep of zero would explain any
+    /// offset.
     /// Chosen; sensitive.
     pub pulling: f64,
-    /// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the temperature of the motors.
+    /// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the
+    /// temperature of the motors.
     /// Chosen; insensitive.
     pub torque_walk: f64,
     /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
     /// Chosen; sensitive.
     pub creep_walk: f64,
-    /// Correlation time of errors that observers and low passes leave, s: in the torques, in the parity residual, in what an inclinometer shows
-    /// of a link that turns, and in the acceleration after an impact.
+    /// Correlation time of errors that observers and low passes leave, s: in the torques, in the
+    /// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
+    /// after an impact.
     /// Chosen; sensitive.
     pub filter_time: f64,
-    /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the line between the wheels, rad.
+    /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
+    /// line between the wheels, rad.
     /// Chosen; sensitive.
     pub slope: f64,
-    /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter waves.
+    /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter
+    /// waves.
     /// Chosen; sensitive.
     pub slope_length: f64,
     /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
@@ -85,39 +98,41 @@ pub struct Tuning {
     /// Steepest contact angle, rad, where none is given.
     /// Guard: near a wall.
     pub steepest: f64,
-    /// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation, rad: anything between level ground and
-    /// a wall.
+    /// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation,
+    /// rad: anything between level ground and a wall.
     /// Chosen; insensitive.
     pub held_angle: f64,
-    /// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater creep speed would explain. Chosen: with
-    /// 0.25 wheels that push against a riser under a low-gain drive teach nothing, and the parity residual contradicts them.
+    /// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater
+    /// creep speed would explain. Chosen: with 0.25 wheels that push against a riser under a
+    /// low-gain drive teach nothing, and the parity residual contradicts them.
     pub linear_ratio: f64,
-    /// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong velocity. Chosen: with 0.15 the error of N
-    /// in `ditch` under the PI drive is 2.6 in place of 1.8 %, other cases hardly change.
+    /// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong
+    /// velocity. Chosen: with 0.15 the error of N in `ditch` under the PI drive is 2.6 in place of
+    /// 1.8 %, other cases hardly change.
     pub sticking_ratio: f64,
     /// Lower limit of the contact-angle error, rad, where the budget is zero.
     /// Guard.
     pub least_angle: f64,
-    /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s; after a parity outlier until this time
-    /// after the unmodelled load has decayed.
+    /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s;
+    /// after a parity outlier until this time after the unmodelled load has decayed.
     /// Chosen; sensitive.
     pub impact_time: f64,
     /// Time for which a wheel counts as sliding after an outlier of its slip, s.
     /// Chosen; insensitive.
     pub sliding_time: f64,
-    /// Additional measurement noise of both rolling constraints after an impact, with given contact angles: standard deviation, m/s, and
-    /// correlation time, s. They hardly count then.
+    /// Additional measurement noise of both rolling constraints after an impact, with given contact
+    /// angles: standard deviation, m/s, and correlation time, s. They hardly count then.
     /// Chosen; insensitive.
     pub impact_noise: GaussMarkov,
-    /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The direction of the velocity is then the
-    /// only source of the angle.
+    /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The
+    /// direction of the velocity is then the only source of the angle.
     /// Chosen; sensitive.
     pub edge_noise: GaussMarkov,
     /// Size of a parity residual that is not yet unmodelled load, in standard deviations.
     /// Chosen; sensitive.
     pub modelled: f64,
-    /// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands on two contacts under a low-gain drive has
-    /// a parity residual beyond its gate for seconds.
+    /// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
+    /// on two contacts under a low-gain drive has a parity residual beyond its gate for seconds.
     pub unmodelled_decay: f64,
     /// Variance of the unmodelled load below which it becomes zero, N^2.
     /// Guard.

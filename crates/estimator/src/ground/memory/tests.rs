@@ -31,9 +31,9 @@ fn centre(radius: f64, x: f64) -> (Vec2, f64) {
     (Vec2::new(x - radius * sin, height + radius * cos), angle)
 }
 
-/// A robot whose contacts are at `x` and 0.3 m ahead and behind. Q is the middle axle. The velocity is exact for the trapezoidal
-/// rule up to the third power of the step. `bias`: angles (rad) by which links 1 and 2 are read too high; `direction`: error of
-/// the velocity's direction, rad.
+/// A robot whose contacts are at `x` and 0.3 m ahead and behind. Q is the middle axle. The velocity
+/// is exact for the trapezoidal rule up to the third power of the step. `bias`: angles (rad) by
+/// which links 1 and 2 are read too high; `direction`: error of the velocity's direction, rad.
 fn motion(geometry: &Geometry, x: f64, speed: f64, bias: [f64; 2], direction: f64) -> GroundMotion {
     let radius = geometry.wheel_radius;
     let h = 1e-5;
@@ -89,8 +89,9 @@ fn errors(points: &[GroundPoint]) -> (f64, f64) {
     worst
 }
 
-/// Closed form: a velocity that points 0.5 deg too high does not close. The error is found to a tenth after 2 m, once in each 0.3 m; an
-/// exact motion has none; and one that is corrected by what was found has none left.
+/// Closed form: a velocity that points 0.5 deg too high does not close. The error is found to a
+/// tenth after 2 m, once in each 0.3 m; an exact motion has none; and one that is corrected by what
+/// was found has none left.
 #[test]
 fn an_error_of_the_direction_shows() {
     let geometry = Geometry::a();
@@ -120,10 +121,12 @@ fn an_error_of_the_direction_shows() {
     }
 }
 
-/// Closed form: with an exact motion the memory is the wave. The chord between two samples, 0.2 mm apart, errs by
-/// h^2/8 times the curvature: 5e-9 m. The integral of the velocity errs by h^2/12 times the difference of its derivative at
-/// both ends, below 1e-8 m. The ground has every point from the first contact of the rear wheel to the last one of the front
-/// wheel, but for up to six where the middle wheel came to the front wheel's first point, and the rear wheel to the middle wheel's.
+/// Closed form: with an exact motion the memory is the wave. The chord between two samples, 0.2 mm
+/// apart, errs by h^2/8 times the curvature: 5e-9 m. The integral of the velocity errs by h^2/12
+/// times the difference of its derivative at both ends, below 1e-8 m. The ground has every point
+/// from the first contact of the rear wheel to the last one of the front wheel, but for up to six
+/// where the middle wheel came to the front wheel's first point, and the rear wheel to the middle
+/// wheel's.
 #[test]
 fn exact_motion_gives_the_ground() {
     let points = drive(2.0, [0.0; 2], 0.0);
@@ -139,8 +142,8 @@ fn exact_motion_gives_the_ground() {
     assert!(in_order && points.iter().all(|p| p.section == 0));
 }
 
-/// A direction of the velocity that is 5 mrad too high would raise the profile by 5 mm a metre. The link angles show that it
-/// does not rise: what remains is what their prior allows, 1 mrad.
+/// A direction of the velocity that is 5 mrad too high would raise the profile by 5 mm a metre. The
+/// link angles show that it does not rise: what remains is what their prior allows, 1 mrad.
 #[test]
 fn a_wrong_direction_does_not_turn_the_profile() {
     let points = drive(3.0, [0.0; 2], 5e-3);
@@ -150,8 +153,8 @@ fn a_wrong_direction_does_not_turn_the_profile() {
     assert!(last.x > 3.2 && last.sigma_height > 2e-3, "{last:?}");
 }
 
-/// Opposite biases of the inclinometers contradict each other where the wheels pass the same place: they are found. Equal
-/// biases turn the profile, and the stated deviation says so.
+/// Opposite biases of the inclinometers contradict each other where the wheels pass the same place:
+/// they are found. Equal biases turn the profile, and the stated deviation says so.
 #[test]
 fn only_the_mean_of_the_biases_turns_the_profile() {
     let (height, _) = errors(&drive(3.0, [1e-3, -1e-3], 0.0));
@@ -167,9 +170,10 @@ fn only_the_mean_of_the_biases_turns_the_profile() {
     assert!(error < 2.0 * last.sigma_height, "{error} {last:?}");
 }
 
-/// Property: three passes do not reduce the variance below that of the errors which the wheels have in common. The mean of two
-/// biases of deviation s has s/sqrt(2); at the distance x from the origin that is a height of x s/sqrt(2). A tenth less is left
-/// for the origin's extent, the robot's length.
+/// Property: three passes do not reduce the variance below that of the errors which the wheels have
+/// in common. The mean of two biases of deviation s has s/sqrt(2); at the distance x from the
+/// origin that is a height of x s/sqrt(2). A tenth less is left for the origin's extent, the
+/// robot's length.
 #[test]
 fn passes_do_not_reduce_the_common_error() {
     for point in drive(3.0, [0.0; 2], 0.0) {
@@ -205,8 +209,8 @@ fn a_robot_may_drive_back() {
     assert_eq!((count(0.1), count(0.8)), (1, 2));
 }
 
-/// Nothing is lost: a point that was in memory is there with the next sample, or has been completed by it, also where the section
-/// ends. The next section starts at its own origin.
+/// Nothing is lost: a point that was in memory is there with the next sample, or has been completed
+/// by it, also where the section ends. The next section starts at its own origin.
 #[test]
 fn every_point_is_completed() {
     let geometry = Geometry::a();
@@ -243,7 +247,8 @@ fn every_point_is_completed() {
     assert!((places[1] - (last - axle.x)).abs() < 1e-6, "{places:?}");
 }
 
-/// The slope for the following wheels is that of the ground; its deviation grows with the way since the first wheel.
+/// The slope for the following wheels is that of the ground; its deviation grows with the way since
+/// the first wheel.
 #[test]
 fn the_slope_at_a_place_is_known_before_the_next_wheel() {
     let geometry = Geometry::a();
@@ -261,7 +266,8 @@ fn the_slope_at_a_place_is_known_before_the_next_wheel() {
     let (axle, _) = centre(geometry.wheel_radius, 0.0);
     for x in [middle, middle + 0.1, front - 0.015] {
         let (slope, sigma) = memory.slope_at(x).expect("known");
-        // Linear between points 10 mm apart: h^2/8 times the third derivative of the height, 6.5/m^2.
+        // Linear between points 10 mm apart: h^2/8 times the third derivative of the height,
+        // 6.5/m^2.
         let expected = libm::atan(wave(x + axle.x).1);
         assert!((slope - expected).abs() < 1e-4, "{slope} {expected}");
         assert!(sigma > 5e-4 && sigma < 6e-3, "{sigma}");

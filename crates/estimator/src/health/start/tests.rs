@@ -9,7 +9,8 @@ const ROBOT: RollingRobot = RollingRobot {
     damping: 0.45,
 };
 
-/// Motion of wheels (angle, speed, acceleration) that start at 0.5 s to 2 rad/s within 0.6 s, the quintic start of the drive.
+/// Motion of wheels (angle, speed, acceleration) that start at 0.5 s to 2 rad/s within 0.6 s, the
+/// quintic start of the drive.
 fn motion(time: f64) -> [f64; 3] {
     const RAMP: f64 = 0.6;
     let (s, speed) = (((time - 0.5) / RAMP).clamp(0.0, 1.0), 2.0);
@@ -59,10 +60,12 @@ fn feed(start: &mut Start, from: f64, until: f64, given: &Given) {
     }
 }
 
-/// Closed form: the delay of torques that are the robot's own of some time before is found on even and on curved ground when
-/// the robot has moved for 0.8 s. What the first order in the difference of d and one step leaves out is 20 ms over the time
-/// in which the torques change, 0.15 s, squared, at most: 1 % of it, 0.2 ms; the differences over 20 ms leave as much. Dry
-/// friction of 1.5 N m, more than the torque of the acceleration, is still rising in the smoothed torques: 3 ms.
+/// Closed form: the delay of torques that are the robot's own of some time before is found on even
+/// and on curved ground when the robot has moved for 0.8 s. What the first order in the difference
+/// of d and one step leaves out is 20 ms over the time in which the torques change, 0.15 s,
+/// squared, at most: 1 % of it, 0.2 ms; the differences over 20 ms leave as much. Dry friction of
+/// 1.5 N m, more than the torque of the acceleration, is still rising in the smoothed torques: 3
+/// ms.
 #[test]
 fn the_delay_of_a_start_is_found() {
     for (friction, tolerance) in [(0.0, 4e-4), (1.5, 3e-3)] {
@@ -100,8 +103,8 @@ fn the_next_start_repairs() {
     assert!(!start.late());
 }
 
-/// Wheels that spin have a third less inertia, a robot that pushes something more; a log may begin in the middle of a drive.
-/// None of these says anything, however late the torques are.
+/// Wheels that spin have a third less inertia, a robot that pushes something more; a log may begin
+/// in the middle of a drive. None of these says anything, however late the torques are.
 #[test]
 fn what_is_no_start_of_this_robot_says_nothing() {
     for (from, inertia) in [(0.0, 0.28), (0.0, 0.60), (0.7, 0.42)] {

@@ -9,8 +9,9 @@ const ROBOT: RollingRobot = RollingRobot {
     damping: 0.45,
 };
 
-/// Wheels that oscillate about a common angle with frequencies of their own, under a PI control whose torques are read in
-/// an order. The control is that of the sampled angles: the fit is exact but for the smoothing of the speed.
+/// Wheels that oscillate about a common angle with frequencies of their own, under a PI control
+/// whose torques are read in an order. The control is that of the sampled angles: the fit is exact
+/// but for the smoothing of the speed.
 fn run(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64) {
     for k in 0..(time / DT) as u32 {
         let t = f64::from(k) * DT;
@@ -26,7 +27,8 @@ fn run(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64) {
     }
 }
 
-/// Each exchange is found within 5 s, with the torques concerned, and forgotten when it is repaired.
+/// Each exchange is found within 5 s, with the torques concerned, and forgotten when it is
+/// repaired.
 #[test]
 fn exchanged_torques_are_found_and_forgotten() {
     let orders = [
@@ -58,7 +60,8 @@ fn the_right_pairing_explains_all() {
     assert!(explained > 0.99 && explained < 1.0 + 1e-9, "{explained}");
 }
 
-/// Torques whose differences are 0.1 N m say nothing, nor do a robot at rest and torques that drive a wheel that is ahead.
+/// Torques whose differences are 0.1 N m say nothing, nor do a robot at rest and torques that drive
+/// a wheel that is ahead.
 #[test]
 fn small_differences_say_nothing() {
     let mut wiring = Wiring::default();

@@ -10,8 +10,8 @@ use crate::health::{
 use crate::nominal::Nominal;
 
 impl BestFilters {
-    /// Health after the innovations of this sample. They count while the robot drives and every wheel rolls on one contact:
-    /// elsewhere the constraints do not hold.
+    /// Health after the innovations of this sample. They count while the robot drives and every
+    /// wheel rolls on one contact: elsewhere the constraints do not hold.
     pub(super) fn check_health(
         &mut self,
         nominal: &Nominal,

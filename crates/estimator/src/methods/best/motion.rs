@@ -13,8 +13,8 @@ use crate::statics::Arms;
 use robhaz_model::{GRAVITY, Geometry, Robot, direction, perp};
 
 impl BestFilters {
-    /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of the ground is discarded; when it ends,
-    /// the robot may be moving.
+    /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of
+    /// the ground is discarded; when it ends, the robot may be moving.
     fn detect_standing(
         &mut self,
         nominal: &Nominal,
@@ -49,15 +49,17 @@ impl BestFilters {
         }
     }
 
-    /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive. `None` before its observer has settled.
+    /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive. `None` before its
+    /// observer has settled.
     fn rim_speed(&self, i: usize, geometry: &Geometry) -> Option<f64> {
         let link_rate = self.links[geometry.carriers[i].index()].rate();
         let spin = self.wheels[i].settled_speed();
         spin.map(|spin| geometry.wheel_radius * (spin - link_rate))
     }
 
-    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`, unless the wheels
-    /// spin in place. `inclination` are the innovations of the inclinometers, rad. Returns the residuals of these constraints.
+    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the
+    /// posture of `arms`, unless the wheels spin in place. `inclination` are the innovations of the
+    /// inclinometers, rad. Returns the residuals of these constraints.
     pub(super) fn update_motion(
         &mut self,
         nominal: &Nominal,
@@ -157,16 +159,17 @@ impl BestFilters {
     }
 }
 
-/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line to the middle wheel, at the middle
-/// wheel that of the line between the others. The ground under a wheel deviates from it, but over a distance the mean slope of the
-/// ground is that of the robot.
+/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line
+/// to the middle wheel, at the middle wheel that of the line between the others. The ground under a
+/// wheel deviates from it, but over a distance the mean slope of the ground is that of the robot.
 fn expected_slopes(arms: &Arms) -> [f64; 3] {
     let slope = |front: usize, rear: usize| direction(arms.axles[front] - arms.axles[rear]);
     [slope(0, 1), slope(0, 2), slope(1, 2)]
 }
 
-/// Normalised innovations squared of the speed constraints, each relative to the middle one of the three wheels: an error of the
-/// robot's speed is common to all and shows no wheel. See [`SlipResidual::nis_beside`]. `None` unless all three constraints apply.
+/// Normalised innovations squared of the speed constraints, each relative to the middle one of the
+/// three wheels: an error of the robot's speed is common to all and shows no wheel. See
+/// [`SlipResidual::nis_beside`]. `None` unless all three constraints apply.
 fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
     let slip = |r: &Option<RollingResiduals>| r.and_then(|r| r.slip);
     let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {

@@ -13,7 +13,8 @@ impl BestFilters {
     /// Guard.
     const LEAST_UPWARD: f64 = 0.5 * GRAVITY;
 
-    /// Corrects the motion by the innovations of the inclinometers (rad), `dt` seconds after the last sample.
+    /// Corrects the motion by the innovations of the inclinometers (rad), `dt` seconds after the
+    /// last sample.
     pub(super) fn correct_acceleration(
         &mut self,
         nominal: &Nominal,
@@ -42,7 +43,8 @@ impl BestFilters {
         self.motion.correct_acceleration(&readings, dt);
     }
 
-    /// Angle between the specific force and gravity at the centres of mass of links 1 and 2, rad, in the posture of `arms`.
+    /// Angle between the specific force and gravity at the centres of mass of links 1 and 2, rad,
+    /// in the posture of `arms`.
     pub(super) fn force_angle(&self, arms: &Arms) -> [f64; 2] {
         [(0, Bar::Link1), (1, Bar::Link2)].map(|(k, bar): (usize, Bar)| {
             let (link, arm) = (&self.links[k], arms.centres[bar as usize]);

@@ -28,7 +28,8 @@ impl BestFilters {
         nominal.equations(arms, link_angles, loads, &contact_angle)
     }
 
-    /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2, rad/s^2.
+    /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2,
+    /// rad/s^2.
     pub(super) fn loads(&self, nominal: &Nominal, arms: &Arms, accelerations: [f64; 2]) -> Loads {
         let heavier = self.scale.applied();
         if !self.method.inertia {
@@ -64,7 +65,8 @@ impl BestFilters {
         [traction(0), traction(1), traction(2)]
     }
 
-    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the last forces.
+    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the last
+    /// forces.
     pub(super) fn right_side(&self, nominal: &Nominal, equations: &Equations) -> RightSide {
         let tractions = self.tractions(nominal);
         let inertial = self.method.inertia.then_some(&nominal.masses);
@@ -90,10 +92,12 @@ impl BestFilters {
         }
     }
 
-    /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the residual corrects the
-    /// states, and the right-hand side is corrected to first order with H_N unchanged. Unmodelled load adds to the noise.
+    /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the
+    /// residual corrects the states, and the right-hand side is corrected to first order with H_N
+    /// unchanged. Unmodelled load adds to the noise.
     ///
-    /// Returns the residual and the flags that it raises; `None` where the contacts leave the parity undefined.
+    /// Returns the residual and the flags that it raises; `None` where the contacts leave the
+    /// parity undefined.
     pub(super) fn check_parity(
         &mut self,
         nominal: &Nominal,

@@ -11,8 +11,9 @@ use nalgebra::Vector4;
 use proptest::prelude::*;
 
 proptest! {
-    /// The columns are the derivatives of `y - H_N N` (N held) by each input, with all else recomputed from the changed
-    /// input. Central differences at h = 1e-6 err by 1e-9 of 100 N; linear parts err by rounding over h, 1e-8.
+    /// The columns are the derivatives of `y - H_N N` (N held) by each input, with all else
+    /// recomputed from the changed input. Central differences at h = 1e-6 err by 1e-9 of 100 N;
+    /// linear parts err by rounding over h, 1e-8.
     #[test]
     fn sensitivity_is_the_derivative(
         theta in prop::array::uniform2(-0.25_f64..0.25), slopes in prop::array::uniform3(-0.4_f64..0.4),
@@ -68,8 +69,8 @@ proptest! {
     }
 }
 
-/// Readings of a robot at rest on level ground. Inclinometers and gyroscopes have their white noise. Torques have none:
-/// it would change the sign of the observed speeds at random.
+/// Readings of a robot at rest on level ground. Inclinometers and gyroscopes have their white
+/// noise. Torques have none: it would change the sign of the observed speeds at random.
 fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Random) -> SensorFrame {
     let mut link = || LinkReading {
         inclination: Some(budget.inclination_noise * random.normal()),
@@ -86,9 +87,10 @@ fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Rando
     }
 }
 
-/// At rest, without rolling constraints, only the parity residual depends on the torque offsets, and on level ground on
-/// their sum alone (horizontal row; the moment rows have nearly equal arms). So the sum is estimated. Differences, gear
-/// friction and gains are not observable: they keep the mean and standard deviation of their prior.
+/// At rest, without rolling constraints, only the parity residual depends on the torque offsets,
+/// and on level ground on their sum alone (horizontal row; the moment rows have nearly equal arms).
+/// So the sum is estimated. Differences, gear friction and gains are not observable: they keep the
+/// mean and standard deviation of their prior.
 #[test]
 fn only_observable_errors_are_estimated() {
     let method = KalmanMethod {
@@ -116,7 +118,8 @@ fn only_observable_errors_are_estimated() {
     let found = errors.torque_offset;
     let sum: f64 = found.iter().map(|f| f.0).sum();
     let sum_of_sigma: f64 = found.iter().map(|f| f.1).sum();
-    // Contact angles off by 2 deg under 45 N act as 0.27 N m over all wheels; over 20 s they average to a tenth.
+    // Contact angles off by 2 deg under 45 N act as 0.27 N m over all wheels; over 20 s they
+    // average to a tenth.
     assert!((sum - 0.3).abs() < 0.06, "{found:?}");
     let p = offset_covariance(&estimator);
     let variance = |u: [f64; 3]| {
@@ -156,9 +159,10 @@ fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
 }
 
-/// Newton: nothing counts while the rate follows its low pass. A link that turns with an angular acceleration s may accelerate Q, and the
-/// whole mass M with it, by s times its longest arm. That vertical force is borne by the wheels: the sum of N has at least the deviation
-/// M s arm. Rounding.
+/// Newton: nothing counts while the rate follows its low pass. A link that turns with an angular
+/// acceleration s may accelerate Q, and the whole mass M with it, by s times its longest arm. That
+/// vertical force is borne by the wheels: the sum of N has at least the deviation M s arm.
+/// Rounding.
 #[test]
 fn unmodelled_turning_counts_with_the_whole_mass() {
     let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());

@@ -101,8 +101,8 @@ impl BestFilters {
         })
     }
 
-    /// Adds what an error of the torques' scale and one of the mass would change to the covariance of the forces; `by_scale` is what
-    /// an error of 1 of the scale changes, N.
+    /// Adds what an error of the torques' scale and one of the mass would change to the covariance
+    /// of the forces; `by_scale` is what an error of 1 of the scale changes, N.
     pub(super) fn consider_scale(&self, by_scale: &[f64; 6], forces: &mut Forces) {
         let deviation = self.scale.deviation();
         let ([t1, t2, t3], [n1, n2, n3]) = (forces.traction, forces.normal);

@@ -6,11 +6,12 @@ use crate::statics::{Equations, Equilibrium, Forces, Sensitivity, input};
 
 impl BestFilters {
     /// Adds what unmodelled angular accelerations of the links cost to the covariance of N:
-    /// [`crate::filters::LinkAngleKalman::unmodelled_acceleration`]. Nothing on ground that the filters follow.
+    /// [`crate::filters::LinkAngleKalman::unmodelled_acceleration`]. Nothing on ground that the
+    /// filters follow.
     ///
-    /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the link there: no sensor shows how
-    /// much. So beside the inertia of the turning linkage counts an acceleration of Q in any direction, by the longest arm from Q to an axle
-    /// of that link.
+    /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the
+    /// link there: no sensor shows how much. So beside the inertia of the turning linkage counts an
+    /// acceleration of Q in any direction, by the longest arm from Q to an axle of that link.
     pub(super) fn consider_unmodelled_turning(
         &self,
         nominal: &Nominal,

@@ -1,15 +1,16 @@
-//! The needed friction in closed form where three contacts limit it: the usual case. A second way to what the linear
-//! programs find.
+//! The needed friction in closed form where three contacts limit it: the usual case. A second way
+//! to what the linear programs find.
 //!
-//! With one contact a wheel and `T_i = s_i m N_i`, s_i = +-1, eq. (8) is four equations for N_1, N_2, N_3 and m:
+//! With one contact a wheel and `T_i = s_i m N_i`, s_i = +-1, eq. (8) is four equations for N_1,
+//! N_2, N_3 and m:
 //!
 //! ```text
 //! sum of N_i a_i = F',   a_i = n_i + s_i m t_i     (n_i, t_i: columns of N and T)
 //! ```
 //!
-//! It is the least m if the multipliers of the three conditions `s_i T_i <= m N_i` have one sign: with y normal to all a_i
-//! they are l_i = s_i y.t_i, and the sum of l_i N_i is above 0 (Karush, Kuhn, Tucker; sufficient, since m -> max |T|/N is
-//! quasi-convex where N > 0).
+//! It is the least m if the multipliers of the three conditions `s_i T_i <= m N_i` have one sign:
+//! with y normal to all a_i they are l_i = s_i y.t_i, and the sum of l_i N_i is above 0 (Karush,
+//! Kuhn, Tucker; sufficient, since m -> max |T|/N is quasi-convex where N > 0).
 
 use nalgebra::{Matrix3, Matrix4, Vector4};
 
@@ -31,7 +32,8 @@ pub struct Vertex {
     pub traction: [f64; 3],
 }
 
-/// The least m for the columns of N and T of three contacts, with the signs of T as given or all reversed.
+/// The least m for the columns of N and T of three contacts, with the signs of T as given or all
+/// reversed.
 pub fn vertex(
     columns: &[[Vector4<f64>; 2]; 3],
     right: &Vector4<f64>,

@@ -4,8 +4,8 @@ use super::{lines, one};
 use robhaz_scene::Scene;
 use std::path::Path;
 
-/// The friction laws that are too stiff for the steps of `rapier` are refused with the key, the limit and the remedies;
-/// `direct` takes them. Keys of another law are refused.
+/// The friction laws that are too stiff for the steps of `rapier` are refused with the key, the
+/// limit and the remedies; `direct` takes them. Keys of another law are refused.
 #[test]
 fn stiff_friction_is_refused_with_its_limit() {
     one(
@@ -57,8 +57,9 @@ fn stiff_friction_is_refused_with_its_limit() {
     );
 }
 
-/// Scalings of the set speed: wheels and times that do not exist, and times of one wheel that overlap.
-/// A control needs an estimator that the scene has, one set speed, and gains that its samples bear.
+/// Scalings of the set speed: wheels and times that do not exist, and times of one wheel that
+/// overlap. A control needs an estimator that the scene has, one set speed, and gains that its
+/// samples bear.
 #[test]
 fn wrong_controls_are_refused() {
     one(
@@ -169,8 +170,8 @@ fn scalings_without_effect_are_warned_of() {
     assert_eq!(found, [short]);
 }
 
-/// The longest step is that of the robot and ground at hand: the damping's limit grows with the wheel's mass, and
-/// undamped ground has a limit from its stiffness.
+/// The longest step is that of the robot and ground at hand: the damping's limit grows with the
+/// wheel's mass, and undamped ground has a limit from its stiffness.
 #[test]
 fn the_longest_step_belongs_to_the_robot() {
     let limits = |overrides: &[&str]| -> Vec<String> {

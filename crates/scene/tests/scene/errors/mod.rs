@@ -1,4 +1,5 @@
-//! Error messages: every problem of a scene on one line, with file, line, key, what was found and what is allowed.
+//! Error messages: every problem of a scene on one line, with file, line, key, what was found and
+//! what is allowed.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -173,7 +174,8 @@ fn rules_over_several_keys() {
         )
         .is_ok()
     );
-    // An explicit drive overshoots in each part of a step where its slope is too great, whichever term makes it.
+    // An explicit drive overshoots in each part of a step where its slope is too great, whichever
+    // term makes it.
     for (key, value, longest, most) in [
         ("kp", "10000", "7.36e-5", "736"),
         ("viscous_damping", "950", "7.71e-4", "731"),
@@ -207,7 +209,8 @@ fn rules_over_several_keys() {
         "{}",
         found[0]
     );
-    // Beyond three times the time constant of a bare wheel on the damping in each part the contact force may diverge.
+    // Beyond three times the time constant of a bare wheel on the damping in each part the contact
+    // force may diverge.
     assert_eq!(
         lines("contact.damping = 5e5"),
         [

@@ -35,7 +35,8 @@ where
     }
 }
 
-/// Equations given by a function that may have no value. The integrals are those of the solution itself.
+/// Equations given by a function that may have no value. The integrals are those of the solution
+/// itself.
 struct Test<const N: usize, F> {
     f: F,
     longest_step: f64,
@@ -120,8 +121,8 @@ where
     (radau, Ok(()))
 }
 
-/// Convergence: y'' = -y with a fixed step. Solution and integral are of order 5 at the ends of the steps; the
-/// error of the dense output has the fourth power of the step.
+/// Convergence: y'' = -y with a fixed step. Solution and integral are of order 5 at the ends of the
+/// steps; the error of the dense output has the fourth power of the step.
 #[test]
 fn order_five_and_dense_output_of_order_three() {
     let errors = [0.4, 0.2, 0.1].map(|h: f64| {
@@ -155,8 +156,8 @@ fn order_five_and_dense_output_of_order_three() {
     }
 }
 
-/// Closed form (Prothero and Robinson): y' = -1e6 (y - cos t) - sin t has the solution y = cos t. A stiff solver
-/// solves it with long steps.
+/// Closed form (Prothero and Robinson): y' = -1e6 (y - cos t) - sin t has the solution y = cos t. A
+/// stiff solver solves it with long steps.
 #[test]
 fn a_stiff_pole_costs_no_steps() {
     let f = |t: f64, y: &SVector<f64, 1>| Some(SVector::from([-1e6 * (y[0] - t.cos()) - t.sin()]));
@@ -170,8 +171,8 @@ fn a_stiff_pole_costs_no_steps() {
     }
 }
 
-/// Reference: Robertson's reaction (rates from 0.04 to 3e7) at t = 40, to ten digits as in the test sets for stiff
-/// solvers.
+/// Reference: Robertson's reaction (rates from 0.04 to 3e7) at t = 40, to ten digits as in the test
+/// sets for stiff solvers.
 #[test]
 fn robertsons_reaction() {
     let f = |_: f64, y: &SVector<f64, 3>| {
@@ -198,8 +199,8 @@ fn robertsons_reaction() {
     }
 }
 
-/// Property: a step into a state without rates is rejected. If no other step exists, the solver stops close to this
-/// state.
+/// Property: a step into a state without rates is rejected. If no other step exists, the solver
+/// stops close to this state.
 #[test]
 fn states_without_rates_are_avoided_or_reported() {
     // Long steps would overshoot 0, where there are no rates.

@@ -1,7 +1,9 @@
-//! What shared traction is worth: needed friction, slip and energy on rolling ground; steepest ramp and highest kerb.
+//! What shared traction is worth: needed friction, slip and energy on rolling ground; steepest ramp
+//! and highest kerb.
 //!
 //! The study behind `docs/measurements/driving.md`:
-//! `cargo test --release -p robhaz-study --test study driving::study -- --ignored --nocapture`; its figure:
+//! `cargo test --release -p robhaz-study --test study driving::study -- --ignored --nocapture`; its
+//! figure:
 //! `ROBHAZ_FIGURE=driving.svg cargo test --release -p robhaz-study --test study driving::figure -- --ignored`.
 #![allow(
     clippy::unwrap_used,
@@ -121,7 +123,8 @@ struct Trip {
 }
 
 impl Trip {
-    /// Adds a sample of `dt` (s). Wheels with less than a twentieth of the mean load count as unloaded, as for the estimator.
+    /// Adds a sample of `dt` (s). Wheels with less than a twentieth of the mean load count as
+    /// unloaded, as for the estimator.
     fn add(&mut self, truth: &Truth, least_load: f64, dt: f64) {
         self.needed_now = 0.0;
         for wheel in &truth.wheels {
@@ -139,8 +142,8 @@ impl Trip {
     }
 }
 
-/// Drives a scene until its end, until the middle wheel reaches `goal` (m), or until the robot has not come 5 mm closer to it
-/// in 3 s. A robot that overturns has not reached it.
+/// Drives a scene until its end, until the middle wheel reaches `goal` (m), or until the robot has
+/// not come 5 mm closer to it in 3 s. A robot that overturns has not reached it.
 fn drive(scene: &Scene, goal: f64) -> Trip {
     followed(scene, goal, &mut |_| {})
 }
@@ -165,7 +168,8 @@ fn followed(scene: &Scene, goal: f64, look: &mut dyn FnMut(&Trip)) -> Trip {
     trip
 }
 
-/// The largest value between `low` and `high` at which the robot reaches the goal, to `width`; `low` if it never does.
+/// The largest value between `low` and `high` at which the robot reaches the goal, to `width`;
+/// `low` if it never does.
 fn largest(low: f64, high: f64, width: f64, reaches: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (low, high);
     while high - low > width {
@@ -187,7 +191,8 @@ fn ground(mu: f64) -> [String; 2] {
     ]
 }
 
-/// Climbs a long ramp of an angle (deg): the goal is 0.7 m beyond its foot, with all wheels on the incline.
+/// Climbs a long ramp of an angle (deg): the goal is 0.7 m beyond its foot, with all wheels on the
+/// incline.
 fn climbs_ramp(drive_keys: Drive, mu: f64, degrees: f64) -> bool {
     let keys = [
         format!("terrain.angle={degrees} deg"),
@@ -213,8 +218,8 @@ fn climbs_kerb(drive_keys: Drive, mu: f64, millimetres: f64) -> bool {
     drive(&load("step", drive_keys, &keys), 1.2).travel >= 1.2
 }
 
-/// Acceptance: on the main scene, with typical sensors and without contact angles, shared traction needs at most half of the
-/// friction of the PI drive and slips at most half as far.
+/// Acceptance: on the main scene, with typical sensors and without contact angles, shared traction
+/// needs at most half of the friction of the PI drive and slips at most half as far.
 #[test]
 fn shared_traction_halves_needed_friction_and_slip() {
     let [pi, shared] = [PI, SHARED].map(|drive_keys| {
@@ -228,7 +233,8 @@ fn shared_traction_halves_needed_friction_and_slip() {
     assert!(shared.travel > 3.4, "{shared:?}");
 }
 
-/// Acceptance: shared traction climbs every ramp up to a share of the friction angle, not only some of them.
+/// Acceptance: shared traction climbs every ramp up to a share of the friction angle, not only some
+/// of them.
 #[test]
 fn shared_traction_climbs_up_to_the_friction_angle() {
     let shares: Vec<f64> = match std::env::var("ROBHAZ_SHARES") {

@@ -1,4 +1,5 @@
-//! The friction test from ice to the best ground, on level ground: errors, refusals, and whether what is stated holds.
+//! The friction test from ice to the best ground, on level ground: errors, refusals, and whether
+//! what is stated holds.
 
 use super::{FIRST_SEED, GROUNDS, LAWS, Outcome, Ramps, ramps, scene};
 use rayon::prelude::*;
@@ -12,7 +13,8 @@ struct Row {
     tests: usize,
     /// Errors of the tests that ended in slip, -.
     errors: Vec<f64>,
-    /// Tests whose statement is true: mu_max within two deviations, or above the lower bound where there was no slip.
+    /// Tests whose statement is true: mu_max within two deviations, or above the lower bound where
+    /// there was no slip.
     true_statements: usize,
     /// Tests with mu_s above mu less two deviations.
     true_bounds: usize,
@@ -92,8 +94,8 @@ fn study_of_level_ground() -> Outcome<()> {
     Ok(())
 }
 
-/// On ice, where the wheel that spins takes the estimated speed with it: every wheel's mu_max within 0.02 and within two deviations. The
-/// first two cases once gave 0.185 and 0.363.
+/// On ice, where the wheel that spins takes the estimated speed with it: every wheel's mu_max
+/// within 0.02 and within two deviations. The first two cases once gave 0.185 and 0.363.
 #[test]
 fn mu_max_on_ice() -> Outcome<()> {
     let (_, ground) = GROUNDS[0];

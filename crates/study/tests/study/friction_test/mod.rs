@@ -1,9 +1,10 @@
-//! Acceptance of the friction test: mu_max of each wheel against mu_s of the plant, with typical sensors and without contact angles;
-//! and no onset of slip where no wheel slides.
+//! Acceptance of the friction test: mu_max of each wheel against mu_s of the plant, with typical
+//! sensors and without contact angles; and no onset of slip where no wheel slides.
 //!
 //! The studies behind `docs/measurements/friction-test.md`:
-//! `cargo test --release -p robhaz-study --test study friction_test -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
-//! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds, 20 by default.
+//! `cargo test --release -p robhaz-study --test study friction_test -- --ignored --nocapture`. The
+//! variable `ROBHAZ_CASES` selects the cases whose name contains one of its words, divided by
+//! semicolons; `ROBHAZ_SEEDS` is the number of seeds, 20 by default.
 
 mod level;
 mod parts;
@@ -262,7 +263,8 @@ fn onsets(name: &str, drive: &[&str], seeds: u64) -> Outcome<(usize, usize)> {
     Ok((events, runs.iter().map(|run| run.open.len()).sum()))
 }
 
-/// Limits of one ground: 4 % of mu; 90 % within two sigma; 50 mm and 20 s a wheel; no wheel fails. Two seeds of each case.
+/// Limits of one ground: 4 % of mu; 90 % within two sigma; 50 mm and 20 s a wheel; no wheel fails.
+/// Two seeds of each case.
 fn check(ground: (&str, &[&str]), cases: &[(&str, f64)]) -> Outcome<()> {
     let mut all = Row::default();
     for (law, mu) in cases {
@@ -297,7 +299,8 @@ fn mu_max_on_level_ground() -> Outcome<()> {
     check(GROUNDS[0], &cases)
 }
 
-/// On a slope the other wheels hold the robot, and often slip before the tested one under its second ramp.
+/// On a slope the other wheels hold the robot, and often slip before the tested one under its
+/// second ramp.
 #[test]
 fn mu_max_on_a_slope() -> Outcome<()> {
     check(
@@ -324,8 +327,9 @@ fn a_test_without_slip_gives_a_lower_bound() -> Outcome<()> {
     Ok(())
 }
 
-/// No slip event where the truth shows no sliding in the second before, on any rolling ground. On `smooth` wheels come to the limit of
-/// friction again and again under the PI drive, and their events are found: about ten a run, of which half may be missed here.
+/// No slip event where the truth shows no sliding in the second before, on any rolling ground. On
+/// `smooth` wheels come to the limit of friction again and again under the PI drive, and their
+/// events are found: about ten a run, of which half may be missed here.
 #[test]
 fn no_false_onsets_on_rolling_ground() -> Outcome<()> {
     for name in ROLLING {

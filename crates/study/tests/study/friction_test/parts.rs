@@ -1,4 +1,5 @@
-//! What makes up the error of mu_max of a single ramp: true values put in for estimated ones, one at a time.
+//! What makes up the error of mu_max of a single ramp: true values put in for estimated ones, one
+//! at a time.
 
 use super::{FIRST_SEED, GROUNDS, LAWS, MU, Outcome, scene};
 use rayon::prelude::*;
@@ -39,7 +40,8 @@ impl Instant {
             let friction = estimate.friction.as_ref();
             friction.and_then(|wheels| wheels[i].needed)
         };
-        // Traction as the needed friction has it, with what the memory of the ground knows of the slope.
+        // Traction as the needed friction has it, with what the memory of the ground knows of the
+        // slope.
         let traction =
             |i: usize| needed(i).map_or(f64::NAN, |n| n.value * estimate.normal_force[i]);
         Self {

@@ -1,4 +1,5 @@
-//! Random paths: ramps, kerbs, waves, rough ground, level and on slopes, with a friction coefficient of 0.2 to 0.9.
+//! Random paths: ramps, kerbs, waves, rough ground, level and on slopes, with a friction
+//! coefficient of 0.2 to 0.9.
 
 use robhaz_path::DriveKind;
 use robhaz_scene::Scene;
@@ -67,8 +68,8 @@ const ON_SLOPE: f64 = 1.6;
 /// Spacing of the points of a ground on an incline, m.
 const SPACING: f64 = 0.005;
 
-/// The path of a number in a series of random paths: the same for the same two numbers. The robot drives it by `drive`, which must be a
-/// control of a scene.
+/// The path of a number in a series of random paths: the same for the same two numbers. The robot
+/// drives it by `drive`, which must be a control of a scene.
 pub fn random_path(
     series: u64,
     number: u64,

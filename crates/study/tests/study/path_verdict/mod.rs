@@ -1,9 +1,12 @@
-//! The verdict of `robhaz path --drive shared|speed` against driving in the simulator: random paths, engine `direct`, the same drive.
+//! The verdict of `robhaz path --drive shared|speed` against driving in the simulator: random
+//! paths, engine `direct`, the same drive.
 //!
 //! The study behind `docs/measurements/path-verdict.md`:
-//! `cargo test --release -p robhaz-study --test study path_verdict::study -- --ignored --nocapture`. `ROBHAZ_PATHS` is the number of paths,
-//! `ROBHAZ_SERIES` the number of the series that they are drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default. `ROBHAZ_OUTCOMES` names a file that keeps how the drives ended:
-//! where it exists, nothing is driven and only the verdict is computed anew.
+//! `cargo test --release -p robhaz-study --test study path_verdict::study -- --ignored --nocapture`.
+//! `ROBHAZ_PATHS` is the number of paths, `ROBHAZ_SERIES` the number of the series that they are
+//! drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default. `ROBHAZ_OUTCOMES` names a file that
+//! keeps how the drives ended: where it exists, nothing is driven and only the verdict is computed
+//! anew.
 
 // A test may panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -55,15 +58,17 @@ impl Confusion {
     }
 }
 
-/// Trials that are called go with a probability of at least 0.95, and how many of them did not pass.
+/// Trials that are called go with a probability of at least 0.95, and how many of them did not
+/// pass.
 fn sure(trials: &[Trial]) -> (usize, usize) {
     let sure = trials.iter().filter(|t| t.go() && t.probability() >= 0.95);
     let failed = sure.clone().filter(|t| !t.passed()).count();
     (sure.count(), failed)
 }
 
-/// Acceptance, on a few paths of each kind: the verdict agrees with driving but for one path, and no path that is called go with a
-/// probability of at least 0.95 stops the robot. The share of all is that of the study.
+/// Acceptance, on a few paths of each kind: the verdict agrees with driving but for one path, and
+/// no path that is called go with a probability of at least 0.95 stops the robot. The share of all
+/// is that of the study.
 #[test]
 fn the_verdict_agrees_with_driving() {
     let trials = trials(100, 21, DriveKind::Shared, &[]);

@@ -39,8 +39,8 @@ impl Drove {
         Ok(Self { x, end })
     }
 
-    /// Drives until the goal (m), until the robot is stuck or turns over, or until a bar touches the ground, whose force is not
-    /// modelled.
+    /// Drives until the goal (m), until the robot is stuck or turns over, or until a bar touches
+    /// the ground, whose force is not modelled.
     fn along(path: &RandomPath, goal: f64) -> Outcome<Self> {
         let scene = &path.scene;
         let mut plant = DrivenPlant::new(scene, &scene.plant_setup())?;
