@@ -176,6 +176,9 @@ fn alarms(
     let (mut alarms, mut runs, mut largest) = (0, 0, 0.0_f64);
     for (k, (name, ground)) in scenes.iter().enumerate() {
         for (d, drive) in drives.into_iter().enumerate() {
+            if !(has([k, d, 0]) || has([k, d, 1])) {
+                continue;
+            }
             let drive = &[drive, *ground].concat();
             let truth = TruthRun::of(&scene(name, drive)?)?;
             for (g, grade) in ["typical", "poor"].into_iter().enumerate() {
@@ -215,11 +218,11 @@ fn alarms(
     Ok((alarms, runs, largest))
 }
 
-/// No alarm with honest sensors in any shipped scene, with both drives and both grades. A part of
-/// the study below.
+/// No alarm with honest sensors in any shipped scene, with both grades and one drive or the other
+/// in turn. A part of the study below.
 #[test]
 fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
-    let (alarms, runs, _) = alarms(&SCENES, 1, |numbers| numbers.iter().sum::<usize>() % 2 == 0)?;
+    let (alarms, runs, _) = alarms(&SCENES, 1, |[scene, drive, _]| (scene + drive) % 2 == 0)?;
     assert_eq!((alarms, runs), (0, 80));
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! For any content of a file the reader returns a scene or problems: no panic, bounded time and
 //! memory, short messages.
 //!
-//! Three hundred mutations of the shipped scenes, thirty of tracks in each use and of robots in
+//! Three hundred mutations of the shipped scenes, thirty of tracks in each use and ten of robots in
 //! each part, always the same ones. A failure names its case.
 #![allow(
     clippy::unwrap_used,
@@ -301,7 +301,7 @@ fn mutated_robots_are_read_or_refused() {
     for (seed, part) in [(4, "geometry"), (5, "mass")] {
         let originals = files("robots", part, ".toml");
         reads(
-            (seed, 20),
+            (seed, 10),
             &originals,
             "robot.toml",
             &format!("[robot]\n{part} = 'robot.toml'\n"),

@@ -12,7 +12,7 @@ use crate::check::ground::Signs;
 use crate::check::readings::Readings;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel, Tested};
-use crate::check::signal::rms;
+use crate::check::signal::{high_pass, integral, rms, zip};
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
@@ -26,6 +26,29 @@ const ACCELERATION_ERROR: f64 = 2.0;
 
 const ACCELERATION: &str = "acceleration";
 const SIGN: &str = "sign and unit";
+const NOISE: &str = "noise while driving";
+/// Half of the time over which the change of an inclination is compared with the integral of its
+/// gyroscope, s: vibration of links and wheels is faster, the errors of both are slower.
+const HALF_TIME: f64 = 0.125;
+
+/// What inclinometers show beside the integral of their gyroscopes while the robot drives: noise,
+/// accelerations, and vibration of the links. It is no fault, but with a budget that states much
+/// less `best` names channels whose wiring is right. Nothing of a log that does not drive.
+pub fn noise_while_driving(log: &Readings<'_>) -> Vec<Finding> {
+    let half = log.recording.steps(HALF_TIME);
+    let of_link = |k: usize| {
+        let turned = integral(&log.recording.rate[k], log.recording.dt);
+        let error = zip(&log.recording.inclination[k], &turned, |a, b| a - b);
+        let error = log
+            .motion
+            .while_driving(log.robot, &high_pass(&error, half));
+        let [noise, stated] = [rms(&error), log.budget.inclination_noise].map(|x| x / DEGREE);
+        let figure = format!("{noise:.3} deg, budget.inclination_noise {stated:.3} deg");
+        let finding = Finding::ok(NOISE, format!("inclinometer {}", k + 1), figure);
+        (noise > 0.0).then(|| finding.with("noise", noise, "deg"))
+    };
+    [0, 1].into_iter().filter_map(of_link).collect()
+}
 
 /// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before
 /// further tests.

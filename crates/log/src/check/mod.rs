@@ -123,8 +123,9 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let are_right = links.findings.iter().all(|f| f.verdict != Verdict::Fault);
     log.take(links);
     if are_right {
+        let noise = links::noise_while_driving(&log);
         let delays = link_delays::findings(&log);
-        log.findings.extend(delays);
+        log.findings.extend(noise.into_iter().chain(delays));
     }
     let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
     log.findings.extend(fused.as_ref().map(ground::distance));

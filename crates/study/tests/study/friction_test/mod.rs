@@ -293,7 +293,6 @@ fn mu_max_on_level_ground() -> Outcome<()> {
         ("brush", 0.5),
         ("rigid", 0.7),
         ("adams", 0.9),
-        ("rigid", 0.3),
         ("brush", 0.9),
     ];
     check(GROUNDS[0], &cases)
