@@ -3,8 +3,8 @@
 /// The law `N = max(0, k g^n + c(g) dg/dt)` for a penetration `g > 0`, eq. (10).
 ///
 /// `c(g)` is constant, or rises from 0 to `damping` in a cubic step over `0 < g < damping_ramp`
-/// (ADAMS's function IMPACT). The clamp at zero is not in the paper: N of eq. (10) as printed can
-/// be negative.
+/// (ADAMS's function IMPACT). Neither that rise nor the clamp at zero is in the paper: its c is
+/// constant, and N of eq. (10) as printed can be negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
     /// Stiffness k, N/m^n.

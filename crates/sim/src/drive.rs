@@ -221,7 +221,7 @@ pub fn coulomb_sign(omega: f64) -> f64 {
 }
 
 /// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with separate inertias of
-/// wheel and rotor,
+/// wheel and rotor, solved for the spin relative to the link.
 ///
 /// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m),
 /// `alpha_link` is counter-clockwise (rad/s^2).
