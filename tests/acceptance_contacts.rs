@@ -53,7 +53,7 @@ fn print(what: &str, flag: &str, score: &FlagScore) {
 }
 
 /// Acceptance: on rolling ground no wheel is reported in the air or on two contacts for more than
-/// 0.1 % of the time, nor as sliding where the soft drive keeps all wheels from it.
+/// 0.1 % of the time, nor as sliding where the low-gain drive keeps all wheels from it.
 #[test]
 fn rolling_wheels_have_one_contact() {
     for name in ["smooth", "sine", "rough", "heights", "cosbump"] {

@@ -24,7 +24,7 @@ const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
 const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
 
 /// Sensor and model errors of increasing size, and the level of each: the NRMSE of N allowed on
-/// `smooth`, %, with PI and soft drive.
+/// `smooth`, %, with PI and low-gain drive.
 const CASES: [(&str, &[&str], [f64; 2]); 6] = [
     // Errors of the method itself: the penetration's slope along the ground, the lag of the
     // observer.
@@ -198,8 +198,8 @@ fn best_meets_its_levels_on_smooth_ground() {
     assert_levels("smooth", [pi, soft], 1.0, |_, _| true);
 }
 
-/// With model errors and the soft drive, where the error is close to its level, the model errors
-/// dominate: alone, with ideal sensors, they cost 2.0 % over these seeds. Together with sensors and
+/// With model errors and the low-gain drive, where the error is close to its level, the model
+/// errors dominate: alone, with ideal sensors, they cost 2.0 % over these seeds. Together with sensors and
 /// friction, the error is at most 1.3 times the root of the sum of squares of both alone. The
 /// factor allows for sensor errors that model errors make harder to estimate, and for the work of
 /// the torques: it shows a part of the error of the masses (2.4 % without it) where the sensors are
@@ -223,8 +223,7 @@ fn model_errors_dominate_the_error_that_is_left() {
 }
 
 /// Acceptance: one tuning serves all scenes. On other terrain and with geometry B, `best` is within
-/// 1.3 times the levels. Every case has both drives, and every ground two cases in turn: what a
-/// drive or an error changes is the same on all of them.
+/// 1.3 times the levels. Every case has both drives, and every ground two cases in turn.
 #[test]
 fn best_meets_its_levels_on_other_terrain_and_geometry() {
     let grounds: [(&str, &[&str]); 5] = [
@@ -252,7 +251,7 @@ fn best_meets_its_levels_on_other_terrain_and_geometry() {
 fn best_meets_its_levels_at_other_speeds() {
     let speeds = [
         ("drive.speed=0.3", ["typical", "poor"]),
-        // At low speed friction in the gears is the larger part of the torques.
+        // The slower, the less viscous damping beside the friction of the gears.
         ("drive.speed=0.1", ["friction in the reading", "poor"]),
     ];
     for (speed, cases) in speeds {
@@ -334,8 +333,8 @@ fn gear_friction_is_not_estimated_at_standstill() {
 }
 
 /// Reference: with errors of T of 1 N and of contact angles of 2 deg, an independent implementation
-/// gives a Cramer-Rao bound of 1.9 % for the PI drive and 1.3 % for the soft drive. Both agree to
-/// the stated digits.
+/// gives a Cramer-Rao bound of 1.9 % for the PI drive and 1.3 % for the low-gain drive. Both agree
+/// to the stated digits.
 #[test]
 fn the_cramer_rao_bound_is_that_of_the_independent_implementation() {
     for ((drive, drive_keys), expected) in DRIVES.into_iter().zip([0.019, 0.013]) {

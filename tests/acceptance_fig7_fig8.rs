@@ -35,7 +35,7 @@ fn lumped_to_wheels_beats_lumped_to_body() {
     assert_close(found, [10.9, 7.6, 2.5]);
 }
 
-/// The same claim with the soft drive.
+/// The same claim with the low-gain drive.
 #[test]
 fn lumped_to_wheels_beats_lumped_to_body_with_the_soft_drive() {
     let kept = keep(&scene("smooth", &["drive.kp=2", "drive.ki=0"]));

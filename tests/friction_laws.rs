@@ -60,7 +60,7 @@ fn slip_speed(law: &FrictionLaw, ratio: f64, u: f64) -> f64 {
     }
 }
 
-/// Closed form: the robot climbs a slope of 10 deg under the soft drive. At constant speed a
+/// Closed form: the robot climbs a slope of 10 deg under the low-gain drive. At constant speed a
 /// wheel's traction follows from its torque, `d T = tau - B omega - f_r r N`, with the arm d = r -
 /// g and the set speed in tau; the tractions carry the weight along the slope, and the slip speed
 /// of each wheel is that of its law at T/N.

@@ -12,7 +12,7 @@ const STEEP: &str = "[terrain]\nkind = \"ramp\"\nangle = \"22 deg\"\nstart = 0.5
 const LOW_KERB: &str = "[terrain]\nkind = \"step\"\nkerb = 0.03\nstart = 0.5\n";
 const KERB: &str = "[terrain]\nkind = \"step\"\nkerb = 0.05\nstart = 0.5\n";
 
-/// A scene with the soft drive, slow enough for statics, and a friction coefficient.
+/// A scene with the low-gain drive, slow enough for statics, and a friction coefficient.
 fn scene(ground: &str, mu: f64) -> Scene {
     let set = [
         "drive.kp=10".to_owned(),

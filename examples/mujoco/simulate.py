@@ -99,7 +99,7 @@ def arguments() -> argparse.Namespace:
     p.add_argument("--mass", default="mass-caption", help="a file of robots/ (%(default)s)")
     p.add_argument("--speed", type=float, default=drive.speed, help="m/s (%(default)s)")
     p.add_argument("--kp", type=float, default=drive.kp, help="N m s (%(default)s)")
-    p.add_argument("--ki", type=float, default=drive.ki, help="N m; 0 for a soft drive (%(default)s)")
+    p.add_argument("--ki", type=float, default=drive.ki, help="N m; 0 for a low-gain drive (%(default)s)")
     p.add_argument("--mu", type=float, default=contact.mu, help="friction coefficient (%(default)s)")
     p.add_argument("--solref", default=contact.solref, help="of the contacts (%(default)s)")
     p.add_argument("--solimp", default=contact.solimp, help="of the contacts (%(default)s)")

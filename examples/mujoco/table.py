@@ -22,7 +22,7 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 DRIVES = {"PI": "", "soft": "--kp 2 --ki 0"}
-# Rows: name, options of simulate.py. Each is driven by the PI and by the soft drive.
+# Rows: name, options of simulate.py. Each is driven by the PI and by the low-gain drive.
 ROWS = {
     "flat": "--terrain flat",
     "smooth": "--terrain smooth",

@@ -100,8 +100,8 @@ fn in_short(times: &[Option<f64>]) -> String {
 #[test]
 #[ignore = "two minutes of two cores"]
 fn every_fault_is_reported_on_every_ground() -> Result<(), Failure> {
-    // Environment variables make it another one: SEEDS, SCENE, FAULT, GRADE, SOFT (the soft drive).
-    // Only printed then.
+    // Environment variables make it another one: SEEDS, SCENE, FAULT, GRADE, SOFT (the
+    // low-gain drive). Only printed then.
     let stated = |name: &str| std::env::var(name).ok();
     let seeds = stated("SEEDS").and_then(|n| n.parse().ok()).unwrap_or(20);
     let grade = stated("GRADE").unwrap_or_else(|| "typical".to_owned());

@@ -188,7 +188,7 @@ impl Drive {
         }
     }
 
-    /// Torque of viscous damping and Coulomb friction, N m: `B omega + F sign(omega)`, with the
+    /// Torque of viscous damping and Coulomb friction, N m: `B omega + F_g sign(omega)`, with the
     /// sign smoothed by [`coulomb_sign`].
     pub fn loss_torque(&self, omega: f64) -> f64 {
         let viscous = self.viscous_damping * omega;
@@ -223,7 +223,7 @@ pub fn coulomb_sign(omega: f64) -> f64 {
 /// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with separate inertias of
 /// wheel and rotor, solved for the spin relative to the link.
 ///
-/// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m),
+/// `drive_torque` is `tau - B omega - F_g sign(omega)` (N m), `ground_torque` is `d T` (N m),
 /// `alpha_link` is counter-clockwise (rad/s^2).
 pub fn wheel_acceleration(
     drive_torque: f64,

@@ -13,7 +13,7 @@ use std::path::Path;
 
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// The soft drive.
+/// The low-gain drive.
 pub const SOFT: [&str; 2] = ["drive.kp=2", "drive.ki=0"];
 
 /// A shipped scene with overrides.

@@ -134,7 +134,7 @@ impl SlipWatch {
     /// Slip acceleration at the onset, m/s^2: for a rotor and wheel of 0.094 kg m^2 and a load of
     /// 46 N it is a torque of 1.6 % of r N that the ground does not bear. The slip of a gripping
     /// wheel accelerates in proportion to the ramp: up to 98 % of mu_max below 0.02 m/s^2 at
-    /// 0.25 N m/s, below 0.028 at the default 0.35.
+    /// 0.25 N m/s, hence below 0.028 at the default 0.35.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const ACCELERATION: f64 = 0.08;
     /// Time for which it has to be beyond, s.

@@ -154,8 +154,8 @@ impl BlockForm {
 /// Eq. (8), `H x' = F'` with `x' = [T1 N1 T2 N2 T3 N3]`: 4 equations.
 ///
 /// Rows: horizontal and vertical force on links 1 and 2 together (Q cancels), moment of link 1 and
-/// of link 2 about Q. Rows are in N and N m; the paper states neither H nor weights, and the result of
-/// least squares depends on that choice.
+/// of link 2 about Q. Rows are in N and N m; the paper states neither H nor weights, and the result
+/// of least squares depends on that choice.
 #[derive(Clone, Debug)]
 pub struct ReducedSystem {
     /// H, 4x6.

@@ -2,7 +2,7 @@
 
 use crate::check::motion::Motion;
 use crate::check::recording::Recording;
-use crate::check::signal::{integral, smooth, zip};
+use crate::check::signal::{smooth, zip};
 use robhaz_model::{Robot, Vec2};
 
 /// Step of the path, m.
@@ -20,8 +20,7 @@ const SLOW: f64 = 1.0;
 /// readings that agree.
 pub fn fused(recording: &Recording) -> [Vec<f64>; 2] {
     [0, 1].map(|k| {
-        let turned = integral(&recording.rate[k], recording.dt);
-        let drift = zip(&recording.inclination[k], &turned, |a, b| a - b);
+        let (turned, drift) = recording.turned(k);
         let drift = smooth(&drift, recording.steps(0.5 * SLOW));
         zip(&turned, &drift, |a, b| a + b)
     })

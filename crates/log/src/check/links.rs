@@ -12,7 +12,7 @@ use crate::check::ground::Signs;
 use crate::check::readings::Readings;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel, Tested};
-use crate::check::signal::{high_pass, integral, rms, zip};
+use crate::check::signal::{high_pass, rms};
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
@@ -27,7 +27,7 @@ const ACCELERATION_ERROR: f64 = 2.0;
 const ACCELERATION: &str = "acceleration";
 const SIGN: &str = "sign and unit";
 const NOISE: &str = "noise while driving";
-/// Half of the time over which the change of an inclination is compared with the integral of its
+/// Half of the time of the mean that is taken from an inclination less the integral of its
 /// gyroscope, s: vibration of links and wheels is faster, the errors of both are slower.
 const HALF_TIME: f64 = 0.125;
 
@@ -37,15 +37,16 @@ const HALF_TIME: f64 = 0.125;
 pub fn noise_while_driving(log: &Readings<'_>) -> Vec<Finding> {
     let half = log.recording.steps(HALF_TIME);
     let of_link = |k: usize| {
-        let turned = integral(&log.recording.rate[k], log.recording.dt);
-        let error = zip(&log.recording.inclination[k], &turned, |a, b| a - b);
-        let error = log
-            .motion
-            .while_driving(log.robot, &high_pass(&error, half));
+        let (_, drift) = log.recording.turned(k);
+        let fast = high_pass(&drift, half);
+        let error = log.motion.while_driving(log.robot, &fast);
+        if !error.iter().any(|x| x.is_finite()) {
+            return None;
+        }
         let [noise, stated] = [rms(&error), log.budget.inclination_noise].map(|x| x / DEGREE);
         let figure = format!("{noise:.3} deg, budget.inclination_noise {stated:.3} deg");
         let finding = Finding::ok(NOISE, format!("inclinometer {}", k + 1), figure);
-        (noise > 0.0).then(|| finding.with("noise", noise, "deg"))
+        Some(finding.with("noise", noise, "deg"))
     };
     [0, 1].into_iter().filter_map(of_link).collect()
 }

@@ -1,7 +1,7 @@
 //! Readings of a log on equal steps of time.
 
 use crate::check::clock::Clock;
-use crate::check::signal::median;
+use crate::check::signal::{integral, median, zip};
 use robhaz_estimator::SensorFrame;
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
@@ -66,6 +66,13 @@ impl Recording {
     /// Number of steps in a time (s), at least one.
     pub fn steps(&self, time: f64) -> usize {
         steps(time, self.dt)
+    }
+
+    /// Integral of the rate of link k (from 0), and the inclination less it, both rad.
+    pub fn turned(&self, k: usize) -> (Vec<f64>, Vec<f64>) {
+        let turned = integral(&self.rate[k], self.dt);
+        let drift = zip(&self.inclination[k], &turned, |a, b| a - b);
+        (turned, drift)
     }
 
     /// Number of samples.
