@@ -6,15 +6,15 @@
 //! weight:
 //!
 //! ```text
-//! sum of W_i - m d(v^2)/2 = q (m g dh + D) + b + sum of d_i W_i
-//! W_i = int (T_i + B omega_i/r) (u_i + r dtheta_k/dt) dt,   D = sum of int B omega_i/r (u_i + r dtheta_k/dt) dt
+//! sum of W_i - m d(v^2)/2 = q (m g dh + W_B) + w_0 + sum of g_i W_i
+//! W_i = int (T_i + B omega_i/r) (u_i + r dtheta_k/dt) dt,   W_B = sum of int B omega_i/r (u_i + r dtheta_k/dt) dt
 //! ```
 //!
 //! The kinetic energy is small but for a start, and its error, that of the speed, must not count as
-//! an error of what q multiplies. The damping D counts on both sides: it is a part of the torque
+//! an error of what q multiplies. The work W_B of the damping counts on both sides: it is a part of the torque
 //! that is read. u_i is the speed of the wheel's centre, theta_k the angle of its link, on which
-//! the moment r T_i acts. q is the ratio of the torques to those that the described robot needs; b
-//! holds offsets, friction and rolling resistance, which act all along the way; d_i are the errors
+//! the moment r T_i acts. q is the ratio of the torques to those that the described robot needs; w_0
+//! holds offsets, friction and rolling resistance, which act all along the way; g_i are the errors
 //! of the single gains.
 //!
 //! No slope enters. Slopes that the filters estimate have errors that go with the torques, and a
@@ -27,7 +27,7 @@ use crate::filters::Kalman;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WorkBalance {
     passage: Passage,
-    /// `[q, b (J), d_1, d_2, d_3]`, for passages that err by [`Self::HEIGHT`].
+    /// `[q, w_0 (J), g_1, g_2, g_3]`, for passages that err by [`Self::HEIGHT`].
     fit: Kalman<5>,
     /// Sum of the normalised squares that the fit leaves, and the number of passages.
     left: [f64; 2],
