@@ -1,6 +1,6 @@
 //! Documents name paths and versions that exist.
 
-use crate::support::root;
+use crate::support::{robhaz, root, text};
 use robhaz_sim::EngineKind;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -105,6 +105,21 @@ fn links_of_documents_lead_somewhere() {
         }
     }
     assert!(count > 100, "{count}");
+}
+
+/// The README's table is what its command prints.
+#[test]
+fn the_table_of_the_readme_is_printed() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, block) = readme.split_once("```text\n").unwrap();
+    let (table, _) = block.split_once("```").unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let mut command = robhaz(dir.path());
+    command.arg("run").arg(root().join("scenes/smooth.toml"));
+    let output = command.output().unwrap();
+    assert!(table.contains("no-angles"), "{table}");
+    let shown = text(&output.stdout);
+    assert!(shown.contains(table), "README:\n{table}\nprinted:\n{shown}");
 }
 
 /// Every page of measured tables is one that `just measure` writes, with the version of the code
