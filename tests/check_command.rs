@@ -178,7 +178,7 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     for expected in [
         "the inclination is in degrees: state unit = \"deg\"",
         "torque 1 belongs to encoder 2, torque 2 belongs to encoder 1",
-        "exchange torques 1 and 2",
+        "exchange the columns of wheel1_motor_torque and wheel2_motor_torque",
         "gyro 2 has the wrong sign",
         "reading.link2_rate",
     ] {
@@ -201,7 +201,7 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     assert_eq!(exchange["verdict"], "cannot-tell");
     let remedy = exchange["remedy"].as_str().unwrap();
     assert!(
-        remedy.contains("exchange torques 2 and 3 and encoders 2 and 3"),
+        remedy.contains("exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle"),
         "{remedy}"
     );
 

@@ -38,7 +38,7 @@ fn checked(folder: &Path) -> Vec<String> {
     text(&output.stdout).lines().map(str::to_owned).collect()
 }
 
-/// The line of a fault of a test.
+/// The line of a fault of a test. Faults of the time stamps come before all others.
 fn fault<'a>(lines: &'a [String], test: &str) -> &'a str {
     let of_test = |line: &&String| {
         let mut words = line.split_whitespace();
@@ -63,8 +63,10 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
     );
     let said = checked(folder);
     assert!(said[0].contains("8001 rows at 1000 Hz"), "{}", said[0]);
-    let clock = fault(&said[..3], "clock");
+    let clock = fault(&said, "clock");
     assert!(clock.contains("set back by 0.200 s at 5.000 s"), "{clock}");
+    let first = said.iter().find(|line| line.starts_with("FAULT"));
+    assert_eq!(first.map(String::as_str), Some(clock));
 
     let mut command = robhaz(folder);
     command.args([
@@ -101,21 +103,21 @@ fn implausible_times_are_named() {
     let lines = recorded(folder);
     write(folder, &lines, |t| if t > 4.0 { t + 1.7e9 } else { t });
     let said = checked(folder);
-    let gaps = fault(&said[..4], "gaps");
+    let gaps = fault(&said, "gaps");
     assert!(
         gaps.contains("the longest 1700000000.001 s at 4.000 s"),
         "{gaps}"
     );
-    let clock = fault(&said[..6], "clock");
+    let clock = fault(&said, "clock");
     assert!(clock.contains("set forward by 1700000000.000 s"), "{clock}");
     let last = said.last().unwrap();
-    assert!(last.contains(" 2 faults"), "{last}");
+    assert!(last.contains(" 2 with a fault"), "{last}");
 
     write(folder, &lines, |t| 1e3 * t);
     let said = checked(folder);
-    let rate = fault(&said[..1], "rate");
+    let rate = fault(&said, "rate");
     assert!(
-        rate.contains("at 1 Hz") && said[1].contains("state time_unit"),
+        rate.contains("at 1 Hz") && said.iter().any(|line| line.contains("state time_unit")),
         "{said:#?}"
     );
 }
@@ -134,10 +136,10 @@ fn repeated_rows_and_a_cut_are_named() {
     log.truncate(log.len() - 30);
     fs::write(folder.join("log.csv"), log).unwrap();
     let said = checked(folder);
-    let order = fault(&said[..4], "order");
+    let order = fault(&said, "order");
     assert!(
         order.contains("195 rows with the time of the row before"),
         "{order}"
     );
-    assert!(fault(&said[..6], "end").contains("CUT OFF"));
+    assert!(fault(&said, "end").contains("CUT OFF"));
 }

@@ -60,7 +60,10 @@ pub fn run(args: &Args) -> Result<()> {
         &serde_json::to_value(&report).into_diagnostic()?,
     )?;
     match report.verdict {
-        Verdict::Fault => bail!("{name}: {} faults", report.faults().count()),
+        Verdict::Fault => match report.faults().count() {
+            1 => bail!("{name}: 1 test found a fault"),
+            count => bail!("{name}: {count} tests found faults"),
+        },
         Verdict::Ok | Verdict::CannotTell => Ok(()),
     }
 }

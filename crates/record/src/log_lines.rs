@@ -158,7 +158,7 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
     if let (Some(longest), Some(at)) = (channel.longest_gap, channel.longest_gap_at) {
         let (gaps, lost) = (channel.gaps, channel.lost);
         let text = format!(
-            "{gaps} gaps, in which about {lost} rows are lost, the longest {longest:.3} s at {at:.3} s"
+            "{gaps} gap(s), in which about {lost} rows are lost, the longest {longest:.3} s at {at:.3} s"
         );
         let remedy = match longest > LONGEST_GAP {
             true => Some("the estimators start anew after 0.5 s: split the log there"),

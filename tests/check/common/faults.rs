@@ -327,7 +327,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "torques 1 and 2 exchanged",
         TORQUES,
-        "exchange torques 1 and 2",
+        "exchange the columns of wheel1_motor_torque and wheel2_motor_torque",
         EQUAL,
         |f| {
             each(f, |f| {
@@ -338,7 +338,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "torques 2 and 3 exchanged",
         TORQUES,
-        "exchange torques 2 and 3",
+        "exchange the columns of wheel2_motor_torque and wheel3_motor_torque",
         EQUAL_REAR,
         |f| {
             each(f, |f| {
@@ -354,7 +354,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "encoders 1 and 2 exchanged",
         WHEELS,
-        "exchange encoders 1 and 2",
+        "exchange the columns of wheel1_angle and wheel2_angle",
         LEVEL,
         |f| {
             each(f, |f| {
@@ -365,7 +365,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "encoders 2 and 3 exchanged",
         WHEELS,
-        "encoders 2 and 3",
+        "wheel2_angle and wheel3_angle",
         EQUAL_REAR,
         |f| {
             each(f, |f| {
@@ -376,7 +376,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "encoder and torque of wheels 1 and 2",
         WHEELS,
-        "exchange torques 1 and 2 and encoders 1 and 2",
+        "exchange the columns of wheel1_motor_torque and wheel2_motor_torque; exchange the columns of wheel1_angle and wheel2_angle",
         LEVEL,
         |f| {
             each(f, |f| {
@@ -388,7 +388,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "encoder and torque of wheels 2 and 3",
         WHEELS,
-        "exchange torques 2 and 3 and encoders 2 and 3",
+        "exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle",
         NEVER,
         |f| {
             each(f, |f| {

@@ -104,32 +104,36 @@ impl Case {
         names.join(", ")
     }
 
-    /// What to do, in words.
+    /// What to do, in words: which reading takes the column of which.
     fn words(&self) -> String {
-        let exchanged = |order: [usize; 3], name: &str| {
-            let moved: Vec<String> = (0..3)
-                .filter(|i| order[*i] != *i)
-                .map(|i| (i + 1).to_string())
-                .collect();
-            match moved.as_slice() {
+        let moved = |order: [usize; 3], name: &str| {
+            let reading = |i: usize| format!("wheel{}_{name}", i + 1);
+            let moved: Vec<usize> = (0..3).filter(|i| order[*i] != *i).collect();
+            match moved[..] {
                 [] => None,
-                [a, b] => Some(format!("{name}s {a} and {b}")),
-                _ => Some(format!(
-                    "{name}s so that {} are those of wheels 1, 2, 3",
-                    order.map(|i| i + 1).map(|i| i.to_string()).join(", ")
+                [a, b] => Some(format!(
+                    "exchange the columns of {} and {}",
+                    reading(a),
+                    reading(b)
                 )),
+                _ => {
+                    let takes =
+                        |i: &usize| format!("{} that of {}", reading(*i), reading(order[*i]));
+                    let takes: Vec<String> = moved.iter().map(takes).collect();
+                    Some(format!("give other columns: {}", takes.join(", ")))
+                }
             }
         };
         let links = self
             .links
-            .then(|| "the sensors of links 1 and 2".to_owned());
+            .then(|| "exchange the columns of links 1 and 2".to_owned());
         let parts = [
-            exchanged(self.torques, "torque"),
-            exchanged(self.encoders, "encoder"),
+            moved(self.torques, "motor_torque"),
+            moved(self.encoders, "angle"),
             links,
         ];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
-        format!("exchange {}", parts.join(" and "))
+        parts.join("; ")
     }
 }
 
@@ -140,8 +144,9 @@ struct Judgement {
     first: Option<f64>,
     /// What `best` has found of the torques' scale.
     scale: Option<TorqueScale>,
-    /// Largest mean NIS of any test.
+    /// Largest mean NIS of any test, and of which.
     largest: f64,
+    of: &'static str,
     /// Mean over the frames of the sum over the tests of their mean NIS.
     nis: f64,
     /// Shares of the frames with a reading beyond what the robot can do, and without an estimate; 0
@@ -160,7 +165,7 @@ impl Judgement {
         let mut estimator = Estimator::new(robot, *settings);
         let (mut faulty, mut first, mut scale) = (Channels::NONE, None, None);
         let (mut absurd, mut refused) = (0.0, 0.0);
-        let (mut largest, mut sum) = (0.0_f64, 0.0);
+        let (mut largest, mut of, mut sum) = (0.0, "all", 0.0);
         for frame in frames {
             let Ok(estimate) = estimator.update(&case.of(frame)) else {
                 refused += 1.0;
@@ -175,11 +180,20 @@ impl Judgement {
             let Some(health) = estimate.health else {
                 continue;
             };
-            let wheels = health.encoder.iter().chain(&health.slip);
-            let tests = wheels.chain(&health.direction).chain(&health.inclination);
-            for nis in tests.chain([&health.parity]) {
-                largest = largest.max(*nis);
-                sum += nis;
+            let tests: [(&[f64], _); 5] = [
+                (&health.encoder, "encoders"),
+                (&health.slip, "speeds of the rims"),
+                (&health.direction, "directions of the wheels' centres"),
+                (&health.inclination, "inclinometers"),
+                (&[health.parity], "equilibrium"),
+            ];
+            for (values, name) in tests {
+                for nis in values {
+                    sum += nis;
+                    if *nis > largest {
+                        (largest, of) = (*nis, name);
+                    }
+                }
             }
             // The torques' scale has a finding of its own.
             let bits = health.faulty.bits() & !Channels::TORQUE_SCALE.bits();
@@ -195,6 +209,7 @@ impl Judgement {
             first,
             scale,
             largest,
+            of,
             nis: sum / count,
             absurd: share(absurd),
             refused: share(refused),
@@ -264,7 +279,7 @@ pub fn findings(
         .filter(|case| *case != best && *case != OWN)
         .collect();
     let figure = format!(
-        "{} wirings tried: sum of the mean NIS {nis_of_own:.1} as wired, {least:.1} at best",
+        "{} wirings tried; contradiction (sum of the mean NIS) {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
     let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
@@ -276,7 +291,7 @@ pub fn findings(
         Finding::ok(WIRING, best.channels(), figure).fault(remedy)
     } else if let [other, ..] = as_well[..] {
         let remedy = format!(
-            "turn one wheel after the other by hand, and see that its encoder and torque change: not seen{}",
+            "turn one wheel after the other by hand: its encoder and torque must change{}",
             also(&as_well)
         );
         Finding::ok(WIRING, other.channels(), figure).cannot_tell(remedy)
@@ -294,18 +309,16 @@ pub fn findings(
     (vec![finding, contradiction(&rewired, resolved)], scale)
 }
 
-/// Wirings that fit as well as the best, in words.
+/// Wirings that fit as well as the best, in words, a line each.
 fn also(cases: &[Case]) -> String {
-    let words: Vec<String> = cases.iter().take(MOST_SHOWN).map(Case::words).collect();
-    match cases.len() {
-        0 => String::new(),
-        n if n > MOST_SHOWN => format!(
-            "; fits as well: {}, and {} more",
-            words.join(", or "),
-            n - MOST_SHOWN
-        ),
-        _ => format!("; fits as well: {}", words.join(", or ")),
+    let shown = cases.iter().take(MOST_SHOWN);
+    let mut lines: String = shown
+        .map(|case| format!("\nfits as well: {}", case.words()))
+        .collect();
+    if let more @ 1.. = cases.len().saturating_sub(MOST_SHOWN) {
+        lines += &format!("\nand {more} more");
     }
+    lines
 }
 
 /// What is left with all changes that other tests ask for.
@@ -340,6 +353,9 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
         let remedy = "check the inclinometers: the four-bar cannot close at such angles";
         return of_frames(own.refused, channel, "no estimate").fault(remedy);
     }
-    let figure = format!("largest mean NIS {largest:.1} (a contradiction from 4 on)");
+    let figure = format!(
+        "largest mean NIS {largest:.1} ({}; 1 is right, a contradiction from 4 on)",
+        own.of
+    );
     Finding::ok(TEST, CHANNEL, figure).with("largest", largest, "-")
 }

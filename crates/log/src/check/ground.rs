@@ -204,7 +204,8 @@ pub fn distance(fused: &Course<'_>) -> Finding {
         return finding.with("scale", own.scale, "-");
     }
     if own.explained < CERTAIN {
-        return finding.cannot_tell("drive without spinning wheels");
+        let remedy = "drive without spinning wheels; if no wheel spins, wheel radius, counts a turn or the robot's geometry are wrong";
+        return finding.cannot_tell(remedy);
     }
     let remedy = format!(
         "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",

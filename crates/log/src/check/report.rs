@@ -119,12 +119,15 @@ impl Report {
         self.findings.iter().filter(is_fault)
     }
 
-    /// One line a finding; below it what to do.
+    /// One line a finding, faults last; below it what to do.
     pub fn text(&self) -> String {
         let width = |of: fn(&Finding) -> usize| self.findings.iter().map(of).max().unwrap_or(0);
         let (tests, channels) = (width(|f| f.test.len()), width(|f| f.channel.len()));
         let mut text = String::new();
-        for finding in &self.findings {
+        // Stable: within a verdict the order of the tests.
+        let mut findings: Vec<&Finding> = self.findings.iter().collect();
+        findings.sort_by_key(|finding| finding.verdict);
+        for finding in findings {
             // Writing into a text cannot fail.
             let _ = writeln!(
                 text,
@@ -134,8 +137,8 @@ impl Report {
                 finding.channel,
                 finding.figure,
             );
-            if let Some(remedy) = &finding.remedy {
-                let _ = writeln!(text, "{:<11}  -> {remedy}", "");
+            for line in finding.remedy.iter().flat_map(|remedy| remedy.lines()) {
+                let _ = writeln!(text, "{:<11}  -> {line}", "");
             }
         }
         let count = |verdict| {
@@ -146,11 +149,11 @@ impl Report {
         };
         let _ = write!(
             text,
-            "{} tests: {} ok, {} faults, {} that this log cannot tell",
+            "{} tests: {} ok, {} that this log cannot tell, {} with a fault",
             self.findings.len(),
             count(Verdict::Ok),
-            count(Verdict::Fault),
             count(Verdict::CannotTell),
+            count(Verdict::Fault),
         );
         text
     }
@@ -180,6 +183,6 @@ mod tests {
             text.contains("FAULT        sign   torque 1  -1\n             -> turn it\n"),
             "{text}"
         );
-        assert!(text.ends_with("3 tests: 1 ok, 1 faults, 1 that this log cannot tell"));
+        assert!(text.ends_with("3 tests: 1 ok, 1 that this log cannot tell, 1 with a fault"));
     }
 }

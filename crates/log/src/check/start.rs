@@ -55,6 +55,9 @@ pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
         all.add(finding, changes);
         return all;
     }
+    // Rotor, wheel, and a third of the robot.
+    let (mass, radius) = (&log.robot.mass, log.robot.geometry.wheel_radius);
+    let expected = mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0;
     for (i, coefficient) in coefficients.into_iter().enumerate() {
         let torque = Channel::Torque(i);
         let Some(coefficient) = coefficient else {
@@ -66,8 +69,9 @@ pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
             );
             continue;
         };
-        let figure =
-            format!("{coefficient:.2} N m for each rad/s^2 of the wheels, positive is right");
+        let figure = format!(
+            "{coefficient:.2} N m for each rad/s^2 of the wheels; positive is right, the robot's inertias ask for {expected:.2}"
+        );
         let finding = Finding::ok(TEST, torque, figure).with("coefficient", coefficient, "N m s^2");
         if coefficient > 0.0 {
             all.add(finding, None);

@@ -78,7 +78,7 @@ impl LogChoice {
         }
         let Tolerances { mass, centre, pin } = Tolerances::BUILT;
         let notice = format!(
-            "how exact the robot's description is is not stated, so it counts as people build them: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm, an unstated payload of {:.1} % of its mass; state budget.body_cg and budget.link_masses, or weigh the robot (docs/weighing.md)",
+            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm, an unstated payload of {:.1} % of its mass; state them, or weigh the robot (docs/weighing.md)",
             100.0 * mass,
             1e3 * centre,
             1e3 * pin,
