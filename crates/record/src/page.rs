@@ -126,7 +126,7 @@ fn made_by(summary: &Summary) -> String {
         _ => "recorded readings".to_owned(),
     };
     format!(
-        "{} s at {} Hz, {source}; robhaz {}",
+        "{:.1} s at {} Hz, {source}; robhaz {}",
         summary.duration_s, summary.record_rate_hz, summary.version
     )
 }

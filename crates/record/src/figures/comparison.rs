@@ -31,7 +31,7 @@ pub fn comparison(run: &RunTraces) -> Page {
         let mark = if is_dashed { Mark::dashed } else { Mark::line };
         let rmse = match estimator.score.normal_force() {
             Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
-            None => "nothing to compare".to_owned(),
+            None => "no true forces".to_owned(),
         };
         Entry::new(
             mark(line(color, 1.8)),

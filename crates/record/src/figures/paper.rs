@@ -205,7 +205,7 @@ fn key(
 /// The error over all wheels as text.
 fn overall(errors: Option<ForceErrors>) -> String {
     let Some(errors) = errors else {
-        return "nothing to compare".to_owned();
+        return "no true forces".to_owned();
     };
     let rmse = format!("RMSE over the three wheels {:.2} N", errors.rmse_all);
     match errors.nrmse {
