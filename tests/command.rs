@@ -78,9 +78,9 @@ fn keys_completions_and_manual_are_printed() {
     }
 }
 
-/// The comparison in other forms: the numbers of `summary.json`, the same in all of them.
+/// The comparison for scripts has the numbers of `summary.json`.
 #[test]
-fn runs_are_compared_in_the_form_that_is_asked_for() {
+fn runs_are_compared_for_scripts() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
     let run = robhaz(dir.path())
@@ -88,23 +88,15 @@ fn runs_are_compared_in_the_form_that_is_asked_for() {
         .output()
         .unwrap();
     assert!(run.status.success(), "{}", text(&run.stderr));
-    let shown = |format: &str| {
-        let output = robhaz(dir.path())
-            .args(["compare", "a|b", "--format", format])
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        text(&output.stdout)
-    };
     let summary = std::fs::read_to_string(dir.path().join("a|b/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let rows: Vec<serde_json::Value> = serde_json::from_str(&shown("json")).unwrap();
-    let csv = shown("csv");
-    let mut reader = csv::Reader::from_reader(csv.as_bytes());
-    let header = reader.headers().unwrap().clone();
-    let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    assert_eq!(rows.len(), records.len());
-    for (row, record) in rows.iter().zip(&records) {
+    let output = robhaz(dir.path())
+        .args(["--json", "compare", "a|b"])
+        .output()
+        .unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&text(&output.stdout)).unwrap();
+    assert!(!rows.is_empty());
+    for row in &rows {
         assert_eq!(row["run"], "a|b");
         let errors = &summary["estimators"][row["estimator"].as_str().unwrap()];
         let force = &errors["normal_force"];
@@ -112,19 +104,7 @@ fn runs_are_compared_in_the_form_that_is_asked_for() {
         assert_eq!(row["bias_wheel2"], force["bias"][1]);
         assert_eq!(row["largest_error_time"], force["max_abs_time_s"]);
         assert_eq!(row["coverage"], errors["coverage"]);
-        assert_eq!(row.as_object().unwrap().len(), header.len());
-        for (name, field) in header.iter().zip(record) {
-            match &row[name] {
-                serde_json::Value::Null => assert_eq!(field, "", "{name}"),
-                serde_json::Value::String(value) => assert_eq!(field, value),
-                number => assert_eq!(field.parse::<f64>().ok(), number.as_f64(), "{name}"),
-            }
-        }
     }
-    let markdown = shown("markdown");
-    let columns = |line: &str| line.replace("\\|", "").matches('|').count();
-    let lines: Vec<usize> = markdown.lines().map(columns).collect();
-    assert_eq!(lines, vec![header.len() + 1; rows.len() + 2], "{markdown}");
 }
 
 /// Every shipped scene loads.

@@ -2,40 +2,25 @@
 
 use crate::terminal::{Output, print};
 use miette::{IntoDiagnostic, Result, bail};
-use robhaz_record::{
-    Summary, comparison_csv, comparison_json, comparison_markdown, comparison_table,
-};
+use robhaz_record::{Summary, comparison_json, comparison_table};
 use std::path::PathBuf;
 
 /// Arguments of `robhaz compare`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folders of finished runs, as `robhaz run` leaves them.
+    /// Folders of finished runs, as `robhaz run` leaves them. With `--json` all scores, among them
+    /// bias, time of the largest error, lag, coverage and NEES.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// What to print. All but `table` also have bias, time of the largest error, lag, coverage and
-    /// NEES.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
-}
-
-/// Form of the comparison.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Format {
-    /// The table of a run, to read on the terminal, with what happened in each run.
-    Table,
-    /// An array with an object for each run and estimator.
-    Json,
-    /// A line for each run and estimator.
-    Csv,
-    /// A table for documents.
-    Markdown,
+    /// Gone: `--json` has all scores.
+    #[arg(long, hide = true)]
+    format: Option<String>,
 }
 
 /// Reads the summaries and prints one comparison of all of them.
 pub fn compare(args: &Args) -> Result<()> {
-    if Output::get().json && matches!(args.format, Format::Csv | Format::Markdown) {
-        bail!("--json prints one JSON document: leave it out, or leave out --format");
+    if args.format.is_some() {
+        bail!("compare has no --format any more: `robhaz --json compare` prints all scores");
     }
     let mut summaries = Vec::new();
     for run in &args.runs {
@@ -48,12 +33,8 @@ pub fn compare(args: &Args) -> Result<()> {
         .iter()
         .map(|(label, summary)| (label.as_str(), summary))
         .collect();
-    let json = || comparison_json(&rows).into_diagnostic();
-    print(&match args.format {
-        Format::Table if Output::get().json => json()?,
-        Format::Table => comparison_table(&rows),
-        Format::Json => json()?,
-        Format::Csv => comparison_csv(&rows).into_diagnostic()?,
-        Format::Markdown => comparison_markdown(&rows),
+    print(&match Output::get().json {
+        true => comparison_json(&rows).into_diagnostic()?,
+        false => comparison_table(&rows),
     })
 }

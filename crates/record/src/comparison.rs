@@ -78,24 +78,6 @@ pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::
     serde_json::to_string_pretty(&array)
 }
 
-/// Comma-separated text, a line for each run and estimator after the header, all digits; empty
-/// where there is no number.
-///
-/// # Errors
-/// Those of the writer; in memory there is none to expect.
-pub fn comparison_csv(runs: &[(&str, &Summary)]) -> Result<String, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(NAMES.into_iter().chain(scores().map(|(name, _)| name)))?;
-    for (names, values) in rows(runs) {
-        let text = |(value, _): Score| value.map_or_else(String::new, |v| v.to_string());
-        writer.write_record(names.into_iter().chain(values.into_iter().map(text)))?;
-    }
-    let bytes = writer
-        .into_inner()
-        .map_err(csv::IntoInnerError::into_error)?;
-    Ok(String::from_utf8_lossy(&bytes).trim_end().to_owned())
-}
-
 /// Titles with units, and the cells of each row with four significant digits.
 pub(crate) fn comparison_cells(runs: &[(&str, &Summary)]) -> (Vec<String>, Vec<Vec<String>>) {
     let title = |(name, score): (&str, &ScoreColumn)| match score.unit {
@@ -110,19 +92,6 @@ pub(crate) fn comparison_cells(runs: &[(&str, &Summary)]) -> (Vec<String>, Vec<V
     };
     let rows = rows(runs).into_iter().map(row);
     (titles.chain(scores().map(title)).collect(), rows.collect())
-}
-
-/// A table in Markdown, four significant digits, with units in its header.
-pub fn comparison_markdown(runs: &[(&str, &Summary)]) -> String {
-    let (titles, rows) = comparison_cells(runs);
-    let rule = |k: usize| if k < NAMES.len() { "---" } else { "---:" };
-    let rules = (0..titles.len()).map(|k| rule(k).to_owned()).collect();
-    let line = |cells: Vec<String>| {
-        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-        format!("| {} |", cells.join(" | "))
-    };
-    let lines: Vec<String> = [titles, rules].into_iter().chain(rows).map(line).collect();
-    lines.join("\n")
 }
 
 /// Four significant digits; whole numbers with all of theirs.

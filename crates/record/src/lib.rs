@@ -10,7 +10,7 @@
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, ... | [`FigureSink`] |
 //! | the dataset of a study, read back | `study.parquet` | [`Dataset`] |
-//! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
+//! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`], and every score in
 //! [`ScoreColumn`]. Everything is in SI; the same run leaves the same bytes, except for the
@@ -40,7 +40,7 @@ mod terrain_table;
 
 pub use batch::{BatchBuilder, field, schema};
 pub use columns::{Column, Kind, Table};
-pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
+pub use comparison::comparison_json;
 pub use dataset::{Dataset, DatasetColumn, DatasetValues};
 pub use error::{RecordError, create_folder, io_error};
 pub use figures::FigureSink;
