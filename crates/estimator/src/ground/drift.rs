@@ -107,7 +107,7 @@ impl Drift {
     }
 
     /// Sets a node as seen by a wheel at a distance of `ahead` (m) behind it:
-    /// `c = d + arm b + ahead s`.
+    /// `z = e + arm beta + ahead s`.
     pub fn open(&mut self, node: i64, lever: Lever, ahead: f64) {
         let h = [
             (DRIFT, 1.0),
