@@ -2,6 +2,7 @@
 
 use crate::support::{robhaz, root, text};
 use robhaz_sim::EngineKind;
+use robhaz_sim::friction::FrictionKind;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -120,6 +121,19 @@ fn the_table_of_the_readme_is_printed() {
     assert!(table.contains("no-angles"), "{table}");
     let shown = text(&output.stdout);
     assert!(shown.contains(table), "README:\n{table}\nprinted:\n{shown}");
+}
+
+/// The scene that `robhaz new` writes lists all friction laws and engines.
+#[test]
+fn a_new_scene_names_all_choices() {
+    let text = std::fs::read_to_string(root().join("crates/cli/src/new_scene.toml")).unwrap();
+    let quoted = |names: Vec<&str>| format!("# \"{}\"\n", names.join("\", \""));
+    let laws = quoted(FrictionKind::ALL.map(FrictionKind::name).to_vec());
+    let engines = quoted(EngineKind::ALL.map(EngineKind::name).to_vec());
+    assert!(
+        text.contains(&laws) && text.contains(&engines),
+        "{laws}{engines}"
+    );
 }
 
 /// Every page of measured tables is one that `just measure` writes, with the version of the code

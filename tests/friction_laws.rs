@@ -37,6 +37,15 @@ const LAWS: [(&str, &[&str]); 9] = [
     ),
 ];
 
+/// No law is left out.
+#[test]
+fn every_law_is_listed() {
+    for kind in FrictionKind::ALL {
+        let name = format!("contact.friction={}", kind.name());
+        assert!(LAWS.iter().any(|(_, law)| law[0] == name), "{name}");
+    }
+}
+
 fn with(name: &str, engine: &str, law: &[&str], more: &[&str]) -> Scene {
     let engine = format!("engine.kind={engine}");
     let mut sets = vec![engine.as_str()];

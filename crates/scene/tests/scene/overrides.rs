@@ -312,6 +312,22 @@ fn another_law_drops_the_keys_of_the_old_one() {
     }
 }
 
+/// A resolved scene, which has all keys of its law, takes every other law.
+#[test]
+fn every_law_can_be_chosen_for_a_resolved_scene() {
+    for file in FrictionKind::ALL {
+        let text = format!(
+            "engine.kind = 'direct'\ncontact.friction = '{}'",
+            file.name()
+        );
+        let resolved = good(&text, &[]).to_toml("x");
+        for chosen in FrictionKind::ALL {
+            let set = format!("contact.friction={}", chosen.name());
+            assert_eq!(good(&resolved, &[&set]).friction.kind, chosen);
+        }
+    }
+}
+
 /// Scalings are changed and added like the items of every list.
 #[test]
 fn scalings_are_changed_by_index() {
