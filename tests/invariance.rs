@@ -89,6 +89,7 @@ fn mirrored_geometry(g: &Geometry) -> Geometry {
     let [a, b, c] = g.axles.map(mirrored_point);
     let [d, e, f]: [Carrier; 3] = g.carriers;
     Geometry {
+        suspension: g.suspension,
         wheel_radius: g.wheel_radius,
         axles: [c, b, a],
         carriers: [f, e, d],

@@ -120,11 +120,9 @@ fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
-    let robot = RobotChoice {
-        geometry_name: format!("{}, weighed", nominal.geometry_name),
-        mass_name: format!("{}, weighed", nominal.mass_name),
-        robot: weighed.robot,
-    };
+    let names = [&nominal.geometry_name, &nominal.mass_name];
+    let [geometry, mass] = names.map(|name| format!("{name}, weighed"));
+    let robot = RobotChoice::new(geometry, mass, weighed.robot);
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let text = robot.weighed_to_toml(&weighed.covariance, &version);
     write(file, &text, "the weighed robot and its budget")

@@ -98,7 +98,7 @@ impl State {
 impl Estimator {
     /// An estimator for a robot at rest, from its nominal geometry and masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
-        let units = Units::of(robot, settings.gravity);
+        let units = Units::of(robot);
         let nominal = Nominal::new(&units.robot_in(robot), units.settings_in(&settings));
         Self {
             settings,

@@ -202,8 +202,6 @@ pub struct EstimatorSettings {
     pub masses: Masses,
     /// How tractions and link angles are found.
     pub method: Method,
-    /// Acceleration of free fall, m/s^2.
-    pub gravity: f64,
     /// Nominal viscous damping B of the wheel module, N m s.
     pub viscous_damping: f64,
     /// Nominal compression of wheel and ground at the mean wheel load, m: a wheel rolls with its
@@ -247,7 +245,6 @@ impl EstimatorSettings {
         Self {
             masses: Masses::True,
             method: Method::Paper(PaperMethod::DEFAULT),
-            gravity: robhaz_model::GRAVITY,
             viscous_damping: 0.15,
             compression: 0.0,
             moment_lever: 1.0,

@@ -32,11 +32,11 @@ pub(crate) struct Units {
 }
 
 impl Units {
-    /// For a robot under `gravity`, m/s^2. SI where a number is not above 0 and finite.
-    pub fn of(robot: &Robot, gravity: f64) -> Self {
+    /// For a robot. SI where a number is not above 0 and finite.
+    pub fn of(robot: &Robot) -> Self {
         let length = robot.geometry.wheel_radius / RADIUS;
         let mass = robot.mass.total() / MASS;
-        let time = robhaz_model::sqrt(length * (GRAVITY / gravity));
+        let time = robhaz_model::sqrt(length * (GRAVITY / robot.gravity));
         let is_unit = |unit: f64| unit > 0.0 && unit.is_finite();
         if is_unit(length) && is_unit(mass) && is_unit(time) {
             Self { length, mass, time }
@@ -80,13 +80,14 @@ impl Units {
         length * self.length
     }
 
-    /// A robot in these units.
+    /// A robot in these units, in which gravity is that of Earth.
     pub fn robot_in(&self, robot: &Robot) -> Robot {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let Pins { p, q, r, s } = geometry.pins;
         let l = self.length;
         Robot {
             geometry: Geometry {
+                suspension: robot.geometry.suspension,
                 wheel_radius: geometry.wheel_radius / l,
                 axles: geometry.axles.map(|axle| axle / l),
                 carriers: geometry.carriers,
@@ -118,10 +119,11 @@ impl Units {
                 wheel_inertia: mass.wheel_inertia / self.inertia(),
                 rotor_inertia: mass.rotor_inertia / self.inertia(),
             },
+            gravity: GRAVITY,
         }
     }
 
-    /// Settings in these units, in which gravity is that of Earth.
+    /// Settings in these units.
     pub fn settings_in(&self, settings: &EstimatorSettings) -> EstimatorSettings {
         EstimatorSettings {
             masses: settings.masses,
@@ -132,7 +134,6 @@ impl Units {
                 }),
                 Method::Kalman(method) => Method::Kalman(method),
             },
-            gravity: GRAVITY,
             viscous_damping: settings.viscous_damping / (self.torque() * self.time),
             compression: settings.compression / self.length,
             moment_lever: settings.moment_lever / self.length,

@@ -2,7 +2,7 @@
 //! prior.
 
 use nalgebra::SVector;
-use robhaz_model::{Bar, Pin, Robot, Vec2};
+use robhaz_model::{Bar, Pin, Robot, Suspension, Vec2};
 
 /// Number of unknowns of the robot.
 pub(crate) const PARAMETERS: usize = 21;
@@ -65,9 +65,12 @@ impl Tolerances {
         // A distance has two coordinates.
         let axis = std::f64::consts::FRAC_1_SQRT_2;
         let mass = values(nominal) * self.mass;
+        let pins = nominal.geometry.suspension.pins();
         Values::from_fn(|i, _| match i {
             i if i < CENTRES => mass[i],
             i if i < PINS => self.centre * axis,
+            // Pins that a bogie has not do not err.
+            i if !pins.contains(&Pin::ALL[(i - PINS) / 2]) => 0.0,
             _ => self.pin * axis,
         })
     }
@@ -95,7 +98,9 @@ pub(crate) fn with_values(nominal: &Robot, values: &Values) -> Robot {
     mass.body_inertia *= values[0] / mass.body;
     mass.body = values[0];
     for i in 0..3 {
-        mass.link_inertias[i] *= values[1 + i] / mass.links[i];
+        if mass.links[i] > 0.0 {
+            mass.link_inertias[i] *= values[1 + i] / mass.links[i];
+        }
         mass.links[i] = values[1 + i];
         geometry.link_cg[i] = point(CENTRES, 1 + i);
     }
@@ -108,6 +113,9 @@ pub(crate) fn with_values(nominal: &Robot, values: &Values) -> Robot {
         .enumerate()
     {
         *pin = point(PINS, i);
+    }
+    if let Suspension::Bogie { body } = geometry.suspension {
+        geometry.make_bogie(body);
     }
     robot
 }

@@ -44,7 +44,11 @@ mod tests {
     fn level_ground_is_the_stance() {
         for geometry in [Geometry::a(), Geometry::b()] {
             let mass = MassSet::caption();
-            let robot = Robot { geometry, mass };
+            let robot = Robot {
+                geometry,
+                mass,
+                gravity: GRAVITY,
+            };
             let found = plate_forces(&robot, [0.0; 2], [0.0; 3]).expect("determined");
             let expected = robot.static_loads().expect("determined");
             for (found, expected) in found.iter().zip(expected) {

@@ -113,6 +113,7 @@ fn weighed_robots_have_the_forces_of_the_real_ones() {
         let nominal = Robot {
             geometry,
             mass: MassSet::caption(),
+            ..Robot::default_a()
         };
         let (others, centres) = if k % 4 < 2 { (0.0, 0.0) } else { (0.1, 0.01) };
         let real = real_robot(&nominal, &mut random, others, centres);

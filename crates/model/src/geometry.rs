@@ -58,6 +58,43 @@ impl Pin {
     }
 }
 
+/// How the body hangs on links 1 and 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Suspension {
+    /// Link 3 joins the body to link 2: pins P, Q, R and S, as in ROBHAZ-6WHEEL.
+    #[default]
+    FourBar,
+    /// The body is fixed to a link, and Q is the only pin: a rocker-bogie, whose rocker is that
+    /// link, or a triple bogie.
+    ///
+    /// It is a four-bar with one side of no length. Where R lies on Q, the triangle PRS, which body
+    /// and link 3 close, moves with link 1 alone: body and link 3 turn as link 1 does. So all that
+    /// is derived for the four-bar holds; link 3 has no mass, and P, R and S carry no meaning of
+    /// their own. A body on link 2 has P on Q.
+    Bogie {
+        /// The link that the body is fixed to.
+        body: Carrier,
+    },
+}
+
+impl Suspension {
+    /// The pins that the robot has.
+    pub fn pins(self) -> &'static [Pin] {
+        match self {
+            Self::FourBar => &Pin::ALL,
+            Self::Bogie { .. } => &[Pin::Q],
+        }
+    }
+
+    /// The bars that the robot has: all, or body, link 1 and link 2.
+    pub fn bars(self) -> &'static [Bar] {
+        match self {
+            Self::FourBar => &Bar::ALL,
+            Self::Bogie { .. } => &Bar::ALL[..3],
+        }
+    }
+}
+
 /// Positions of the four pins, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pins {
@@ -72,6 +109,27 @@ pub struct Pins {
 }
 
 impl Pins {
+    /// Those of a [`Suspension::Bogie`] with its pin at `q` (m): an equilateral triangle with sides
+    /// of `length` (m), one corner of it in Q.
+    pub fn of_bogie(q: Vec2, body: Carrier, length: f64) -> Self {
+        let ahead = q + Vec2::new(length, 0.0);
+        let above = q + Vec2::new(0.5, crate::sqrt(0.75)) * length;
+        match body {
+            Carrier::Link1 => Self {
+                p: ahead,
+                q,
+                r: q,
+                s: above,
+            },
+            Carrier::Link2 => Self {
+                p: q,
+                q,
+                r: ahead,
+                s: above,
+            },
+        }
+    }
+
     /// Position of one pin, m.
     pub fn get(&self, pin: Pin) -> Vec2 {
         match pin {
@@ -84,9 +142,10 @@ impl Pins {
 }
 
 /// The link that carries a wheel; only links 1 and 2 carry wheels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Carrier {
     /// The wheel's axle is fixed to link 1.
+    #[default]
     Link1,
     /// The wheel's axle is fixed to link 2.
     Link2,
@@ -147,7 +206,9 @@ pub struct Geometry {
     pub axles: [Vec2; 3],
     /// The link that carries each wheel.
     pub carriers: [Carrier; 3],
-    /// The four pins, m.
+    /// How the body hangs on links 1 and 2.
+    pub suspension: Suspension,
+    /// The four pins, m; of a bogie those of [`Pins::of_bogie`].
     pub pins: Pins,
     /// Centre of mass of the body, m.
     pub body_cg: Vec2,
@@ -240,16 +301,28 @@ impl Geometry {
             Vec2::new(0.0, 0.10),
             Vec2::new(-0.30, 0.10),
         ];
-        Self {
+        let mut geometry = Self {
             wheel_radius: 0.10,
-            link_cg: mean_link_cgs(&axles, &carriers, &pins),
+            link_cg: [Vec2::zeros(); 3],
             outline: Outline::derived(&axles, body_cg),
             axles,
             carriers,
+            suspension: Suspension::FourBar,
             pins,
             body_cg,
             stop: PinStop::standard(),
-        }
+        };
+        geometry.link_cg = geometry.mean_link_cgs();
+        geometry
+    }
+
+    /// Makes the geometry that of a bogie, with the pin Q that it has: pins P, R and S, and the
+    /// centre of mass of link 3, which is massless, at that of the body.
+    pub fn make_bogie(&mut self, body: Carrier) {
+        let length = 0.5 * (self.axles[0].x - self.axles[2].x).abs();
+        self.suspension = Suspension::Bogie { body };
+        self.pins = Pins::of_bogie(self.pins.q, body, length);
+        self.link_cg[2] = self.body_cg;
     }
 
     /// Checks that all values are finite, every bar has a length, C of eq. (6) is regular in the
@@ -281,13 +354,14 @@ impl Geometry {
             return Err(GeometryError::NotFinite);
         }
         let Pins { p, q, r, s } = self.pins;
+        let four_bar = self.suspension == Suspension::FourBar;
         for (bar, length) in [
             (Bar::Link1, (p - q).norm()),
             (Bar::Link2, (q - r).norm()),
             (Bar::Link3, (r - s).norm()),
             (Bar::Body, (s - p).norm()),
         ] {
-            if length < 1e-6 {
+            if four_bar && length < 1e-6 {
                 return Err(GeometryError::ZeroBar(bar));
             }
         }
@@ -316,12 +390,12 @@ impl Geometry {
 
     /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the
     /// corners of its box and its pins in any order (their convex hull), for a link its own pins
-    /// and axles.
+    /// and axles; none of link 3 of a bogie.
     pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
-        let pins = Pin::ALL
-            .into_iter()
+        let pins = self.suspension.pins().iter();
+        let pins = pins
             .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
-            .map(|pin| self.pins.get(pin));
+            .map(|pin| self.pins.get(*pin));
         let axles = self.axles.iter().zip(&self.carriers);
         let axles = axles
             .filter(move |(_, carrier)| carrier.bar() == bar)
@@ -337,6 +411,23 @@ impl Geometry {
         pins.chain(axles).chain(corners)
     }
 
+    /// Centres of mass of links 1 to 3 if none are given, m: the mean of the link's pins and of the
+    /// axles that it carries. Link 3 of a bogie, which has no mass, has that of the body.
+    pub fn mean_link_cgs(&self) -> [Vec2; 3] {
+        Bar::LINKS.map(|link| {
+            let (mut sum, mut count) = (Vec2::zeros(), 0.0);
+            for point in self.outline_points(link) {
+                sum += point;
+                count += 1.0;
+            }
+            if count > 0.0 {
+                sum / count
+            } else {
+                self.body_cg
+            }
+        })
+    }
+
     /// Centre of mass of a bar without wheels, in the nominal pose, m.
     pub fn cg(&self, bar: Bar) -> Vec2 {
         match bar {
@@ -346,24 +437,4 @@ impl Geometry {
             Bar::Link3 => self.link_cg[2],
         }
     }
-}
-
-/// Centres of mass of links 1 to 3 if none are given, m: the mean of the link's pins and of the
-/// axles that it carries.
-pub fn mean_link_cgs(axles: &[Vec2; 3], carriers: &[Carrier; 3], pins: &Pins) -> [Vec2; 3] {
-    let mean = |ends: [Vec2; 2], carrier: Option<Carrier>| {
-        let (mut sum, mut count) = (ends[0] + ends[1], 2.0);
-        for (axle, own) in axles.iter().zip(carriers) {
-            if carrier == Some(*own) {
-                sum += axle;
-                count += 1.0;
-            }
-        }
-        sum / count
-    };
-    [
-        mean([pins.p, pins.q], Some(Carrier::Link1)),
-        mean([pins.q, pins.r], Some(Carrier::Link2)),
-        mean([pins.r, pins.s], None),
-    ]
 }

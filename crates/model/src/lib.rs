@@ -1,10 +1,12 @@
-//! The robot ROBHAZ-6WHEEL: nominal geometry, masses, and the kinematics of the closed four-bar.
+//! A rover with three wheels a side, such as ROBHAZ-6WHEEL: nominal geometry, masses, and the
+//! kinematics of the closed four-bar.
 //!
 //! One side of the robot in the plane: x forward, y up, angles counter-clockwise, SI units
 //! throughout.
 //!
 //! ```text
-//!     body --P-- link1 --Q-- link2 --R-- link3 --S-- body
+//!     body --P-- link1 --Q-- link2 --R-- link3 --S-- body      a four-bar
+//!     link1 with the body, or link2 with it, --Q-- link2       a bogie: [`Suspension`]
 //! ```
 //!
 //! | symbol | here |
@@ -34,7 +36,7 @@ mod posture;
 mod stance;
 
 pub use command::WheelCommand;
-pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
+pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, Suspension};
 pub use mass::{MassError, MassSet, PointMasses};
 pub use outline::Outline;
 pub use plane::{cross, direction, perp, rotate, turned};
@@ -44,16 +46,18 @@ pub use stance::StanceError;
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;
 
-/// Acceleration of free fall, m/s^2, used throughout; gravity is `(0, -GRAVITY)`.
+/// Acceleration of free fall on Earth, m/s^2.
 pub const GRAVITY: f64 = 9.81;
 
-/// One side of the robot: geometry and masses.
+/// One side of the robot: geometry and masses, and the gravity where it drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Positions in the nominal pose.
     pub geometry: Geometry,
     /// Masses and inertias.
     pub mass: MassSet,
+    /// Acceleration of free fall, m/s^2; gravity is `(0, -gravity)`.
+    pub gravity: f64,
 }
 
 /// The square root, with the same bits with and without the feature `std`.
@@ -76,12 +80,13 @@ impl Robot {
         Self {
             geometry: Geometry::a(),
             mass: MassSet::caption(),
+            gravity: GRAVITY,
         }
     }
 
     /// Mean static load of a wheel on level ground, N: a third of the weight.
     pub fn mean_wheel_load(&self) -> f64 {
-        self.mass.total() * GRAVITY / 3.0
+        self.mass.total() * self.gravity / 3.0
     }
 }
 

@@ -8,7 +8,7 @@ use crate::Bar;
 pub struct MassSet {
     /// Half of the real body, kg.
     pub body: f64,
-    /// Links 1 to 3 without wheels, kg.
+    /// Links 1 to 3 without wheels, kg; link 3 of a bogie has none.
     pub links: [f64; 3],
     /// Each wheel module, kg.
     pub wheel: f64,
@@ -89,11 +89,13 @@ impl MassSet {
         self.body + self.links.iter().sum::<f64>() + 3.0 * self.wheel
     }
 
-    /// Checks that every mass and inertia is a finite number above zero.
+    /// Checks that every mass and inertia is a finite number above zero; of link 3, that both are,
+    /// or both zero, as those of a bogie.
     ///
     /// # Errors
     /// A [`MassError`] with the first entry that is not.
     pub fn check(&self) -> Result<(), MassError> {
+        let has_link3 = self.links[2] != 0.0 || self.link_inertias[2] != 0.0;
         let entries = [
             ("body", self.body),
             ("links[0]", self.links[0]),
@@ -108,6 +110,9 @@ impl MassSet {
             ("rotor_inertia", self.rotor_inertia),
         ];
         for (entry, found) in entries {
+            if !has_link3 && entry.ends_with("[2]") {
+                continue;
+            }
             if !(found > 0.0 && found.is_finite()) {
                 return Err(MassError { entry, found });
             }

@@ -195,6 +195,7 @@ impl Posture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Carrier;
     use proptest::prelude::*;
 
     #[test]
@@ -202,6 +203,24 @@ mod tests {
         for geometry in [Geometry::a(), Geometry::b()] {
             let posture = Posture::close(&geometry, 0.0, 0.0).expect("the nominal pose closes");
             assert!(posture.body.abs() < 1e-14 && posture.links[2].abs() < 1e-14);
+        }
+    }
+
+    /// Closed form: the body of a bogie turns with its link, everywhere, and keeps its place on it.
+    #[test]
+    fn the_body_of_a_bogie_is_fixed_to_its_link() {
+        for (body, own) in [(Carrier::Link1, 0), (Carrier::Link2, 1)] {
+            let mut geometry = Geometry::a();
+            geometry.make_bogie(body);
+            for theta in [[0.3, -0.5], [-0.7, 0.2], [2.0, 1.0]] {
+                let posture = Posture::close(&geometry, theta[0], theta[1]).expect("always closes");
+                let rates = posture.rates(&geometry, 0.7, -0.4);
+                let cg = rotate(geometry.body_cg - geometry.pins.q, theta[own]);
+                // Rounding of a triangle's angles.
+                assert!((posture.body - theta[own]).abs() < 1e-14);
+                assert!((rates[0] - [0.7, -0.4][own]).abs() < 1e-14);
+                assert!((posture.cg_from_q(&geometry, Bar::Body) - cg).norm() < 1e-14);
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! The robot on level ground in its nominal pose: clearances, static wheel loads, and reasons why
 //! it cannot stand.
 
-use crate::{Bar, GRAVITY, Geometry, Pin, Robot, Vec2, cross};
+use crate::{Bar, Geometry, Pin, Robot, Vec2, cross};
 use nalgebra::{Matrix3, Vector3};
 
 /// Names of the wheels, for messages.
@@ -125,14 +125,14 @@ impl Geometry {
                 });
             }
         }
-        for pin in Pin::ALL {
-            let height = self.pins.get(pin).y;
+        for pin in self.suspension.pins() {
+            let (pin, height) = (*pin, self.pins.get(*pin).y);
             if height <= 0.0 {
                 return Err(StanceError::PinBelowGround { pin, height });
             }
         }
-        for bar in Bar::ALL {
-            let height = self.cg(bar).y;
+        for bar in self.suspension.bars() {
+            let (bar, height) = (*bar, self.cg(*bar).y);
             if height <= 0.0 {
                 return Err(StanceError::CentreBelowGround { bar, height });
             }
@@ -192,7 +192,7 @@ impl Robot {
                 right[1 + link] += mass.wheel * rise;
             }
         }
-        let loads = matrix.lu().solve(&(right * GRAVITY))?;
+        let loads = matrix.lu().solve(&(right * self.gravity))?;
         loads
             .iter()
             .all(|n| n.is_finite())
@@ -230,12 +230,12 @@ impl Robot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::MassSet;
+    use crate::{Carrier, GRAVITY};
 
     fn robot(geometry: Geometry) -> Robot {
         Robot {
             geometry,
-            mass: MassSet::caption(),
+            ..Robot::default_a()
         }
     }
 
@@ -263,6 +263,42 @@ mod tests {
                 .sum();
             assert!((moment - weight * robot.centre_of_mass().x).abs() < 1e-10);
             assert_eq!(robot.check_stance(), Ok(()));
+        }
+    }
+
+    /// Closed form of a rocker-bogie on level ground: the bogie, with the weight W_b of its parts,
+    /// balances about Q; what it carries there and the rocker's parts balance about the front wheel.
+    #[test]
+    fn static_loads_of_a_rocker_bogie() {
+        let mut robot = robot(Geometry::a());
+        robot.geometry.make_bogie(Carrier::Link1);
+        (robot.mass.links[2], robot.mass.link_inertias[2]) = (0.0, 0.0);
+        assert_eq!(
+            (robot.geometry.check(), robot.mass.check()),
+            (Ok(()), Ok(()))
+        );
+        let (g, m) = (&robot.geometry, &robot.mass);
+        let [x1, x2, x3] = g.axles.map(|axle| axle.x);
+        let q = g.pins.q.x;
+        let rocker = [
+            (m.body, g.body_cg.x),
+            (m.links[0], g.link_cg[0].x),
+            (m.wheel, x1),
+        ];
+        let bogie = [(m.links[1], g.link_cg[1].x), (m.wheel, x2), (m.wheel, x3)];
+        let weight = |parts: &[(f64, f64)]| GRAVITY * parts.iter().map(|(m, _)| m).sum::<f64>();
+        let moment = |parts: &[(f64, f64)], x: f64| {
+            GRAVITY * parts.iter().map(|(m, at)| m * (at - x)).sum::<f64>()
+        };
+        // Moments of the rocker about the front axle: the force in Q, then N1.
+        let in_q = moment(&rocker, x1) / (q - x1);
+        let n1 = weight(&rocker) - in_q;
+        // Moments of the bogie about the rear axle: N2.
+        let n2 = (moment(&bogie, x3) + in_q * (q - x3)) / (x2 - x3);
+        let n3 = weight(&bogie) + in_q - n2;
+        let found = robot.static_loads().expect("determined");
+        for (found, expected) in found.into_iter().zip([n1, n2, n3]) {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         }
     }
 

@@ -18,9 +18,9 @@
 //! Ferland and Schaible 1985).
 
 use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
-use nalgebra::{SVector, Vector4};
-use robhaz_estimator::statics::full_system::{BlockForm, FullSystem, ReducedSystem, Singular};
-use robhaz_model::{Geometry, PointMasses, Posture, Vec2, cross};
+use nalgebra::Vector4;
+use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
+use robhaz_model::{Geometry, Posture, PostureError, Robot, Vec2, cross};
 
 /// An e that is allowed wherever the robot can be balanced at all: a contact that nearly slides
 /// along its own normal.
@@ -123,28 +123,25 @@ impl Balance {
     /// of pin Q, m.
     ///
     /// # Errors
-    /// [`Singular`] where P lies on the line RS.
+    /// [`PostureError`] where the four-bar cannot close.
     pub fn new(
-        geometry: &Geometry,
-        masses: &PointMasses,
+        robot: &Robot,
         posture: &Posture,
         q: Vec2,
         contacts: Vec<GroundContact>,
         most_traction: f64,
-    ) -> Result<Self, Singular> {
-        // The right-hand side has the weights alone: the contact angles do not matter.
-        let block = BlockForm::new(&FullSystem::new(geometry, masses, posture, &[0.0; 3]));
-        let reduced = ReducedSystem::new(&block, &block.pin_forces()?);
-        let scale = Vector4::new(
-            1.0,
-            1.0,
-            1.0 / geometry.wheel_radius,
-            1.0 / geometry.wheel_radius,
-        );
+    ) -> Result<Self, PostureError> {
+        let geometry = &robot.geometry;
+        let [theta1, theta2, _] = posture.links;
+        let arms = Arms::new(geometry, theta1, theta2)?;
+        let up = Vec2::new(0.0, robot.gravity);
+        let weights = Loads::uniform(&robot.mass.true_points(), up);
+        let lever = geometry.wheel_radius;
+        let (right, _) = Equilibrium::load_side(&arms, &geometry.carriers, &weights, lever);
         Ok(Self {
             columns: columns_of(geometry, q, &contacts),
             contacts,
-            right: SVector::from(reduced.f).component_mul(&scale),
+            right,
             most_traction,
         })
     }

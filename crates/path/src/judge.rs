@@ -192,17 +192,8 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
         .posture(&robot.geometry)
         .ok()
         .and_then(|posture| {
-            let masses = robot.mass.true_points();
             let contacts = posed.contacts.clone();
-            Balance::new(
-                &robot.geometry,
-                &masses,
-                &posture,
-                q,
-                contacts,
-                setup.traction_limit(),
-            )
-            .ok()
+            Balance::new(robot, &posture, q, contacts, setup.traction_limit()).ok()
         });
     let Some(balance) = balance else {
         place.failure = Some(Failure::new(x, Reason::Posture, None));

@@ -189,6 +189,6 @@ mod tests {
     fn misplaced_keys_find_their_section() {
         assert_eq!(home_of("mu_s").as_deref(), Some("[contact]"));
         assert_eq!(home_of("observer_pole").as_deref(), Some("[[estimator]]"));
-        assert_eq!(home_of("gravity"), None);
+        assert_eq!(home_of("humidity"), None);
     }
 }

@@ -1,7 +1,8 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, KeyReference, array, did_you_mean, quoted, word};
+use crate::form::{Array, Form, KeyReference, Maybe, Plain, array, did_you_mean, quoted, word};
+use crate::json::items;
 use crate::key::{self, Key, Table, keys, section};
 use crate::quantity::{
     ANGLE, INERTIA, LENGTH, MASS, Number, Point, STOP_DAMPING, STOP_STIFFNESS, above, at_least,
@@ -12,7 +13,8 @@ use crate::source::{self, Entry, Node, Origin, Source, Value};
 use crate::values::TEXT;
 use crate::write::Out;
 use robhaz_model::{
-    Bar, Carrier, Geometry, GeometryError, Outline, Pin, Robot, StanceError, Vec2, mean_link_cgs,
+    Bar, Carrier, GRAVITY, Geometry, GeometryError, Outline, Pin, Pins, Robot, StanceError,
+    Suspension, Vec2,
 };
 use serde_json::{Value as Json, json};
 use std::f64::consts::PI;
@@ -61,6 +63,7 @@ pub(crate) const GEOMETRY_PART: Part = Part {
     keys: GEOMETRY,
     name: |robot| &mut robot.geometry_name,
     check: |robot, node| {
+        suspend(robot, node)?;
         let geometry = &mut robot.robot.geometry;
         complete(geometry, node);
         check(geometry)
@@ -77,8 +80,17 @@ pub(crate) const MASS_PART: Part = Part {
     what: "mass",
     keys: MASSES,
     name: |robot| &mut robot.mass_name,
-    check: |robot, _| {
-        let checked = robot.robot.mass.check();
+    check: |robot, node| {
+        let mass = &mut robot.robot.mass;
+        let counts = ["links", "link_inertias"].map(|key| node.find(key).map_or(3, Node::count));
+        if counts[0] != counts[1] {
+            let message = "links and link_inertias name different numbers of links".to_owned();
+            return Err(("link_inertias", message));
+        }
+        if counts[0] == 2 {
+            (mass.links[2], mass.link_inertias[2]) = (0.0, 0.0);
+        }
+        let checked = mass.check();
         checked.map_err(|error| (error.entry, error.to_string()))
     },
 };
@@ -92,6 +104,29 @@ keys! {
 
     /// masses and inertias; a path is relative to the scene file
     mass ("caption"): MASS_PART => self;
+
+    /// acceleration of free fall, m/s^2: "earth" is 9.81, "mars" 3.71, "moon" 1.62
+    gravity: Plain {
+        words: "\"earth\", \"mars\", \"moon\", or a number above 0.01 and at most 100",
+        schema: || json!({"anyOf": [
+            {"enum": PLANETS.map(|(name, _)| name)},
+            {"type": "number", "exclusiveMinimum": 0.01, "maximum": 100.0},
+        ]}),
+        read: gravity,
+        text: |gravity| Some(format!("{gravity:?}")),
+    } => robot.gravity;
+}
+
+/// Gravity on planets, m/s^2 (NASA, Planetary Fact Sheet; Earth's is the usual one).
+const PLANETS: [(&str, f64); 3] = [("earth", GRAVITY), ("mars", 3.71), ("moon", 1.62)];
+
+fn gravity(node: &Node) -> Option<f64> {
+    let value = match &node.value {
+        Value::Text(name) => PLANETS.iter().find(|(n, _)| n == name)?.1,
+        Value::Float(value) | Value::Integer(_, value) => *value,
+        _ => return None,
+    };
+    (value > 0.01 && value <= 100.0).then_some(value)
 }
 
 /// The robot, and the names under which its parts were chosen.
@@ -104,16 +139,52 @@ pub struct RobotChoice {
     pub mass_name: String,
     /// Geometry and masses.
     pub robot: Robot,
+    /// `suspension.kind`.
+    suspension: SuspensionKind,
+    /// `suspension.body`: the link that the body of a bogie is fixed to.
+    body: Option<Carrier>,
+}
+
+/// `suspension.kind`
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum SuspensionKind {
+    FourBar,
+    Bogie,
+}
+
+const SUSPENSIONS: &[SuspensionKind] = &[SuspensionKind::FourBar, SuspensionKind::Bogie];
+
+impl SuspensionKind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::FourBar => "four-bar",
+            Self::Bogie => "bogie",
+        }
+    }
+}
+
+impl RobotChoice {
+    /// A robot with names for its geometry and its masses.
+    pub fn new(geometry_name: String, mass_name: String, robot: Robot) -> Self {
+        let (suspension, body) = match robot.geometry.suspension {
+            Suspension::FourBar => (SuspensionKind::FourBar, None),
+            Suspension::Bogie { body } => (SuspensionKind::Bogie, Some(body)),
+        };
+        Self {
+            geometry_name,
+            mass_name,
+            robot,
+            suspension,
+            body,
+        }
+    }
 }
 
 impl Default for RobotChoice {
     /// Geometry A with the masses of the captions.
     fn default() -> Self {
-        Self {
-            geometry_name: DEFAULT_GEOMETRY.to_owned(),
-            mass_name: DEFAULT_MASS.to_owned(),
-            robot: Robot::default_a(),
-        }
+        let [geometry, mass] = [DEFAULT_GEOMETRY, DEFAULT_MASS].map(str::to_owned);
+        Self::new(geometry, mass, Robot::default_a())
     }
 }
 
@@ -126,6 +197,19 @@ pub(crate) const ROBOT: Table<RobotChoice> = Table {
 /// Reports a robot that cannot stand, at the key of its geometry that an override set, else at the
 /// likeliest key.
 fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
+    let has_link3 = robot.robot.mass.links[2] > 0.0;
+    if has_link3 != (robot.suspension == SuspensionKind::FourBar) {
+        if let Some((_, masses, path)) = MASS_PART.content(reader, section.get("mass")) {
+            let node = masses.find("links").unwrap_or(&masses);
+            let (found, kind) = (node.count(), robot.suspension.name());
+            let message = format!(
+                "the masses are those of {found} links, but a robot with suspension.kind = \"{kind}\" has {}",
+                5 - found
+            );
+            reader.push(Problem::at(&node.origin, &join(path, "links"), message).whole());
+        }
+        return;
+    }
     let Err(error) = robot.robot.check_stance() else {
         return;
     };
@@ -297,11 +381,50 @@ impl Part {
 /// Ends the name of a part that an override has changed.
 const CHANGED: &str = ", changed";
 
+/// The suspension, with the pins and links that it has.
+fn suspend(robot: &mut RobotChoice, node: &Node) -> Result<(), Fault> {
+    const OF_FOUR_BAR: [&str; 3] = ["pins.p", "pins.r", "pins.s"];
+    let given = |key: &&&'static str| node.find(key).is_some();
+    let kind = robot.suspension.name();
+    let links = node.find("link_cg").map(Node::count);
+    let geometry = &mut robot.robot.geometry;
+    match (robot.suspension, robot.body) {
+        (SuspensionKind::FourBar, body) => {
+            geometry.suspension = Suspension::FourBar;
+            if body.is_some() {
+                let message = "only the body of suspension.kind = \"bogie\" is fixed to a link";
+                return Err(("suspension.body", message.to_owned()));
+            }
+            if let Some(key) = OF_FOUR_BAR.iter().find(|key| !given(key)) {
+                let message = format!("{key} is missing; allowed: {}", POINT.allowed());
+                return Err(("pins", message));
+            }
+        }
+        (SuspensionKind::Bogie, None) => {
+            let message = "suspension.body is missing; allowed: \"link1\", \"link2\"";
+            return Err(("suspension", message.to_owned()));
+        }
+        (SuspensionKind::Bogie, Some(body)) => {
+            if let Some(key) = OF_FOUR_BAR.iter().find(given) {
+                let message = "with suspension.kind = \"bogie\" Q is the only pin";
+                return Err((key, message.to_owned()));
+            }
+            geometry.make_bogie(body);
+        }
+    }
+    let count = geometry.suspension.bars().len() - 1;
+    if links.is_some_and(|links| links != count) {
+        let message = format!("a robot with suspension.kind = \"{kind}\" has {count} links");
+        return Err(("link_cg", message));
+    }
+    Ok(())
+}
+
 /// Keys that are not given follow from the other keys.
 fn complete(geometry: &mut Geometry, node: &Node) {
     let lacks = |key: &str| node.find(key).is_none();
     if lacks("link_cg") {
-        geometry.link_cg = mean_link_cgs(&geometry.axles, &geometry.carriers, &geometry.pins);
+        geometry.link_cg = geometry.mean_link_cgs();
     }
     let derived = Outline::derived(&geometry.axles, geometry.body_cg);
     let outline = &mut geometry.outline;
@@ -348,6 +471,90 @@ fn check(geometry: &Geometry) -> Result<(), Fault> {
 /// Largest coordinate of the robot, m.
 const FARTHEST: f64 = 10.0;
 
+/// A pin that a four-bar has and a bogie has not.
+struct OfFourBar(fn(&mut Pins) -> &mut Vec2);
+
+impl Form for OfFourBar {
+    type Value = RobotChoice;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
+        POINT.read(reader, node, path, (self.0)(&mut into.robot.geometry.pins));
+    }
+
+    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
+        POINT.schema(None)
+    }
+
+    fn allowed(&self) -> String {
+        POINT.allowed()
+    }
+
+    fn allowed_values(&self) -> String {
+        POINT.allowed_values()
+    }
+
+    fn units(&self) -> &'static [&'static str] {
+        POINT.units()
+    }
+
+    fn text(&self, robot: &mut RobotChoice) -> Option<String> {
+        let has = robot.suspension == SuspensionKind::FourBar;
+        has.then(|| POINT.text((self.0)(&mut robot.robot.geometry.pins)))?
+    }
+}
+
+/// Values of links 1 to 3, or of links 1 and 2 of a bogie.
+struct OfLinks<F: Form> {
+    item: F,
+    /// Allowed values in words, with `{}` for an item.
+    words: &'static str,
+    at: fn(&mut RobotChoice) -> &mut [F::Value; 3],
+}
+
+impl<F: Form> OfLinks<F> {
+    fn in_words(&self, item: &str) -> String {
+        let number = item.strip_prefix("[x, y], each ").unwrap_or(item);
+        self.words.replace("{}", number)
+    }
+}
+
+impl<F: Form> Form for OfLinks<F> {
+    type Value = RobotChoice;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
+        let items = reader.items(node, path, 2..=3, || self.allowed());
+        for ((item, path), value) in items.into_iter().zip((self.at)(into)) {
+            self.item.read(reader, item, &path, value);
+        }
+    }
+
+    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
+        items(self.item.schema(None), 2, 3)
+    }
+
+    fn allowed(&self) -> String {
+        self.in_words(&self.item.allowed())
+    }
+
+    fn allowed_values(&self) -> String {
+        self.in_words(&self.item.allowed_values())
+    }
+
+    fn units(&self) -> &'static [&'static str] {
+        self.item.units()
+    }
+
+    fn text(&self, robot: &mut RobotChoice) -> Option<String> {
+        let count = robot.robot.geometry.suspension.bars().len() - 1;
+        let values = (self.at)(robot)[..count].iter_mut();
+        let texts = values.map(|value| self.item.text(value));
+        Some(format!(
+            "[{}]",
+            texts.collect::<Option<Vec<_>>>()?.join(", ")
+        ))
+    }
+}
+
 /// A point of the robot in its nominal pose.
 const POINT: Point = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
 const THREE_POINTS: Array<Point, [Vec2; 3]> = array("[[x, y], [x, y], [x, y]], each {}", POINT);
@@ -376,11 +583,18 @@ keys! {
     /// centre of mass of the body
     body_cg (required): POINT => robot.geometry.body_cg;
 
-    /// centres of mass of links 1 to 3 without wheels; by default the mean of the link's own pins
-    /// and axles
-    link_cg ("mean of own pins and axles"): THREE_POINTS => robot.geometry.link_cg;
+    /// centres of mass of the links without wheels; by default the mean of the link's own pins and
+    /// axles
+    link_cg ("mean of own pins and axles"): OfLinks {
+        item: POINT,
+        words: "[[x, y], [x, y], [x, y]], of a bogie two points, each {}",
+        at: |robot| &mut robot.robot.geometry.link_cg,
+    } => self;
 
-    /// positions of the four pins
+    /// how the body hangs on links 1 and 2
+    suspension: section(SUSPENSION) => self;
+
+    /// positions of the pins
     pins (required): section(PINS) => self;
 
     /// end stops of pin Q, on theta_1 - theta_2
@@ -391,19 +605,30 @@ keys! {
 }
 
 keys! {
+    SUSPENSION: RobotChoice;
+
+    /// link 3 joins the body to link 2, as in ROBHAZ-6WHEEL; or the body is fixed to a link, as in a
+    /// rocker-bogie or a triple bogie
+    kind: word(SUSPENSIONS, |kind| kind.name()) => suspension;
+
+    /// of a bogie: the link that the body is fixed to
+    body ("required of a bogie"): Maybe(word(LINKS, |link| link.bar().name())) => body;
+}
+
+keys! {
     PINS: RobotChoice;
 
     /// between body and link 1
-    p (required): POINT => robot.geometry.pins.p;
+    p ("required of a four-bar"): OfFourBar(|pins| &mut pins.p) => self;
 
     /// between link 1 and link 2
     q (required): POINT => robot.geometry.pins.q;
 
     /// between link 2 and link 3
-    r (required): POINT => robot.geometry.pins.r;
+    r ("required of a four-bar"): OfFourBar(|pins| &mut pins.r) => self;
 
     /// between link 3 and body
-    s (required): POINT => robot.geometry.pins.s;
+    s ("required of a four-bar"): OfFourBar(|pins| &mut pins.s) => self;
 }
 
 keys! {
@@ -447,8 +672,12 @@ keys! {
     /// the body: half of the real one
     body (required): MASS_OF => robot.mass.body;
 
-    /// links 1 to 3 without wheels
-    links (required): array("[a, b, c], each {}", MASS_OF) => robot.mass.links;
+    /// the links without wheels
+    links (required): OfLinks {
+        item: MASS_OF,
+        words: "[a, b, c], of a bogie [a, b], each {}",
+        at: |robot| &mut robot.robot.mass.links,
+    } => self;
 
     /// each wheel module
     wheel (required): MASS_OF => robot.mass.wheel;
@@ -456,8 +685,12 @@ keys! {
     /// of the body about its centre of mass
     body_inertia (required): INERTIA_OF => robot.mass.body_inertia;
 
-    /// of links 1 to 3 about their centres of mass
-    link_inertias (required): array("[a, b, c], each {}", INERTIA_OF) => robot.mass.link_inertias;
+    /// of the links about their centres of mass
+    link_inertias (required): OfLinks {
+        item: INERTIA_OF,
+        words: "[a, b, c], of a bogie [a, b], each {}",
+        at: |robot| &mut robot.robot.mass.link_inertias,
+    } => self;
 
     /// J_wheel: the disc, which resists the absolute spin
     wheel_inertia (required): INERTIA_OF => robot.mass.wheel_inertia;

@@ -252,7 +252,7 @@ impl Scene {
 
     /// The sensors of this scene, with the errors that its seed draws.
     pub fn sensors(&self) -> Sensors {
-        Sensors::new(&self.sensors.spec, self.seed)
+        Sensors::new(&self.sensors.spec, self.seed).under(self.robot.robot.gravity)
     }
 
     /// The nominal robot, which the estimators are given.

@@ -297,6 +297,11 @@ impl Node {
         }
     }
 
+    /// The number of items of an array, 0 of anything else.
+    pub fn count(&self) -> usize {
+        self.array().map_or(0, <[Self]>::len)
+    }
+
     /// A whole number, `None` for anything else.
     pub fn whole(&self) -> Option<i128> {
         match self.value {

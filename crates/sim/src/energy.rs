@@ -3,7 +3,7 @@
 use crate::engine::Instant;
 use crate::error::PlantError;
 use crate::truth::Truth;
-use robhaz_model::{Bar, GRAVITY, Robot};
+use robhaz_model::{Bar, Robot};
 
 /// Kinetic and potential energy of bars, wheels and rotors, J. The potential energy is zero at y =
 /// 0.
@@ -14,12 +14,12 @@ pub fn mechanical_energy(robot: &Robot, truth: &Truth) -> f64 {
         let (m, inertia) = mass.of(bar);
         let b = truth.bar(bar);
         energy += 0.5 * m * b.velocity.norm_squared() + 0.5 * inertia * b.rate * b.rate;
-        energy += m * GRAVITY * b.position.y;
+        energy += m * robot.gravity * b.position.y;
     }
     for (i, wheel) in truth.wheels.iter().enumerate() {
         let link = truth.bar(robot.geometry.carriers[i].bar());
         energy += 0.5 * mass.wheel * truth.wheel_velocity(robot, i).norm_squared();
-        energy += mass.wheel * GRAVITY * wheel.position.y;
+        energy += mass.wheel * robot.gravity * wheel.position.y;
         // The disc has its absolute spin, the rotor its spin relative to the link.
         energy += 0.5 * mass.wheel_inertia * (wheel.omega - link.rate).powi(2);
         energy += 0.5 * mass.rotor_inertia * wheel.omega * wheel.omega;
@@ -52,7 +52,7 @@ impl EnergyWatch {
     const ALLOWED: f64 = 1e-3;
 
     pub fn new(robot: &Robot) -> Self {
-        let weight = robot.mass.total() * GRAVITY;
+        let weight = robot.mass.total() * robot.gravity;
         Self {
             minimum: f64::INFINITY,
             allowed: Self::ALLOWED * weight * robot.geometry.wheel_radius,

@@ -14,7 +14,7 @@ use crate::shapes;
 use crate::writer::Writer;
 use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
 use rerun::components::Radius;
-use robhaz_model::{Bar, Pin, Robot, Vec2};
+use robhaz_model::{Bar, Robot, Vec2};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
@@ -32,7 +32,7 @@ pub(crate) struct SceneView {
     /// Index of the estimator that is drawn.
     chosen: Option<usize>,
     frames: u32,
-    trail_ends: Option<[Vec2; 4]>,
+    trail_ends: Option<Vec<Vec2>>,
     /// Times of the frames, s.
     times: Vec<f64>,
     /// Positions (m) and angles (rad) of the bars, then of the wheels.
@@ -108,8 +108,9 @@ impl SceneView {
         for (poses, pose) in self.poses.iter_mut().zip(bars.into_iter().chain(wheels)) {
             poses.push(pose);
         }
-        let pins = truth.pins.map(|pin| pin.position);
-        self.pins.extend(pins.map(flat));
+        let pins = self.robot.geometry.suspension.pins().iter();
+        let pins: Vec<Vec2> = pins.map(|pin| truth.pin(*pin).position).collect();
+        self.pins.extend(pins.iter().copied().map(flat));
         let before = self.contacts.len();
         for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
             let points = wheel.contact_list.iter().map(|c| (c.point, colour));
@@ -117,7 +118,8 @@ impl SceneView {
         }
         self.contact_counts.push(self.contacts.len() - before);
         if self.frames.is_multiple_of(FRAMES_PER_TRAIL) {
-            let before = self.trail_ends.replace(pins).unwrap_or(pins);
+            let before = self.trail_ends.replace(pins.clone());
+            let before = before.unwrap_or_else(|| pins.clone());
             let pieces = before.into_iter().zip(pins).map(|(a, b)| [a, b]);
             self.trails.push(truth.time, pieces);
         }
@@ -148,7 +150,8 @@ impl SceneView {
             out.columns(entity, &times, columns.columns_of_unit_batches())?;
         }
         let pins = Points2D::update_fields().with_positions(self.pins.drain(..));
-        let counts = std::iter::repeat_n(Pin::ALL.len(), times.len());
+        let count = self.robot.geometry.suspension.pins().len();
+        let counts = std::iter::repeat_n(count, times.len());
         out.columns("world/robot/pins", &times, pins.columns(counts))?;
         let contacts = std::mem::take(&mut self.contacts);
         let points = Points2D::update_fields()

@@ -71,10 +71,9 @@ pub(crate) fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
 
 /// Nominal positions of the pins of a bar, m.
 fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Vec2> {
-    Pin::ALL
-        .into_iter()
-        .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
-        .map(|pin| geometry.pins.get(pin))
+    let pins = geometry.suspension.pins().iter();
+    pins.filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
+        .map(|pin| geometry.pins.get(*pin))
 }
 
 #[cfg(test)]

@@ -213,7 +213,7 @@ mod tests {
             theta2 in -0.4_f64..0.4, opening in -0.6_f64..0.5, is_b in any::<bool>(),
             masses in prop::array::uniform5(0.1_f64..8.0), moved in prop::array::uniform8(-0.1_f64..0.1),
         ) {
-            let mut robot = Robot { geometry: geometry(is_b), mass: MassSet::caption() };
+            let mut robot = Robot { geometry: geometry(is_b), ..Robot::default_a() };
             let [body, m1, m2, m3, wheel] = masses;
             (robot.mass.body, robot.mass.links, robot.mass.wheel) = (body, [m1, m2, m3], wheel);
             let [x, y, x1, y1, x2, y2, x3, y3] = moved;

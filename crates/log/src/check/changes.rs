@@ -6,7 +6,7 @@ use crate::check::motion::Motion;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::signal::{derivative, difference, integral, smooth, zip};
-use robhaz_model::{GRAVITY, Robot};
+use robhaz_model::Robot;
 
 /// Time over which changes are compared, s: the specific force of the robot's own motion changes
 /// less in it than the angles on uneven ground.
@@ -129,7 +129,7 @@ impl Coefficients {
 /// channel can spoil it.
 fn forward(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
     let width = recording.steps(0.5 * FORWARD);
-    let lever = robot.geometry.wheel_radius / GRAVITY;
+    let lever = robot.geometry.wheel_radius / robot.gravity;
     let acceleration = derivative(&motion.middle_spin, width, recording.dt);
     let angle = |a: &f64| if a.is_finite() { lever * a } else { 0.0 };
     acceleration.iter().map(angle).collect()

@@ -17,7 +17,7 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, Tested};
 use crate::check::signal::{median, rms, zip};
 use robhaz_estimator::NoiseBudget;
-use robhaz_model::{GRAVITY, Robot};
+use robhaz_model::Robot;
 
 /// Least RMS of the differences of height, m, that shows something: 2 mm.
 const LEAST_HEIGHT: f64 = 0.002;
@@ -107,7 +107,7 @@ pub fn findings(
     };
     let mut findings = vec![finding];
     if change.is_none() {
-        findings.extend(offset(course, passings[0], budget, speed));
+        findings.extend(offset(course, passings[0], (robot, budget), speed));
     }
     // Which of the two has the other sign, the gyroscopes know.
     let changes = change
@@ -149,7 +149,7 @@ fn signs(passings: &[Option<Passing>; 4]) -> (Finding, Option<Change>) {
 fn offset(
     course: &Course<'_>,
     own: Option<Passing>,
-    budget: &NoiseBudget,
+    (robot, budget): (&Robot, &NoiseBudget),
     speed: f64,
 ) -> Option<Finding> {
     let [front, rear] = course.heights(&WIRINGS[0]);
@@ -170,7 +170,8 @@ fn offset(
     let angle = mean / course.spacing();
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
     let way = n as f64 * STEP;
-    let limit = OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * GRAVITY * way);
+    let limit =
+        OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * robot.gravity * way);
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
     let figure =
         format!("wheels that pass the same ground differ by {angle:.2} deg, at most {limit:.2}");

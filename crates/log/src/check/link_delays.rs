@@ -7,7 +7,7 @@ use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::signal::{derivative, rms, smooth};
-use robhaz_model::{Carrier, GRAVITY, Robot};
+use robhaz_model::{Carrier, Robot};
 
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
@@ -40,7 +40,7 @@ fn acceleration(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f6
     let mut acceleration = derivative(&speed, width, recording.dt);
     for value in &mut acceleration {
         *value = if value.is_finite() {
-            *value / GRAVITY
+            *value / robot.gravity
         } else {
             0.0
         };

@@ -5,6 +5,7 @@ mod vertex;
 use self::vertex::vertex;
 use super::*;
 use proptest::prelude::*;
+use robhaz_estimator::statics::full_system::{BlockForm, FullSystem, ReducedSystem};
 use robhaz_model::Robot;
 
 /// A posture of robot A with one contact a wheel at given angles, and no limit of the torque.
@@ -24,7 +25,7 @@ fn balance(theta: [f64; 2], angles: &[f64; 3]) -> (Balance, ReducedSystem) {
     };
     let contacts = [0, 1, 2].map(contact).to_vec();
     let q = Vec2::zeros();
-    let balance = Balance::new(geometry, &masses, &posture, q, contacts, 1e4).expect("regular");
+    let balance = Balance::new(&robot, &posture, q, contacts, 1e4).expect("inside the stops");
     let block = BlockForm::new(&FullSystem::new(geometry, &masses, &posture, angles));
     let x_u = block.pin_forces().expect("regular");
     (balance, ReducedSystem::new(&block, &x_u))

@@ -25,6 +25,7 @@ pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
 use rayon::prelude::*;
+use robhaz_model::Suspension;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
@@ -95,7 +96,9 @@ impl FigureSink {
         let run = &run;
         let mut figures: Vec<(String, Page)> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
-            figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
+            if run.geometry.suspension == Suspension::FourBar {
+                figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
+            }
             figures.push(("fig6_forces".to_owned(), paper::forces(run)));
         }
         for e in &run.estimators {

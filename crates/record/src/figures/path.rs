@@ -8,7 +8,7 @@ use super::strip::{SPACING, Strip, pair};
 use super::style::{ROBOT, WHEELS, line};
 use super::trace::Point;
 use crate::quantile::extremes;
-use robhaz_model::{Bar, Pin, Vec2};
+use robhaz_model::{Bar, Geometry, Pin, Vec2};
 use robhaz_sim::{ContactTruth, Truth};
 use robhaz_terrain::Terrain;
 use std::ops::Range;
@@ -107,7 +107,8 @@ fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
 
 /// A robot with the arrows of its N, whose heads have a length in m, and the time above it.
 fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64) {
-    layers.push(Layer::line(vec![body(robot)], line(ROBOT, 1.0)));
+    let body = body(&run.geometry, robot);
+    layers.push(Layer::line(vec![body], line(ROBOT, 1.0)));
     let links = [Bar::Link1, Bar::Link2, Bar::Link3].map(|bar| link(run, robot, bar));
     for (wheel, color) in robot.wheels.iter().zip(WHEELS) {
         let (centre, radius) = (pair(&wheel.position), run.geometry.wheel_radius);
@@ -126,10 +127,14 @@ fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64)
     layers.push(Layer::label(format!("{:.1} s", robot.time), place));
 }
 
-/// The closed outline of the body: its pins and its centre of mass.
-fn body(robot: &Truth) -> Vec<Point> {
-    let pins = pins_of(Bar::Body).map(|pin| robot.pin(pin).position);
+/// The closed outline of the body: its pins and its centre of mass; of a bogie the line from Q to
+/// its centre of mass.
+fn body(geometry: &Geometry, robot: &Truth) -> Vec<Point> {
+    let pins = pins_of(geometry, Bar::Body).map(|pin| robot.pin(pin).position);
     let mut corners: Vec<_> = pins.chain([robot.body.position]).collect();
+    if corners.len() == 1 {
+        corners.push(robot.pin(Pin::Q).position);
+    }
     corners.extend(corners.first().copied());
     corners.iter().map(pair).collect()
 }
@@ -137,7 +142,8 @@ fn body(robot: &Truth) -> Vec<Point> {
 /// A link as a line through its own pins and axles, from rear to front of the nominal pose.
 fn link(run: &RunTraces, robot: &Truth, bar: Bar) -> Vec<Point> {
     let geometry = &run.geometry;
-    let pins = pins_of(bar).map(|pin| (geometry.pins.get(pin).x, robot.pin(pin).position));
+    let pins = pins_of(geometry, bar);
+    let pins = pins.map(|pin| (geometry.pins.get(pin).x, robot.pin(pin).position));
     let axles = (0..3)
         .filter(|i| geometry.carriers[*i].bar() == bar)
         .map(|i| (geometry.axles[i].x, robot.wheels[i].position));
@@ -146,9 +152,9 @@ fn link(run: &RunTraces, robot: &Truth, bar: Bar) -> Vec<Point> {
     points.iter().map(|(_, position)| pair(position)).collect()
 }
 
-fn pins_of(bar: Bar) -> impl Iterator<Item = Pin> {
+fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Pin> {
     let on_bar = move |pin: &Pin| pin.bars().0 == bar || pin.bars().1 == bar;
-    Pin::ALL.into_iter().filter(on_bar)
+    geometry.suspension.pins().iter().copied().filter(on_bar)
 }
 
 /// Shaft and head of an arrow along a contact's normal whose tip is at the contact, m.

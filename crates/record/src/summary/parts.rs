@@ -4,7 +4,7 @@ use super::log::MeanForces;
 use indexmap::IndexMap;
 use robhaz_control::FrictionTestResult;
 use robhaz_estimator::TorqueScale;
-use robhaz_model::{Pin, Robot};
+use robhaz_model::Pin;
 use robhaz_run::RunDescription;
 use robhaz_scene::Scene;
 use robhaz_score::contact::FlagScores;
@@ -299,7 +299,7 @@ impl SensorErrors {
 
 impl NominalRobot {
     pub(crate) fn of(run: &RunDescription) -> Self {
-        let Robot { geometry, mass } = &run.nominal_robot;
+        let (geometry, mass) = (&run.nominal_robot.geometry, &run.nominal_robot.mass);
         Self {
             body_cg: geometry.body_cg.into(),
             pins: Pin::ALL.map(|pin| geometry.pins.get(pin).into()),

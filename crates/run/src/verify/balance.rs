@@ -1,6 +1,6 @@
 //! Momentum and energy of a run, from the integrals that the engines carry.
 
-use robhaz_model::{Bar, GRAVITY, Robot, Vec2};
+use robhaz_model::{Bar, Robot, Vec2};
 use robhaz_sim::{Balance, Truth, mechanical_energy};
 
 /// Momentum of bars and wheels, N s.
@@ -30,7 +30,7 @@ pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f6
     let (Some(first), Some(last)) = (truth.first(), truth.last()) else {
         return f64::NAN;
     };
-    let weight = robot.mass.total() * GRAVITY;
+    let weight = robot.mass.total() * robot.gravity;
     let ground = |b: &Balance| b.impulse.iter().sum::<Vec2>();
     let start = balance.first().map_or(Vec2::zeros(), ground);
     let most = truth
@@ -98,7 +98,7 @@ pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
         (Some(now), Some(balance)) => since(now, balance),
         _ => [f64::NAN; 3],
     };
-    let floor = robot.mass.total() * GRAVITY * robot.geometry.wheel_radius;
+    let floor = robot.mass.total() * robot.gravity * robot.geometry.wheel_radius;
     Energy {
         motors,
         losses,

@@ -84,14 +84,14 @@ impl LogChoice {
         };
         Ok(Self {
             name: Some(scene.name.clone()),
-            robot: RobotChoice {
-                geometry_name: name(
+            robot: RobotChoice::new(
+                name(
                     &simulated.geometry_name,
                     robot.geometry == simulated.robot.geometry,
                 ),
-                mass_name: name(&simulated.mass_name, robot.mass == simulated.robot.mass),
+                name(&simulated.mass_name, robot.mass == simulated.robot.mass),
                 robot,
-            },
+            ),
             states_robot: true,
             states_loads: true,
             viscous_damping: common,

@@ -143,7 +143,7 @@ fn the_file_explains_itself() {
         "version = \"robhaz 1.2.3\"",
         "kp = 5.0 # N m s; proportional gain on the wheel speed",
         "wheel_radius = 0.1 # m; radius of every wheel",
-        "[robot.geometry.pins] # positions of the four pins",
+        "[robot.geometry.pins] # positions of the pins",
         "q = [-0.05, 0.14] # m; between link 1 and link 2",
         "label = \"paper-body\" # unique name in tables, figures and file names",
     ] {

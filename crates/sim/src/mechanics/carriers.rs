@@ -3,7 +3,7 @@
 use super::kinematics::Kinematics;
 use super::mass_matrix::MassMatrix;
 use nalgebra::Vector4;
-use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp, turned};
+use robhaz_model::{Bar, Robot, Vec2, perp, turned};
 
 /// Inertia of links 1 and 2, each with its wheels as point masses on their axles, and with the
 /// inertia that wheel and rotor add to the link when the wheel spins are eliminated, J_w J_r/(J_w +
@@ -40,9 +40,16 @@ impl Carriers {
         Self(carriers)
     }
 
-    /// Adds both to the mass matrix, and their weight and bias force to the right-hand side.
+    /// Adds both to the mass matrix, and their weight under `gravity` (m/s^2) and bias force to the
+    /// right-hand side.
     #[inline]
-    pub fn add(&self, kinematics: &Kinematics, m: &mut MassMatrix, right: &mut Vector4<f64>) {
+    pub fn add(
+        &self,
+        gravity: f64,
+        kinematics: &Kinematics,
+        m: &mut MassMatrix,
+        right: &mut Vector4<f64>,
+    ) {
         for (k, carrier) in self.0.iter().enumerate() {
             let rate = kinematics.link_cgs[k].rate;
             let moment = turned(kinematics.axes[1 + k], carrier.moment);
@@ -53,8 +60,8 @@ impl Carriers {
             // The centripetal accelerations have no moment about Q.
             let bias = moment * (rate * rate);
             right[0] += bias.x;
-            right[1] += bias.y - carrier.mass * GRAVITY;
-            right[2 + k] -= lever.y * GRAVITY;
+            right[1] += bias.y - carrier.mass * gravity;
+            right[2 + k] -= lever.y * gravity;
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::error::BelowGround;
 use crate::ground::{Ground, GroundForces};
 use crate::stop::stop_torque;
 use nalgebra::{SMatrix, Vector3, Vector4};
-use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, cross};
+use robhaz_model::{Bar, PostureError, Robot, Vec2, cross};
 
 /// Reason why the forces at a state cannot be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -65,7 +65,7 @@ impl Forces {
     ) -> Result<(), NoForces> {
         let mass = &robot.mass;
         let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
-        carriers.add(kinematics, &mut m, &mut right);
+        carriers.add(robot.gravity, kinematics, &mut m, &mut right);
         for (bar, cg, turning) in [
             (Bar::Body, &kinematics.body_cg, &kinematics.body),
             (Bar::Link3, &kinematics.link3_cg, &kinematics.link3),
@@ -73,7 +73,7 @@ impl Forces {
             let (own, inertia) = mass.of(bar);
             m.add_mass(own, [cg.j1, cg.j2]);
             m.add_inertia(inertia, [turning.k1, turning.k2]);
-            let weight = Vec2::new(0.0, -GRAVITY);
+            let weight = Vec2::new(0.0, -robot.gravity);
             cg.add_force((weight - cg.bias) * own, &mut right);
             turning.add_torque(-inertia * turning.bias, &mut right);
         }
@@ -118,7 +118,7 @@ impl Forces {
     pub fn pin_forces(&self, robot: &Robot, kinematics: &Kinematics) -> [Vec2; 4] {
         let mass = &robot.mass;
         let a = &self.accelerations;
-        let gravity = Vec2::new(0.0, -GRAVITY);
+        let gravity = Vec2::new(0.0, -robot.gravity);
         // Sum of all forces on a mass but its weight.
         let needed = |m: f64, acceleration: Vec2| (acceleration - gravity) * m;
         let [p, r, s] = kinematics.pins;

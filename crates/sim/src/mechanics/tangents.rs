@@ -12,7 +12,7 @@ use super::model::Mechanics;
 use crate::error::BelowGround;
 use crate::ground::{GroundForces, WheelMotion};
 use nalgebra::{SMatrix, Vector4};
-use robhaz_model::{Bar, GRAVITY, Vec2};
+use robhaz_model::{Bar, Vec2};
 use robhaz_terrain::Contact;
 
 /// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1
@@ -164,7 +164,7 @@ impl Tangents {
         state: &State,
     ) -> Vector4<f64> {
         let (robot, a) = (&mechanics.robot, &self.forces.accelerations);
-        let weight = Vec2::new(0.0, -GRAVITY);
+        let weight = Vec2::new(0.0, -robot.gravity);
         let mut right = Vector4::zeros();
         for (bar, cg, turning) in [
             (Bar::Body, &kinematics.body_cg, &kinematics.body),

@@ -6,7 +6,7 @@ use crate::ground::WheelMotion;
 use crate::start::Start;
 use crate::truth::{BarTruth, PinTruth, Truth};
 use rapier2d::prelude::*;
-use robhaz_model::{Bar, Geometry, Pin, Robot, Vec2, perp};
+use robhaz_model::{Bar, Geometry, Pin, Robot, Suspension, Vec2, perp};
 
 /// Rapier's stabilisation iterations after a change of the step. They remove the velocities that
 /// correct the gaps of the joints.
@@ -24,6 +24,7 @@ pub struct Bodies {
 impl Bodies {
     /// The bars at their start, for steps of `step` (s).
     pub fn new(robot: &Robot, start: &Start, step: f64) -> Self {
+        let robot = &with_four_masses(robot);
         let mut world = PhysicsWorld::default();
         let p = &mut world.integration_parameters;
         p.dt = step;
@@ -32,7 +33,7 @@ impl Bodies {
         p.num_solver_iterations = 1;
         p.num_internal_pgs_iterations = joints::iterations(robot);
         p.max_ccd_substeps = 0;
-        world.gravity = Vector::new(0.0, -robhaz_model::GRAVITY);
+        world.gravity = Vector::new(0.0, -robot.gravity);
 
         let lumps = Bar::ALL.map(|bar| Lump::new(robot, bar));
         let bars = Bar::ALL.map(|bar| {
@@ -196,6 +197,20 @@ impl Bodies {
     pub fn last_step(&self) -> f64 {
         self.world.integration_parameters.dt
     }
+}
+
+/// The robot whose four bars all have a mass, as rapier needs them. Body and link 3 of a bogie move
+/// as one: each gets half of the body, with the same centre of mass.
+fn with_four_masses(robot: &Robot) -> Robot {
+    let mut robot = robot.clone();
+    if robot.geometry.suspension != Suspension::FourBar {
+        let mass = &mut robot.mass;
+        mass.body *= 0.5;
+        mass.body_inertia *= 0.5;
+        mass.links[2] = mass.body;
+        mass.link_inertias[2] = mass.body_inertia;
+    }
+    robot
 }
 
 fn to_rapier(v: Vec2) -> Vector {

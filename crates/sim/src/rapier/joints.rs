@@ -123,6 +123,7 @@ mod tests {
                 let robot = Robot {
                     geometry: geometry.clone(),
                     mass,
+                    ..Robot::default_a()
                 };
                 let radius = spectral_radius(&robot);
                 assert!((0.6..0.85).contains(&radius), "{radius}");

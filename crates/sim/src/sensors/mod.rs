@@ -115,6 +115,15 @@ impl Sensors {
         }
     }
 
+    /// The sensors where free fall accelerates with `gravity`, m/s^2, in place of on Earth.
+    #[must_use]
+    pub fn under(mut self, gravity: f64) -> Self {
+        for link in &mut self.links {
+            link.inclinometer.0.set_gravity(gravity);
+        }
+        self
+    }
+
     /// The errors drawn for this run.
     pub fn drawn(&self) -> &DrawnErrors {
         &self.drawn

@@ -148,6 +148,8 @@ pub(super) struct Inclinometer {
     noise: White,
     lag: f64,
     specific_force: bool,
+    /// Acceleration of free fall, m/s^2.
+    gravity: f64,
     /// f', m/s^2; `None` before the first sample.
     filtered: Option<Vec2>,
 }
@@ -159,8 +161,14 @@ impl Inclinometer {
             noise: White::new(source, "noise", spec.inclination_noise),
             lag: spec.inclination_lag,
             specific_force: spec.specific_force,
+            gravity: GRAVITY,
             filtered: None,
         }
+    }
+
+    /// Under another gravity, m/s^2.
+    pub fn set_gravity(&mut self, gravity: f64) {
+        self.gravity = gravity;
     }
 
     /// Reading at the link's `angle` (rad), with the acceleration of its centre of mass in world
@@ -174,7 +182,7 @@ impl Inclinometer {
         if !self.specific_force && self.lag <= 0.0 {
             return angle;
         }
-        let up = Vec2::new(0.0, GRAVITY);
+        let up = Vec2::new(0.0, self.gravity);
         let world = if self.specific_force {
             acceleration + up
         } else {

@@ -44,6 +44,7 @@ impl Scale {
         let Pins { p, q, r, s } = geometry.pins;
         Robot {
             geometry: Geometry {
+                suspension: geometry.suspension,
                 wheel_radius: geometry.wheel_radius * l,
                 axles: geometry.axles.map(|axle| axle * l),
                 pins: Pins {
@@ -70,13 +71,13 @@ impl Scale {
                 wheel_inertia: mass.wheel_inertia * inertia,
                 rotor_inertia: mass.rotor_inertia * inertia,
             },
+            gravity: self.gravity,
         }
     }
 
     fn settings(self, settings: &EstimatorSettings) -> EstimatorSettings {
         let budget = &settings.budget;
         EstimatorSettings {
-            gravity: self.gravity,
             method: match settings.method {
                 Method::Paper(method) => Method::Paper(PaperMethod {
                     observer_pole: method.observer_pole / self.time,

@@ -1,6 +1,7 @@
 //! Errors of robots: parts, geometry, standing.
 
 use super::{lines, one};
+use robhaz_model::{Carrier, Suspension};
 use robhaz_scene::Scene;
 use std::path::Path;
 
@@ -91,10 +92,10 @@ fn robots() {
         "x.toml:2: robot.mass: found 'no/such.toml', but no/such.toml cannot be read: "
     ));
     assert!(found[0].contains("; allowed: \"caption\", \"text\", the path of a mass file"));
-    let found = lines("[robot.mass]\nbody = 0\nlinks = [1, 2]\nwheel = 1");
+    let found = lines("[robot.mass]\nbody = 0\nlinks = [1]\nwheel = 1");
     assert!(found.iter().any(|l| l.starts_with("x.toml:2: robot.mass.body: found 0, allowed: a number above 0")));
     assert!(found.iter().any(|l| l.starts_with(
-        "x.toml:3: robot.mass.links: found [1, 2] (an array), allowed: [a, b, c], each"
+        "x.toml:3: robot.mass.links: found [1] (an array), allowed: [a, b, c], of a bogie [a, b], each"
     )));
     assert!(
         found
@@ -102,6 +103,78 @@ fn robots() {
             .any(|l| l.starts_with("x.toml:1: robot.mass.rotor_inertia: missing"))
     );
     assert_eq!(found.len(), 6);
+}
+
+/// A bogie has a body on one of its links, one pin, two links.
+#[test]
+fn bogies() {
+    let geometry = "[robot.geometry]\nwheel_radius = 0.1\naxles = [[0.3, 0.1], [0, 0.1], [-0.3, 0.1]]\n\
+        carriers = [\"link1\", \"link2\", \"link2\"]\nbody_cg = [0.05, 0.3]\n";
+    let masses = "[robot.mass]\nbody = 6\nlinks = [1, 1]\nwheel = 1\nbody_inertia = 0.1\nlink_inertias = [0.1, 0.1]\n\
+        wheel_inertia = 0.01\nrotor_inertia = 0.1\n";
+    let pins = "[robot.geometry.pins]\nq = [-0.15, 0.2]\n";
+    let bogie = "[robot.geometry.suspension]\nkind = \"bogie\"\nbody = \"link1\"\n";
+    let whole = [geometry, pins, bogie, masses].concat();
+    let good = Scene::parse(&whole, "x.toml", Path::new("."), &[]).expect("a bogie");
+    let suspension = good.robot.robot.geometry.suspension;
+    assert_eq!(
+        suspension,
+        Suspension::Bogie {
+            body: Carrier::Link1
+        }
+    );
+    // The resolved scene is the same robot.
+    let again = Scene::parse(&good.to_toml("x"), "y.toml", Path::new("."), &[]).expect("resolved");
+    assert_eq!(again.robot.robot, good.robot.robot);
+    for (from, to, expected) in [
+        (
+            "body = \"link1\"\n",
+            "",
+            "x.toml:8: robot.geometry.suspension: ",
+        ),
+        (
+            "body = \"link1\"",
+            "body = \"link4\"",
+            "x.toml:10: robot.geometry.suspension.body: found \"link4\"",
+        ),
+        (
+            "kind = \"bogie\"\n",
+            "",
+            "x.toml:9: robot.geometry.suspension.body: found \"link1\", but only the body of",
+        ),
+        (
+            "q = [-0.15, 0.2]",
+            "q = [-0.15, 0.2]\np = [0, 0.2]",
+            "x.toml:8: robot.geometry.pins.p: found [0, 0.2]",
+        ),
+        (
+            "links = [1, 1]",
+            "links = [1, 1, 1]",
+            "x.toml:16: robot.mass.link_inertias: ",
+        ),
+        (
+            "kind = \"bogie\"\nbody = \"link1\"",
+            "kind = \"four-bar\"",
+            "x.toml:6: robot.geometry.pins: ",
+        ),
+        (
+            "body_cg = [0.05, 0.3]",
+            "body_cg = [0.05, 0.3]\nlink_cg = [[0, 0.1], [0, 0.1], [0, 0.1]]",
+            "x.toml:6: robot.geometry.link_cg: ",
+        ),
+        (
+            masses,
+            "",
+            "masses are those of 3 links, but a robot with suspension.kind = \"bogie\" has 2",
+        ),
+    ] {
+        let found = lines(&whole.replace(from, to));
+        let line = &found[0];
+        assert!(
+            line.starts_with(expected) || line.ends_with(expected),
+            "{found:#?}"
+        );
+    }
 }
 
 /// Problems that `Geometry::check` finds are reported at their line in the robot's file.
