@@ -82,6 +82,23 @@ fn laws() -> Vec<FrictionLaw> {
     laws
 }
 
+/// Closed form: the creep speed is one over the slope of T/N at zero slip. A slip of a millionth of
+/// it leaves the next term of each law, relative, at 1e-6 at most.
+#[test]
+fn the_creep_speed_is_that_of_small_slips() {
+    for law in laws() {
+        for centre in [0.05, 0.2, 1.0] {
+            let creep = law.creep_speed(centre);
+            let rim = centre - 1e-6 * creep;
+            let found = law.coefficient(&Slip { rim, centre });
+            assert!(
+                (found / -1e-6 - 1.0).abs() < 1e-5,
+                "{law:?} {centre}: {found}"
+            );
+        }
+    }
+}
+
 /// Closed form: every law over slip speeds of both signs, across its breakpoints, at standstill of
 /// the wheel, of the rim and of both, and in reverse, against formulas of another form. 1e-10 is
 /// far above rounding: with v_s = 0.2 mm/s an error of 1e-16 m/s in the slip speed changes T/N by
