@@ -34,6 +34,7 @@ mod progress;
 mod properties;
 mod random_scenes;
 mod reference;
+mod rovers;
 mod run_command;
 mod seeds;
 mod sensors;

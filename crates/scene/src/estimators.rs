@@ -28,8 +28,7 @@ pub struct EstimatorChoice {
     pub name: String,
     /// Its method and parameters.
     pub settings: EstimatorSettings,
-    /// Nominal viscous damping of its own on a log, N m s; `None` for the common one. A scene has
-    /// none.
+    /// Nominal viscous damping of its own, N m s; `None` for that of `[drive]`.
     pub damping: Option<f64>,
 }
 
@@ -97,7 +96,7 @@ keys! {
     crossover_time: number(TIME, above(0.0).at_most(1e6)) => paper.crossover_time;
 
     /// nominal damping B; [model_error] adds its error
-    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => settings.viscous_damping;
+    viscous_damping ("that of the drive"): number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => settings.viscous_damping;
 
     /// place of the linkage's mass
     masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], masses_name)
@@ -167,7 +166,7 @@ pub(crate) const WITHOUT_ANGLES: &str = "no-angles";
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
     let origin = Origin::new(&Source::set(""), 0..0);
     let (mut reader, mut choices) = (Reader::new(PathBuf::new(), |_| None), Vec::new());
-    Estimators { of_log: false }.read(&mut reader, &default_node(&origin), PATH, &mut choices);
+    Estimators.read(&mut reader, &default_node(&origin), PATH, &mut choices);
     choices
 }
 
@@ -192,10 +191,7 @@ pub(crate) fn default_node(origin: &Origin) -> Node {
 }
 
 /// The list of estimators; an empty one means no estimator. Defaults are those of the preset.
-pub(crate) struct Estimators {
-    /// Whether they run on a log: a damping that is not given is the common one.
-    pub of_log: bool,
-}
+pub(crate) struct Estimators;
 
 impl Form for Estimators {
     type Value = Vec<EstimatorChoice>;
@@ -241,7 +237,7 @@ impl Form for Estimators {
             let mut keys = Keys::of(&estimator.name, &estimator.settings);
             // With the common damping the settings stay those of a preset, whose figure has its own
             // name.
-            let is_common = self.of_log && estimator.damping.is_none();
+            let is_common = estimator.damping.is_none();
             if let Some(damping) = estimator.damping {
                 keys.settings.viscous_damping = damping;
             }
@@ -266,7 +262,7 @@ impl Estimators {
         let mut keys = Keys::of(name, &settings(preset.unwrap_or(0)));
         reader.table(KEYS, node, path, &mut keys);
         refuse_other_method(reader, node, path, &keys);
-        let has_damping = self.of_log && node.get(DAMPING).is_some();
+        let has_damping = node.get(DAMPING).is_some();
         EstimatorChoice {
             // Empty after a problem only.
             name: keys.label.clone(),

@@ -58,7 +58,7 @@ keys! {
     record: section(RECORD) => self;
 
     /// the estimators
-    estimator: Estimators { of_log: false } => estimators;
+    estimator: Estimators => estimators;
 }
 
 keys! {

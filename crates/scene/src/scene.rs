@@ -304,8 +304,9 @@ impl Scene {
         estimator: &EstimatorChoice,
     ) -> Result<EstimatorSettings, ModelErrorTooLarge> {
         let settings = estimator.settings;
+        let damping = estimator.damping.unwrap_or(self.drive.viscous_damping);
         Ok(EstimatorSettings {
-            viscous_damping: self.model_error.nominal_damping(settings.viscous_damping),
+            viscous_damping: self.model_error.nominal_damping(damping),
             compression: self
                 .contact
                 .static_penetration(self.robot.robot.mean_wheel_load()),

@@ -76,7 +76,7 @@ impl LogChoice {
         let nominal = |damping: f64| scene.model_error.nominal_damping(damping);
         let common = nominal(scene.drive.viscous_damping);
         let estimator = |choice: &EstimatorChoice| {
-            let own = nominal(choice.settings.viscous_damping);
+            let own = choice.damping.map_or(common, nominal);
             EstimatorChoice {
                 damping: (own.to_bits() != common.to_bits()).then_some(own),
                 ..choice.clone()

@@ -37,7 +37,7 @@ keys! {
     record: section(RECORD) => self;
 
     /// the estimators
-    estimator: Estimators { of_log: true } => estimators;
+    estimator: Estimators => estimators;
 
     /// name of the channel whose rows are the frames
     time_base ("the first"): Maybe(text("a text")) => (|l| &mut l.mapped().time_base);
