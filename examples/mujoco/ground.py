@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from robot import Robot
 
 START, END = -1.5, 8.0  # m
 MAX_TURN = math.radians(0.2)  # between two segments of a curve: a wheel at 0.2 m/s meets 0.7 mm/s
@@ -72,9 +73,12 @@ PROFILES = {
 }
 
 
-def polyline(ground: Ground) -> np.ndarray:
-    """Points (x, z) of the ground from rear to front, m."""
-    return np.array(PROFILES[ground.terrain](ground), float)
+def polyline(ground: Ground, robot: Robot) -> np.ndarray:
+    """Points (x, z) of the ground from rear to front, m: as large as the robot, over the size of robot A, and as far
+    ahead of its front wheel."""
+    size, ahead = robot.units.length, robot.axles[0][0] - 0.3 * robot.units.length
+    points = size * np.array(PROFILES[ground.terrain](ground), float)
+    return points + np.array([ahead if robot.body_on else 0.0, 0.0])
 
 
 def boxes(points: np.ndarray) -> str:

@@ -18,6 +18,15 @@ BARS = ("body", "link1", "link2", "link3")
 
 
 @dataclass
+class Units:
+    """A robot's units of length, time and torque over those of robot A, with which its world is scaled (Froude)."""
+
+    length: float
+    time: float
+    torque: float
+
+
+@dataclass
 class Robot:
     """Dimensions (m), masses (kg) and inertias (kg m^2) of one side of the robot, in its nominal pose."""
 
@@ -32,18 +41,42 @@ class Robot:
     wheel_mass: float
     wheel_inertia: float  # resists the absolute spin
     rotor_inertia: float  # resists the spin relative to the link
+    gravity: float = GRAVITY  # m/s^2
+    body_on: str | None = None  # of a bogie: the link that the body is fixed to
 
     @property
     def total_mass(self) -> float:
         return sum(self.mass.values()) + 3 * self.wheel_mass
 
+    @property
+    def bars(self) -> tuple[str, ...]:
+        return tuple(self.mass)
+
+    @property
+    def units(self) -> Units:
+        length = self.radius / 0.1
+        weight = self.total_mass * self.gravity / (14.0 * GRAVITY)
+        return Units(length, math.sqrt(length * GRAVITY / self.gravity), weight * length)
+
+
+GRAVITIES = {"earth": GRAVITY, "mars": 3.71, "moon": 1.62}
+
 
 def load(geometry: str = "geometry-a", mass: str = "mass-caption") -> Robot:
-    """Reads two files of the folder `robots`, named without their extension."""
+    """Reads two files of the folder `robots`, named without their extension, or one of a rover that has both."""
     g, m = (tomllib.loads((ROBOTS / f"{name}.toml").read_text()) for name in (geometry, mass))
+    gravity = GRAVITY
+    if "robot" in g:
+        rover = g["robot"]
+        g, m = rover["geometry"], rover["mass"]
+        gravity = rover.get("gravity", GRAVITY)
+        gravity = GRAVITIES.get(gravity, gravity)
+    suspension = g.get("suspension", {"kind": "four-bar"})
+    bars = BARS if suspension["kind"] == "four-bar" else BARS[:3]
     pins = {name: np.array(at, float) for name, at in g["pins"].items()}
     axles = np.array(g["axles"], float)
     ends = {"link1": "pq", "link2": "qr", "link3": "rs"}
+    ends = {link: [n for n in ends[link] if n in pins] for link in bars[1:]}
     cg = {"body": np.array(g["body_cg"], float)}
     for i, (link, names) in enumerate(ends.items()):
         points = [pins[n] for n in names] + [a for a, c in zip(axles, g["carriers"], strict=True) if c == link]
@@ -55,11 +88,13 @@ def load(geometry: str = "geometry-a", mass: str = "mass-caption") -> Robot:
         cg=cg,
         pins=pins,
         stop=(_angle(g["stop"]["lower"]), _angle(g["stop"]["upper"])),
-        mass=dict(zip(BARS, [m["body"], *m["links"]], strict=True)),
-        inertia=dict(zip(BARS, [m["body_inertia"], *m["link_inertias"]], strict=True)),
+        mass=dict(zip(bars, [m["body"], *m["links"]], strict=True)),
+        inertia=dict(zip(bars, [m["body_inertia"], *m["link_inertias"]], strict=True)),
         wheel_mass=m["wheel"],
         wheel_inertia=m["wheel_inertia"],
         rotor_inertia=m["rotor_inertia"],
+        gravity=gravity,
+        body_on=suspension.get("body"),
     )
 
 
@@ -81,7 +116,8 @@ def _inertial(at: np.ndarray, mass: float, inertia: float) -> str:
 
 
 def bodies(robot: Robot, damping: float) -> str:
-    """The robot as bodies of MJCF: a tree body - link1 - link2 and body - link3, to be closed at R.
+    """The robot as bodies of MJCF: a tree body - link1 - link2 and body - link3, to be closed at R; of a bogie the body
+    with the link that it is fixed to, and the other link.
 
     `damping` is the viscous damping B of the wheel modules, N m s. Q is a joint of the tree, so that the end stops are
     the limits of a joint.
@@ -89,8 +125,10 @@ def bodies(robot: Robot, damping: float) -> str:
     r, pins = robot, robot.pins
 
     def bar(name: str, joint: str, at: np.ndarray, parent: np.ndarray, inside: str, limits: str = "") -> str:
+        # A bar without a joint is fixed to its parent.
+        hinge = f'<joint name="{joint}" axis="0 -1 0" {limits}/>' if joint else ""
         return (
-            f'<body name="{name}" pos="{_pos(at - parent)}"><joint name="{joint}" axis="0 -1 0" {limits}/>'
+            f'<body name="{name}" pos="{_pos(at - parent)}">{hinge}'
             f"{_inertial(r.cg[name] - at, r.mass[name], r.inertia[name])}{wheels_of(name, at)}{inside}</body>"
         )
 
@@ -104,14 +142,20 @@ def bodies(robot: Robot, damping: float) -> str:
             if carrier == link
         )
 
-    # The joint at Q is theta2 - theta1.
-    limits = f'limited="true" range="{-r.stop[1]:.17g} {-r.stop[0]:.17g}"'
-    link2 = bar("link2", "q", pins["q"], pins["p"], "", limits)
-    link1 = bar("link1", "p", pins["p"], r.cg["body"], link2)
-    link3 = bar("link3", "s", pins["s"], r.cg["body"], "")
+    # The joint at Q is theta2 - theta1, or theta1 - theta2 where the body is fixed to link 2.
+    low, high = r.stop if r.body_on == "link2" else (-r.stop[1], -r.stop[0])
+    limits = f'limited="true" range="{low:.17g} {high:.17g}"'
+    if r.body_on:
+        other = "link1" if r.body_on == "link2" else "link2"
+        inner = bar(other, "q", pins["q"], pins["q"], "", limits)
+        inside = bar(r.body_on, "", pins["q"], r.cg["body"], inner)
+    else:
+        link2 = bar("link2", "q", pins["q"], pins["p"], "", limits)
+        link1 = bar("link1", "p", pins["p"], r.cg["body"], link2)
+        inside = link1 + bar("link3", "s", pins["s"], r.cg["body"], "")
     return (
         f'<body name="body" pos="{_pos(r.cg["body"])}">'
         '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>'
         '<joint name="pitch" axis="0 -1 0"/>'
-        f"{_inertial(np.zeros(2), r.mass['body'], r.inertia['body'])}{link1}{link3}</body>"
+        f"{_inertial(np.zeros(2), r.mass['body'], r.inertia['body'])}{inside}</body>"
     )

@@ -23,10 +23,12 @@ class Sensors:
     """Encoders and motor torques of the wheels, inclinometers and gyros of links 1 and 2. The same seed, the same
     errors."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, torque: float = 1.0, gravity: float = GRAVITY) -> None:
+        """`torque` is the unit of torque of the robot over that of robot A: offsets and noise are that much larger."""
+        self.torque, self.gravity = torque, gravity
         self.random = np.random.default_rng(seed)
         self.gain = 1 + TYPICAL["torque_gain"] * self.random.standard_normal(3)
-        self.offset = TYPICAL["torque_offset"] * self.random.standard_normal(3)
+        self.offset = torque * TYPICAL["torque_offset"] * self.random.standard_normal(3)
         self.bias = TYPICAL["inclination_bias"] * self.random.standard_normal(2)
         self.last: dict[str, float] | None = None
 
@@ -39,7 +41,7 @@ class Sensors:
             name = f"wheel{i + 1}"
             row[f"{name}_angle"] = math.floor(truth[f"{name}_angle"] / count) * count
             torque = self.gain[i] * truth[f"{name}_torque"] + self.offset[i]
-            row[f"{name}_motor_torque"] = torque + TYPICAL["torque_noise"] * white[i]
+            row[f"{name}_motor_torque"] = torque + self.torque * TYPICAL["torque_noise"] * white[i]
         for i in range(2):
             name = f"link{i + 1}"
             direction = self._specific_force_direction(name, truth) + self.bias[i]
@@ -57,4 +59,4 @@ class Sensors:
         if self.last is not None:
             dt = truth["time"] - self.last["time"]
             a = np.array([truth[f"{link}_{v}"] - self.last[f"{link}_{v}"] for v in ("vx", "vy")]) / dt
-        return truth[f"{link}_angle"] + math.atan2(a[0], GRAVITY + a[1])
+        return truth[f"{link}_angle"] + math.atan2(a[0], self.gravity + a[1])

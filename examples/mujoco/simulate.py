@@ -4,6 +4,9 @@ r"""Drives the robot in MuJoCo and writes what a robot would record, with the tr
     robhaz estimate runs/mujoco-smooth/log-1.csv --sensors runs/mujoco-smooth/SENSORS.toml \
         --truth runs/mujoco-smooth/truth.csv --contact-angles none
 
+With `--geometry open-source-rover`, or another rover of robots/, ground, speed, gains, sensors and duration are scaled
+to it (Froude): the options are those of robot A. Then `robhaz estimate` takes `--robot robots/open-source-rover.toml`.
+
 The folder gets `log-SEED.csv` (readings), `SENSORS.toml` (their description) and `truth.csv` (forces and motion).
 """
 
@@ -49,7 +52,8 @@ name = "log"
 def record(world: World, seeds: list[int], duration: float, rate: int, folder: Path) -> None:
     """Simulates `duration` seconds once and writes `rate` samples a second: the truth, and a log for each seed."""
     steps = round(1 / (rate * world.model.opt.timestep))
-    sensors = {f"log-{seed}.csv": Sensors(seed) for seed in seeds}
+    torque, gravity = world.robot.units.torque, world.robot.gravity
+    sensors = {f"log-{seed}.csv": Sensors(seed, torque, gravity) for seed in seeds}
     with ExitStack() as files:
         tables = {
             n: csv.writer(files.enter_context((folder / n).open("w", newline=""))) for n in (*sensors, "truth.csv")
@@ -69,8 +73,10 @@ def record(world: World, seeds: list[int], duration: float, rate: int, folder: P
                 world.step()
 
 
-def describe(damping: float) -> str:
-    """The description of the log: readings by their own names, and the errors of the sensors."""
+def describe(damping: float, torque: float) -> str:
+    """The description of the log: readings by their own names, and the errors of the sensors, those of the torques in
+    units of `torque`."""
+    typical = TYPICAL | {name: torque * TYPICAL[name] for name in ("torque_offset", "torque_noise")}
     names = [f"wheel{i}_{r}" for i in (1, 2, 3) for r in ("angle", "motor_torque")]
     names += [f"link{i}_{r}" for i in (1, 2) for r in ("inclination", "rate")]
     return SENSORS_TOML.format(
@@ -79,7 +85,7 @@ def describe(damping: float) -> str:
         bias_deg=TYPICAL["inclination_bias"] / DEG,
         noise_deg=TYPICAL["inclination_noise"] / DEG,
         rate_deg=TYPICAL["rate_noise"] / DEG,
-        **TYPICAL,
+        **typical,
     )
 
 
@@ -116,12 +122,26 @@ def arguments() -> argparse.Namespace:
 def main() -> None:
     a = arguments()
     robot: Robot = load(a.geometry, a.mass)
-    drive = Drive(speed=a.speed, kp=a.kp, ki=a.ki)
-    contact = Contact(a.mu, a.solref, a.solimp, a.impratio, a.rolling_resistance)
+    u = robot.units
+    drive = Drive(
+        speed=a.speed * u.length / u.time,
+        kp=a.kp * u.torque * u.time,
+        ki=a.ki * u.torque,
+        torque_limit=10.0 * u.torque,
+        tracking_time=0.1 * u.time,
+        damping=0.15 * u.torque * u.time,
+        start_time=0.8 * u.time,
+        ramp_time=0.6 * u.time,
+    )
+    # A rover with a longer wheelbase over its wheels has farther to go.
+    duration = a.duration * u.time * (robot.axles[0][0] - robot.axles[2][0]) / (0.6 * u.length)
+    time_constant, damping_ratio = map(float, a.solref.split())
+    solref = f"{time_constant * u.time:.17g} {damping_ratio:.17g}"
+    contact = Contact(a.mu, solref, a.solimp, a.impratio, a.rolling_resistance)
     world = World(robot, ground.Ground(a.terrain, a.facet, a.kerb), contact, drive, a.step)
     a.out.mkdir(parents=True, exist_ok=True)
-    record(world, a.seed, a.duration, a.rate, a.out)
-    (a.out / "SENSORS.toml").write_text(describe(drive.damping))
+    record(world, a.seed, duration, a.rate, a.out)
+    (a.out / "SENSORS.toml").write_text(describe(drive.damping, u.torque))
     print(f"wrote truth.csv, SENSORS.toml and {len(a.seed)} log(s) to {a.out}")
 
 

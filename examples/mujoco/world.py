@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import ground
 import mujoco
 import numpy as np
-from robot import BARS, GRAVITY, WHEELS, Robot, bodies
+from robot import WHEELS, Robot, bodies
 
 
 @dataclass
@@ -55,15 +55,20 @@ class Drive:
 def mjcf(robot: Robot, points: np.ndarray, contact: Contact, damping: float, step: float) -> str:
     """The model. Each wheel is a sphere: in the plane that is a disc, and MuJoCo's contact of a sphere with a box is
     exact."""
-    anchor = robot.pins["r"] - robot.pins["q"]  # R in the frame of link2
-    stiff = f'solref="{2 * step:.17g} 1" solimp="0.999 0.9999 0.001 0.5 2"'
+    closed = ""
+    if not robot.body_on:
+        anchor = robot.pins["r"] - robot.pins["q"]  # R in the frame of link2
+        stiff = f'solref="{2 * step:.17g} 1" solimp="0.999 0.9999 0.001 0.5 2"'
+        at = f"{anchor[0]:.17g} 0 {anchor[1]:.17g}"
+        closed = f'<equality><connect body1="link2" body2="link3" anchor="{at}" {stiff}/></equality>'
     motors = "".join(f'<motor name="{w}" joint="{w}"/>' for w in WHEELS)
     sensors = "".join(
-        f'<framepos objtype="body" objname="{b}"/><framelinvel objtype="body" objname="{b}"/>' for b in (*BARS, *WHEELS)
+        f'<framepos objtype="body" objname="{b}"/><framelinvel objtype="body" objname="{b}"/>'
+        for b in (*robot.bars, *WHEELS)
     )
     return f"""<mujoco model="robhaz">
   <compiler angle="radian" autolimits="false"/>
-  <option gravity="0 0 {-GRAVITY}" timestep="{step:.17g}" integrator="implicitfast" cone="elliptic"
+  <option gravity="0 0 {-robot.gravity}" timestep="{step:.17g}" integrator="implicitfast" cone="elliptic"
           impratio="{contact.impratio}" tolerance="1e-12" iterations="200"/>
   <default>
     <default class="ground"><geom type="box" contype="7" conaffinity="0" condim="3" friction="{contact.mu} 0 0"
@@ -72,7 +77,7 @@ def mjcf(robot: Robot, points: np.ndarray, contact: Contact, damping: float, ste
       solref="{contact.solref}" solimp="{contact.solimp}" mass="0"/></default>
   </default>
   <worldbody>{ground.boxes(points)}{bodies(robot, damping)}</worldbody>
-  <equality><connect body1="link2" body2="link3" anchor="{anchor[0]:.17g} 0 {anchor[1]:.17g}" {stiff}/></equality>
+  {closed}
   <actuator>{motors}</actuator>
   <sensor>{sensors}</sensor>
 </mujoco>"""
@@ -85,10 +90,17 @@ class World:
 
     def __init__(self, robot: Robot, profile: ground.Ground, contact: Contact, drive: Drive, step: float) -> None:
         self.robot, self.drive, self.contact = robot, drive, contact
-        self.points = ground.polyline(profile)
+        self.points = ground.polyline(profile, robot)
         self.model = mujoco.MjModel.from_xml_string(mjcf(robot, self.points, contact, drive.damping, step))
         self.data = mujoco.MjData(self.model)
-        self.joint = {name: self.model.joint(name).dofadr[0] for name in ("pitch", "p", "q", "s", *WHEELS)}
+        # The joints whose angles add up to that of each bar.
+        self.turns = {
+            None: [["pitch"], ["pitch", "p"], ["pitch", "p", "q"], ["pitch", "s"]],
+            "link1": [["pitch"], ["pitch"], ["pitch", "q"]],
+            "link2": [["pitch"], ["pitch", "q"], ["pitch"]],
+        }[robot.body_on]
+        names = {joint for turn in self.turns for joint in turn}
+        self.joint = {name: self.model.joint(name).dofadr[0] for name in (*names, *WHEELS)}
         self.spins = [self.joint[w] for w in WHEELS]
         self.wheel_of_geom = {self.model.geom(w).id: i for i, w in enumerate(WHEELS)}
         self.wheel_bodies = [self.model.body(w).id for w in WHEELS]
@@ -122,7 +134,7 @@ class World:
         """Moments on the wheels against their absolute spin, from the normal forces of the last step."""
         _, rates = self.link_angles()
         for i, joint in enumerate(self.spins):
-            spin = self.qvel[joint] - rates[BARS.index(self.robot.carriers[i])]
+            spin = self.qvel[joint] - rates[self.robot.bars.index(self.robot.carriers[i])]
             share = min(max(spin / self.ROLLS, -1.0), 1.0)
             moment = self.contact.rolling_resistance * self.robot.radius * self.normal_force[i] * share
             # Forward spin is positive about +y.
@@ -143,17 +155,19 @@ class World:
         return found
 
     def link_angles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Angles (rad) and rates (rad/s) of body, link1, link2, link3, counter-clockwise from the nominal pose."""
-        sums = [("pitch",), ("pitch", "p"), ("pitch", "p", "q"), ("pitch", "s")]
-        return tuple(np.array([sum(v[self.joint[j]] for j in js) for js in sums]) for v in (self.qpos, self.qvel))
+        """Angles (rad) and rates (rad/s) of the bars, counter-clockwise from the nominal pose."""
+        of = lambda v: np.array([sum(v[self.joint[j]] for j in turn) for turn in self.turns])  # noqa: E731
+        return of(self.qpos), of(self.qvel)
 
     def loop_error(self) -> float:
-        """Distance of the two ends of the loop at R, m."""
+        """Distance of the two ends of the loop at R, m; 0 of a bogie, which has none."""
+        if self.robot.body_on:
+            return 0.0
         angles, _ = self.link_angles()
         ends = []
         for bar in (2, 3):
             c, s = math.cos(angles[bar]), math.sin(angles[bar])
-            arm = self.robot.pins["r"] - self.robot.cg[BARS[bar]]
+            arm = self.robot.pins["r"] - self.robot.cg[self.robot.bars[bar]]
             ends.append(self.frames[bar, 0] + np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]]))
         return float(np.hypot(*(ends[0] - ends[1])))
 
@@ -161,19 +175,19 @@ class World:
         """Motion and forces at the start of the last step, with the names of the table `truth` of a run."""
         angles, rates = self.link_angles()
         row = {"time": self.time, "loop_error": self.loop_error()}
-        for i, bar in enumerate(BARS):
+        for i, bar in enumerate(self.robot.bars):
             (x, y), (vx, vy) = self.frames[i]
             angle, rate = ("pitch", "pitch_rate") if bar == "body" else ("angle", "rate")
             values = {"x": x, "y": y, angle: angles[i], "vx": vx, "vy": vy, rate: rates[i]}
             row |= {f"{bar}_{name}": value for name, value in values.items()}
         for i, contacts in enumerate(self.contact_forces()):
-            carrier_rate = rates[BARS.index(self.robot.carriers[i])]
+            carrier_rate = rates[self.robot.bars.index(self.robot.carriers[i])]
             row |= {f"wheel{i + 1}_{name}": value for name, value in self._wheel(i, contacts, carrier_rate).items()}
         return row
 
     def _wheel(self, i: int, contacts: list[tuple], carrier_rate: float) -> dict[str, float]:
         """State of a wheel and the equivalent contact: one with the same force on the axle and the same traction T."""
-        (x, y), velocity = self.frames[len(BARS) + i]
+        (x, y), velocity = self.frames[len(self.robot.bars) + i]
         omega = self.qvel[self.spins[i]]
         contacts = [c for c in contacts if c[0] @ c[1] > 0]
         if contacts:
