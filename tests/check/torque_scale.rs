@@ -74,6 +74,7 @@ fn finding(scene: &Scene, frames: &[SensorFrame]) -> Result<Finding, Failure> {
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
+        of_body: false,
     };
     let report = check(frames, &stated);
     let mut findings = report.findings.into_iter();

@@ -39,18 +39,20 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let log = Log::open(place, &options).into_diagnostic()?;
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
-    let (name, choice) = (log.name.clone(), log.choice.clone());
-    let mut source = log.into_source();
-    let mut frames = Vec::new();
-    while let Some(sample) = source.next_sample().into_diagnostic()? {
-        frames.push(sample.sensors);
-    }
+    let choice = log.choice.clone();
     let stated = Stated {
         robot: &choice.robot.robot,
         budget: choice.budget,
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
+        of_body: log.is_of_body(),
     };
+    let name = log.name.clone();
+    let mut source = log.into_source();
+    let mut frames = Vec::new();
+    while let Some(sample) = source.next_sample().into_diagnostic()? {
+        frames.push(sample.sensors);
+    }
     // The time stamps first: all else depends on them.
     let mut findings: Vec<Finding> = source.log_report().iter().flat_map(of_time).collect();
     findings.extend(check(&frames, &stated).findings);

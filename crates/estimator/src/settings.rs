@@ -1,6 +1,8 @@
 //! The choices of an estimator, and the standard deviations of the sensors' errors.
 
+use crate::deviation::root_sum_square;
 use crate::statics::LoadCovariance;
+use robhaz_model::{BodyMount, Robot, Vec2};
 
 /// Where the estimator takes the linkage's mass to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,6 +164,33 @@ pub struct NoiseBudget {
 }
 
 impl NoiseBudget {
+    /// Prior of the gear friction of a robot of which none is known, N m: that of [`Self::typical`],
+    /// 0.3 N m, for robot A, and in proportion to weight and wheel radius.
+    pub fn usual_gear_friction(robot: &Robot) -> f64 {
+        let torque = |robot: &Robot| robot.mean_wheel_load() * robot.geometry.wheel_radius;
+        Self::typical().gear_friction * (torque(robot) / torque(&Robot::default_a()))
+    }
+
+    /// The budget of readings of the links that [`BodyMount`] makes of an IMU in the body and the
+    /// angle of pin Q at a `speed` (m/s), `period` (s) apart: white noise and bias of the `pin` (rad) add to those of
+    /// the inclinometers, the pin's rate to that of the gyroscopes. The inclinometer measures the
+    /// acceleration of the body, as far from each link as both centres of mass are from each other.
+    #[must_use]
+    pub fn of_body_sensors(self, robot: &Robot, pin: [f64; 2], speed: f64, period: f64) -> Self {
+        let [noise, bias] = pin;
+        let rate = BodyMount::new(&robot.geometry, noise).rate_sigma(speed, period);
+        let links = &robot.geometry.link_cg[..2];
+        let away = |link: &Vec2| robhaz_model::sqrt((link - robot.geometry.body_cg).norm_squared());
+        let place = links.iter().map(away).fold(0.0, f64::max);
+        Self {
+            inclination_noise: root_sum_square(self.inclination_noise, noise),
+            inclination_bias: root_sum_square(self.inclination_bias, bias),
+            inclination_place: root_sum_square(self.inclination_place, place),
+            rate_noise: root_sum_square(self.rate_noise, rate),
+            ..self
+        }
+    }
+
     /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction,
     /// wheels on firm ground, exact nominal parameters.
     ///

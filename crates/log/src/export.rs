@@ -288,13 +288,13 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
 
 /// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
 fn sensor_messages(time: f64, values: &Values, last: Option<(f64, Values)>) -> [Vec<u8>; 4] {
-    let now = frame(time, values);
+    let now = frame(time, values, None);
     let or_nan = |values: [Option<f64>; 3]| values.map(|v| v.unwrap_or(f64::NAN));
     let position = or_nan(now.wheel_angle);
     // No sensor measures the speed: it is the difference of the last two angles.
     let velocity = match last {
         Some((before, values)) => {
-            let last = or_nan(frame(before, &values).wheel_angle);
+            let last = or_nan(frame(before, &values, None).wheel_angle);
             [0, 1, 2].map(|i| (position[i] - last[i]) / (time - before))
         }
         None => [f64::NAN; 3],
@@ -315,7 +315,7 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
     let file = File::create(out).map_err(LogError::io(out))?;
     let mut text = BufWriter::new(file);
     let mut names = vec!["time".to_owned()];
-    names.extend(Reading::all().map(|r| r.name().to_owned()));
+    names.extend(Reading::of_frame().map(|r| r.name().to_owned()));
     let mut parts = vec!["readings".to_owned()];
     for forces in &*forces {
         let columns = forces.columns.iter();
@@ -324,7 +324,8 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
     let exported = read(readings, parts, |time, values| {
-        let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(values).collect();
+        let readings = Reading::of_frame().map(|r| values[r.index()]);
+        let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(readings).collect();
         for forces in &mut *forces {
             let none = vec![None; forces.columns.len()];
             cells.extend_from_slice(forces.at(time).unwrap_or(&none));

@@ -6,6 +6,7 @@
 use crate::plan::{Content, Plan};
 use crate::readings::{self, Reading, Values, frame};
 use crate::survey::Survey;
+use robhaz_model::BodyMount;
 use robhaz_run::{LogReport, RunError, Sample, Source};
 use robhaz_sim::Truth;
 
@@ -21,12 +22,15 @@ pub struct Frames {
     next: Vec<usize>,
     /// Number of frames without each reading.
     missing: [u64; readings::COUNT],
+    /// Makes readings of the links of those of the body.
+    mount: Option<BodyMount>,
 }
 
 impl Frames {
     /// Starts at the first row.
-    pub fn new(plan: Plan, survey: Survey) -> Self {
+    pub fn new(plan: Plan, survey: Survey, mount: Option<BodyMount>) -> Self {
         Self {
+            mount,
             next: vec![0; plan.channels.len()],
             plan,
             survey,
@@ -90,7 +94,7 @@ impl Source for Frames {
         Ok(Some(Sample {
             time,
             truth,
-            sensors: frame(time, &values),
+            sensors: frame(time, &values, self.mount.as_mut()),
             is_record: true,
         }))
     }

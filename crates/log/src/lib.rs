@@ -33,6 +33,7 @@ mod mcap_events;
 mod messages;
 mod order;
 mod own_names;
+mod pace;
 mod parquet_rows;
 mod place;
 mod plan;

@@ -4,10 +4,12 @@ use crate::error::LogError;
 use crate::frames::Frames;
 use crate::mapped;
 use crate::own_names;
+use crate::pace::pace;
 use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
 use crate::readings::Reading;
 use crate::survey::{Survey, survey};
+use robhaz_model::BodyMount;
 use robhaz_run::{Run, RunDescription, Source};
 use robhaz_scene::{LogChoice, RecordChoice};
 use robhaz_sim::random::Fnv1a;
@@ -41,6 +43,8 @@ pub struct Log {
     plan: Plan,
     survey: Survey,
     fingerprint: u64,
+    /// Makes readings of the links of those of the body.
+    mount: Option<BodyMount>,
 }
 
 impl Log {
@@ -82,6 +86,15 @@ impl Log {
             files.push(truth.clone());
         }
         let survey = survey(&plan)?;
+        let mount = plan.is_of_body().then(|| {
+            let robot = &choice.robot.robot;
+            let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
+            let (speed, period) = pace(&plan, &survey, robot.geometry.wheel_radius);
+            choice.budget = choice
+                .budget
+                .of_body_sensors(robot, choice.pin, speed, period);
+            mount
+        });
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
@@ -93,6 +106,7 @@ impl Log {
             warnings,
             plan,
             survey,
+            mount,
         })
     }
 
@@ -107,9 +121,14 @@ impl Log {
         Run::of(description, self.into_source())
     }
 
+    /// Whether its readings of the links are made of those of the body and of pin Q.
+    pub fn is_of_body(&self) -> bool {
+        self.mount.is_some()
+    }
+
     /// Its readings alone.
     pub fn into_source(self) -> Box<dyn Source + Send> {
-        Box::new(Frames::new(self.plan, self.survey))
+        Box::new(Frames::new(self.plan, self.survey, self.mount))
     }
 }
 

@@ -2,7 +2,7 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::readings::{COUNT, Reading, Values};
+use crate::readings::{Reading, Values};
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_model::named;
 
@@ -129,7 +129,7 @@ fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
 
 fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
     let stamp = TimeUnit::SECOND.of_float(reader.f64()?)?;
-    let numbers = Reading::all().map(|reading| {
+    let numbers = Reading::of_frame().map(|reading| {
         Some(Number {
             name: reading.name(),
             part: "",
@@ -163,8 +163,8 @@ fn with_header(time: f64, frame: &str) -> CdrWriter {
 pub fn encode_readings(time: f64, values: &Values) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);
-    let values: [f64; COUNT] = values.map(|v| v.unwrap_or(f64::NAN));
-    writer.array(&values);
+    let values = Reading::of_frame().map(|r| values[r.index()].unwrap_or(f64::NAN));
+    writer.array(&values.collect::<Vec<f64>>());
     writer.into_bytes()
 }
 

@@ -28,14 +28,14 @@ pub const TOPIC: &str = "/robhaz/readings";
 /// [`LogError`] where the file has no such topic.
 pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
     mcap_events::columns(path, TOPIC, &[])?;
-    let readings = Reading::all().enumerate();
+    let readings = Reading::of_frame().enumerate();
     let place = ChannelPlace::Topic(TopicPlace {
         path: path.to_path_buf(),
         topic: TOPIC.to_owned(),
         clock: Clock::Header,
     });
     Ok(ChannelPlan {
-        columns: Reading::all().map(|r| r.name().to_owned()).collect(),
+        columns: Reading::of_frame().map(|r| r.name().to_owned()).collect(),
         readings: readings.map(|(i, r)| (r, Formula::of_cell(i))).collect(),
         ..ChannelPlan::new(TOPIC.to_owned(), place)
     })
@@ -50,7 +50,7 @@ pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
 pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
     let mut table = Table::open(path)?;
     let (mut columns, mut readings) = (Vec::new(), Vec::new());
-    for reading in Reading::all() {
+    for reading in Reading::of_frame() {
         let found = match reading.is_contact_angle() {
             true => table.column(reading.name(), reading.unit()),
             false => table.required(reading.name(), reading.unit()),

@@ -232,8 +232,18 @@ impl Plan {
         }
     }
 
-    /// The readings that no channel has.
+    /// Whether readings of the body stand in place of those of the links.
+    pub fn is_of_body(&self) -> bool {
+        Reading::all().any(|r| r.is_of_body() && self.has(r))
+    }
+
+    /// The readings that no channel has, of those that are needed.
     pub fn absent(&self) -> Vec<Reading> {
-        Reading::all().filter(|r| !self.has(*r)).collect()
+        let of_body = self.is_of_body();
+        let needed = Reading::all().filter(|r| match of_body {
+            true => !r.is_of_link(),
+            false => !r.is_of_body(),
+        });
+        needed.filter(|r| !self.has(*r)).collect()
     }
 }

@@ -1,7 +1,8 @@
 //! The readings of a frame by name.
 
 use robhaz_estimator::{LinkReading, SensorFrame};
-use robhaz_scene::READINGS;
+use robhaz_model::{BodyMount, BodyReading, LinkReadings};
+use robhaz_scene::{READINGS, is_of_body};
 
 /// Number of readings of a frame.
 pub const COUNT: usize = READINGS.len();
@@ -17,6 +18,21 @@ impl Reading {
     /// All readings, in the order of the table `sensors`.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..COUNT).map(Self)
+    }
+
+    /// Those of a frame: of the wheels and of the links.
+    pub fn of_frame() -> impl Iterator<Item = Self> {
+        Self::all().filter(|reading| !reading.is_of_body())
+    }
+
+    /// Whether it is of the body or of pin Q, in place of those of the links.
+    pub fn is_of_body(self) -> bool {
+        is_of_body(self.name()) == Some(true)
+    }
+
+    /// Whether it is of a link.
+    pub fn is_of_link(self) -> bool {
+        is_of_body(self.name()) == Some(false)
     }
 
     /// Its name.
@@ -44,12 +60,31 @@ impl Reading {
     }
 }
 
-/// The frame of a time (s) and its readings.
-pub fn frame(time: f64, values: &Values) -> SensorFrame {
+/// The frame of a time (s) and its readings; with a `mount` the links' are made of the body's.
+pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> SensorFrame {
     let wheel = |part: usize| [0, 1, 2].map(|i| values[3 * i + part]);
+    let links = match mount {
+        Some(mount) => {
+            let [.., inclination, rate, pin] = *values;
+            let wheels = wheel(0);
+            mount.links(
+                time,
+                &BodyReading {
+                    inclination,
+                    rate,
+                    pin,
+                    wheels,
+                },
+            )
+        }
+        None => LinkReadings {
+            inclination: [values[9], values[11]],
+            rate: [values[10], values[12]],
+        },
+    };
     let link = |i: usize| LinkReading {
-        inclination: values[9 + 2 * i],
-        rate: values[10 + 2 * i],
+        inclination: links.inclination[i],
+        rate: links.rate[i],
     };
     SensorFrame {
         time,

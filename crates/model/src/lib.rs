@@ -15,6 +15,7 @@
 //! | link 1 to 3, body | [`Bar`] |
 //! | W1 to W3 (front, middle, rear) | [`Geometry::axles`], [`Geometry::carriers`] |
 //! | theta_1, theta_2 given, theta_3 and theta_body found | [`Posture::close`] |
+//! | angles of the links from those of the body and of pin Q | [`BodyMount`] |
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
 //! | command of a wheel's drive | [`WheelCommand`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
@@ -26,6 +27,7 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+mod body_mount;
 mod command;
 mod geometry;
 mod mass;
@@ -35,6 +37,7 @@ mod plane;
 mod posture;
 mod stance;
 
+pub use body_mount::{BodyMount, BodyReading, LinkReadings};
 pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, Suspension};
 pub use mass::{MassError, MassSet, PointMasses};

@@ -52,7 +52,7 @@ pub use form::KeyReference;
 pub use load::reference;
 pub use log::{
     ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, Mapping, READINGS,
-    ReadingChoice, log_reference,
+    ReadingChoice, is_of_body, log_reference,
 };
 pub use plant_failure::PlantFailure;
 pub use robhaz_control::ControlKind;

@@ -12,7 +12,7 @@ use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::scaling::SpeedScaling;
-use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
+use robhaz_sim::sensors::{Grade, ImuPlace, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::Profile;
 
@@ -252,7 +252,7 @@ impl Scene {
 
     /// The sensors of this scene, with the errors that its seed draws.
     pub fn sensors(&self) -> Sensors {
-        Sensors::new(&self.sensors.spec, self.seed).under(self.robot.robot.gravity)
+        Sensors::on(&self.sensors.spec, self.seed, &self.robot.robot)
     }
 
     /// The nominal robot, which the estimators are given.
@@ -316,7 +316,7 @@ impl Scene {
     }
 
     /// The noise budget from the sensors' data sheets and the tolerances of the nominal values. No
-    /// data sheet states the gear friction: it keeps the prior of [`NoiseBudget::typical`]. A
+    /// data sheet states the gear friction: [`NoiseBudget::usual_gear_friction`]. A
     /// weighing replaces the tolerances of the nominal values.
     ///
     /// # Errors
@@ -327,7 +327,7 @@ impl Scene {
             true => (0.0, 0.0, self.nominal()?.loads),
             false => (model.body_cg, model.link_masses, None),
         };
-        Ok(NoiseBudget {
+        let budget = NoiseBudget {
             encoder_counts: spec.encoder_counts,
             jitter: spec.jitter,
             torque_noise: spec.torque_noise,
@@ -345,7 +345,16 @@ impl Scene {
             body_cg,
             link_mass,
             load_covariance,
+            gear_friction: NoiseBudget::usual_gear_friction(&self.robot.robot),
             ..NoiseBudget::typical()
+        };
+        Ok(match spec.imu {
+            ImuPlace::Links => budget,
+            ImuPlace::Body => {
+                let period = 1.0 / self.sensors.rate;
+                let pin = [spec.pin_noise, spec.pin_bias];
+                budget.of_body_sensors(&self.robot.robot, pin, self.drive.speed.abs(), period)
+            }
         })
     }
 

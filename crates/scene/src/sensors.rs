@@ -11,7 +11,7 @@ use crate::quantity::{
 };
 use crate::scene::Scene;
 use crate::source::Node;
-use robhaz_sim::sensors::Grade;
+use robhaz_sim::sensors::{Grade, ImuPlace};
 
 /// What inclinometers measure: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off
 /// and on.
@@ -49,6 +49,16 @@ keys! {
     /// Coulomb friction in the reading alone, which shows torque + F sign(speed); it does not act
     /// on the robot
     torque_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_friction;
+
+    /// where inclinometers and gyros sit: on both links, or in the body, with an angle sensor in pin
+    /// Q; each reading of a link is then one of the body less angles of the linkage
+    imu: word(&ImuPlace::ALL, ImuPlace::name) => sensors.spec.imu;
+
+    /// with imu = "body": white noise of the angle of pin Q, standard deviation of a sample
+    pin_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.pin_noise;
+
+    /// with imu = "body": bias of the angle of pin Q, standard deviation, drawn once a run
+    pin_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.pin_bias;
 
     /// white noise of the inclinometers, standard deviation of a sample
     inclination_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.inclination_noise;

@@ -56,6 +56,7 @@ pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> 
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
+        of_body: false,
     };
     Ok(check(&frames, &stated))
 }

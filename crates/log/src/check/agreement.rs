@@ -235,7 +235,7 @@ fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
 /// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which
 /// the torques belong, if these show it. `resolved`: whether the readings follow each other closely
 /// enough for the filters. `quiet`: whether the torques may be in another unit, so that they show
-/// no wiring.
+/// no wiring. `of_body`: one sensor gives the readings of both links, which cannot be exchanged.
 pub fn findings(
     frames: &[SensorFrame],
     robot: &Robot,
@@ -243,6 +243,7 @@ pub fn findings(
     order: Option<[usize; 3]>,
     resolved: bool,
     quiet: bool,
+    of_body: bool,
 ) -> (Vec<Finding>, Option<TorqueScale>) {
     let own = Judgement::of(frames, robot, settings, &OWN);
     if own.absurd > OFTEN {
@@ -255,6 +256,7 @@ pub fn findings(
     if !cases.contains(&OWN) {
         cases.insert(0, OWN);
     }
+    cases.retain(|case| !(of_body && case.links));
     // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
     cases.retain(|case| !is_right || case.moved() <= 4 && !case.links);
     let judge = |case: Case| (case, Judgement::of(part, robot, settings, &case).nis);

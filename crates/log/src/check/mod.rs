@@ -62,6 +62,8 @@ pub struct Stated<'a> {
     pub viscous_damping: f64,
     /// Nominal compression of wheel and ground, m.
     pub compression: f64,
+    /// Whether the readings of the links are made of those of the body and of pin Q.
+    pub of_body: bool,
 }
 
 impl Stated<'_> {
@@ -99,7 +101,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         findings: vec![clock.finding()],
     };
     log.findings.extend(still::findings(frames, budget));
-    log.findings.extend(rest::findings(&log.recording, budget));
+    log.findings
+        .extend(rest::findings(&log.recording, budget, stated.of_body));
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
@@ -124,8 +127,11 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.take(links);
     if are_right {
         let noise = links::noise_while_driving(&log);
-        let delays = link_delays::findings(&log);
-        log.findings.extend(noise.into_iter().chain(delays));
+        log.findings.extend(noise);
+        // The rate of pin Q is that of a filter.
+        if !stated.of_body {
+            log.findings.extend(link_delays::findings(&log));
+        }
     }
     let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
     log.findings.extend(fused.as_ref().map(ground::distance));
@@ -134,11 +140,31 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let settings = stated.settings(&log.frames);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
     let quiet = rest::has_quiet_torque(&log.findings);
-    let (agreement, scale) =
-        agreement::findings(&log.frames, robot, &settings, order, resolved, quiet);
+    let (agreement, scale) = agreement::findings(
+        &log.frames,
+        robot,
+        &settings,
+        order,
+        resolved,
+        quiet,
+        stated.of_body,
+    );
     log.findings.push(torque_scale::finding(scale, robot));
     log.findings.extend(agreement);
+    if stated.of_body {
+        log.findings.iter_mut().for_each(name_sensors_of_body);
+    }
     Report::new(log.findings)
+}
+
+/// Says which sensors of the body a fault of the links' readings may be of.
+fn name_sensors_of_body(finding: &mut Finding) {
+    let is_of_link = ["gyro", "inclinometer"].map(|name| finding.channel.contains(name));
+    if let Some(remedy) = &mut finding.remedy
+        && is_of_link.contains(&true)
+    {
+        *remedy += "\nmade of body_inclination, body_rate and pin_angle: what both links show alike is of the first two";
+    }
 }
 
 /// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its

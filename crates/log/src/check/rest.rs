@@ -83,8 +83,9 @@ impl AtRest<'_> {
     }
 }
 
-/// All findings.
-pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
+/// All findings. With readings `of_body` the noise of the links' is not that of a sensor: the rate of
+/// pin Q is 0 at rest.
+pub fn findings(recording: &Recording, budget: &NoiseBudget, of_body: bool) -> Vec<Finding> {
     let end = rest(recording);
     if end < recording.steps(SHORTEST) {
         let remedy = "record a second at rest on level ground before the drive";
@@ -124,8 +125,8 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
             .map(|x| x.zero(level_zero, inclination)),
     );
     findings.extend(torques.iter().map(|x| x.zero(torque_zero, torque)));
-    let all = gyros.iter().chain(&inclinometers).chain(&torques);
-    findings.extend(all.map(noise));
+    let of_links = gyros.iter().chain(&inclinometers).filter(|_| !of_body);
+    findings.extend(of_links.chain(&torques).map(noise));
     findings
 }
 

@@ -21,6 +21,12 @@ pub struct LogChoice {
     /// Whether the errors of the robot's masses, centres of mass and pins are stated: here, or in
     /// the file of the robot.
     pub states_loads: bool,
+    /// Whether `budget.gear_friction` is stated; else it follows from the robot.
+    pub states_friction: bool,
+    /// Whether `drive.viscous_damping` is stated; else that of the robot's file counts.
+    pub states_damping: bool,
+    /// White noise (rad a sample) and constant error (rad) of the angle of pin Q.
+    pub pin: [f64; 2],
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
     pub viscous_damping: f64,
     /// `[contact]`: nominal compression of wheel and ground at the mean wheel load, m.
@@ -50,6 +56,9 @@ impl Default for LogChoice {
             robot: scene.robot,
             states_robot: false,
             states_loads: false,
+            states_friction: false,
+            pin: [0.1_f64.to_radians(); 2],
+            states_damping: false,
             viscous_damping: scene.drive.viscous_damping,
             compression: EstimatorSettings::best().compression,
             budget: NoiseBudget::typical(),
@@ -94,6 +103,9 @@ impl LogChoice {
             ),
             states_robot: true,
             states_loads: true,
+            states_friction: true,
+            pin: [scene.sensors.spec.pin_noise, scene.sensors.spec.pin_bias],
+            states_damping: true,
             viscous_damping: common,
             compression: scene
                 .contact

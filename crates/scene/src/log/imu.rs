@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 /// An inertial measurement unit on a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImuChoice {
-    /// `link1` or `link2`.
+    /// `link1`, `link2` or `body`.
     pub link: &'static str,
     /// Its channel. Empty for the first.
     pub channel: String,
@@ -104,7 +104,7 @@ keys! {
 
 /// `[imu.LINK]`
 pub(super) const IMUS: ByName<ImuChoice> = ByName {
-    names: &["link1", "link2"],
+    names: &["link1", "link2", "body"],
     placeholder: "LINK",
     read: imu,
     schema: || key::schema(KEYS, Some(&mut ImuChoice::standard(""))),

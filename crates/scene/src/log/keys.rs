@@ -56,7 +56,8 @@ keys! {
 }
 
 keys! {
-    DRIVE: LogChoice;
+    /// The keys of `[drive]`.
+    pub(crate) DRIVE: LogChoice;
 
     /// nominal damping B of the wheel module, at the wheel
     viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => viscous_damping;
@@ -95,8 +96,15 @@ keys! {
     /// relative error of the torque's scale
     torque_gain: number(NONE, at_least(0.0).at_most(1.0)) => budget.torque_gain;
 
+    /// white noise of the angle of pin Q, of logs with pin_angle
+    pin_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => (|l| &mut l.pin[0]);
+
+    /// constant error of that angle
+    pin_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => (|l| &mut l.pin[1]);
+
     /// dry friction in the gears that the motor torque does not show, at the wheel
-    gear_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => budget.gear_friction;
+    gear_friction ("0.3 of robot A, else in proportion to weight and wheel radius"):
+        number(TORQUE, at_least(0.0).at_most(1e3)) => budget.gear_friction;
 
     /// coefficient of the rolling resistance: its standard deviation about 0
     rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => budget.rolling_resistance;

@@ -1,7 +1,7 @@
 //! From a file to a [`LogChoice`], and back.
 
 use super::choice::LogChoice;
-use super::keys::{BUDGET, LOG};
+use super::keys::{BUDGET, DRIVE, LOG};
 use super::mapping;
 use crate::error::{Problem, SceneError};
 use crate::form::Form;
@@ -10,6 +10,7 @@ use crate::reader::Reader;
 use crate::robot::{ROBOT, RobotChoice};
 use crate::source::Node;
 use crate::write::Out;
+use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{Tolerances, WeighError};
 use std::path::Path;
@@ -65,6 +66,9 @@ impl LogChoice {
         if let Some(path) = robot {
             choice.take_robot(path)?;
         }
+        if !choice.states_friction {
+            choice.budget.gear_friction = NoiseBudget::usual_gear_friction(&choice.robot.robot);
+        }
         if choice.states_loads {
             return Ok((choice, None));
         }
@@ -89,7 +93,8 @@ impl LogChoice {
 
     /// Takes the robot of a file with the section `[robot]`, such as a scene or a weighed robot,
     /// and, where the file states them, the keys of `[budget]` that belong to the robot: `body_cg`,
-    /// `link_masses`, `load_covariance`. Other sections and keys have no effect.
+    /// `link_masses`, `load_covariance`; and `drive.viscous_damping`, which the description may
+    /// state, too. Other sections and keys have no effect.
     ///
     /// # Errors
     /// [`SceneError`] with all problems of these keys, or a file without the section.
@@ -105,6 +110,14 @@ impl LogChoice {
                         self.states_loads = true;
                         reader.entry(BUDGET, entry, "budget", self);
                     }
+                }
+                let drive = root
+                    .get("drive")
+                    .and_then(Node::entries)
+                    .unwrap_or_default();
+                let damping = drive.iter().find(|entry| entry.key == "viscous_damping");
+                if let Some(entry) = damping.filter(|_| !self.states_damping) {
+                    reader.entry(DRIVE, entry, "drive", self);
                 }
                 Some(())
             })
@@ -180,6 +193,8 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     choice.states_loads |= ROBOTS_BUDGET
         .iter()
         .any(|key| has(&format!("budget.{key}")));
+    choice.states_friction |= has("budget.gear_friction");
+    choice.states_damping |= has("drive.viscous_damping");
     if has("robot") {
         (choice.robot, choice.states_robot) = (RobotChoice::default(), true);
     }

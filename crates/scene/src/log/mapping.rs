@@ -2,7 +2,7 @@
 
 use super::by_name::ANY;
 use super::imu::ImuChoice;
-use super::reading::{READINGS, ReadingChoice};
+use super::reading::{READINGS, ReadingChoice, is_of_body};
 use crate::error::Problem;
 use crate::form::{Form, quoted, word};
 use crate::json::items;
@@ -120,6 +120,9 @@ impl Form for Missing {
 /// Every reading comes from one place, and every channel that is named exists.
 pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let mut without = Vec::new();
+    let names = mapping.readings.iter().map(|r| r.name);
+    let mut named = names.chain(mapping.imus.iter().map(|i| i.link));
+    let of_body = named.any(|name| is_of_body(name) == Some(true));
     for name in READINGS {
         let readings = mapping
             .readings
@@ -132,6 +135,8 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
             places.push("missing".to_owned());
         }
         match places.as_slice() {
+            // Either the links' readings or the body's are needed.
+            [] if is_of_body(name) == Some(!of_body) => {}
             [] => without.push(name),
             [_] => {}
             [first, ..] => {

@@ -20,4 +20,4 @@ pub use imu::{ImuChoice, InclinationSource};
 pub(crate) use keys::LOG;
 pub use keys::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
-pub use reading::{READINGS, ReadingChoice};
+pub use reading::{READINGS, ReadingChoice, is_of_body};

@@ -27,8 +27,9 @@ pub struct ReadingChoice {
     pub offset: f64,
 }
 
-/// The readings of a frame, by the columns of the table `sensors`, and their dimensions.
-pub const READINGS: [&str; 13] = [
+/// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
+/// and of the angle of pin Q, which may stand in place of those of the links.
+pub const READINGS: [&str; 16] = [
     "wheel1_angle",
     "wheel1_motor_torque",
     "wheel1_contact_angle",
@@ -42,7 +43,16 @@ pub const READINGS: [&str; 13] = [
     "link1_rate",
     "link2_inclination",
     "link2_rate",
+    "body_inclination",
+    "body_rate",
+    "pin_angle",
 ];
+
+/// Whether a reading is of the links, or of the body and pin Q in their place; `None` of the wheels.
+pub fn is_of_body(name: &str) -> Option<bool> {
+    let of_body = name.starts_with("body") || name.starts_with("pin");
+    (of_body || name.starts_with("link")).then_some(of_body)
+}
 
 /// The values of the keys of a reading.
 struct ReadingKeys {

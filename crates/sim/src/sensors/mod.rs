@@ -6,6 +6,7 @@
 //! | motor torque, each wheel | gain, offset, gear friction, white noise, quantisation | from the motor's current |
 //! | inclinometer, links 1 and 2 | specific force, low pass, bias, white noise | direction of the specific force |
 //! | rate gyro, links 1 and 2 | scale, bias with random walk, white noise | angular rate of the link |
+//! | or both in the body, and the angle of pin Q | the same; bias, white noise | [`BodyMount`] makes readings of the links of them |
 //! | contact angle, each wheel | Ornstein-Uhlenbeck process | not a sensor: the paper assumes known angles (1) |
 //! | all | jitter of the sampling time (not for contact angles), lost readings | |
 //!
@@ -21,11 +22,11 @@ mod spec;
 #[cfg(test)]
 mod tests;
 
-pub use spec::{ENCODER_COUNTS, Grade, SensorSpec};
+pub use spec::{ENCODER_COUNTS, Grade, ImuPlace, SensorSpec};
 
 use crate::truth::Truth;
 use models::{Encoder, GivenAngle, Gyro, Inclinometer, Loss, Source, TorqueSensor, White};
-use robhaz_model::Vec2;
+use robhaz_model::{BodyMount, BodyReading, LinkReadings, Robot, Vec2};
 
 /// All readings of one sample. `None` is a lost reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +68,8 @@ pub struct DrawnErrors {
 pub struct Sensors {
     wheels: [WheelSensors; 3],
     links: [LinkSensors; 2],
+    /// In place of those of the links.
+    body: Option<BodySensors>,
     jitter: White,
     drawn: DrawnErrors,
     /// The truth of the previous sample.
@@ -78,6 +81,13 @@ struct WheelSensors {
     encoder: (Encoder, Loss),
     torque: (TorqueSensor, Loss),
     contact_angle: (GivenAngle, Loss),
+}
+
+#[derive(Clone, Debug)]
+struct BodySensors {
+    imu: LinkSensors,
+    pin: (White, f64, Loss),
+    mount: BodyMount,
 }
 
 #[derive(Clone, Debug)]
@@ -109,19 +119,28 @@ impl Sensors {
         Self {
             wheels,
             links,
+            body: None,
             jitter: White::new(clock, "jitter", spec.jitter),
             drawn,
             last: None,
         }
     }
 
-    /// The sensors where free fall accelerates with `gravity`, m/s^2, in place of on Earth.
-    #[must_use]
-    pub fn under(mut self, gravity: f64) -> Self {
-        for link in &mut self.links {
-            link.inclinometer.0.set_gravity(gravity);
+    /// The sensors of a run on a robot: where it is, and in its body if the specification says so.
+    pub fn on(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
+        let mut sensors = Self::new(spec, seed);
+        for link in &mut sensors.links {
+            link.inclinometer.0.set_gravity(robot.gravity);
         }
-        self
+        if spec.imu == ImuPlace::Body {
+            let body = BodySensors::new(spec, seed, robot);
+            let (tilt, gyro) = (&body.imu.inclinometer.0, &body.imu.gyro.0);
+            sensors.drawn.inclination_bias = [tilt.bias; 2];
+            sensors.drawn.rate_bias = [gyro.bias; 2];
+            sensors.drawn.rate_scale = [gyro.scale; 2];
+            sensors.body = Some(body);
+        }
+        sensors
     }
 
     /// The errors drawn for this run.
@@ -140,7 +159,7 @@ impl Sensors {
         self.last = Some(*truth);
         let delay = self.jitter.sample();
         let (wheels, links) = (&mut self.wheels, &mut self.links);
-        Readings {
+        let mut readings = Readings {
             time: truth.time,
             wheel_angle: [0, 1, 2].map(|i| {
                 let (encoder, loss) = &mut wheels[i].encoder;
@@ -169,7 +188,12 @@ impl Sensors {
                 let known = wheel.equivalent_contact();
                 loss.pass(angle.read(known.map_or(wheel.contact_angle, |c| c.angle), rates.dt))
             }),
+        };
+        if let Some(body) = &mut self.body {
+            let links = body.read(truth, &rates, delay, readings.wheel_angle);
+            (readings.inclination, readings.rate) = (links.inclination, links.rate);
         }
+        readings
     }
 }
 
@@ -205,6 +229,49 @@ impl LinkSensors {
     }
 }
 
+impl BodySensors {
+    fn new(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
+        let mut imu = LinkSensors::new(spec, seed, "body");
+        imu.inclinometer.0.set_gravity(robot.gravity);
+        let source = Source {
+            seed,
+            sensor: "pin",
+        };
+        Self {
+            imu,
+            pin: (
+                White::new(source, "noise", spec.pin_noise),
+                source.constant("bias", spec.pin_bias),
+                Loss::new(source, spec.dropped),
+            ),
+            mount: BodyMount::new(&robot.geometry, spec.pin_noise),
+        }
+    }
+
+    /// What sensors on the links would read.
+    fn read(
+        &mut self,
+        truth: &Truth,
+        rates: &Rates,
+        delay: f64,
+        wheels: [Option<f64>; 3],
+    ) -> LinkReadings {
+        let (body, [link1, link2, _]) = (&truth.body, &truth.links);
+        let (inclinometer, tilt_loss) = &mut self.imu.inclinometer;
+        let (gyro, rate_loss) = &mut self.imu.gyro;
+        let (noise, bias, pin_loss) = &mut self.pin;
+        let angle = body.angle + delay * body.rate;
+        let opening = link1.angle - link2.angle + delay * (link1.rate - link2.rate);
+        let reading = BodyReading {
+            inclination: tilt_loss.pass(inclinometer.read(angle, rates.body_velocity, rates.dt)),
+            rate: rate_loss.pass(gyro.read(body.rate + delay * rates.body_rate, rates.dt)),
+            pin: pin_loss.pass(opening + *bias + noise.sample()),
+            wheels,
+        };
+        self.mount.links(truth.time, &reading)
+    }
+}
+
 /// Rates of change since the previous sample: differences over the time between.
 #[derive(Default)]
 struct Rates {
@@ -216,6 +283,9 @@ struct Rates {
     rate: [f64; 2],
     /// Acceleration of the centres of mass of links 1 and 2, m/s^2.
     velocity: [Vec2; 2],
+    /// The same of the body.
+    body_rate: f64,
+    body_velocity: Vec2,
 }
 
 impl Rates {
@@ -229,6 +299,8 @@ impl Rates {
             torque: [0, 1, 2].map(|i| (now.wheels[i].torque - last.wheels[i].torque) / dt),
             rate: [0, 1].map(|i| (now.links[i].rate - last.links[i].rate) / dt),
             velocity: [0, 1].map(|i| (now.links[i].velocity - last.links[i].velocity) / dt),
+            body_rate: (now.body.rate - last.body.rate) / dt,
+            body_velocity: (now.body.velocity - last.body.velocity) / dt,
         }
     }
 }

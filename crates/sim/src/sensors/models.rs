@@ -21,7 +21,7 @@ impl Source<'_> {
     }
 
     /// A constant error: sigma w, drawn once.
-    fn constant(self, error: &str, sigma: f64) -> f64 {
+    pub fn constant(self, error: &str, sigma: f64) -> f64 {
         White::new(self, error, sigma).sample()
     }
 }

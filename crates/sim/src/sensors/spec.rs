@@ -27,6 +27,12 @@ pub struct SensorSpec {
     /// Coulomb friction F in the reading alone, not in the plant, N m: the reading contains tau + F
     /// sign(omega).
     pub torque_friction: f64,
+    /// Where inclinometers and gyros sit.
+    pub imu: ImuPlace,
+    /// White noise of the angle sensor in pin Q, rad; of an IMU in the body only.
+    pub pin_noise: f64,
+    /// Bias of that sensor, rad, drawn.
+    pub pin_bias: f64,
     /// White noise of the inclinometers, rad.
     pub inclination_noise: f64,
     /// Bias of the inclinometers, rad, drawn.
@@ -71,6 +77,7 @@ impl SensorSpec {
     ///   and a gear efficiency known about as well.
     /// - inclinometer: noise 0.1 deg; bias 0.1 deg, mounting and zero error together. Assumed; a
     ///   MEMS inclinometer itself resolves 0.0035 deg in 10 Hz (data sheet of the SCA100T).
+    /// - angle of pin Q: noise and bias 0.1 deg each, a step of an ADC of 12 bits over a turn. Assumed.
     /// - gyro: noise 0.1 deg/s per sample at 1 kHz: the density 0.005 deg/s/sqrt(Hz) of a consumer
     ///   MEMS gyro (data sheet of the MPU-6050) over 500 Hz.
     /// - contact angles: 2 deg RMS with a correlation time of 0.3 s. Assumed: at 0.2 m/s that is 60
@@ -81,6 +88,8 @@ impl SensorSpec {
             torque_gain: 0.02,
             torque_offset: 0.1,
             torque_noise: 0.1,
+            pin_noise: 0.1_f64.to_radians(),
+            pin_bias: 0.1_f64.to_radians(),
             inclination_noise: 0.1_f64.to_radians(),
             inclination_bias: 0.1_f64.to_radians(),
             specific_force: true,
@@ -113,6 +122,8 @@ impl SensorSpec {
             torque_offset: 0.3,
             torque_noise: 0.3,
             torque_step: 0.04,
+            pin_noise: 0.3_f64.to_radians(),
+            pin_bias: 0.3_f64.to_radians(),
             inclination_noise: 0.3_f64.to_radians(),
             inclination_bias: 0.3_f64.to_radians(),
             inclination_lag: 0.02,
@@ -125,6 +136,18 @@ impl SensorSpec {
             dropped: 0.01,
             ..Self::typical()
         }
+    }
+}
+
+named! {
+    /// Where inclinometers and gyros sit.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum ImuPlace {
+        /// One of each on link 1 and on link 2.
+        #[default]
+        Links = "links",
+        /// One of each in the body, and an angle sensor in pin Q.
+        Body = "body",
     }
 }
 

@@ -1,0 +1,38 @@
+//! How fast a log drives, and how often its pin is read: what the error of the pin's rate depends on.
+
+use crate::check::median;
+use crate::plan::Plan;
+use crate::survey::Survey;
+
+/// Time over which a speed is measured, s: counts of an encoder may be coarse.
+const STEP: f64 = 0.1;
+
+/// Median speed of wheel 1 while it turns (m/s), for wheels of a `radius` (m), and the period of the
+/// pin's angle, s; 0 where the log has none.
+pub fn pace(plan: &Plan, survey: &Survey, radius: f64) -> (f64, f64) {
+    let find = |name: &str| {
+        plan.channels.iter().enumerate().find_map(|(i, channel)| {
+            let mut readings = channel.readings.iter();
+            let (_, formula) = readings.find(|(r, _)| r.name() == name)?;
+            Some((&survey.channels[i], channel.columns.len(), formula))
+        })
+    };
+    let period = find("pin_angle").map_or(0.0, |(channel, ..)| channel.report.period);
+    let Some((channel, columns, formula)) = find("wheel1_angle") else {
+        return (0.0, period);
+    };
+    let value = |cells: &[f64]| {
+        let cells: Vec<Option<f64>> = cells.iter().map(|cell| Some(*cell)).collect();
+        formula.value(&cells)
+    };
+    let angles = channel.cells.chunks(columns.max(1)).map(value);
+    let rows: Vec<(f64, f64)> = (channel.times.iter().zip(angles))
+        .filter_map(|(time, angle)| Some((*time, angle?)))
+        .collect();
+    // At least one row, and a whole number of them.
+    let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
+    let pairs = rows.iter().zip(rows.iter().skip(step));
+    let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
+    let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > 0.0));
+    (speed.unwrap_or(0.0), period)
+}

@@ -1,0 +1,233 @@
+//! Angles and rates of links 1 and 2 from an inertial sensor in the body and the angle of pin Q, as
+//! rovers have them.
+
+use crate::{Geometry, Posture, sqrt};
+
+/// Readings of one sample; `None` where one is missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyReading {
+    /// Turn of the body from the nominal pose, rad, nose up positive.
+    pub inclination: Option<f64>,
+    /// Angular rate of the body, rad/s, nose up positive.
+    pub rate: Option<f64>,
+    /// Angle theta_1 - theta_2 of pin Q from the nominal pose, rad.
+    pub pin: Option<f64>,
+    /// Turns of the wheels relative to their links, rad.
+    pub wheels: [Option<f64>; 3],
+}
+
+/// What the sensors on links 1 and 2 would read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinkReadings {
+    /// Turns from the nominal pose, rad, counter-clockwise.
+    pub inclination: [Option<f64>; 2],
+    /// Angular rates, rad/s, counter-clockwise.
+    pub rate: [Option<f64>; 2],
+}
+
+/// The angle of pin Q gives the shape of the linkage, and with it the angle of each link against
+/// the body. Its rate is its slope along the path times the speed of the wheels. The slope is that
+/// of a Kalman filter with the states angle and slope, whose derivative along the path is white
+/// noise of the density [`BodyMount::density`]: so a robot at rest has no rate, and a slow one a
+/// small error of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMount {
+    geometry: Geometry,
+    /// Standard deviation of a reading of the pin, rad.
+    noise: f64,
+    /// Density of the second derivative of the pin's angle along the path, rad^2/m^3.
+    density: f64,
+    /// Last turn of each wheel, rad.
+    turns: [Option<f64>; 3],
+    /// Way since the last reading of the pin, m.
+    way: f64,
+    /// Time of the last sample, s.
+    time: Option<f64>,
+    /// Speed of the wheels, low-pass filtered, m/s.
+    speed: f64,
+    /// Angle (rad) and slope (rad/m) of the pin and their covariance at its last reading.
+    pin: Option<([f64; 2], [f64; 3])>,
+}
+
+impl BodyMount {
+    /// Least standard deviation of a reading of the pin, rad: a step of 16 bits. With 0 the slope
+    /// would be a difference of two readings.
+    const LEAST_NOISE: f64 = 1e-4;
+    /// Square root of the density for wheels of 0.1 m, rad/m^1.5: 30 deg/m of slope change within a
+    /// wheel radius, as on bumps of that size.
+    const CURVATURE: f64 = 5.6;
+    /// Variance of the slope before the first reading, rad^2/m^2: level ground.
+    const LEVEL: f64 = 1e-2;
+    /// Time constant of the speed, s.
+    const SPEED_TIME: f64 = 0.2;
+
+    /// For a robot, and readings of the pin with white noise (rad a sample).
+    pub fn new(geometry: &Geometry, noise: f64) -> Self {
+        Self {
+            density: Self::density(geometry),
+            geometry: geometry.clone(),
+            noise: noise.max(Self::LEAST_NOISE),
+            turns: [None; 3],
+            way: 0.0,
+            time: None,
+            speed: 0.0,
+            pin: None,
+        }
+    }
+
+    /// Density of the second derivative along the path, rad^2/m^3: ground is as rough as the wheels
+    /// are large.
+    fn density(geometry: &Geometry) -> f64 {
+        let size = geometry.wheel_radius / 0.1;
+        Self::CURVATURE * Self::CURVATURE / (size * size * size)
+    }
+
+    /// Standard deviation of the rate of pin Q at a `speed` (m/s), rad/s, for readings a `period`
+    /// (s) apart: the steady state of the filter, `v sqrt(sqrt(2) q^(3/4) r^(1/4))` with the
+    /// densities q of the ground and r of the noise along the path.
+    pub fn rate_sigma(&self, speed: f64, period: f64) -> f64 {
+        let (q, r) = (self.density, self.noise * self.noise * period * speed);
+        let q34 = sqrt(q) * sqrt(sqrt(q));
+        speed * sqrt(core::f64::consts::SQRT_2 * q34 * sqrt(sqrt(r)))
+    }
+
+    /// The readings of the links at `time`, s. None of both links where the linkage cannot close at
+    /// the angle of the pin, and before its first reading.
+    pub fn links(&mut self, time: f64, reading: &BodyReading) -> LinkReadings {
+        self.roll(time, &reading.wheels);
+        if let Some(angle) = reading.pin {
+            self.update(angle);
+        }
+        let Some(([filtered, slope], _)) = self.pin else {
+            return LinkReadings::default();
+        };
+        let rate = slope * self.speed;
+        let opening = reading.pin.unwrap_or(filtered);
+        let Ok(posture) = Posture::close(&self.geometry, opening, 0.0) else {
+            return LinkReadings::default();
+        };
+        // With link 2 at rest link 1 turns as the pin, and the body with them.
+        let [body, ..] = posture.rates(&self.geometry, rate, 0.0);
+        let inclination = reading.inclination.map(|angle| angle - posture.body);
+        let turning = reading.rate.map(|of_body| of_body - body);
+        LinkReadings {
+            inclination: [inclination.map(|angle| angle + opening), inclination],
+            rate: [turning.map(|of_link2| of_link2 + rate), turning],
+        }
+    }
+
+    /// Way and speed by the mean turn of the wheels.
+    fn roll(&mut self, time: f64, wheels: &[Option<f64>; 3]) {
+        let (mut turned, mut count) = (0.0, 0.0);
+        for (last, now) in self.turns.iter_mut().zip(wheels) {
+            if let (Some(last), Some(now)) = (*last, *now) {
+                turned += now - last;
+                count += 1.0;
+            }
+            *last = now.or(*last);
+        }
+        let dt = self.time.map_or(0.0, |last| time - last);
+        self.time = Some(time);
+        if count > 0.0 && dt > 0.0 {
+            let way = self.geometry.wheel_radius * turned / count;
+            self.way += way;
+            self.speed += dt / (Self::SPEED_TIME + dt) * (way / dt - self.speed);
+        }
+    }
+
+    /// Time update over the way since the last reading, and measurement update by the angle, rad.
+    fn update(&mut self, angle: f64) {
+        let r = self.noise * self.noise;
+        let ds = core::mem::take(&mut self.way);
+        let Some(([a, b], [paa, pab, pbb])) = self.pin else {
+            self.pin = Some(([angle, 0.0], [r, 0.0, Self::LEVEL]));
+            return;
+        };
+        let (length, q) = (libm::fabs(ds), self.density);
+        let paa = paa + 2.0 * ds * pab + ds * ds * pbb + q * length * length * length / 3.0;
+        let pab = pab + ds * pbb + q * ds * length / 2.0;
+        let pbb = pbb + q * length;
+        let innovation = angle - (a + ds * b);
+        let (ka, kb) = (paa / (paa + r), pab / (paa + r));
+        let state = [a + ds * b + ka * innovation, b + kb * innovation];
+        let covariance = [(1.0 - ka) * paa, (1.0 - ka) * pab, pbb - kb * pab];
+        self.pin = Some((state, covariance));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Carrier;
+
+    /// Closed form: a linkage that turns steadily along the path, seen from its body and its pin,
+    /// gives the angles and rates of its links; of a four-bar through its loop, of a bogie on either
+    /// link. What the start of filter and low pass leaves of the rates after 4 s is below 1e-6.
+    #[test]
+    fn links_are_found_from_the_body() {
+        let bogie = |body| {
+            let mut geometry = Geometry::b();
+            geometry.make_bogie(body);
+            geometry
+        };
+        for geometry in [Geometry::a(), bogie(Carrier::Link1), bogie(Carrier::Link2)] {
+            let mut mount = BodyMount::new(&geometry, 1e-4);
+            for k in 0..=4000 {
+                let t = f64::from(k) * 1e-3;
+                let (theta, rates) = ([0.1 + 0.03 * t, -0.05 - 0.02 * t], [0.03, -0.02]);
+                let posture = Posture::close(&geometry, theta[0], theta[1]).expect("closes");
+                let [body, ..] = posture.rates(&geometry, rates[0], rates[1]);
+                let reading = BodyReading {
+                    inclination: Some(posture.body),
+                    rate: Some(body),
+                    pin: Some(theta[0] - theta[1]),
+                    wheels: [Some(2.0 * t); 3],
+                };
+                let found = mount.links(t, &reading);
+                for i in 0..2 {
+                    let (angle, rate) = (found.inclination[i], found.rate[i]);
+                    assert!((angle.expect("a reading") - theta[i]).abs() < 1e-12);
+                    let error = rate.expect("a reading") - rates[i];
+                    assert!(t < 4.0 || error.abs() < 1e-6, "{error}");
+                }
+            }
+        }
+    }
+
+    /// Closed form: the stated deviation of the rate is the steady state of the filter, to 5 %: the
+    /// way between readings is 3 % of the filter's length `(r/q)^(1/4)`.
+    #[test]
+    fn the_deviation_of_the_rate_is_that_of_the_filter() {
+        let mut mount = BodyMount::new(&Geometry::a(), 2e-2);
+        for k in 0..20_000 {
+            let t = f64::from(k) * 1e-3;
+            mount.roll(t, &[Some(2.0 * t); 3]);
+            mount.update(0.0);
+        }
+        let (_, [_, _, variance]) = mount.pin.expect("readings");
+        let found = 0.2 * sqrt(variance);
+        assert!((found / mount.rate_sigma(0.2, 1e-3) - 1.0).abs() < 0.05);
+    }
+
+    /// Missing readings: without the pin's nothing is known before the first; without the body's no
+    /// angle; the pin's last one serves on. At rest there is no rate.
+    #[test]
+    fn missing_readings_leave_what_they_show() {
+        let mut mount = BodyMount::new(&Geometry::a(), 1e-3);
+        let mut reading = BodyReading {
+            inclination: Some(0.1),
+            rate: Some(0.0),
+            ..BodyReading::default()
+        };
+        assert_eq!(mount.links(0.0, &reading), LinkReadings::default());
+        reading.pin = Some(0.05);
+        let whole = mount.links(0.001, &reading);
+        assert!(whole.inclination.iter().all(Option::is_some));
+        assert_eq!(whole.rate, [Some(0.0); 2]);
+        reading.pin = None;
+        assert_eq!(mount.links(0.002, &reading).inclination, whole.inclination);
+        reading.inclination = None;
+        let rates = mount.links(0.003, &reading);
+        assert!(rates.inclination == [None; 2] && rates.rate.iter().all(Option::is_some));
+    }
+}
