@@ -34,6 +34,25 @@ fn a_new_scene_runs_with_the_defaults() {
     assert_eq!(made.to_toml("x"), default.to_toml("x"));
 }
 
+/// A new scene of a rover is that of `robots/`, which runs as it is.
+#[test]
+fn a_new_scene_can_be_of_a_rover() {
+    let dir = tempfile::tempdir().unwrap();
+    for (kind, rover) in [
+        ("rocker-bogie", "open-source-rover"),
+        ("triple-bogie", "exomy"),
+    ] {
+        let mut new = robhaz(dir.path());
+        let done = new.args(["new", kind, "--robot", kind]).output().unwrap();
+        assert!(done.status.success());
+        let load = |path: &std::path::Path| robhaz_scene::Scene::load(path, &[]).unwrap();
+        let of_rover = load(&root().join("robots").join(rover).with_extension("toml"));
+        let mut made = load(&dir.path().join(kind).with_extension("toml"));
+        rover.clone_into(&mut made.name);
+        assert!(made.to_toml("x") == of_rover.to_toml("x"));
+    }
+}
+
 /// Every key is explained, by part of its name or meaning; a shell gets its completions and `man`
 /// its page.
 #[test]

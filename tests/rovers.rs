@@ -3,7 +3,7 @@
 
 use crate::support::{Kept, keep, root};
 use robhaz_estimator::Flags;
-use robhaz_model::Robot;
+use robhaz_model::{Robot, Units};
 use robhaz_run::verify::{Outcome, verify};
 use robhaz_scene::Scene;
 use robhaz_score::{Rule, Score};
@@ -15,41 +15,35 @@ fn rover(name: &str, overrides: &[String]) -> Scene {
     Scene::load(&path, overrides).unwrap()
 }
 
-/// Units of a robot over those of robot A: length, time and torque; and the wheelbase's.
-struct Units {
-    length: f64,
-    time: f64,
-    torque: f64,
+/// Units of a rover, and its wheelbase over that of robot A.
+struct Size {
+    units: Units,
     wheelbase: f64,
 }
 
-impl Units {
+impl Size {
     fn of(robot: &Robot) -> Self {
-        let a = Robot::default_a();
         let base = |r: &Robot| r.geometry.axles[0].x - r.geometry.axles[2].x;
-        let length = robot.geometry.wheel_radius / a.geometry.wheel_radius;
-        let weight = robot.mean_wheel_load() / a.mean_wheel_load();
         Self {
-            length,
-            time: (length * a.gravity / robot.gravity).sqrt(),
-            torque: weight * length,
-            wheelbase: base(robot) / base(&a),
+            units: Units::of(robot),
+            wheelbase: base(robot) / base(&Robot::default_a()),
         }
     }
 
     /// Typical sensors at 1 kHz, the PI or the low-gain drive, and the speed of 0.2 m/s, in these
     /// units, over the whole course.
     fn overrides(&self, low_gain: bool, imu: &str, seed: u64) -> Vec<String> {
-        let speed = 0.2 * self.length / self.time;
-        let duration = (3.7 * self.wheelbase / speed + 1.5 * self.time).ceil();
-        let torque = 0.1 * self.torque;
+        let (time, unit_torque) = (self.units.time, self.units.torque());
+        let speed = 0.2 * self.units.speed();
+        let duration = (3.7 * self.wheelbase / speed + 1.5 * time).ceil();
+        let torque = 0.1 * unit_torque;
         let mut all = vec![
             format!("drive.speed={speed}"),
-            format!("drive.start_time={}", 0.8 * self.time),
-            format!("drive.ramp_time={}", 0.6 * self.time),
+            format!("drive.start_time={}", 0.8 * time),
+            format!("drive.ramp_time={}", 0.6 * time),
             format!("record.duration={duration}"),
             "record.rate=100".to_owned(),
-            format!("record.compare_from={}", (2.0 * self.time).ceil()),
+            format!("record.compare_from={}", (2.0 * time).ceil()),
             "sensors.rate=1000".to_owned(),
             format!("sensors.imu={imu}"),
             "sensors.encoder_counts=160000".to_owned(),
@@ -60,7 +54,7 @@ impl Units {
             format!("seed={seed}"),
         ];
         if low_gain {
-            all.push(format!("drive.kp={}", 2.0 * self.torque * self.time));
+            all.push(format!("drive.kp={}", 2.0 * unit_torque * time));
             all.push("drive.ki=0".to_owned());
         }
         all
@@ -82,9 +76,9 @@ fn judged(kept: &Kept, from: f64) -> (f64, f64, bool) {
 /// Mean NRMSE of N on a rover in percent; at least 90 % of its errors within two stated deviations,
 /// and no alarm.
 fn mean_error(name: &str, low_gain: bool, imu: &str, seeds: u64) -> f64 {
-    let units = Units::of(&rover(name, &[]).robot.robot);
+    let size = Size::of(&rover(name, &[]).robot.robot);
     let error = |seed| {
-        let scene = rover(name, &units.overrides(low_gain, imu, seed));
+        let scene = rover(name, &size.overrides(low_gain, imu, seed));
         let (error, coverage, alarm) = judged(&keep(&scene), scene.record.compare_from);
         let case = format!("{name} {low_gain} {imu} {seed}");
         assert!(coverage > 0.9 && !alarm, "{case}: {coverage} {alarm}");
@@ -120,10 +114,10 @@ fn best_holds_with_an_imu_in_the_body() {
 #[test]
 fn the_truth_of_every_rover_holds() {
     for name in ROVERS {
-        let units = Units::of(&rover(name, &[]).robot.robot);
-        let mut overrides = units.overrides(false, "links", 0);
+        let size = Size::of(&rover(name, &[]).robot.robot);
+        let mut overrides = size.overrides(false, "links", 0);
         // The first bump is enough.
-        let duration = (1.5 * units.wheelbase * units.time / (0.2 * units.length)).ceil();
+        let duration = (1.5 * size.wheelbase / (0.2 * size.units.speed())).ceil();
         overrides.push(format!("record.duration={duration}"));
         overrides.push("sensors.rate=100".to_owned());
         for verdict in verify(&rover(name, &overrides), &mut |_| {}, &|| None).unwrap() {

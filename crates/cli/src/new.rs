@@ -11,13 +11,37 @@ const SCENE: Format = Format {
     extension: "toml",
 };
 
-const TEXT: &str = include_str!("new_scene.toml");
+/// The robot of the scene.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Robot {
+    /// A four-bar linkage on each side, as ROBHAZ-6WHEEL: geometry A
+    FourBar,
+    /// A rocker with one wheel, fixed to the body by the differential, and a bogie with two: with the
+    /// dimensions of the Open Source Rover
+    RockerBogie,
+    /// A bogie with two wheels on each side, and one across the rear: with the dimensions of ExoMy
+    TripleBogie,
+}
+
+impl Robot {
+    /// The text of the scene.
+    const fn text(self) -> &'static str {
+        match self {
+            Self::FourBar => include_str!("new_scene.toml"),
+            Self::RockerBogie => include_str!("../../../robots/open-source-rover.toml"),
+            Self::TripleBogie => include_str!("../../../robots/exomy.toml"),
+        }
+    }
+}
 
 /// Arguments of `robhaz new`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Name of the scene; its file is NAME.toml. A path puts it elsewhere.
     name: PathBuf,
+    /// Its robot; each number of a rover has its source beside it, to be replaced by your own
+    #[arg(long, value_enum, default_value_t = Robot::FourBar)]
+    robot: Robot,
     /// Replaces an existing file.
     #[arg(long)]
     force: bool,
@@ -38,7 +62,7 @@ pub fn run(args: &Args) -> Result<()> {
         target.as_mut_os_string().push(".toml");
     }
     let file = OutputFile::create(&target, SCENE, &[], args.force)?;
-    std::fs::write(file.path(), TEXT).into_diagnostic()?;
+    std::fs::write(file.path(), args.robot.text()).into_diagnostic()?;
     let path = file.finish()?;
     let path = shown(&path);
     let text =

@@ -2,7 +2,7 @@
 
 use crate::kind::ControlKind;
 use robhaz_estimator::{Estimate, SensorFrame};
-use robhaz_model::Robot;
+use robhaz_model::{Robot, Units};
 
 /// What a control is designed for. SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,16 +40,38 @@ pub struct FrictionTestPlan {
 
 impl Default for FrictionTestPlan {
     /// Each wheel in turn from 6 s on, both ways: the robot has rolled for a metre, by which the
-    /// errors of the readings are found. At 0.35 N m/s a wheel slips within 10 s even at mu = 0.9,
-    /// where it needs 3.5 N m.
+    /// errors of the readings are found, at [`Self::RATE`].
     fn default() -> Self {
         Self {
             wheels: [Some(0), Some(1), Some(2)],
             start: 6.0,
-            rate: 0.35,
+            rate: Self::RATE,
             both_ways: true,
         }
     }
+}
+
+impl FrictionTestPlan {
+    /// Rate of robot A, N m/s: a wheel slips within 10 s even at mu = 0.9, where it needs 3.5 N m.
+    const RATE: f64 = 0.35;
+    /// Largest rate of robot A, N m/s: at higher ones the wheel runs away before its slip is found.
+    const FASTEST: f64 = 1.0;
+
+    /// The default rate of a robot, N m/s: that of robot A in the robot's [`Units`].
+    pub fn usual_rate(robot: &Robot) -> f64 {
+        Self::RATE * torque_rate(robot)
+    }
+
+    /// The largest rate of a robot, N m/s.
+    pub fn fastest_rate(robot: &Robot) -> f64 {
+        Self::FASTEST * torque_rate(robot)
+    }
+}
+
+/// Rate of the torque of a robot that is 1 N m/s of robot A, N m/s.
+fn torque_rate(robot: &Robot) -> f64 {
+    let units = Units::of(robot);
+    units.torque() / units.time
 }
 
 /// What a control gets at one sample.

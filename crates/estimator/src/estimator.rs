@@ -1,5 +1,6 @@
 //! The estimator: readings in, wheel forces out.
 
+use crate::door::Door;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
@@ -7,7 +8,6 @@ use crate::ground::{FrictionBounds, GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::Nominal;
 use crate::settings::{EstimatorSettings, Method};
-use crate::units::Units;
 use robhaz_model::Robot;
 
 /// An estimator for one robot. It takes one frame of readings after the other.
@@ -15,7 +15,7 @@ use robhaz_model::Robot;
 pub struct Estimator {
     settings: EstimatorSettings,
     /// Units of all that follows.
-    units: Units,
+    door: Door,
     nominal: Nominal,
     state: State,
 }
@@ -98,11 +98,11 @@ impl State {
 impl Estimator {
     /// An estimator for a robot at rest, from its nominal geometry and masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
-        let units = Units::of(robot);
-        let nominal = Nominal::new(&units.robot_in(robot), units.settings_in(&settings));
+        let door = Door::of(robot);
+        let nominal = Nominal::new(&door.robot_in(robot), door.settings_in(&settings));
         Self {
             settings,
-            units,
+            door,
             state: State::new(&nominal.robot, &nominal.settings),
             nominal,
         }
@@ -135,11 +135,11 @@ impl Estimator {
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other
     /// errors it has taken the readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
-        let mut found = self.update_in_units(&self.units.frame_in(frame));
+        let mut found = self.update_in_units(&self.door.frame_in(frame));
         match &mut found {
-            Ok(estimate) => self.units.estimate_out(estimate, frame.time),
+            Ok(estimate) => self.door.estimate_out(estimate, frame.time),
             Err(EstimateError::Time { last, now }) => {
-                (*last, *now) = (self.units.time_out(*last), frame.time);
+                (*last, *now) = (self.door.time_out(*last), frame.time);
             }
             Err(_) => {}
         }
@@ -196,7 +196,7 @@ impl Estimator {
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let memory = self.state.filters.ground();
         let points = memory.into_iter().flat_map(GroundMemory::points);
-        points.map(|point| self.units.point_out(point))
+        points.map(|point| self.door.point_out(point))
     }
 
     /// The points of the ground that left the memory with the last update, in their final form. All
@@ -207,20 +207,20 @@ impl Estimator {
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let memory = self.state.filters.ground();
         let points = memory.into_iter().flat_map(GroundMemory::completed);
-        points.map(|point| self.units.point_out(point))
+        points.map(|point| self.door.point_out(point))
     }
 
     /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
     /// wheel that comes to that place now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
-        let x = self.units.length_in(x);
+        let x = self.door.length_in(x);
         self.state.filters.ground()?.slope_at(x)
     }
 
     /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
     /// `None` from the paper's methods.
     pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
-        let x = self.units.length_in(x);
+        let x = self.door.length_in(x);
         Some(self.state.filters.ground()?.friction_at(x))
     }
 
@@ -228,7 +228,7 @@ impl Estimator {
     /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
         let places = self.state.filters.ground()?.wheel_places()?;
-        Some(places.map(|place| self.units.length_out(place)))
+        Some(places.map(|place| self.door.length_out(place)))
     }
 
     /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and

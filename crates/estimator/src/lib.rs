@@ -83,6 +83,7 @@ mod assembly;
 mod bit_set;
 mod contact;
 mod deviation;
+mod door;
 mod estimate;
 mod estimator;
 pub mod filters;
@@ -98,7 +99,6 @@ pub mod statics;
 #[cfg(test)]
 mod testing;
 mod torque_scale;
-mod units;
 
 pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};

@@ -2,7 +2,7 @@
 
 use crate::deviation::root_sum_square;
 use crate::statics::LoadCovariance;
-use robhaz_model::{BodyMount, Robot, Vec2};
+use robhaz_model::{BodyMount, Robot, Units, Vec2};
 
 /// Where the estimator takes the linkage's mass to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,8 +167,7 @@ impl NoiseBudget {
     /// Prior of the gear friction of a robot of which none is known, N m: that of [`Self::typical`],
     /// 0.3 N m, for robot A, and in proportion to weight and wheel radius.
     pub fn usual_gear_friction(robot: &Robot) -> f64 {
-        let torque = |robot: &Robot| robot.mean_wheel_load() * robot.geometry.wheel_radius;
-        Self::typical().gear_friction * (torque(robot) / torque(&Robot::default_a()))
+        Self::typical().gear_friction * Units::of(robot).torque()
     }
 
     /// The budget of readings of the links that [`BodyMount`] makes of an IMU in the body and the

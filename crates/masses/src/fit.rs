@@ -235,7 +235,10 @@ fn finish(
     };
     let offset = prior.accuracy.inclination_offset;
     Ok(Weighed {
-        values: names().enumerate().map(value).collect(),
+        // Without those that the robot has not.
+        values: (names().enumerate().map(value))
+            .filter(|value| value.prior > 0.0)
+            .collect(),
         inclination_offsets: [PARAMETERS, PARAMETERS + 1]
             .map(|i| (offset * unknowns[i], offset * covariance[(i, i)].sqrt())),
         loads: loads::compare(prior.nominal, &robot, &before, &after),

@@ -47,6 +47,9 @@ pub struct ForceDeviation {
 
 /// Moment rows over this length count as forces, m.
 const LEVER: f64 = 0.2;
+/// Singular values below this part of the largest one are 0: those of a four-bar are 1e-4 of it and
+/// more, rounding leaves 1e-16.
+const RANK: f64 = 1e-10;
 /// Step of the differences, in prior standard deviations.
 const DIFFERENCE: f64 = 1e-3;
 
@@ -148,8 +151,11 @@ fn projection(
         normal += by_loads.transpose() * by_loads;
         right += by_loads.transpose() * by_unknowns;
     }
-    let inverse = normal.cholesky().ok_or_else(WeighError::undetermined)?;
-    Ok(inverse.solve(&right))
+    // Body and links that turn alike have the same columns: of a bogie, or of a link in line with Q.
+    let svd = normal.svd(true, true);
+    let least = RANK * svd.singular_values[0];
+    let found = svd.solve(&right, least);
+    found.map_err(|_| WeighError::undetermined())
 }
 
 /// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N):

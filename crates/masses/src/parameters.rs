@@ -65,11 +65,13 @@ impl Tolerances {
         // A distance has two coordinates.
         let axis = std::f64::consts::FRAC_1_SQRT_2;
         let mass = values(nominal) * self.mass;
-        let pins = nominal.geometry.suspension.pins();
+        let suspension = nominal.geometry.suspension;
+        let (pins, bars) = (suspension.pins(), suspension.bars());
+        // Link and pins that a bogie has not do not err.
         Values::from_fn(|i, _| match i {
             i if i < CENTRES => mass[i],
+            i if i < PINS && !bars.contains(&Bar::ALL[(i - CENTRES) / 2]) => 0.0,
             i if i < PINS => self.centre * axis,
-            // Pins that a bogie has not do not err.
             i if !pins.contains(&Pin::ALL[(i - PINS) / 2]) => 0.0,
             _ => self.pin * axis,
         })

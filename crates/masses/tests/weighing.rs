@@ -5,7 +5,7 @@ use robhaz_estimator::statics::load_parameters;
 use robhaz_masses::{
     Accuracy, Measurements, Reading, Tolerances, Weighed, plan, plate_forces, simulate, weigh,
 };
-use robhaz_model::{Geometry, MassSet, Robot, Vec2};
+use robhaz_model::{Carrier, Geometry, MassSet, Robot, Vec2};
 use std::error::Error;
 
 /// Draws from N(0, 1): a linear congruential generator (Knuth's MMIX) and the sum of twelve uniform
@@ -138,6 +138,36 @@ fn weighed_robots_have_the_forces_of_the_real_ones() {
     // chi-squared of 280: mean 7 a robot, standard deviation 0.59. The prior is wider than these
     // robots, so it may be below.
     assert!(nees < 7.0 + 3.3 * 0.59 && nees > 2.0, "{nees}");
+}
+
+/// Acceptance: the same of ten robots with a bogie, the body on either link; half of the load
+/// parameters of body and link are seen together only.
+#[test]
+fn a_weighed_bogie_has_the_forces_of_the_real_one() {
+    let mut random = Random(11);
+    let (mut before, mut after, mut stated) = (0.0, 0.0, 0.0);
+    for k in 0..10 {
+        let mut nominal = Robot {
+            geometry: Geometry::b(),
+            mass: MassSet::caption(),
+            ..Robot::default_a()
+        };
+        let body = [Carrier::Link1, Carrier::Link2][k % 2];
+        nominal.geometry.make_bogie(body);
+        (nominal.mass.links[2], nominal.mass.link_inertias[2]) = (0.0, 0.0);
+        let mut real = real_robot(&nominal, &mut random, 0.1, 0.01);
+        real.geometry.make_bogie(body);
+        let found = weighed(&nominal, &real, &mut random).unwrap();
+        assert!(!found.values.iter().any(|v| v.name.contains("link3")));
+        let [drawn, now] = squared_errors(&real, &nominal, &found.robot).unwrap();
+        before += 0.1 * drawn;
+        after += 0.1 * now;
+        stated += 0.1 * found.forces.after.powi(2);
+    }
+    let percent = |square: f64| 100.0 * square.sqrt() / (14.0 * 9.81 / 3.0);
+    let [before, after, stated] = [before, after, stated].map(percent);
+    println!("N: nominal values {before:.2} %, weighed {after:.3} % (stated {stated:.3} %)");
+    assert!(before > 1.0 && after < 0.5 && after < 1.5 * stated);
 }
 
 /// Squared error of the load parameters by their stated covariance: 7 on average if it is right.

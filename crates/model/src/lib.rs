@@ -18,6 +18,7 @@
 //! | angles of the links from those of the body and of pin Q | [`BodyMount`] |
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
 //! | command of a wheel's drive | [`WheelCommand`] |
+//! | units in which robots of every size move alike | [`Units`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
 //!
 //! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot. Its
@@ -36,6 +37,7 @@ mod outline;
 mod plane;
 mod posture;
 mod stance;
+mod units;
 
 pub use body_mount::{BodyMount, BodyReading, LinkReadings};
 pub use command::WheelCommand;
@@ -45,6 +47,7 @@ pub use outline::Outline;
 pub use plane::{cross, direction, perp, rotate, turned};
 pub use posture::{Dyad, Posture, PostureError, corner_s};
 pub use stance::StanceError;
+pub use units::Units;
 
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

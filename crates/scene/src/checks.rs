@@ -9,7 +9,7 @@ use crate::quantity::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
-use robhaz_control::ControlKind;
+use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_sim::EngineKind;
 
 /// Largest number of records of a run.
@@ -88,6 +88,14 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
         let start = valued("drive.friction_test.start", start);
         let rule = "drive.friction_test.start below record.duration";
         found.push(conflict([start, valued("record.duration", duration)], rule));
+    }
+    let (rate, robot) = (control.friction_test.rate, &scene.robot.robot);
+    let fastest = FrictionTestPlan::fastest_rate(robot);
+    if rate > fastest {
+        let rate = valued("drive.friction_test.rate", rate);
+        let rule =
+            format!("at most {fastest:.3} N m/s for the weight and the wheels of this robot");
+        found.push(conflict([rate], rule));
     }
     let estimator = (scene.control_estimator()).and_then(|i| scene.estimators.get(i));
     if let Some(estimator) = estimator.filter(|e| !e.settings.states_covariance()) {

@@ -7,8 +7,8 @@ use crate::form::{did_you_mean, quoted};
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
-use robhaz_control::ControlKind;
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
+use robhaz_control::{ControlKind, FrictionTestPlan};
 
 /// The estimators that a control gets if none is named, the first one that the scene has.
 const DEFAULTS: [&str; 2] = [
@@ -43,6 +43,15 @@ pub(crate) fn choose_estimator(reader: &mut Reader, root: &Node, scene: &mut Sce
             reader.refuse(kind, "drive.kind", &allowed);
         }
         scene.control.estimator = default.map(|label| (*label).to_owned());
+    }
+}
+
+/// The rate of friction tests that a robot of this size bears, where none is stated.
+pub(crate) fn choose_rate(root: &Node, scene: &mut Scene) {
+    let control = &mut scene.control;
+    if control.kind == ControlKind::FrictionTest && root.find("drive.friction_test.rate").is_none()
+    {
+        control.friction_test.rate = FrictionTestPlan::usual_rate(&scene.robot.robot);
     }
 }
 

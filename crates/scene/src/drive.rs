@@ -87,8 +87,9 @@ keys! {
     /// time at which the first torque begins to rise, before the end of the run
     start: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => start;
 
-    /// rate of the torque; at higher rates the wheel runs away before its slip is found
-    rate: number(TORQUE_RATE, above(0.0).at_most(1.0)) => rate;
+    /// rate of the torque; the default and the largest rate, 1 N m/s of robot A, follow from weight
+    /// and wheel radius: at higher ones the wheel runs away before its slip is found
+    rate ("0.35 of robot A"): number(TORQUE_RATE, above(0.0).at_most(1e6)) => rate;
 
     /// whether each wheel is tested in both directions, by which errors of the torque cancel
     both_ways: SWITCH => both_ways;

@@ -155,6 +155,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     reader.seed = seed.and_then(|s| u64::try_from(s).ok()).unwrap_or_default();
     reader.table(SCENE, root, "", &mut scene);
     control::choose_estimator(reader, root, &mut scene);
+    control::choose_rate(root, &mut scene);
     checks::check(reader, root, &scene);
     scene
 }

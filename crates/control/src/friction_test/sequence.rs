@@ -12,7 +12,7 @@ use super::ramp::Ramp;
 use super::result::{FrictionTestEnd, FrictionTestResult};
 use super::together::together;
 use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
-use robhaz_model::WheelCommand;
+use robhaz_model::{Units, WheelCommand};
 
 /// Pause between two wheels, s: the drives share the load again.
 const PAUSE: f64 = 2.0;
@@ -28,8 +28,8 @@ const SECOND_START: f64 = 0.75;
 /// least. The offset adds to what one ramp finds and subtracts from the torque of the other: two
 /// deviations, twice.
 const OFFSETS: f64 = 4.0;
-/// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m: 18.6 s
-/// at 0.35 N m/s.
+/// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m of robot
+/// A: 18.6 s at 0.35 N m/s.
 const LONGEST: f64 = 6.5;
 /// Direction of the first ramp of each wheel.
 ///
@@ -46,6 +46,8 @@ pub struct FrictionTests {
     torque_limit: f64,
     viscous_damping: f64,
     wheel_radius: f64,
+    /// Rise of the torque over which both ramps of a wheel last at most, N m.
+    longest: f64,
     /// Time of the last sample, s.
     time: Option<f64>,
     /// Low-pass filtered torques, N m.
@@ -79,6 +81,7 @@ impl FrictionTests {
             torque_limit: settings.torque_limit,
             viscous_damping: settings.viscous_damping,
             wheel_radius: settings.robot.geometry.wheel_radius,
+            longest: LONGEST * Units::of(&settings.robot).torque(),
             time: None,
             torques: [0.0; 3],
             stage: Stage::Waiting(settings.friction_test.start),
@@ -162,7 +165,7 @@ impl FrictionTests {
     fn advance(&mut self, input: &ControlInput<'_>) -> Option<f64> {
         let now = input.frame.time;
         let idle = self.viscous_damping * input.set_speed;
-        let longest = LONGEST / self.plan.rate;
+        let longest = self.longest / self.plan.rate;
         let ramp = match &mut self.stage {
             Stage::Waiting(_) => return None,
             Stage::First(ramp) => ramp,
