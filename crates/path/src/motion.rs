@@ -95,7 +95,8 @@ impl Motion {
                 // So that the absolute spin, which is left out, is constant.
                 spin: [0, 1, 2].map(|i| accelerations[link(i)]),
             };
-            let loads = Loads::moving(&robot.mass, &masses, &arms, &geometry.carriers, &motion);
+            let (mass, carriers) = (&robot.mass, &geometry.carriers);
+            let loads = Loads::moving(mass, &masses, &arms, carriers, &motion, robot.gravity);
             Equilibrium::load_side(&arms, &geometry.carriers, &loads, geometry.wheel_radius).0
         };
         let gravity = load([0.0; 2], Vec2::zeros(), [0.0; 2]);

@@ -34,7 +34,7 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// Gravity alone: static equilibrium, as in the paper.
+    /// Gravity of Earth alone: static equilibrium, as in the paper.
     pub fn at_rest(masses: &PointMasses) -> Self {
         Self::uniform(masses, Vec2::new(0.0, GRAVITY))
     }
@@ -65,7 +65,7 @@ impl Loads {
         self
     }
 
-    /// Gravity and inertia (d'Alembert).
+    /// Gravity, m/s^2, and inertia (d'Alembert).
     ///
     /// The rotor is an armature between link and wheel: its torque is internal to both and does not
     /// appear.
@@ -75,10 +75,11 @@ impl Loads {
         arms: &Arms,
         carriers: &[Carrier; 3],
         motion: &LinkageMotion,
+        gravity: f64,
     ) -> Self {
         let LinkageMotion { q, turning, spin } = motion;
         let (centres, axles) = arms.accelerations(carriers, *q, turning);
-        let up = Vec2::new(0.0, GRAVITY);
+        let up = Vec2::new(0.0, gravity);
         let points = [
             masses.body,
             masses.links[0],
@@ -132,7 +133,7 @@ mod tests {
             let masses = mass.true_points();
             let uniform = LinkageMotion { q: Vec2::new(ax, ay), ..LinkageMotion::default() };
             let arms1 = arms(&geometry, theta);
-            let accelerated = Loads::moving(&mass, &masses, &arms1, &geometry.carriers, &uniform);
+            let accelerated = Loads::moving(&mass, &masses, &arms1, &geometry.carriers, &uniform, GRAVITY);
             // In the turned frame "up" is the direction of a + g.
             let specific = Vec2::new(ax, ay + GRAVITY);
             let turn = libm::atan2(specific.x, specific.y);
@@ -165,7 +166,7 @@ mod tests {
             let q = Vec2::new(q[0], q[1]);
             let now = arms(&geometry, theta);
             let turning = now.turning(w, a);
-            let loads = Loads::moving(&mass, &masses, &now, &geometry.carriers, &LinkageMotion { q, turning, spin });
+            let loads = Loads::moving(&mass, &masses, &now, &geometry.carriers, &LinkageMotion { q, turning, spin }, GRAVITY);
             let e = equations(&geometry, &now, &loads, &[0.0; 3], 1.0);
 
             let h = 1e-4;
@@ -212,6 +213,7 @@ mod tests {
                 q: Vec2::new(0.0, -GRAVITY),
                 ..LinkageMotion::default()
             },
+            GRAVITY,
         );
         assert_eq!(loads, Loads::default());
         let e = equations(&geometry, &now, &loads, &[0.1, 0.0, -0.1], 0.2);

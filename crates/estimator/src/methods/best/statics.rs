@@ -44,7 +44,8 @@ impl BestFilters {
             spin: self.wheels.each_ref().map(Wheel::acceleration),
         };
         let carriers = &robot.geometry.carriers;
-        Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion).of_heavier(heavier)
+        let (mass, masses, gravity) = (&robot.mass, &nominal.masses, robot.gravity);
+        Loads::moving(mass, masses, arms, carriers, &motion, gravity).of_heavier(heavier)
     }
 
     /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.

@@ -1,6 +1,8 @@
 //! Random paths: ramps, kerbs, waves, rough ground, level and on slopes, with a friction
 //! coefficient of 0.2 to 0.9.
 
+use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
+use robhaz_model::Units;
 use robhaz_path::DriveKind;
 use robhaz_scene::Scene;
 use robhaz_sim::random::Stream;
@@ -68,30 +70,61 @@ const ON_SLOPE: f64 = 1.6;
 /// Spacing of the points of a ground on an incline, m.
 const SPACING: f64 = 0.005;
 
-/// The path of a number in a series of random paths: the same for the same two numbers. The robot
-/// drives it by `drive`, which must be a control of a scene.
+/// The path of a number in a series of random paths: the same for the same two numbers. A robot,
+/// robot A or a rover of `robots/`, drives it by `drive`, which must be a control of a scene. Lengths,
+/// speed and sensors are those of robot A in the units of the rover.
 pub fn random_path(
     series: u64,
     number: u64,
     drive: DriveKind,
+    rover: Option<&str>,
 ) -> Result<RandomPath, Box<dyn std::error::Error + Send + Sync>> {
+    let text = match rover {
+        Some(name) => {
+            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots");
+            std::fs::read_to_string(Path::new(folder).join(name).with_extension("toml"))?
+        }
+        None => String::new(),
+    };
+    let base = Scene::parse(&text, "robot", Path::new(""), &[]).map_err(|e| format!("{e:?}"))?;
+    let units = Units::of(&base.robot.robot);
     let mut draw = Draw(Stream::new(series, &format!("path {number}")));
     let mut kinds = Kind::ALL.into_iter().cycle();
     let kind = kinds
         .nth(usize::try_from(number)?)
         .ok_or("no kind of ground")?;
     let mu = draw.within(0.2, 0.9);
-    let (terrain, words) = ground(kind, &mut draw, number)?;
+    let (terrain, words) = ground(kind, &mut draw, number, units.length)?;
     let words = format!("{words}, mu {mu:.3}");
-    let text = format!(
-        "{terrain}\n[contact]\nmu_s = {mu}\nmu_d = {}\n[engine]\nkind = \"direct\"\n\
-         [sensors]\ngrade = \"typical\"\n[drive]\nkind = \"{}\"\n[record]\nduration = 120\n",
-        0.875 * mu,
-        drive.name()
-    );
-    let text = format!("seed = {number}\n{text}");
-    let scene = Scene::parse(&text, "random path", Path::new(""), &[])
-        .map_err(|e| format!("{words}: {e:?}\n{text}"))?;
+    let mut keys = vec![
+        terrain,
+        format!("contact.mu_s={mu}"),
+        format!("contact.mu_d={}", 0.875 * mu),
+        "engine.kind=direct".to_owned(),
+        "sensors={grade=\"typical\"}".to_owned(),
+        format!("drive.kind={}", drive.name()),
+        format!("record.duration={}", (120.0 * units.time).ceil()),
+        format!("seed={number}"),
+    ];
+    if rover.is_some() {
+        let torque = 0.1 * units.torque();
+        // What one speed control can hold at the rate of the sensors.
+        let rate = base.sensors.rate.max(1000.0);
+        let kp = (base.drive.kp).min(largest_proportional_gain(&base.robot.robot, rate));
+        let ki = (base.drive.ki).min(kp * largest_integral_ratio(rate));
+        keys.extend([
+            format!("sensors.rate={rate}"),
+            format!("drive.kp={}", 0.99 * kp),
+            format!("drive.ki={}", 0.98 * ki),
+            format!("drive.speed={}", 0.2 * units.speed()),
+            format!("sensors.torque_offset={torque}"),
+            format!("sensors.torque_noise={torque}"),
+            "record.rate=100".to_owned(),
+            "estimator=[{name=\"best\", contact_angles=\"none\", label=\"no-angles\"}]".to_owned(),
+        ]);
+    }
+    let scene = Scene::parse(&text, "random path", Path::new(""), &keys)
+        .map_err(|e| format!("{words}: {e:?}\n{keys:?}"))?;
     Ok(RandomPath { kind, words, scene })
 }
 
@@ -103,52 +136,56 @@ impl Draw {
     }
 }
 
-/// The `[terrain]` of a scene, and its words.
-fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), String> {
+/// The terrain of a scene as an override, and its words; lengths times `size`.
+fn ground(kind: Kind, draw: &mut Draw, number: u64, size: f64) -> Result<(String, String), String> {
+    let start = size * START;
     Ok(match kind {
         Kind::Ramp => {
             let angle = draw.within(-40.0, 40.0);
-            let length = draw.within(0.8, 1.6);
+            let length = size * draw.within(0.8, 1.6);
             let keys = format!(
-                "kind = \"ramp\"\nangle = \"{angle} deg\"\nlength = {length}\nstart = {START}"
+                "kind = \"ramp\"\nangle = \"{angle} deg\"\nlength = {length}\nstart = {start}"
             );
             (table(&keys), format!("ramp {angle:.1} deg, {length:.2} m"))
         }
         Kind::Kerb => {
-            let kerb = draw.within(10.0, 110.0);
-            let keys = format!("kind = \"step\"\nkerb = \"{kerb} mm\"\nstart = {START}");
+            let kerb = size * draw.within(10.0, 110.0);
+            let keys = format!("kind = \"step\"\nkerb = \"{kerb} mm\"\nstart = {start}");
             (table(&keys), format!("kerb {kerb:.1} mm"))
         }
         Kind::Waves => {
-            let (amplitude, wavelength, periods) = waves(draw);
+            let (amplitude, wavelength, periods) = waves(draw, size);
             let keys = format!(
-                "kind = \"sine\"\namplitude = {amplitude}\nwavelength = {wavelength}\nperiods = {periods}\nstart = {START}"
+                "kind = \"sine\"\namplitude = {amplitude}\nwavelength = {wavelength}\nperiods = {periods}\nstart = {start}"
             );
             let words = format!("waves +-{:.1} mm of {wavelength:.2} m", 1e3 * amplitude);
             (table(&keys), words)
         }
         Kind::Rough => {
-            let (keys, words) = rough(draw, number);
+            let (keys, words) = rough(draw, number, size);
             (table(&keys), words)
         }
         Kind::SlopedKerb => {
             let (slope, angle) = slope(draw);
-            let kerb = 1e-3 * draw.within(10.0, 90.0);
-            let mut points = vec![[-1.0, 0.0], [START, 0.0]];
-            let height = slope * (ON_SLOPE - START);
-            points.push([ON_SLOPE, height]);
-            points.push([ON_SLOPE + 1e-5, height + kerb]);
-            points.push([ON_SLOPE + 1.0, height + kerb + slope]);
-            points.push([ON_SLOPE + 1.5, height + kerb + slope]);
+            let kerb = size * 1e-3 * draw.within(10.0, 90.0);
+            let mut points = vec![[-size, 0.0], [start, 0.0]];
+            let (foot, rise) = (size * ON_SLOPE, size * slope);
+            let height = slope * (foot - start);
+            points.push([foot, height]);
+            points.push([foot + 1e-5, height + kerb]);
+            points.push([foot + size, height + kerb + rise]);
+            points.push([foot + 1.5 * size, height + kerb + rise]);
             let words = format!("kerb {:.1} mm on {angle:.1} deg", 1e3 * kerb);
             (heights(&points, "corners"), words)
         }
         Kind::SlopedWaves => {
             let (slope, angle) = slope(draw);
-            let (amplitude, wavelength, periods) = waves(draw);
+            let (amplitude, wavelength, periods) = waves(draw, size);
             let length = wavelength * periods;
             let turn = std::f64::consts::TAU / wavelength;
-            let points = inclined(slope, length, |x| amplitude * (1.0 - (turn * x).cos()));
+            let points = inclined(slope, length, size, |x| {
+                amplitude * (1.0 - (turn * x).cos())
+            });
             let words = format!(
                 "waves +-{:.1} mm of {wavelength:.2} m on {angle:.1} deg",
                 1e3 * amplitude
@@ -157,11 +194,11 @@ fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), 
         }
         Kind::SlopedRough => {
             let (slope, angle) = slope(draw);
-            let (keys, words) = rough(draw, number);
-            let level = Scene::parse(&table(&keys), "rough", Path::new(""), &[])
+            let (keys, words) = rough(draw, number, size);
+            let level = Scene::parse("", "rough", Path::new(""), &[table(&keys)])
                 .map_err(|e| format!("{e:?}"))?;
             let profile = level.terrain.profile;
-            let points = inclined(slope, 2.0, |x| profile.eval(START + x)[0]);
+            let points = inclined(slope, 2.0 * size, size, |x| profile.eval(start + x)[0]);
             (
                 heights(&points, "monotone"),
                 format!("{words} on {angle:.1} deg"),
@@ -171,18 +208,18 @@ fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), 
 }
 
 fn table(keys: &str) -> String {
-    format!("[terrain]\n{keys}\n")
+    format!("terrain={{{}}}", keys.replace('\n', ", "))
 }
 
 /// Amplitude and wavelength (m), and number of waves; slopes of at most 45 deg.
-fn waves(draw: &mut Draw) -> (f64, f64, f64) {
-    let wavelength = draw.within(0.25, 1.0);
+fn waves(draw: &mut Draw, size: f64) -> (f64, f64, f64) {
+    let wavelength = size * draw.within(0.25, 1.0);
     let steepest = draw.within(0.05, 1.0);
     let amplitude = steepest * wavelength / std::f64::consts::TAU;
-    (amplitude, wavelength, (2.0 / wavelength).ceil())
+    (amplitude, wavelength, (2.0 * size / wavelength).ceil())
 }
 
-fn rough(draw: &mut Draw, number: u64) -> (String, String) {
+fn rough(draw: &mut Draw, number: u64, size: f64) -> (String, String) {
     let place = draw.within(0.0, 5.0);
     let classes = ["B", "C", "D", "E", "F"].into_iter().zip(1..);
     let class = classes
@@ -190,7 +227,11 @@ fn rough(draw: &mut Draw, number: u64) -> (String, String) {
         .last()
         .map_or("B", |(class, _)| class);
     let keys = format!(
-        "kind = \"rough\"\nclass = \"{class}\"\nshortest = 0.2\nextent = 2.0\nfade = 0.3\nstart = {START}\nseed = {number}"
+        "kind = \"rough\"\nclass = \"{class}\"\nshortest = {}\nextent = {}\nfade = {}\nstart = {}\nseed = {number}",
+        0.2 * size,
+        2.0 * size,
+        0.3 * size,
+        START * size
     );
     (keys, format!("rough {class}"))
 }
@@ -202,13 +243,14 @@ fn slope(draw: &mut Draw) -> (f64, f64) {
 }
 
 /// Points of an incline with something on it, over a length (m); level before and behind.
-fn inclined(slope: f64, length: f64, on_it: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-    let (end, blend) = (ON_SLOPE + length, 0.15);
-    let mut points = vec![[-1.0, 0.0], [START - blend, 0.0]];
-    let count = ((end + 0.5 - START) / SPACING).ceil();
+fn inclined(slope: f64, length: f64, size: f64, on_it: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    let (start, foot, blend) = (START * size, ON_SLOPE * size, 0.15 * size);
+    let (end, after) = (foot + length, 0.5 * size);
+    let mut points = vec![[-size, 0.0], [start - blend, 0.0]];
+    let count = ((end + after - start) / (SPACING * size)).ceil();
     let mut k = 0.0;
     while k <= count {
-        let x = START + (end + 0.5 - START) * k / count;
+        let x = start + (end + after - start) * k / count;
         // The incline begins and ends over a short parabola.
         let smooth = |d: f64| {
             if d < blend {
@@ -217,16 +259,16 @@ fn inclined(slope: f64, length: f64, on_it: impl Fn(f64) -> f64) -> Vec<[f64; 2]
                 d - 0.5 * blend
             }
         };
-        let feature = if x > ON_SLOPE && x < end {
-            on_it(x - ON_SLOPE)
+        let feature = if x > foot && x < end {
+            on_it(x - foot)
         } else {
             0.0
         };
-        let base = smooth(x - START) - smooth(x - end - 0.2);
+        let base = smooth(x - start) - smooth(x - end - 0.2 * size);
         points.push([x, slope * base + feature]);
         k += 1.0;
     }
-    points.push([end + 2.0, points.last().map_or(0.0, |p| p[1])]);
+    points.push([end + 2.0 * size, points.last().map_or(0.0, |p| p[1])]);
     points
 }
 

@@ -4,7 +4,8 @@
 //! The study behind `docs/measurements/path-verdict.md`:
 //! `cargo test --release -p robhaz-study --test study path_verdict::study -- --ignored --nocapture`.
 //! `ROBHAZ_PATHS` is the number of paths, `ROBHAZ_SERIES` the number of the series that they are
-//! drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default. `ROBHAZ_OUTCOMES` names a file that
+//! drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default, `ROBHAZ_ROVER` a rover of `robots/` in
+//! place of robot A. `ROBHAZ_OUTCOMES` names a file that
 //! keeps how the drives ended: where it exists, nothing is driven and only the verdict is computed
 //! anew.
 
@@ -20,11 +21,17 @@ use robhaz_path::DriveKind;
 use trial::{Drove, Trial};
 
 /// The trials of a series; `known` are the ends of their drives as far as they are known.
-fn trials(series: u64, count: u64, drive: DriveKind, known: &[Drove]) -> Vec<Trial> {
+fn trials(
+    series: u64,
+    count: u64,
+    drive: DriveKind,
+    rover: Option<&str>,
+    known: &[Drove],
+) -> Vec<Trial> {
     let known = |n: u64| usize::try_from(n).ok().and_then(|n| known.get(n)).copied();
     (0..count)
         .into_par_iter()
-        .map(|n| Trial::new(series, n, drive, known(n)).unwrap())
+        .map(|n| Trial::new(series, n, drive, rover, known(n)).unwrap())
         .collect()
 }
 
@@ -71,7 +78,7 @@ fn sure(trials: &[Trial]) -> (usize, usize) {
 /// is that of the study.
 #[test]
 fn the_verdict_agrees_with_driving() {
-    let trials = trials(100, 21, DriveKind::Shared, &[]);
+    let trials = trials(100, 21, DriveKind::Shared, None, &[]);
     let wrong: Vec<String> = trials
         .iter()
         .filter(|t| t.go() != t.passed())
@@ -104,7 +111,8 @@ fn study() {
         .flat_map(|t| t.lines())
         .map(|line| Drove::parse(line).unwrap())
         .collect();
-    let trials = trials(series, count, drive, &known);
+    let rover = std::env::var("ROBHAZ_ROVER").ok();
+    let trials = trials(series, count, drive, rover.as_deref(), &known);
     if let Some(file) = file.filter(|_| text.is_none()) {
         let lines: Vec<String> = trials.iter().map(|t| t.drove.line()).collect();
         std::fs::write(file, lines.join("\n")).unwrap();

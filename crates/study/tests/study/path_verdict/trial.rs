@@ -82,8 +82,14 @@ pub struct Trial {
 
 impl Trial {
     /// The path of a number in a series; a drive that is known is not repeated.
-    pub fn new(series: u64, number: u64, drive: DriveKind, known: Option<Drove>) -> Outcome<Self> {
-        let path = random_path(series, number, drive)?;
+    pub fn new(
+        series: u64,
+        number: u64,
+        drive: DriveKind,
+        rover: Option<&str>,
+        known: Option<Drove>,
+    ) -> Outcome<Self> {
+        let path = random_path(series, number, drive, rover)?;
         let options = Options {
             drive,
             mu_sigma: MU_SIGMA,
