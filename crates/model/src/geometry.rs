@@ -388,10 +388,8 @@ impl Geometry {
         self.axles[wheel] - self.cg(self.carriers[wheel].bar())
     }
 
-    /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the
-    /// corners of its box and its pins in any order (their convex hull), for a link its own pins
-    /// and axles; none of link 3 of a bogie.
-    pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
+    /// The pins and axles of a bar, in the nominal pose, m; none of link 3 of a bogie.
+    fn joints(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
         let pins = self.suspension.pins().iter();
         let pins = pins
             .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
@@ -400,6 +398,13 @@ impl Geometry {
         let axles = axles
             .filter(move |(_, carrier)| carrier.bar() == bar)
             .map(|(axle, _)| *axle);
+        pins.chain(axles)
+    }
+
+    /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the
+    /// corners of its box and its pins in any order (their convex hull), for a link its own pins
+    /// and axles, and its further points; none of link 3 of a bogie.
+    pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
         let (low, high) = (self.outline.body_lower, self.outline.body_upper);
         let corners = [
             low,
@@ -408,7 +413,12 @@ impl Geometry {
             Vec2::new(low.x, high.y),
         ];
         let corners = corners.into_iter().filter(move |_| bar == Bar::Body);
-        pins.chain(axles).chain(corners)
+        let links = [Bar::Link1, Bar::Link2]
+            .into_iter()
+            .zip(self.outline.through);
+        let through = links.filter(move |(link, _)| *link == bar);
+        let through = through.flat_map(|(_, points)| points).flatten();
+        self.joints(bar).chain(through).chain(corners)
     }
 
     /// Centres of mass of links 1 to 3 if none are given, m: the mean of the link's pins and of the
@@ -416,7 +426,7 @@ impl Geometry {
     pub fn mean_link_cgs(&self) -> [Vec2; 3] {
         Bar::LINKS.map(|link| {
             let (mut sum, mut count) = (Vec2::zeros(), 0.0);
-            for point in self.outline_points(link) {
+            for point in self.joints(link) {
                 sum += point;
                 count += 1.0;
             }

@@ -3,8 +3,8 @@
 use crate::Vec2;
 
 /// Outline of the bars in the nominal pose: the body is the convex hull of a box and its pins, a
-/// link the line through its own pins and axles from rear to front, outside of its wheels; each is
-/// grown by the half width.
+/// link the line through its own pins and axles, and the points that it also goes through, from rear
+/// to front, outside of its wheels; each is grown by the half width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline {
     /// Lower rear corner of the body's box, m.
@@ -13,6 +13,8 @@ pub struct Outline {
     pub body_upper: Vec2,
     /// Half of the width of links, and of the wall about the body's hull, m.
     pub half_width: f64,
+    /// Points that links 1 and 2 also go through, m: struts and bends.
+    pub through: [[Option<Vec2>; 2]; 2],
 }
 
 /// Length and height of the body's box and the half width, over the wheelbase.
@@ -32,6 +34,7 @@ impl Outline {
             body_lower: body_cg - half,
             body_upper: body_cg + half,
             half_width: HALF_WIDTH * wheelbase,
+            through: [[None; 2]; 2],
         }
     }
 }

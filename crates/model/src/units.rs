@@ -87,6 +87,8 @@ impl Units {
                     body_lower: geometry.outline.body_lower / l,
                     body_upper: geometry.outline.body_upper / l,
                     half_width: geometry.outline.half_width / l,
+                    through: (geometry.outline.through)
+                        .map(|points| points.map(|point| point.map(|point| point / l))),
                 },
             },
             mass: MassSet {

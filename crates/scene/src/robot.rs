@@ -555,6 +555,49 @@ impl<F: Form> Form for OfLinks<F> {
     }
 }
 
+/// Up to two points of a link, by its number less 1.
+struct Through(usize);
+
+impl Form for Through {
+    type Value = RobotChoice;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
+        let items = reader.items(node, path, 0..=2, || self.allowed());
+        let points = &mut into.robot.geometry.outline.through[self.0];
+        *points = [None; 2];
+        for ((item, path), value) in items.into_iter().zip(points) {
+            let mut point = Vec2::zeros();
+            POINT.read(reader, item, &path, &mut point);
+            *value = Some(point);
+        }
+    }
+
+    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
+        items(POINT.schema(None), 0, 2)
+    }
+
+    fn allowed(&self) -> String {
+        format!("up to two points, each {}", POINT.allowed())
+    }
+
+    fn allowed_values(&self) -> String {
+        format!("up to two points, each {}", POINT.allowed_values())
+    }
+
+    fn units(&self) -> &'static [&'static str] {
+        POINT.units()
+    }
+
+    fn text(&self, robot: &mut RobotChoice) -> Option<String> {
+        let points = &mut robot.robot.geometry.outline.through[self.0];
+        let texts: Option<Vec<String>> = (points.iter_mut().flatten())
+            .map(|point| POINT.text(point))
+            .collect();
+        let texts = texts.filter(|texts| !texts.is_empty())?;
+        Some(format!("[{}]", texts.join(", ")))
+    }
+}
+
 /// A point of the robot in its nominal pose.
 const POINT: Point = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
 const THREE_POINTS: Array<Point, [Vec2; 3]> = array("[[x, y], [x, y], [x, y]], each {}", POINT);
@@ -644,6 +687,13 @@ keys! {
     /// half of the width of links, and wall about the body's box and pins; by default 0.025 of the
     /// wheelbase
     half_width: number(LENGTH, at_least(0.0).at_most(FARTHEST)) => robot.geometry.outline.half_width;
+
+    /// points that link 1 goes through beside its pins and axles, such as the top of a strut over a
+    /// wheel
+    link1 ("none"): Through(0) => self;
+
+    /// the same of link 2
+    link2 ("none"): Through(1) => self;
 }
 
 keys! {

@@ -10,14 +10,10 @@ const STOP_TICK: [f64; 2] = [0.03, 0.08];
 /// Number of straight pieces of the arc between the end stops.
 const STOP_PIECES: u32 = 24;
 
-/// A link as a polyline through its pins and axles, from rear to front, m.
+/// A link as a polyline through the points of its outline, from rear to front, m.
 pub(crate) fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
     let cg = geometry.cg(bar);
-    let axles = geometry.axles.iter().zip(geometry.carriers);
-    let mut points: Vec<Vec2> = pins_of(geometry, bar)
-        .chain(axles.filter(|(_, c)| c.bar() == bar).map(|(axle, _)| *axle))
-        .map(|point| point - cg)
-        .collect();
+    let mut points: Vec<Vec2> = geometry.outline_points(bar).map(|p| p - cg).collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     points
 }

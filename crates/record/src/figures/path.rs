@@ -8,7 +8,7 @@ use super::strip::{SPACING, Strip, pair};
 use super::style::{ROBOT, WHEELS, line};
 use super::trace::Point;
 use crate::quantile::extremes;
-use robhaz_model::{Bar, Geometry, Pin, Vec2};
+use robhaz_model::{Bar, Geometry, Pin, Vec2, rotate};
 use robhaz_sim::{ContactTruth, Truth};
 use robhaz_terrain::Terrain;
 use std::ops::Range;
@@ -130,7 +130,9 @@ fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64)
 /// The closed outline of the body: its pins and its centre of mass; of a bogie the line from Q to
 /// its centre of mass.
 fn body(geometry: &Geometry, robot: &Truth) -> Vec<Point> {
-    let pins = pins_of(geometry, Bar::Body).map(|pin| robot.pin(pin).position);
+    let pins = (geometry.suspension.pins().iter())
+        .filter(|pin| pin.bars().0 == Bar::Body || pin.bars().1 == Bar::Body)
+        .map(|pin| robot.pin(*pin).position);
     let mut corners: Vec<_> = pins.chain([robot.body.position]).collect();
     if corners.len() == 1 {
         corners.push(robot.pin(Pin::Q).position);
@@ -139,22 +141,16 @@ fn body(geometry: &Geometry, robot: &Truth) -> Vec<Point> {
     corners.iter().map(pair).collect()
 }
 
-/// A link as a line through its own pins and axles, from rear to front of the nominal pose.
+/// A link as a line through the points of its outline, from rear to front of the nominal pose.
 fn link(run: &RunTraces, robot: &Truth, bar: Bar) -> Vec<Point> {
     let geometry = &run.geometry;
-    let pins = pins_of(geometry, bar);
-    let pins = pins.map(|pin| (geometry.pins.get(pin).x, robot.pin(pin).position));
-    let axles = (0..3)
-        .filter(|i| geometry.carriers[*i].bar() == bar)
-        .map(|i| (geometry.axles[i].x, robot.wheels[i].position));
-    let mut points: Vec<_> = pins.chain(axles).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    points.iter().map(|(_, position)| pair(position)).collect()
-}
-
-fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Pin> {
-    let on_bar = move |pin: &Pin| pin.bars().0 == bar || pin.bars().1 == bar;
-    geometry.suspension.pins().iter().copied().filter(on_bar)
+    let (pose, cg) = (robot.bar(bar), geometry.cg(bar));
+    let mut points: Vec<Vec2> = geometry.outline_points(bar).collect();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let placed = points
+        .iter()
+        .map(|point| pose.position + rotate(point - cg, pose.angle));
+    placed.map(|position| pair(&position)).collect()
 }
 
 /// Shaft and head of an arrow along a contact's normal whose tip is at the contact, m.
