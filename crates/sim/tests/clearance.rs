@@ -54,6 +54,30 @@ fn level_ground_has_the_nominal_heights() {
     assert!((found[0] - expected).abs() < 1e-9, "{found:?} {expected}");
 }
 
+/// Closed form: link 1 goes straight from P down to the front axle and touches a kerb of 160 mm under
+/// it. With a strut over the wheel its lowest point is where the strut leaves the wheel, a radius
+/// from the axle.
+#[test]
+fn a_strut_lifts_a_link_over_a_kerb() {
+    let mut geometry = Geometry::a();
+    for strut in [None, Some(Vec2::new(0.29, 0.22))] {
+        geometry.outline.through[0][0] = strut;
+        let step = Stairs {
+            start: 0.2,
+            rise: 0.16,
+            run: 10.0,
+            count: 1,
+        };
+        let mut meter = ClearanceMeter::new(&geometry, Terrain::new(Profile::Stairs(step)));
+        let found = meter.measure_each(&places(&geometry, [0.0; 2], geometry.pins.q).unwrap());
+        let of_link1 = found[1];
+        assert!(strut.is_some() || of_link1 < 0.0, "{of_link1}");
+        let leaves = 0.1 + 0.1 * 0.12 / 0.01_f64.hypot(0.12);
+        let expected = leaves - 0.16 - geometry.outline.half_width;
+        assert!(strut.is_none() || (of_link1 - expected).abs() < 1e-9);
+    }
+}
+
 /// Closed form: ahead of a kerb's edge between the rear and the middle wheel, pin Q at 0.14 m is
 /// the lowest point; with the half width of 15 mm it is 5 mm above a kerb of 120 mm and touches one
 /// of 130 mm.

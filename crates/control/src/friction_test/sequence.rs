@@ -12,7 +12,8 @@ use super::ramp::Ramp;
 use super::result::{FrictionTestEnd, FrictionTestResult};
 use super::together::together;
 use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
-use robhaz_model::{Units, WheelCommand};
+use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
+use robhaz_model::{Robot, Units, WheelCommand};
 
 /// Pause between two wheels, s: the drives share the load again.
 const PAUSE: f64 = 2.0;
@@ -31,13 +32,36 @@ const OFFSETS: f64 = 4.0;
 /// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m of robot
 /// A: 18.6 s at 0.35 N m/s.
 const LONGEST: f64 = 6.5;
-/// Direction of the first ramp of each wheel.
+/// Direction of the first ramp of each wheel: that in which the wheel's own traction relieves it, by
+/// the statics of the nominal pose, eq. (8), where the others share the reaction.
 ///
-/// It is that in which the wheel's own traction relieves it: forces of the ground act below the
-/// body, so driving raises the load of the rear wheel and braking lowers it. With mu = 0.9 on level
-/// ground, a driven rear wheel would need so much reaction that the middle wheel lifts off before
-/// it slips. A relieved wheel slips at half the torque.
-const DIRECTION: [f64; 3] = [1.0, 1.0, -1.0];
+/// Driving raises the load of the rear wheel and braking lowers it; of the middle wheel it depends
+/// on the link that carries it. With mu = 0.9 on level ground, a driven rear wheel would need so
+/// much reaction that the middle wheel lifts off before it slips. A relieved wheel slips at half
+/// the torque.
+fn relieving(robot: &Robot) -> Option<[f64; 3]> {
+    let geometry = &robot.geometry;
+    let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+    let arms = Arms::new(geometry, 0.0, 0.0).ok()?;
+    let equations = Equilibrium::new(
+        &arms,
+        carriers,
+        radius,
+        &Loads::default(),
+        &[0.0; 3],
+        radius,
+    )?;
+    let inverse = equations.least_squares()?;
+    let mut found = [1.0; 3];
+    for (wheel, direction) in found.iter_mut().enumerate() {
+        let traction = [0, 1, 2].map(|i| if i == wheel { 1.0 } else { -0.5 });
+        let load = inverse.solve(&equations.right_side(&traction));
+        if *load.iter().nth(wheel)? > 0.0 {
+            *direction = -1.0;
+        }
+    }
+    Some(found)
+}
 
 /// The tests with their state from sample to sample.
 #[derive(Clone, Debug)]
@@ -46,6 +70,8 @@ pub struct FrictionTests {
     torque_limit: f64,
     viscous_damping: f64,
     wheel_radius: f64,
+    /// See [`relieving`].
+    directions: [f64; 3],
     /// Rise of the torque over which both ramps of a wheel last at most, N m.
     longest: f64,
     /// Time of the last sample, s.
@@ -81,6 +107,7 @@ impl FrictionTests {
             torque_limit: settings.torque_limit,
             viscous_damping: settings.viscous_damping,
             wheel_radius: settings.robot.geometry.wheel_radius,
+            directions: relieving(&settings.robot).unwrap_or([1.0; 3]),
             longest: LONGEST * Units::of(&settings.robot).torque(),
             time: None,
             torques: [0.0; 3],
@@ -115,7 +142,7 @@ impl FrictionTests {
             && let Some(wheel) = self.wheel()
         {
             let present = self.torques.get(wheel).copied().unwrap_or(0.0);
-            let rate = direction(wheel) * self.plan.rate;
+            let rate = self.direction(wheel) * self.plan.rate;
             let idle = self.viscous_damping * input.set_speed;
             // A wheel that is to be braked does not drive first, and the other way round.
             let ahead = (present - idle) * rate < 0.0;
@@ -135,6 +162,11 @@ impl FrictionTests {
     /// The wheel of the present or next test.
     fn wheel(&self) -> Option<usize> {
         self.plan.wheels.get(self.number).copied().flatten()
+    }
+
+    /// Direction of the first ramp of a wheel.
+    fn direction(&self, wheel: usize) -> f64 {
+        self.directions.get(wheel).copied().unwrap_or(1.0)
     }
 
     /// Torque up to which the wheel of `result` is expected to grip under its second ramp, N m.
@@ -181,7 +213,7 @@ impl FrictionTests {
         }
         let result = ramp.result();
         if self.plan.both_ways && matches!(self.stage, Stage::First(_)) {
-            let back = -direction(result.wheel);
+            let back = -self.direction(result.wheel);
             // Where no wheel slipped nothing is expected.
             let [limit, _] = result.limits;
             let expected = limit.map_or(0.0, |_| self.least_expected(&result, input));
@@ -201,11 +233,6 @@ impl FrictionTests {
         self.stage = Stage::Waiting(now + PAUSE);
         None
     }
-}
-
-/// Direction of the first ramp of a wheel.
-fn direction(wheel: usize) -> f64 {
-    DIRECTION.get(wheel).copied().unwrap_or(1.0)
 }
 
 #[cfg(test)]

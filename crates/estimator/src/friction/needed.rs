@@ -65,12 +65,22 @@ impl JointForces {
     /// the memory of the ground knows. `tangents`: directions of the tangents at the contacts;
     /// `error`: their common error, estimated minus true as dy/dx, and its standard deviation.
     ///
+    /// The gain is that of the covariance `measured`, without what is considered in stated
+    /// deviations alone (Schmidt-Kalman): on level ground, where nothing shows the torques' scale,
+    /// the small sum of T would else scale each of them.
+    ///
     /// The horizontal balance `sum (T cos gamma - N sin gamma) = m a` holds for the estimate at its
     /// own angles. At the true angles the sum differs by
     /// `-sum (T sin gamma + N cos gamma) d gamma`. This is a measurement of the sum: it separates
     /// the offsets and gains of the torques from the slope, which the motion filter alone cannot on
     /// even ground.
-    pub fn know_direction(&mut self, p: &[[f64; 6]; 6], tangents: &[Vec2; 3], error: (f64, f64)) {
+    pub fn know_direction(
+        &mut self,
+        p: &[[f64; 6]; 6],
+        measured: &[[f64; 6]; 6],
+        tangents: &[Vec2; 3],
+        error: (f64, f64),
+    ) {
         let mut h = [0.0; 6];
         let mut by_direction = 0.0;
         for (i, tangent) in tangents.iter().enumerate() {
@@ -80,28 +90,29 @@ impl JointForces {
             // d gamma = cos^2 d(dy/dx)
             by_direction += vertical * cos * cos;
         }
-        let mut ph = [0.0; 6];
-        for (entry, row) in ph.iter_mut().zip(p) {
-            *entry = row.iter().zip(&h).map(|(a, b)| a * b).sum();
-        }
-        let of_forces: f64 = ph.iter().zip(&h).map(|(a, b)| a * b).sum();
         let (error, sigma) = error;
         let noise = by_direction * sigma;
-        let variance = of_forces + noise * noise;
+        let (gain, of_measured) = times(measured, &h);
+        let variance = of_measured + noise * noise;
         // Written so that a NaN fails too.
         if !(variance > 0.0) {
             return;
         }
-        let inverse = 1.0 / variance;
-        let step = -by_direction * error * inverse;
-        for (x, ph) in self.x.iter_mut().zip(&ph) {
-            *x += ph * step;
+        let gain = gain.map(|entry| entry / variance);
+        for (x, gain) in self.x.iter_mut().zip(&gain) {
+            *x -= gain * by_direction * error;
         }
+        // (I - K H) P (I - K H)' + K R K' (Joseph).
+        let (ph, of_forces) = times(p, &h);
+        let variance = of_forces + noise * noise;
         for (i, own) in self.own.iter_mut().enumerate() {
-            let (t, n) = (ph[2 * i], ph[2 * i + 1]);
-            own.tt -= t * t * inverse;
-            own.tn -= t * n * inverse;
-            own.nn -= n * n * inverse;
+            let (t, n) = (2 * i, 2 * i + 1);
+            let change = |a: usize, b: usize| {
+                gain[a] * gain[b] * variance - gain[a] * ph[b] - gain[b] * ph[a]
+            };
+            own.tt += change(t, t);
+            own.tn += change(t, n);
+            own.nn += change(n, n);
         }
     }
 
@@ -124,6 +135,13 @@ impl JointForces {
     }
 }
 
+/// P h and h P h.
+fn times(p: &[[f64; 6]; 6], h: &[f64; 6]) -> ([f64; 6], f64) {
+    let dot = |row: &[f64; 6]| row.iter().zip(h).map(|(a, b)| a * b).sum::<f64>();
+    let ph = p.each_ref().map(dot);
+    (ph, dot(&ph))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,7 +161,8 @@ mod tests {
     /// The forces on level ground with a known error of the direction.
     fn with_direction(forces: &Forces, error: (f64, f64)) -> JointForces {
         let mut found = JointForces::new(forces);
-        found.know_direction(&forces.covariance, &[Vec2::x(); 3], error);
+        let p = &forces.covariance;
+        found.know_direction(p, p, &[Vec2::x(); 3], error);
         found
     }
 
@@ -174,6 +193,29 @@ mod tests {
                 assert!((found.own[i].nn - 0.25).abs() < 1e-12);
             }
         }
+    }
+
+    /// Closed form: a scale of all tractions that is only considered does not move the sum of T, which
+    /// is exact, and stays in the deviation of each.
+    #[test]
+    fn a_considered_scale_moves_nothing() {
+        let exact = Forces {
+            traction: [20.0, -10.0, -10.0],
+            normal: [40.0; 3],
+            covariance: [[0.0; 6]; 6],
+        };
+        let mut p = exact.covariance;
+        for (row, a) in p.iter_mut().zip([10.0, 0.0, -5.0, 0.0, -5.0, 0.0]) {
+            *row = [10.0 * a, 0.0, -5.0 * a, 0.0, -5.0 * a, 0.0];
+        }
+        let considered = Forces {
+            covariance: p,
+            ..exact
+        };
+        let mut found = JointForces::new(&considered);
+        found.know_direction(&p, &exact.covariance, &[Vec2::x(); 3], (0.01, 0.001));
+        let needed = found.needed_friction(0);
+        assert!((needed.value - 0.5).abs() < 1e-15 && (needed.sigma - 0.25).abs() < 1e-15);
     }
 
     /// Property: a direction of which nothing is known, and exact forces, change nothing.

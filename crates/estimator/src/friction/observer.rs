@@ -33,6 +33,8 @@ pub struct WheelFriction {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrictionSample<'a> {
     pub forces: &'a Forces,
+    /// Their covariance without errors of the torques' scale, N^2.
+    pub measured: &'a [[f64; 6]; 6],
     /// Directions of the tangents at the contacts.
     pub tangents: &'a [Vec2; 3],
     pub contact: &'a [ContactEstimate; 3],
@@ -78,7 +80,8 @@ impl FrictionObserver {
     ) -> [WheelFriction; 3] {
         let mut forces = JointForces::new(sample.forces);
         if let Some(error) = ground.direction_error() {
-            forces.know_direction(&sample.forces.covariance, sample.tangents, error);
+            let (all, measured) = (&sample.forces.covariance, sample.measured);
+            forces.know_direction(all, measured, sample.tangents, error);
         }
         let places = ground.wheel_places();
         let median_slip = median_slip(sample.contact);

@@ -177,6 +177,7 @@ impl BestFilters {
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
         self.consider_unmodelled_turning(nominal, &equations, &right.sensitivity, &mut forces);
         let stated = self.scale.stated();
+        let measured = forces.covariance;
         self.consider_scale(&by_scale, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
@@ -202,8 +203,14 @@ impl BestFilters {
         }
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
         let tangents = &equations.equilibrium.tangents;
-        let friction =
-            self.observe_friction(nominal, &forces, tangents, &contact, flags, instant.dt);
+        let friction = self.observe_friction(
+            nominal,
+            (&forces, &measured),
+            tangents,
+            &contact,
+            flags,
+            instant.dt,
+        );
         let mut estimate = assemble(
             nominal,
             instant.time,
@@ -318,7 +325,7 @@ impl BestFilters {
     fn observe_friction(
         &mut self,
         nominal: &Nominal,
-        forces: &Forces,
+        (forces, measured): (&Forces, &[[f64; 6]; 6]),
         tangents: &[Vec2; 3],
         contact: &[ContactEstimate; 3],
         flags: Flags,
@@ -336,6 +343,7 @@ impl BestFilters {
         let mean = offsets.iter().sum::<f64>() / 3.0;
         let sample = FrictionSample {
             forces,
+            measured,
             tangents,
             contact,
             clear: !uncertain,
