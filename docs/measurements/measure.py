@@ -7,7 +7,8 @@
     python3 docs/measurements/measure.py --list
 
 A page is written when all its commands have run; where a test fails by its limit, page and exit code say so. It needs
-Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow) and `mujoco` (mujoco).
+Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow), `mujoco` (mujoco) and `climbs`
+(matplotlib).
 """
 
 import argparse
@@ -226,6 +227,18 @@ class Mujoco(Command):
             return page_of(run(words).splitlines())
 
 
+class Climbs(Command):
+    """Writes its figure into docs/, too."""
+
+    def __init__(self):
+        rovers = [f"robots/{name}.toml" for name in ("open-source-rover", "exomy", "curiosity", "sojourner")]
+        words = ["examples/python/climbs.py", *rovers, "A", "B", "C", "--figure", "docs/climbs.png"]
+        super().__init__([sys.executable, *words], f"python {' '.join(words)}")
+
+    def text(self, _seeds):
+        return run(self.words, ROBHAZ=ROBHAZ)
+
+
 STUDY = "-p robhaz-study --test study"
 TRUTH = "-p robhaz --test robhaz"
 EDGES = {f"`{scene}`{' (A)' * (scene == 'stairs')}, {grade[0].split('=')[1]}":
@@ -274,6 +287,12 @@ PAGES = {
                          "ideal sensors, weighed to 0.2 N": ("smooth", [*NOMINAL, "model_error.scales=0.2"])},
                         "best", "no-angles")]),
     "mujoco": ("`best` without contact angles in MuJoCo", "1 to {seeds}", 10, [Mujoco()]),
+    "rovers": ("Rovers: `best` without contact angles, friction tests, go or no-go",
+               "0 to 3; {seeds} random paths of series 301", 301,
+               [Tests(TRUTH, "rovers::study", ignored=True),
+                *[Tests(STUDY, "path_verdict::study", ignored=True, ROBHAZ_ROVER=rover, ROBHAZ_SERIES="301", ROBHAZ_PATHS="{seeds}",
+                        ROBHAZ_DRIVE="speed") for rover in ("open-source-rover", "curiosity")]]),
+    "climbs": ("What each robot climbs", "0", 1, [Climbs()]),
     "speed": ("Error over the speed", "0 to 19", 20, [Dataset("speed", "drive.speed", "estimator", ("nrmse",))]),
     "noise-budget": ("One kind of sensor ideal or poor, all others typical", "0 to 9", 10,
                      [Dataset("noise-budget", "sensors", "estimator")]),

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
+ROVERS = ["open-source-rover", "exomy", "curiosity", "sojourner"]
 DRIVES = {"PI": "", "soft": "--kp 2 --ki 0"}
 # Rows: name, options of simulate.py. Each is driven by the PI and by the low-gain drive.
 ROWS = {
@@ -45,6 +46,7 @@ ROWS = {
     "rolling resistance 0.02, flat": "--terrain flat --rolling-resistance 0.02",
     "step": "--terrain step",
     "stairs": "--terrain stairs",
+    **{f"smooth, {rover}": f"--terrain smooth --geometry {rover}" for rover in ROVERS},
 }
 
 
@@ -62,6 +64,8 @@ def simulate(options: list[str], folder: Path, seeds: range) -> None:
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     if "geometry-b" in options:
         (folder / "robot.toml").write_text('[robot]\ngeometry = "B"\n')
+    for rover in set(ROVERS).intersection(options):
+        shutil.copy(HERE.parents[1] / f"robots/{rover}.toml", folder / "robot.toml")
 
 
 def estimate(command: Path, folder: Path, seed: int) -> dict:

@@ -3,8 +3,8 @@ rest (`robhaz path`) and driven (`robhaz run`), with the wheel that fails first 
 
     python examples/python/climbs.py robots/open-source-rover.toml robots/curiosity.toml --figure climbs.png
 
-A ROBOT is a scene with the section `[robot]`, such as the rovers of robots/. Needs `robhaz` on the PATH (or in the
-variable ROBHAZ), and matplotlib for the figure.
+A ROBOT is a scene with the section `[robot]`, such as the rovers of robots/, or A, B or C. Needs `robhaz` on the PATH (or
+in the variable ROBHAZ), and matplotlib for the figure.
 """
 
 import argparse
@@ -172,8 +172,11 @@ def main() -> None:
     p.add_argument("--figure", type=Path, help="file of the figure: .png or .svg")
     a = p.parse_args()
     results = {}
-    with ThreadPoolExecutor(a.jobs) as pool:
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(a.jobs) as pool:
         for path in a.robot:
+            if str(path) in ("A", "B", "C"):
+                path = Path(folder, f"{path}.toml")
+                path.write_text(f'[robot]\ngeometry = "{path.stem}"\n')
             rover = Rover.load(path)
             work = {(mu, c): pool.submit(row, rover, *c, mu) for mu in a.mu for c in CASES}
             table = {mu: {c: work[mu, c].result() for c in CASES} for mu in a.mu}
