@@ -9,6 +9,8 @@ pub(crate) struct ContactVelocity {
     pub direction: Vec2,
     /// Speed along it, m/s, negative backwards.
     pub speed: f64,
+    /// The same without the noise of the gyroscope.
+    pub smooth_speed: f64,
     /// Speed away from the ground, m/s.
     pub away: f64,
 }
@@ -39,6 +41,7 @@ impl ContactVelocity {
         Self {
             direction,
             speed: speed + noise.dot(&direction),
+            smooth_speed: speed,
             away: away + noise.y * direction.x - noise.x * direction.y,
         }
     }

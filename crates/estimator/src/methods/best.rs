@@ -201,6 +201,7 @@ impl BestFilters {
         if forces.inflate_beyond(Self::LARGEST_FORCE * nominal.mean_load) {
             flags |= Flags::OUT_OF_RANGE;
         }
+        forces.keep_proper();
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
         let tangents = &equations.equilibrium.tangents;
         let friction = self.observe_friction(

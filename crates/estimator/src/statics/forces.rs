@@ -64,6 +64,25 @@ impl Forces {
         found
     }
 
+    /// Drops all covariances where one is beyond what its variances allow: of absurd readings nothing
+    /// but rounding is left.
+    pub fn keep_proper(&mut self) {
+        let p = self.covariance;
+        let variance = [0, 1, 2, 3, 4, 5].map(|k: usize| p[k][k].max(0.0));
+        let is_proper = |i: usize, j: usize| {
+            let (a, b) = (p[i][j], p[j][i]);
+            (a * a).max(b * b) <= variance[i] * variance[j] * (1.0 + 1e-9) + 1e-12
+        };
+        if (0..6).all(|i| (0..i).all(|j| is_proper(i, j))) {
+            return;
+        }
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = if i == j { variance[i] } else { 0.0 };
+            }
+        }
+    }
+
     /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step,
     /// dimensionless.
     fn hold(&mut self, i: usize) -> f64 {
@@ -111,6 +130,21 @@ mod tests {
         );
         assert!(variances[5] > 14_733.0_f64.powi(2) && variances[2] > 900.0_f64.powi(2));
         assert!(!forces.inflate_beyond(20_000.0));
+    }
+
+    /// Covariances beyond their variances are dropped, others stay.
+    #[test]
+    fn improper_covariances_are_dropped() {
+        let mut forces = Forces {
+            normal: [1.0; 3],
+            traction: [1.0; 3],
+            covariance: [[1.0; 6]; 6],
+        };
+        forces.keep_proper();
+        assert_eq!(forces.covariance, [[1.0; 6]; 6]);
+        forces.covariance[1][5] = 3.2e32;
+        forces.keep_proper();
+        assert!(forces.covariance[1][5] == 0.0 && forces.covariance[5][5] == 1.0);
     }
 
     proptest! {

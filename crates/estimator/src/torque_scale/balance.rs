@@ -27,7 +27,9 @@ use crate::filters::Kalman;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WorkBalance {
     passage: Passage,
-    /// `[q, w_0 (J), g_1, g_2, g_3]`, for passages that err by [`Self::HEIGHT`].
+    /// Error of the heights, m. Not part of the state.
+    height: f64,
+    /// `[q, w_0 (J), g_1, g_2, g_3]`, for passages that err by `height`.
     fit: Kalman<5>,
     /// Sum of the normalised squares that the fit leaves, and the number of passages.
     left: [f64; 2],
@@ -39,10 +41,10 @@ impl WorkBalance {
     /// Standard deviation of q before any reading.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const PRIOR: f64 = 1.0;
-    /// Height by which posture and place err, m: 0.1 deg over the wheelbase of 0.3 m. What the fit
-    /// leaves scales it.
+    /// Angle by which posture and place err, rad: 0.1 deg, an error of height over the distance of the
+    /// axles. What the fit leaves scales it.
     /// Chosen; held by `tests/check/torque_scale.rs`.
-    const HEIGHT: f64 = 5e-4;
+    const ANGLE: f64 = 5e-4 / 0.3;
     /// Independent passages by which that height counts against what the fit leaves.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const PRIOR_COUNT: f64 = 2.0;
@@ -67,6 +69,7 @@ impl WorkBalance {
         let sigma = [Self::PRIOR, of_way, gain, gain, gain];
         Self {
             passage: Passage::new(between),
+            height: Self::ANGLE * between,
             fit: Kalman::new([1.0, 0.0, 0.0, 0.0, 0.0], sigma),
             left: [0.0; 2],
             energy: [0.0; 2],
@@ -99,7 +102,7 @@ impl WorkBalance {
         let [q, b, d1, d2, d3] = self.fit.x;
         let row = [(0, passed.energy), (1, 1.0), (2, w1), (3, w2), (4, w3)];
         let expected = q * passed.energy + b + d1 * w1 + d2 * w2 + d3 * w3;
-        let height = Self::HEIGHT * weight;
+        let height = self.height * weight;
         // Passages that share a part of the way count as one.
         let noise = height * height * Passage::OVERLAP;
         let innovation = self.fit.update(
@@ -132,7 +135,7 @@ impl WorkBalance {
         let prior = Self::PRIOR_COUNT * Passage::OVERLAP;
         let scale = (Passage::OVERLAP * squares + prior) / (count + prior);
         let of_speed = Self::SPEED * q;
-        let height = Self::HEIGHT * weight;
+        let height = self.height * weight;
         let [sum, of_squares] = self.energy;
         let energy = of_squares - sum * sum / count.max(1.0);
         // No error is greater than that of the prior.

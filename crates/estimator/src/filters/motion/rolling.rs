@@ -144,7 +144,7 @@ impl MotionFilter {
         // Derivatives of the speed away from the ground.
         let x = (VELOCITY, -velocity.direction.y);
         let y = (VELOCITY + 1, velocity.direction.x);
-        let h = [x, y, (CONTACT_ANGLE + i, velocity.speed)];
+        let h = [x, y, (CONTACT_ANGLE + i, velocity.smooth_speed)];
         let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
@@ -176,7 +176,8 @@ impl MotionFilter {
             self.correct(&projection, -velocity.away, r, GATE);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
-            let of_angle = GaussMarkov::new(velocity.speed * sigma, budget.contact_angle_time);
+            let of_angle =
+                GaussMarkov::new(velocity.smooth_speed * sigma, budget.contact_angle_time);
             let r = r + of_angle.white(dt);
             self.filter.update(&[x, y], -velocity.away, r, GATE);
         }
