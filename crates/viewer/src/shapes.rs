@@ -1,7 +1,7 @@
 //! Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass,
 //! axes of the nominal pose.
 
-use robhaz_model::{Bar, Geometry, MassSet, Pin, PinStop, Vec2};
+use robhaz_model::{Bar, Geometry, MassSet, PinStop, Vec2};
 
 /// Number of spokes of a wheel. With few spokes its rotation is visible.
 const SPOKES: u32 = 5;

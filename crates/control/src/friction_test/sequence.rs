@@ -56,7 +56,7 @@ fn relieving(robot: &Robot) -> Option<[f64; 3]> {
     for (wheel, direction) in found.iter_mut().enumerate() {
         let traction = [0, 1, 2].map(|i| if i == wheel { 1.0 } else { -0.5 });
         let load = inverse.solve(&equations.right_side(&traction));
-        if *load.iter().nth(wheel)? > 0.0 {
+        if *load.get(wheel)? > 0.0 {
             *direction = -1.0;
         }
     }

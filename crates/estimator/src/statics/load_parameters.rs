@@ -202,7 +202,6 @@ mod tests {
     use crate::statics::{Equilibrium, Loads};
     use crate::testing::{arms, geometry};
     use proptest::prelude::*;
-    use robhaz_model::MassSet;
 
     proptest! {
         /// Equivalence: the columns times the parameters are the weight's part of eq. (8), for any
