@@ -28,7 +28,7 @@ pub struct LinkReadings {
 /// The angle of pin Q gives the shape of the linkage, and with it the angle of each link against
 /// the body. Its rate is its slope along the path times the speed of the wheels. The slope is that
 /// of a Kalman filter with the states angle and slope, whose derivative along the path is white
-/// noise of the density [`BodyMount::density`]: so a robot at rest has no rate, and a slow one a
+/// noise of a density that follows from the wheels: so a robot at rest has no rate, and a slow one a
 /// small error of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMount {
