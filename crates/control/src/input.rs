@@ -40,7 +40,7 @@ pub struct FrictionTestPlan {
 
 impl Default for FrictionTestPlan {
     /// Each wheel in turn from 6 s on, both ways: the robot has rolled for a metre, by which the
-    /// errors of the readings are found, at [`Self::RATE`].
+    /// errors of the readings are found, at the rate of robot A.
     fn default() -> Self {
         Self {
             wheels: [Some(0), Some(1), Some(2)],
