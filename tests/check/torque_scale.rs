@@ -134,7 +134,7 @@ fn a_payload_is_stated() -> Result<(), Failure> {
             let frames = readings(&loaded, &truth, seed);
             let mut settings = described.nominal_settings(&described.estimators[1])?;
             let robot = described.nominal_robot()?;
-            settings.budget.load_covariance = Some(Tolerances::BUILT.loads(&robot)?);
+            settings.budget.load_covariance = Some(Tolerances::built(&robot).loads(&robot)?);
             settings.budget.payload = Tolerances::PAYLOAD;
             let outcome = estimate(&described, settings, &frames, &truth)?;
             let ratio = outcome.scale.ratio;
@@ -279,7 +279,7 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
                         let mut settings = described.nominal_settings(&described.estimators[k])?;
                         if load > 0.0 {
                             let robot = described.nominal_robot()?;
-                            let loads = Tolerances::BUILT.loads(&robot)?;
+                            let loads = Tolerances::built(&robot).loads(&robot)?;
                             settings.budget.load_covariance = Some(loads);
                             settings.budget.payload = Tolerances::PAYLOAD;
                         }

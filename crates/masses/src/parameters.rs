@@ -2,7 +2,7 @@
 //! prior.
 
 use nalgebra::SVector;
-use robhaz_model::{Bar, Pin, Robot, Suspension, Vec2};
+use robhaz_model::{Bar, Pin, Robot, Suspension, Units, Vec2};
 
 /// Number of unknowns of the robot.
 pub(crate) const PARAMETERS: usize = 21;
@@ -49,12 +49,15 @@ impl Tolerances {
     };
 
     /// A robot as people build them, whose parts were weighed before it was put together: masses to
-    /// 3 %, centres of mass to 5 mm, pins to 1 mm.
-    pub const BUILT: Self = Self {
-        mass: 0.03,
-        centre: 0.005,
-        pin: 0.001,
-    };
+    /// 3 %, of robot A centres of mass to 5 mm and pins to 1 mm, in proportion to its size.
+    pub fn built(robot: &Robot) -> Self {
+        let size = Units::of(robot).length;
+        Self {
+            mass: 0.03,
+            centre: 0.005 * size,
+            pin: 0.001 * size,
+        }
+    }
 
     /// What such a robot carries, over its mass: robots of this size carry up to 15 % of it, which
     /// is two deviations.

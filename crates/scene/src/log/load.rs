@@ -47,7 +47,7 @@ impl LogChoice {
 
     /// The choice after the user's descriptions of the sensors and of the robot. Where neither
     /// states how exact the robot's masses, centres of mass and pins are, they count as people
-    /// build them ([`Tolerances::BUILT`]), and the text says so.
+    /// build them ([`Tolerances::built`]), and the text says so.
     ///
     /// # Errors
     /// [`SceneError`] with all problems of a file; a robot that cannot stand in the postures of a
@@ -72,7 +72,8 @@ impl LogChoice {
         if choice.states_loads {
             return Ok((choice, None));
         }
-        let loads = Tolerances::BUILT.loads(&choice.robot.robot);
+        let built = Tolerances::built(&choice.robot.robot);
+        let loads = built.loads(&choice.robot.robot);
         let refused = |e: WeighError| SceneError::unread("[robot]", e.to_string());
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
@@ -80,12 +81,12 @@ impl LogChoice {
         if budget.payload <= 0.0 {
             budget.payload = Tolerances::PAYLOAD;
         }
-        let Tolerances { mass, centre, pin } = Tolerances::BUILT;
+        let millimetres = |length: f64| (1e4 * length).round() / 10.0;
         let notice = format!(
-            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm, an unstated payload of {:.1} % of its mass; state them, or weigh the robot (docs/weighing.md)",
-            100.0 * mass,
-            1e3 * centre,
-            1e3 * pin,
+            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: masses to {:.0} %, centres of mass to {} mm, pins to {} mm, an unstated payload of {:.1} % of its mass; state them, or weigh the robot (docs/weighing.md)",
+            100.0 * built.mass,
+            millimetres(built.centre),
+            millimetres(built.pin),
             100.0 * budget.payload,
         );
         Ok((choice, Some(notice)))
