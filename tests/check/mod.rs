@@ -5,5 +5,6 @@ mod common;
 mod fault_times;
 mod health;
 mod honest_logs;
+mod rovers;
 mod study;
 mod torque_scale;

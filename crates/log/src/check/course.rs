@@ -26,8 +26,8 @@ pub fn fused(recording: &Recording) -> [Vec<f64>; 2] {
     })
 }
 
-/// Which inclinations are used for links 1 and 2: index of the link, and sign.
-pub type Links = [(usize, f64); 2];
+/// The angles that are used for links 1 and 2: parts of the inclinations of both.
+pub type Links = [[f64; 2]; 2];
 
 /// The inclinations of a log along the path of the robot.
 pub struct Course<'a> {
@@ -37,18 +37,29 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// The course of a robot whose axles have equal distances, for angles of links 1 and 2 (rad);
-    /// `None` for others.
-    pub fn new(motion: &Motion, robot: &'a Robot, inclination: &[Vec<f64>; 2]) -> Option<Self> {
-        let axles = &robot.geometry.axles;
-        let (front, rear) = (axles[0].x - axles[1].x, axles[1].x - axles[2].x);
-        if (front - rear).abs() > EQUAL_SPACING * front {
-            return None;
-        }
-        let samples = samples(motion, robot);
-        let along = |x: &[f64]| mean_along(&samples, x);
+    /// The course of a robot, for angles of links 1 and 2 (rad), in the order of the places: on the
+    /// way back from its end.
+    pub fn new(motion: &Motion, robot: &'a Robot, inclination: &[Vec<f64>; 2]) -> Self {
+        let (samples, is_back) = samples(motion, robot);
+        let along = |x: &[f64]| {
+            let mut along = mean_along(&samples, x);
+            if is_back {
+                along.reverse();
+            }
+            along
+        };
         let inclination = inclination.each_ref().map(|x| along(x));
-        Some(Self { robot, inclination })
+        Self { robot, inclination }
+    }
+
+    /// The same course driven the other way.
+    pub fn turned_round(&self) -> Self {
+        let mut inclination = self.inclination.clone();
+        inclination.iter_mut().for_each(|x| x.reverse());
+        Self {
+            robot: self.robot,
+            inclination,
+        }
     }
 
     /// Number of steps.
@@ -56,10 +67,16 @@ impl<'a> Course<'a> {
         self.inclination[0].len()
     }
 
-    /// Distance between two axles, m.
-    pub fn spacing(&self) -> f64 {
+    /// Distances between front and middle, and middle and rear axle, m.
+    pub fn spacings(&self) -> [f64; 2] {
         let axles = &self.robot.geometry.axles;
-        axles[0].x - axles[1].x
+        [axles[0].x - axles[1].x, axles[1].x - axles[2].x]
+    }
+
+    /// Whether both are the same.
+    pub fn is_even(&self) -> bool {
+        let [front, rear] = self.spacings();
+        (front - rear).abs() <= EQUAL_SPACING * front
     }
 
     /// Heights of an axle above the next one behind it, m: front above middle, middle above rear,
@@ -67,9 +84,10 @@ impl<'a> Course<'a> {
     pub fn heights(&self, links: &Links) -> [Vec<f64>; 2] {
         let geometry = &self.robot.geometry;
         let height = |i: usize, k: usize| {
-            let (link, sign) = links[geometry.carriers[i].index()];
+            let [a, b] = links[geometry.carriers[i].index()];
             let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
-            let (sin, cos) = (sign * self.inclination[link][k]).sin_cos();
+            let angle = a * self.inclination[0][k] + b * self.inclination[1][k];
+            let (sin, cos) = angle.sin_cos();
             arm.x * sin + arm.y * cos
         };
         let steps = 0..self.len();
@@ -81,8 +99,8 @@ impl<'a> Course<'a> {
 }
 
 /// The sample at each step of the path, and the fraction from there to the next one: at a low rate
-/// or a high speed a sample takes several steps.
-fn samples(motion: &Motion, robot: &Robot) -> Vec<(usize, f64)> {
+/// or a high speed a sample takes several steps. And whether the way leads back.
+fn samples(motion: &Motion, robot: &Robot) -> (Vec<(usize, f64)>, bool) {
     let radius = robot.geometry.wheel_radius;
     let spin = motion.while_driving(robot, &motion.middle_spin);
     // Most of the way decides the direction.
@@ -103,7 +121,7 @@ fn samples(motion: &Motion, robot: &Robot) -> Vec<(usize, f64)> {
         }
         distance += advance;
     }
-    samples
+    (samples, direction < 0.0)
 }
 
 /// Values of a signal along the path: means over the samples of a step, and between samples on a

@@ -10,7 +10,11 @@
 //!
 //! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the
 //! scale of the encoders. The means of both sides differ where the inclinometers have different
-//! offsets.
+//! offsets. With two distances, lambda in front and mu behind, the ground drops out of differences:
+//!
+//! ```text
+//! (y_2 - y_3)(s + lambda) - (y_2 - y_3)(s) = (y_1 - y_2)(s) - (y_1 - y_2)(s - mu)
+//! ```
 
 use crate::check::course::{Course, Links, STEP};
 use crate::check::report::{Finding, Verdict};
@@ -41,21 +45,34 @@ const OFFSET_GATE: f64 = 5.0;
 
 const OFFSET: &str = "zero on the ground";
 
-/// Wirings of the two inclinometers.
-const WIRINGS: [Links; 4] = [
-    [(0, 1.0), (1, 1.0)],
-    [(0, -1.0), (1, 1.0)],
-    [(0, 1.0), (1, -1.0)],
-    [(1, 1.0), (0, 1.0)],
-];
+/// Wirings of the two inclinometers: what each link takes of both, and what makes it that of the log.
+type Wiring = (Links, Option<Change>);
 
-/// What makes one of them that of the log.
-fn change(wiring: usize) -> Option<Change> {
+const OWN: Links = [[1.0, 0.0], [0.0, 1.0]];
+
+/// Those that are compared; of readings that are made of the body's, on the link of that number, the
+/// sign of pin Q.
+fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
     let [first, second] = [0, 1].map(Channel::Inclinometer);
-    match wiring {
-        0 => None,
-        3 => Some(Change::Exchange(first, second)),
-        link => Some(Change::Factor([first, second][link - 1], -1.0)),
+    let flip = |channel| Some(Change::Factor(channel, -1.0));
+    match body_link {
+        Some(0) => vec![
+            (OWN, None),
+            ([[1.0, 0.0], [2.0, -1.0]], Some(Change::Pin(0))),
+        ],
+        Some(_) => vec![
+            (OWN, None),
+            ([[-1.0, 2.0], [0.0, 1.0]], Some(Change::Pin(1))),
+        ],
+        None => vec![
+            (OWN, None),
+            ([[-1.0, 0.0], [0.0, 1.0]], flip(first)),
+            ([[1.0, 0.0], [0.0, -1.0]], flip(second)),
+            (
+                [[0.0, 1.0], [1.0, 0.0]],
+                Some(Change::Exchange(first, second)),
+            ),
+        ],
     }
 }
 
@@ -78,56 +95,86 @@ pub enum Signs {
     Unknown,
 }
 
-/// All findings, and what to change. `course` is `None` for a robot whose axles have different
-/// distances.
+/// All findings, and what to change. `body_link`: see [`wirings`].
 pub fn findings(
-    course: Option<&Course<'_>>,
+    course: &Course<'_>,
     robot: &Robot,
     budget: &NoiseBudget,
     speed: f64,
+    body_link: Option<usize>,
 ) -> (Tested, Signs) {
-    let Some(course) = course else {
-        let [front, middle, rear] = robot.geometry.axles.map(|axle| axle.x);
-        let (front, rear) = (front - middle, middle - rear);
-        let remedy = "none: this test needs equal distances between the axles";
-        let figure = format!("axles are {front:.3} and {rear:.3} m apart");
-        let mut tested = Tested::default();
-        tested.add(
-            Finding::ok(SIGNS, CHANNEL, figure).cannot_tell(remedy),
-            None,
+    let wirings = wirings(body_link);
+    let passings: Vec<_> = (wirings.iter().map(|(links, _)| passing(course, links))).collect();
+    let own = passings.first().copied().flatten();
+    let back = course.turned_round();
+    let back = wirings.iter().map(|(links, _)| passing(&back, links));
+    if let Some(finding) = direction(most(passings.iter().copied()), most(back)) {
+        return (
+            Tested {
+                findings: vec![finding],
+                changes: Vec::new(),
+            },
+            Signs::Unknown,
         );
-        return (tested, Signs::Unknown);
-    };
-    let passings = WIRINGS.map(|links| passing(course, &links));
-    let (finding, change) = signs(&passings);
+    }
+    let (finding, change) = signs(&wirings, &passings);
     let signs = match (finding.verdict, change) {
-        (Verdict::CannotTell, _) => Signs::Unknown,
+        (Verdict::CannotTell, _) | (_, Some(Change::Pin(_))) => Signs::Unknown,
         (_, Some(Change::Factor(..))) => Signs::Different,
         _ => Signs::Equal,
     };
     let mut findings = vec![finding];
-    if change.is_none() {
-        findings.extend(offset(course, passings[0], (robot, budget), speed));
+    if change.is_none() && course.is_even() {
+        findings.extend(offset(course, own, (robot, budget), speed));
     }
     // Which of the two has the other sign, the gyroscopes know.
     let changes = change
-        .filter(|_| signs == Signs::Equal)
+        .filter(|_| signs != Signs::Different)
         .into_iter()
         .collect();
     (Tested { findings, changes }, signs)
 }
 
-fn signs(passings: &[Option<Passing>; 4]) -> (Finding, Option<Change>) {
-    let share = |p: &Option<Passing>| p.map_or(0.0, |p| p.explained);
-    let own = share(&passings[0]);
-    let best = (0..4).max_by(|a, b| share(&passings[*a]).total_cmp(&share(&passings[*b])));
-    let best = best.unwrap_or(0);
-    let most = share(&passings[best]);
+fn share(passing: Option<Passing>) -> f64 {
+    passing.map_or(0.0, |passing| passing.explained)
+}
+
+/// The largest share of any wiring.
+fn most(passings: impl Iterator<Item = Option<Passing>>) -> f64 {
+    passings.map(share).fold(0.0, f64::max)
+}
+
+/// A fault where the wheels pass the same ground in the other order, however the links are wired.
+fn direction(own: f64, back: f64) -> Option<Finding> {
+    if back < CERTAIN || back < own + BETTER {
+        return None;
+    }
+    let figure = format!(
+        "the curve of the front wheels explains {:.0} % of that of the rear ones, {:.0} % if the robot drives the other way",
+        100.0 * own,
+        100.0 * back
+    );
+    let finding = Finding::ok(SIGNS, "encoders 1 to 3, torques 1 to 3", figure)
+        .with("explained", own, "-")
+        .with("explained otherwise", back, "-");
+    let remedy = "the signs of all encoders and torques are wrong, forward is positive; or front and rear are exchanged; then look at the inclinometers again";
+    Some(finding.fault(remedy))
+}
+
+fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<Change>) {
+    let shares: Vec<f64> = passings.iter().map(|passing| share(*passing)).collect();
+    let own = shares.first().copied().unwrap_or(0.0);
+    let numbered = shares.iter().copied().enumerate();
+    let (best, most) = numbered.fold(
+        (0, own),
+        |best, now| if now.1 > best.1 { now } else { best },
+    );
     let mut figure = format!(
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    let change = change(best).filter(|_| most > CERTAIN && most > own + BETTER);
+    let change = (wirings.get(best).and_then(|(_, change)| *change))
+        .filter(|_| most > CERTAIN && most > own + BETTER);
     if change.is_some() {
         figure += &format!(", otherwise wired {:.0} %", 100.0 * most);
     }
@@ -138,7 +185,7 @@ fn signs(passings: &[Option<Passing>; 4]) -> (Finding, Option<Change>) {
         Some(Change::Factor(..)) => {
             finding.fault("one of the two has the wrong sign: nose up is positive")
         }
-        Some(exchange) => finding.fault(exchange.to_string()),
+        Some(other) => finding.fault(other.to_string()),
         None if own > EXPLAINED => finding,
         None => finding.cannot_tell("drive with all wheels over an obstacle of some centimetres"),
     };
@@ -152,7 +199,7 @@ fn offset(
     (robot, budget): (&Robot, &NoiseBudget),
     speed: f64,
 ) -> Option<Finding> {
-    let [front, rear] = course.heights(&WIRINGS[0]);
+    let [front, rear] = course.heights(&OWN);
     // On level ground no distance shows, and none is needed.
     let is_level = |x: &[f64]| {
         let middle = median(x.iter().copied()).unwrap_or(0.0);
@@ -167,7 +214,7 @@ fn offset(
     let n = course.len().checked_sub(shift).filter(|n| *n > shift / 2)?;
     let difference = zip(&rear[shift..], &front[..n], |rear, front| rear - front);
     let mean = median(difference)?;
-    let angle = mean / course.spacing();
+    let angle = mean / course.spacings()[0];
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
     let way = n as f64 * STEP;
     let limit =
@@ -187,7 +234,7 @@ fn offset(
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together:
 /// accelerations do not disturb them.
 pub fn distance(fused: &Course<'_>) -> Finding {
-    let own = passing(fused, &WIRINGS[0]);
+    let own = passing(fused, &OWN);
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
@@ -215,22 +262,38 @@ pub fn distance(fused: &Course<'_>) -> Finding {
     finding.fault(remedy).with("scale", own.scale, "-")
 }
 
-/// Steps of the path in the distance of two axles, for encoders of a scale.
+/// Steps of the path in the distance of the front two axles, for encoders of a scale.
 fn steps_of(course: &Course<'_>, scale: f64) -> usize {
-    (scale * course.spacing() / STEP) as usize
+    (scale * course.spacings()[0] / STEP) as usize
 }
 
 /// The best passing with the angles of `links`. `None` where the ground shows nothing.
 fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
     let [front, rear] = course.heights(links);
-    let (count, spacing) = (course.len(), course.spacing());
+    let (count, [spacing, behind]) = (course.len(), course.spacings());
     let at = |scale: f64| steps_of(course, scale);
+    let is_even = course.is_even();
+    // Both sides of the equation, for a shift of the front wheels.
+    let sides = |shift: usize| {
+        if is_even {
+            let n = count.checked_sub(shift).filter(|n| *n > at(1.0) / 2)?;
+            return Some((rear[shift..].to_vec(), front[..n].to_vec()));
+        }
+        let back = (shift as f64 * behind / spacing) as usize;
+        let n = count.checked_sub(shift + back);
+        let n = n.filter(|n| *n > at(1.0) / 2)?;
+        let moved = |x: &[f64], by: usize, from: usize| {
+            zip(&x[from + by..from + by + n], &x[from..from + n], |a, b| {
+                a - b
+            })
+        };
+        Some((moved(&rear, shift, back), moved(&front, back, 0)))
+    };
     let explained = |shift: usize| {
-        let n = count.checked_sub(shift).filter(|n| *n > at(1.0) / 2)?;
-        let (y, x) = (&rear[shift..], &front[..n]);
-        let y = zip(y, x, |y, x| if x.is_finite() { y } else { f64::NAN });
+        let (y, x) = sides(shift)?;
+        let y = zip(&y, &x, |y, x| if x.is_finite() { y } else { f64::NAN });
         // The same heights, but for a constant: the start may be on a slope, zeros may be wrong.
-        let left = deviation(&zip(&y, x, |y, x| y - x));
+        let left = deviation(&zip(&y, &x, |y, x| y - x));
         let size = deviation(&y);
         (size > LEAST_HEIGHT).then_some(1.0 - (left / size).powi(2))
     };

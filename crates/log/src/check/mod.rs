@@ -48,7 +48,7 @@ use self::motion::Motion;
 use self::readings::Readings;
 use self::recording::Recording;
 use robhaz_estimator::{EstimatorSettings, NoiseBudget, SensorFrame};
-use robhaz_model::Robot;
+use robhaz_model::{Robot, Suspension};
 use std::borrow::Cow;
 
 /// What is stated of the robot and its sensors.
@@ -67,6 +67,15 @@ pub struct Stated<'a> {
 }
 
 impl Stated<'_> {
+    /// The link that the body is fixed to, from 0, if the readings of the links are made of those of
+    /// the body; `None` of a four-bar.
+    fn body_link(&self) -> Option<usize> {
+        match self.robot.geometry.suspension {
+            Suspension::Bogie { body } if self.of_body => Some(body.index()),
+            _ => None,
+        }
+    }
+
     /// `best` with what is stated; with contact angles if each wheel has some.
     fn settings(&self, frames: &[SensorFrame]) -> EstimatorSettings {
         let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
@@ -101,8 +110,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         findings: vec![clock.finding()],
     };
     log.findings.extend(still::findings(frames, budget));
-    log.findings
-        .extend(rest::findings(&log.recording, budget, stated.of_body));
+    log.findings.extend(rest::findings(&log.recording, stated));
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
@@ -116,10 +124,10 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         log.findings.push(finding);
         return Report::new(log.findings);
     }
-    log.take(start::findings(&log, forward));
+    log.take(start::findings(&log, forward, stated.body_link()));
     let course = Course::new(&log.motion, robot, &log.recording.inclination);
     let speed = log.motion.speed(robot);
-    let (ground, on_ground) = ground::findings(course.as_ref(), robot, budget, speed);
+    let (ground, on_ground) = ground::findings(&course, robot, budget, speed, stated.body_link());
     log.take(ground);
     let links = links::findings(&log, on_ground);
     // With wrong signs or units a delay has no meaning.
@@ -134,7 +142,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         }
     }
     let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
-    log.findings.extend(fused.as_ref().map(ground::distance));
+    log.findings.push(ground::distance(&fused));
     let (drive, order) = drive::findings(&log);
     log.take(drive);
     let settings = stated.settings(&log.frames);
@@ -162,6 +170,8 @@ fn name_sensors_of_body(finding: &mut Finding) {
     let is_of_link = ["gyro", "inclinometer"].map(|name| finding.channel.contains(name));
     if let Some(remedy) = &mut finding.remedy
         && is_of_link.contains(&true)
+        && !remedy.contains("body_inclination")
+        && !remedy.contains("pin_angle")
     {
         *remedy += "\nmade of body_inclination, body_rate and pin_angle: what both links show alike is of the first two";
     }

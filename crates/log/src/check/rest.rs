@@ -1,9 +1,9 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
+use crate::check::Stated;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::signal::rms;
-use robhaz_estimator::NoiseBudget;
 
 /// Shortest rest that is used, s.
 const SHORTEST: f64 = 0.3;
@@ -28,6 +28,8 @@ const NOISE_RATIO: f64 = 2.0;
 const UNIT_RATIO: f64 = 40.0;
 /// Inclination up to which a robot stands without torques, rad.
 const LEVEL: f64 = 3.0 * DEGREE;
+/// Inclination of a link beyond which no robot stands, rad.
+const STEEPEST: f64 = 60.0 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 const ZERO: &str = "zero at rest";
@@ -83,9 +85,10 @@ impl AtRest<'_> {
     }
 }
 
-/// All findings. With readings `of_body` the noise of the links' is not that of a sensor: the rate of
-/// pin Q is 0 at rest.
-pub fn findings(recording: &Recording, budget: &NoiseBudget, of_body: bool) -> Vec<Finding> {
+/// All findings. The noise of readings of the links that are made of those of the body is not that of
+/// a sensor: the rate of pin Q is 0 at rest.
+pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
+    let budget = &stated.budget;
     let end = rest(recording);
     if end < recording.steps(SHORTEST) {
         let remedy = "record a second at rest on level ground before the drive";
@@ -119,13 +122,21 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget, of_body: bool) -> V
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
     let torque = if level { torque } else { torque_on_a_slope };
     let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, gyro)).collect();
-    findings.extend(
-        inclinometers
-            .iter()
-            .map(|x| x.zero(level_zero, inclination)),
-    );
+    let opening = inclinometers[0].mean() - inclinometers[1].mean();
+    for (k, x) in inclinometers.iter().enumerate() {
+        findings.push(
+            x.zero(level_zero, |finding, mean| match stated.body_link() {
+                None => inclination(finding, mean, "offset"),
+                Some(body) if body == k => inclination(finding, mean, "offset of body_inclination"),
+                Some(_) => inclination(finding, opening, "offset of pin_angle"),
+            }),
+        );
+    }
     findings.extend(torques.iter().map(|x| x.zero(torque_zero, torque)));
-    let of_links = gyros.iter().chain(&inclinometers).filter(|_| !of_body);
+    let of_links = gyros
+        .iter()
+        .chain(&inclinometers)
+        .filter(|_| !stated.of_body);
     findings.extend(of_links.chain(&torques).map(noise));
     findings
 }
@@ -145,10 +156,15 @@ fn gyro(finding: Finding, mean: f64) -> Finding {
     finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
 }
 
-/// At rest the robot may stand on a slope.
-fn inclination(finding: Finding, mean: f64) -> Finding {
+/// At rest the robot may stand on a slope. `key`: what takes the angle, rad.
+fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
+    if mean.abs() > STEEPEST {
+        return finding.fault(format!(
+            "no robot stands like that: add {mean:.5} (rad) to {key}"
+        ));
+    }
     finding.cannot_tell(format!(
-        "if the robot stood on level ground in its nominal pose, state offset = {mean:.5} (rad)"
+        "if the robot stood on level ground in its nominal pose, add {mean:.5} (rad) to {key}"
     ))
 }
 

@@ -69,6 +69,9 @@ impl fmt::Display for Channel {
 pub enum Change {
     Factor(Channel, f64),
     Exchange(Channel, Channel),
+    /// The sign of the angle of pin Q, which gives the readings of the link without the body. Number
+    /// of the link with the body, from 0.
+    Pin(usize),
 }
 
 impl Change {
@@ -78,6 +81,17 @@ impl Change {
             Self::Factor(channel, factor) => {
                 let value = channel.of(frame);
                 *value = value.map(|v| factor * v);
+            }
+            Self::Pin(body) => {
+                let (body, other) = match body {
+                    0 => (frame.link1, &mut frame.link2),
+                    _ => (frame.link2, &mut frame.link1),
+                };
+                let turn = |of_body: Option<f64>, x: &mut Option<f64>| {
+                    *x = of_body.zip(*x).map(|(body, x)| 2.0 * body - x);
+                };
+                turn(body.inclination, &mut other.inclination);
+                turn(body.rate, &mut other.rate);
             }
             Self::Exchange(a, b) => {
                 let (x, y) = (a.value(frame), b.value(frame));
@@ -105,6 +119,7 @@ impl fmt::Display for Change {
             }
             Self::Factor(channel, factor) => write!(f, "{channel} times {factor:.4}"),
             Self::Exchange(a, b) => write!(f, "exchange {a} and {b}"),
+            Self::Pin(_) => write!(f, "turn round sign of reading.pin_angle"),
         }
     }
 }

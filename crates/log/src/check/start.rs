@@ -29,7 +29,7 @@ const TEST: &str = "sign at the start";
 
 /// All findings, and what to change; for encoders of one sign. `forward` is that of the
 /// acceleration by the inclinometers.
-pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
+pub fn findings(log: &Readings<'_>, forward: Sign, body_link: Option<usize>) -> Tested {
     let (recording, motion) = (&log.recording, &log.motion);
     let end = rest(recording);
     let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
@@ -51,7 +51,12 @@ pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
     let mut all = Tested::default();
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
     if forward == Sign::Negative || is_backwards && forward == Sign::Positive {
-        let (finding, changes) = common(is_backwards, forward);
+        let (mut finding, mut changes) = common(is_backwards, forward);
+        if let Some(body) = body_link.filter(|_| !is_backwards) {
+            // The sign of the body's readings alone.
+            changes.push(Change::Pin(body));
+            finding = finding.fault("the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques");
+        }
         all.add(finding, changes);
         return all;
     }
