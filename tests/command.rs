@@ -40,6 +40,7 @@ fn a_new_scene_can_be_of_a_rover() {
     let dir = tempfile::tempdir().unwrap();
     for (kind, rover) in [
         ("rocker-bogie", "open-source-rover"),
+        ("rocker-bogie-rear", "curiosity"),
         ("triple-bogie", "exomy"),
     ] {
         let mut new = robhaz(dir.path());

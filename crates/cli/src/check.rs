@@ -31,6 +31,7 @@ const BEST: &str = "best";
 pub fn run(args: &Args) -> Result<()> {
     let mut place = LogPlace::find(&args.log).map_err(shown)?;
     describe(&mut place, args.sensors.as_deref(), args.robot.as_deref())?;
+    let is_of_unknown = !place.choice.states_robot && !place.is_described;
     // Others may need contact angles.
     place.choice.select(&[BEST.to_owned()]).into_diagnostic()?;
     let options = LogOptions {
@@ -55,6 +56,10 @@ pub fn run(args: &Args) -> Result<()> {
     }
     // The time stamps first: all else depends on them.
     let mut findings: Vec<Finding> = source.log_report().iter().flat_map(of_time).collect();
+    if is_of_unknown {
+        let finding = Finding::ok("robot", "all", "none is stated: robot A counts");
+        findings.push(finding.cannot_tell("state yours: --robot ROBOT.toml"));
+    }
     findings.extend(check(&frames, &stated).findings);
     let report = Report::new(findings);
     tell(

@@ -16,9 +16,11 @@ const SCENE: Format = Format {
 enum Robot {
     /// A four-bar linkage on each side, as ROBHAZ-6WHEEL: geometry A
     FourBar,
-    /// A rocker with one wheel, fixed to the body by the differential, and a bogie with two: with the
-    /// dimensions of the Open Source Rover
+    /// A rocker, fixed to the body by the differential, with the rear wheel, and a bogie with two in
+    /// front: with the dimensions of the Open Source Rover
     RockerBogie,
+    /// The same with the bogie at the rear: with the dimensions of Curiosity
+    RockerBogieRear,
     /// A bogie with two wheels on each side, and one across the rear: with the dimensions of ExoMy
     TripleBogie,
 }
@@ -29,6 +31,7 @@ impl Robot {
         match self {
             Self::FourBar => include_str!("new_scene.toml"),
             Self::RockerBogie => include_str!("../../../robots/open-source-rover.toml"),
+            Self::RockerBogieRear => include_str!("../../../robots/curiosity.toml"),
             Self::TripleBogie => include_str!("../../../robots/exomy.toml"),
         }
     }
