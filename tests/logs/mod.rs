@@ -1,6 +1,7 @@
 //! `robhaz estimate` and `robhaz export`: recorded logs give the estimates of the run, and faults
 //! of logs are reported.
 
+mod body;
 mod documents;
 mod equivalence;
 mod faults;

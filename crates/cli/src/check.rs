@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> Result<()> {
         budget: choice.budget,
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
-        of_body: log.is_of_body(),
+        of_body: log.is_of_body() || choice.of_body,
     };
     let name = log.name.clone();
     let mut source = log.into_source();

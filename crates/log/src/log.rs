@@ -89,7 +89,7 @@ impl Log {
         let mount = plan.is_of_body().then(|| {
             let robot = &choice.robot.robot;
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
-            let (speed, period) = pace(&plan, &survey, robot.geometry.wheel_radius);
+            let (speed, period) = pace(&plan, &survey, robot);
             choice.budget = choice
                 .budget
                 .of_body_sensors(robot, choice.pin, speed, period);

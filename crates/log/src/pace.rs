@@ -3,13 +3,17 @@
 use crate::check::median;
 use crate::plan::Plan;
 use crate::survey::Survey;
+use robhaz_estimator::DRIVING_SPEED;
+use robhaz_model::{Robot, Units};
 
 /// Time over which a speed is measured, s: counts of an encoder may be coarse.
 const STEP: f64 = 0.1;
 
-/// Median speed of wheel 1 while it turns (m/s), for wheels of a `radius` (m), and the period of the
-/// pin's angle, s; 0 where the log has none.
-pub fn pace(plan: &Plan, survey: &Survey, radius: f64) -> (f64, f64) {
+/// Median speed of a wheel while it drives (m/s), of the first one that the log has, and the period
+/// of the pin's angle, s; 0 where the log has none.
+pub fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
+    let radius = robot.geometry.wheel_radius;
+    let least = DRIVING_SPEED * Units::of(robot).speed();
     let find = |name: &str| {
         plan.channels.iter().enumerate().find_map(|(i, channel)| {
             let mut readings = channel.readings.iter();
@@ -18,7 +22,8 @@ pub fn pace(plan: &Plan, survey: &Survey, radius: f64) -> (f64, f64) {
         })
     };
     let period = find("pin_angle").map_or(0.0, |(channel, ..)| channel.report.period);
-    let Some((channel, columns, formula)) = find("wheel1_angle") else {
+    let angles = ["wheel1_angle", "wheel2_angle", "wheel3_angle"];
+    let Some((channel, columns, formula)) = angles.into_iter().find_map(find) else {
         return (0.0, period);
     };
     let value = |cells: &[f64]| {
@@ -33,6 +38,6 @@ pub fn pace(plan: &Plan, survey: &Survey, radius: f64) -> (f64, f64) {
     let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
     let pairs = rows.iter().zip(rows.iter().skip(step));
     let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
-    let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > 0.0));
+    let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > least));
     (speed.unwrap_or(0.0), period)
 }

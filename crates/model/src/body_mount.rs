@@ -1,7 +1,7 @@
 //! Angles and rates of links 1 and 2 from an inertial sensor in the body and the angle of pin Q, as
 //! rovers have them.
 
-use crate::{Geometry, Posture, sqrt};
+use crate::{Geometry, Posture, Suspension, sqrt};
 
 /// Readings of one sample; `None` where one is missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,8 +37,10 @@ pub struct BodyMount {
     noise: f64,
     /// Density of the second derivative of the pin's angle along the path, rad^2/m^3.
     density: f64,
-    /// Last turn of each wheel, rad.
-    turns: [Option<f64>; 3],
+    /// Time (s) and turn (rad) of the last reading of each wheel.
+    turns: [Option<(f64, f64)>; 3],
+    /// Speed of each wheel between its last two readings, m/s.
+    rolled: [Option<f64>; 3],
     /// Way since the last reading of the pin, m.
     way: f64,
     /// Time of the last sample, s.
@@ -68,6 +70,7 @@ impl BodyMount {
             geometry: geometry.clone(),
             noise: noise.max(Self::LEAST_NOISE),
             turns: [None; 3],
+            rolled: [None; 3],
             way: 0.0,
             time: None,
             speed: 0.0,
@@ -91,18 +94,17 @@ impl BodyMount {
         speed * sqrt(core::f64::consts::SQRT_2 * q34 * sqrt(sqrt(r)))
     }
 
-    /// The readings of the links at `time`, s. None of both links where the linkage cannot close at
-    /// the angle of the pin, and before its first reading.
+    /// The readings of the links at `time`, s. Without a reading of the pin there are none but, of a
+    /// bogie, those of the link that the body is fixed to; none of both where the linkage cannot
+    /// close at the angle of the pin.
     pub fn links(&mut self, time: f64, reading: &BodyReading) -> LinkReadings {
         self.roll(time, &reading.wheels);
-        if let Some(angle) = reading.pin {
-            self.update(angle);
-        }
-        let Some(([filtered, slope], _)) = self.pin else {
-            return LinkReadings::default();
+        let Some(opening) = reading.pin else {
+            return self.without_pin(reading);
         };
+        self.update(opening);
+        let slope = self.pin.map_or(0.0, |([_, slope], _)| slope);
         let rate = slope * self.speed;
-        let opening = reading.pin.unwrap_or(filtered);
         let Ok(posture) = Posture::close(&self.geometry, opening, 0.0) else {
             return LinkReadings::default();
         };
@@ -116,22 +118,40 @@ impl BodyMount {
         }
     }
 
-    /// Way and speed by the mean turn of the wheels.
-    fn roll(&mut self, time: f64, wheels: &[Option<f64>; 3]) {
-        let (mut turned, mut count) = (0.0, 0.0);
-        for (last, now) in self.turns.iter_mut().zip(wheels) {
-            if let (Some(last), Some(now)) = (*last, *now) {
-                turned += now - last;
-                count += 1.0;
+    fn without_pin(&self, reading: &BodyReading) -> LinkReadings {
+        let mut found = LinkReadings::default();
+        if let Suspension::Bogie { body } = self.geometry.suspension {
+            let links = found.inclination.iter_mut().zip(&mut found.rate);
+            if let Some((inclination, rate)) = links.into_iter().nth(body.index()) {
+                (*inclination, *rate) = (reading.inclination, reading.rate);
             }
-            *last = now.or(*last);
         }
+        found
+    }
+
+    /// Way and speed by the wheels, each over the time since its own last reading: encoders may be
+    /// slower than the samples, or have stamps of their own.
+    fn roll(&mut self, time: f64, wheels: &[Option<f64>; 3]) {
         let dt = self.time.map_or(0.0, |last| time - last);
         self.time = Some(time);
+        let radius = self.geometry.wheel_radius;
+        for ((last, rolled), now) in self.turns.iter_mut().zip(&mut self.rolled).zip(wheels) {
+            let Some(now) = *now else {
+                continue;
+            };
+            *rolled = (last.filter(|(then, _)| time > *then))
+                .map(|(then, turn)| radius * (now - turn) / (time - then));
+            *last = Some((time, now));
+        }
+        let (mut sum, mut count) = (0.0, 0.0);
+        for speed in self.rolled.iter().flatten() {
+            sum += speed;
+            count += 1.0;
+        }
         if count > 0.0 && dt > 0.0 {
-            let way = self.geometry.wheel_radius * turned / count;
-            self.way += way;
-            self.speed += dt / (Self::SPEED_TIME + dt) * (way / dt - self.speed);
+            let speed = sum / count;
+            self.way += speed * dt;
+            self.speed += dt / (Self::SPEED_TIME + dt) * (speed - self.speed);
         }
     }
 
@@ -194,6 +214,38 @@ mod tests {
         }
     }
 
+    /// Equivalence: encoders at a quarter of the samples, each in frames of its own, give the rate of
+    /// encoders in every sample; without the pin the link with the body keeps its readings.
+    #[test]
+    fn slow_encoders_give_the_same_rate() {
+        let mut geometry = Geometry::b();
+        geometry.make_bogie(Carrier::Link1);
+        let [mut each, mut slow] = [0, 1].map(|_| BodyMount::new(&geometry, 1e-4));
+        for k in 0..=4000_usize {
+            let t = 1e-3 * k as f64;
+            let reading = BodyReading {
+                inclination: Some(0.0),
+                rate: Some(0.0),
+                pin: Some(0.05 * t),
+                wheels: [Some(2.0 * t); 3],
+            };
+            let few = BodyReading {
+                wheels: [0, 1, 2].map(|i| (k % 4 == i).then_some(2.0 * t)),
+                ..reading
+            };
+            let [a, b] = [each.links(t, &reading), slow.links(t, &few)];
+            let [a, b] = [a, b].map(|found| found.rate[1].expect("a reading"));
+            assert!(k < 2000 || (a - b).abs() < 1e-4, "{a} {b}");
+        }
+        let found = slow.links(4.001, &BodyReading::default());
+        assert_eq!(found, LinkReadings::default());
+        let body = BodyReading {
+            inclination: Some(0.1),
+            ..BodyReading::default()
+        };
+        assert_eq!(slow.links(4.002, &body).inclination, [Some(0.1), None]);
+    }
+
     /// Closed form: the stated deviation of the rate is the steady state of the filter, to 5 %: the
     /// way between readings is 3 % of the filter's length `(r/q)^(1/4)`.
     #[test]
@@ -209,8 +261,8 @@ mod tests {
         assert!((found / mount.rate_sigma(0.2, 1e-3) - 1.0).abs() < 0.05);
     }
 
-    /// Missing readings: without the pin's nothing is known before the first; without the body's no
-    /// angle; the pin's last one serves on. At rest there is no rate.
+    /// Missing readings: without the pin's a four-bar has none; without the body's inclination it has
+    /// rates. At rest these are 0.
     #[test]
     fn missing_readings_leave_what_they_show() {
         let mut mount = BodyMount::new(&Geometry::a(), 1e-3);
@@ -224,10 +276,8 @@ mod tests {
         let whole = mount.links(0.001, &reading);
         assert!(whole.inclination.iter().all(Option::is_some));
         assert_eq!(whole.rate, [Some(0.0); 2]);
-        reading.pin = None;
-        assert_eq!(mount.links(0.002, &reading).inclination, whole.inclination);
         reading.inclination = None;
-        let rates = mount.links(0.003, &reading);
+        let rates = mount.links(0.002, &reading);
         assert!(rates.inclination == [None; 2] && rates.rate.iter().all(Option::is_some));
     }
 }

@@ -93,8 +93,8 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
     let fastest = FrictionTestPlan::fastest_rate(robot);
     if rate > fastest {
         let rate = valued("drive.friction_test.rate", rate);
-        let rule =
-            format!("at most {fastest:.3} N m/s for the weight and the wheels of this robot");
+        let most = explicit_step::floor(fastest);
+        let rule = format!("at most {most} N m/s for the weight and the wheels of this robot");
         found.push(conflict([rate], rule));
     }
     let estimator = (scene.control_estimator()).and_then(|i| scene.estimators.get(i));

@@ -68,7 +68,7 @@ impl Forces {
     /// but rounding is left.
     pub fn keep_proper(&mut self) {
         let p = self.covariance;
-        let variance = [0, 1, 2, 3, 4, 5].map(|k: usize| p[k][k].max(0.0));
+        let variance = [0, 1, 2, 3, 4, 5].map(|k: usize| if p[k][k] < 0.0 { 0.0 } else { p[k][k] });
         let is_proper = |i: usize, j: usize| {
             let (a, b) = (p[i][j], p[j][i]);
             (a * a).max(b * b) <= variance[i] * variance[j] * (1.0 + 1e-9) + 1e-12

@@ -95,13 +95,15 @@ pub enum Signs {
     Unknown,
 }
 
-/// All findings, and what to change. `body_link`: see [`wirings`].
+/// All findings, and what to change. `body_link`: see [`wirings`]; `is_forward`: whether the
+/// inclinometers show the acceleration of the wheels. The ground is the same for an inertial sensor
+/// that is mounted the other way round as for a pin that is.
 pub fn findings(
     course: &Course<'_>,
-    robot: &Robot,
-    budget: &NoiseBudget,
+    (robot, budget): (&Robot, &NoiseBudget),
     speed: f64,
     body_link: Option<usize>,
+    is_forward: bool,
 ) -> (Tested, Signs) {
     let wirings = wirings(body_link);
     let passings: Vec<_> = (wirings.iter().map(|(links, _)| passing(course, links))).collect();
@@ -117,7 +119,10 @@ pub fn findings(
             Signs::Unknown,
         );
     }
-    let (finding, change) = signs(&wirings, &passings);
+    let (mut finding, change) = signs(&wirings, &passings);
+    if matches!(change, Some(Change::Pin(_))) && !is_forward {
+        finding = finding.fault("turn round sign of reading.pin_angle, or those of body_inclination and body_rate: a start shows which");
+    }
     let signs = match (finding.verdict, change) {
         (Verdict::CannotTell, _) | (_, Some(Change::Pin(_))) => Signs::Unknown,
         (_, Some(Change::Factor(..))) => Signs::Different,
@@ -297,6 +302,8 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
         let size = deviation(&y);
         (size > LEAST_HEIGHT).then_some(1.0 - (left / size).powi(2))
     };
+    // The true distance is within the way.
+    sides(at(1.0))?;
     let (first, last) = (at(*SCALES.start()), at(*SCALES.end()));
     let best = (first..=last)
         .filter_map(|shift| Some((shift, explained(shift)?)))

@@ -109,7 +109,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         recording,
         findings: vec![clock.finding()],
     };
-    log.findings.extend(still::findings(frames, budget));
+    log.findings.extend(still::findings(frames, stated));
     log.findings.extend(rest::findings(&log.recording, stated));
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
@@ -127,7 +127,13 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.take(start::findings(&log, forward, stated.body_link()));
     let course = Course::new(&log.motion, robot, &log.recording.inclination);
     let speed = log.motion.speed(robot);
-    let (ground, on_ground) = ground::findings(&course, robot, budget, speed, stated.body_link());
+    let (ground, on_ground) = ground::findings(
+        &course,
+        (robot, budget),
+        speed,
+        stated.body_link(),
+        forward == links::Sign::Positive,
+    );
     log.take(ground);
     let links = links::findings(&log, on_ground);
     // With wrong signs or units a delay has no meaning.

@@ -3,7 +3,7 @@
 use crate::check::recording::Recording;
 use crate::check::signal::{derivative, median, smooth, zip};
 use robhaz_estimator::DRIVING_SPEED;
-use robhaz_model::{Robot, Vec2, rotate};
+use robhaz_model::{Robot, Units, Vec2, rotate};
 
 /// Time over which speeds and angles are averaged, s.
 const SMOOTHING: f64 = 0.05;
@@ -62,7 +62,8 @@ impl Motion {
 
     /// A signal where the robot drives, at rest a NaN.
     pub fn while_driving(&self, robot: &Robot, x: &[f64]) -> Vec<f64> {
-        let least = DRIVING_SPEED / robot.geometry.wheel_radius;
+        let speed = DRIVING_SPEED * Units::of(robot).speed();
+        let least = speed / robot.geometry.wheel_radius;
         zip(x, &self.middle_spin, |x, spin| {
             if spin.abs() > least { x } else { f64::NAN }
         })

@@ -122,15 +122,26 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
     let torque = if level { torque } else { torque_on_a_slope };
     let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, gyro)).collect();
-    let opening = inclinometers[0].mean() - inclinometers[1].mean();
-    for (k, x) in inclinometers.iter().enumerate() {
-        findings.push(
-            x.zero(level_zero, |finding, mean| match stated.body_link() {
-                None => inclination(finding, mean, "offset"),
-                Some(body) if body == k => inclination(finding, mean, "offset of body_inclination"),
-                Some(_) => inclination(finding, opening, "offset of pin_angle"),
-            }),
-        );
+    let pin: Vec<f64> = (0..end)
+        .map(|i| recording.inclination[0][i] - recording.inclination[1][i])
+        .collect();
+    let pin = AtRest {
+        name: "pin Q".to_owned(),
+        values: &pin,
+        unit: "deg",
+        factor: 1.0 / DEGREE,
+        noise: budget.inclination_noise,
+    };
+    // Readings of the links that are made of others have the zeros of these.
+    let zeros: Vec<(&AtRest<'_>, &str)> = match stated.body_link() {
+        Some(body) => vec![
+            (&inclinometers[body], "offset of body_inclination"),
+            (&pin, "offset of pin_angle"),
+        ],
+        None => inclinometers.iter().map(|x| (x, "offset")).collect(),
+    };
+    for (x, key) in zeros {
+        findings.push(x.zero(level_zero, |finding, mean| inclination(finding, mean, key)));
     }
     findings.extend(torques.iter().map(|x| x.zero(torque_zero, torque)));
     let of_links = gyros
@@ -160,7 +171,7 @@ fn gyro(finding: Finding, mean: f64) -> Finding {
 fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
     if mean.abs() > STEEPEST {
         return finding.fault(format!(
-            "no robot stands like that: add {mean:.5} (rad) to {key}"
+            "no robot stands like that: check the unit, or add {mean:.5} (rad) to {key}"
         ));
     }
     finding.cannot_tell(format!(

@@ -1,8 +1,10 @@
 //! Channels that do not change, and channels at the end of their range.
 
+use crate::check::Stated;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
+use robhaz_model::Units;
 use std::f64::consts::TAU;
 
 /// Longest time without any change of a working sensor while the robot drives, s.
@@ -10,7 +12,7 @@ const LONGEST_CONSTANT: f64 = 1.0;
 /// Number of equal readings in a row, at the greatest or least value of the log, that shows the end
 /// of a range.
 const AT_LIMIT: usize = 20;
-/// Speed of the slower one of two wheels that shows that the robot drives, rad/s.
+/// Speed of the slower one of two wheels that shows that robot A drives, rad/s.
 const TURNS: f64 = 0.2;
 
 /// Longest time between two frames in which a jump of an angle is looked for, s.
@@ -32,8 +34,9 @@ const fn noise(channel: Channel, budget: &NoiseBudget) -> f64 {
 }
 
 /// All findings.
-pub fn findings(frames: &[SensorFrame], budget: &NoiseBudget) -> Vec<Finding> {
-    let driving = driving(frames);
+pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
+    let budget = &stated.budget;
+    let driving = driving(frames, TURNS / Units::of(stated.robot).time);
     let mut findings = Vec::new();
     for channel in Channel::ALL {
         let noise = noise(channel, budget);
@@ -44,18 +47,19 @@ pub fn findings(frames: &[SensorFrame], budget: &NoiseBudget) -> Vec<Finding> {
             findings.extend(at_limit(frames, channel, noise));
         }
     }
-    findings.extend(repeated(frames));
+    findings.extend(repeated(frames, stated.of_body));
     findings
 }
 
-/// Channels of one kind whose readings are the same in each frame, though they change.
-fn repeated(frames: &[SensorFrame]) -> Vec<Finding> {
+/// Channels of one kind whose readings are the same in each frame, though they change; without the
+/// gyroscopes of links whose readings are made of those of the body.
+fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (k, a) in Channel::ALL.into_iter().enumerate() {
         for b in Channel::ALL
             .into_iter()
             .skip(k + 1)
-            .filter(|b| a.is_like(*b))
+            .filter(|b| a.is_like(*b) && !(of_body && *b == Channel::Gyro(1)))
         {
             let pair = |f: &SensorFrame| Some((a.value(f)?, b.value(f)?));
             let pairs = || frames.iter().filter_map(pair);
@@ -99,8 +103,8 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     Some(finding.with("jump", largest, "rad"))
 }
 
-/// At each frame, how many wheels turn: speeds over a quarter of a second before.
-fn driving(frames: &[SensorFrame]) -> Vec<[bool; 3]> {
+/// At each frame, which wheels turn faster than `turns` (rad/s): speeds over a quarter of a second before.
+fn driving(frames: &[SensorFrame], turns: f64) -> Vec<[bool; 3]> {
     let mut from = 0;
     frames
         .iter()
@@ -112,7 +116,7 @@ fn driving(frames: &[SensorFrame]) -> Vec<[bool; 3]> {
             let before = &frames[from];
             let elapsed = frame.time - before.time;
             [0, 1, 2].map(|w| match (frame.wheel_angle[w], before.wheel_angle[w]) {
-                (Some(a), Some(b)) if elapsed > 0.1 => (a - b).abs() > TURNS * elapsed,
+                (Some(a), Some(b)) if elapsed > 0.1 => (a - b).abs() > turns * elapsed,
                 _ => false,
             })
         })

@@ -7,6 +7,7 @@ use crate::scene::Scene;
 use crate::suggest::nearest;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
 use robhaz_masses::ModelErrorTooLarge;
+use robhaz_sim::sensors::ImuPlace;
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,9 @@ pub struct LogChoice {
     pub states_friction: bool,
     /// Whether `drive.viscous_damping` is stated; else that of the robot's file counts.
     pub states_damping: bool,
+    /// Whether the readings of the links were made of those of the body and of pin Q by the run that
+    /// wrote them.
+    pub of_body: bool,
     /// White noise (rad a sample) and constant error (rad) of the angle of pin Q.
     pub pin: [f64; 2],
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
@@ -57,6 +61,7 @@ impl Default for LogChoice {
             states_robot: false,
             states_loads: false,
             states_friction: false,
+            of_body: false,
             pin: [0.1_f64.to_radians(); 2],
             states_damping: false,
             viscous_damping: scene.drive.viscous_damping,
@@ -104,6 +109,7 @@ impl LogChoice {
             states_robot: true,
             states_loads: true,
             states_friction: true,
+            of_body: scene.sensors.spec.imu == ImuPlace::Body,
             pin: [scene.sensors.spec.pin_noise, scene.sensors.spec.pin_bias],
             states_damping: true,
             viscous_damping: common,

@@ -13,6 +13,7 @@ use crate::write::Out;
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{Tolerances, WeighError};
+use robhaz_model::Units;
 use std::path::Path;
 
 impl LogChoice {
@@ -66,8 +67,14 @@ impl LogChoice {
         if let Some(path) = robot {
             choice.take_robot(path)?;
         }
+        let robot = &choice.robot.robot;
         if !choice.states_friction {
-            choice.budget.gear_friction = NoiseBudget::usual_gear_friction(&choice.robot.robot);
+            choice.budget.gear_friction = NoiseBudget::usual_gear_friction(robot);
+        }
+        if !choice.states_damping {
+            // That of robot A, for a robot of this weight and size.
+            let units = Units::of(robot);
+            choice.viscous_damping = Self::default().viscous_damping * units.torque() * units.time;
         }
         if choice.states_loads {
             return Ok((choice, None));
@@ -118,6 +125,7 @@ impl LogChoice {
                     .unwrap_or_default();
                 let damping = drive.iter().find(|entry| entry.key == "viscous_damping");
                 if let Some(entry) = damping.filter(|_| !self.states_damping) {
+                    self.states_damping = true;
                     reader.entry(DRIVE, entry, "drive", self);
                 }
                 Some(())

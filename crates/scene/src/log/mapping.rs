@@ -122,7 +122,11 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let mut without = Vec::new();
     let names = mapping.readings.iter().map(|r| r.name);
     let mut named = names.chain(mapping.imus.iter().map(|i| i.link));
-    let of_body = named.any(|name| is_of_body(name) == Some(true));
+    let of_body = named.clone().any(|name| is_of_body(name) == Some(true));
+    if of_body && named.any(|name| is_of_body(name) == Some(false)) {
+        let message = "found readings of the links and of the body, allowed: those of the links, or body_inclination, body_rate and pin_angle";
+        reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
+    }
     for name in READINGS {
         let readings = mapping
             .readings
