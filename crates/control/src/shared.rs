@@ -35,7 +35,7 @@
 use crate::input::{ControlInput, ControlSettings};
 use crate::wheel_speed::WheelSpeed;
 use robhaz_estimator::{Estimate, Flags};
-use robhaz_model::Robot;
+use robhaz_model::{Robot, Units};
 
 /// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for
 /// standstill, rad/s. It leaves room for creep (5 % of the speed at T = N for a slip stiffness of
@@ -93,6 +93,8 @@ pub struct Shared {
     cosines: [f64; 3],
     /// Share of the set speed, -.
     pace: f64,
+    /// Unit of time of the robot, s: the times of this control are those of robot A.
+    unit: f64,
     /// Integral of the speed error, rad; `None` before the first sample.
     integral: Option<f64>,
     /// Time of the last sample, s.
@@ -114,6 +116,7 @@ impl Shared {
             loads: [mean_load; 3],
             cosines: [1.0; 3],
             pace: 1.0,
+            unit: Units::of(&settings.robot).time,
             integral: None,
             time: 0.0,
         }
@@ -131,10 +134,11 @@ impl Shared {
         for i in 0..3 {
             speeds[i] = self.speeds[i].update(frame.time, frame.wheel_angle[i]);
         }
-        self.update_loads(input.estimate, dt);
-        let allowed = DIFFERENCE.0 * self.pace * input.set_speed.abs() + DIFFERENCE.1;
+        self.update_loads(input.estimate, dt / self.unit);
+        let allowed = DIFFERENCE.0 * self.pace * input.set_speed.abs() + DIFFERENCE.1 / self.unit;
         let motion = self.motion(speeds, allowed);
-        self.update_pace(slides(input.estimate) || motion.differs(allowed), dt);
+        let slides = slides(input.estimate) || motion.differs(allowed);
+        self.update_pace(slides, dt / self.unit);
         let error = self.pace * input.set_speed - motion.reference;
         // The first torques are those that the drives have.
         let held: f64 = frame.motor_torque.iter().flatten().sum();
@@ -153,7 +157,7 @@ impl Shared {
         torques
     }
 
-    /// Moves loads and cosines towards those of the estimate over `dt` (s).
+    /// Moves loads and cosines towards those of the estimate over `dt`, in units of the robot.
     fn update_loads(&mut self, estimate: Option<&Estimate>, dt: f64) {
         let trusted = estimate.filter(|e| {
             !e.flags.contains(Flags::SENSOR_STALE) && !e.flags.contains(Flags::AT_STOP)
@@ -188,7 +192,7 @@ impl Shared {
         }
     }
 
-    /// Slows down while a wheel slides, and recovers, over `dt` (s).
+    /// Slows down while a wheel slides, and recovers, over `dt`, in units of the robot.
     fn update_pace(&mut self, slides: bool, dt: f64) {
         self.pace = if slides {
             self.pace + (CRAWL - self.pace) * dt / (dt + SLOWING_TIME)

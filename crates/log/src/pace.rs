@@ -1,4 +1,5 @@
-//! How fast a log drives, and how often its pin is read: what the error of the pin's rate depends on.
+//! How fast a log drives, and how often its pin is read: what the error of the pin's rate depends
+//! on.
 
 use crate::check::median;
 use crate::plan::Plan;

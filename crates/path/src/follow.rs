@@ -30,7 +30,7 @@ pub struct Passed {
     pub impact: bool,
 }
 
-/// The share of the set speed a time (s) after it was `share`: the shared control slows down to a
+/// The share of the set speed a time (of robot A, s) after it was `share`: the shared control slows down to a
 /// crawl while wheels slide.
 fn share_after(share: f64, slides: bool, time: f64) -> f64 {
     if slides {
@@ -53,6 +53,8 @@ pub struct DriveLimits<'a> {
     pub sliding: &'a dyn Fn(f64) -> f64,
     /// Whether the control slows down while wheels slide.
     pub slows_down: bool,
+    /// Unit of time of the robot, s.
+    pub unit: f64,
 }
 
 /// Where a robot gets stuck.
@@ -105,7 +107,7 @@ impl DriveLimits<'_> {
                 let mean = 0.5 * (speed + reached.sqrt());
                 let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
                 let slides = most < set * set || slowest > set * set;
-                share = share_after(share, slides, time);
+                share = share_after(share, slides, time / self.unit);
             }
             speed = reached.sqrt();
             speeds.push(speed);

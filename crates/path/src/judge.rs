@@ -8,6 +8,7 @@ use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
+use robhaz_model::Units;
 
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
@@ -52,6 +53,7 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
         traction: setup.traction_limit(),
         sliding: &sliding,
         slows_down: setup.options.drive == DriveKind::Shared,
+        unit: Units::of(&setup.robot).time,
     };
     let mut speeds = Vec::with_capacity(passed.len());
     let stuck = limits.follow(passed, 0.0, &mut speeds);

@@ -4,9 +4,9 @@ use super::result::{FrictionTestEnd, FrictionTestResult};
 use super::test::{FrictionTest, FrictionTestPhase};
 use crate::input::ControlInput;
 
-/// Time over which the torque is taken back, s.
+/// Time over which the torque of robot A is taken back, s.
 const BACK_OFF: f64 = 0.3;
-/// Duration of the approach, s.
+/// Duration of the approach of robot A, s.
 const APPROACH: f64 = 1.0;
 
 /// A ramp of the torque of one wheel. It goes smoothly to its first torque, grows linearly until
@@ -20,19 +20,23 @@ pub(crate) struct Ramp {
     torque: [f64; 2],
     /// Rate with its direction, N m/s.
     rate: f64,
+    /// Unit of time of the robot, s.
+    unit: f64,
     /// The torque at the end of the rise (N m), and that time (s).
     back_off: Option<(f64, f64)>,
 }
 
 impl Ramp {
     /// A ramp of wheel `wheel` (0 to 2) from `time` (s) on: from one torque to another in the
-    /// approach (N m), then with `rate` (N m/s), negative to brake.
-    pub fn new(wheel: usize, time: f64, torque: [f64; 2], rate: f64) -> Self {
+    /// approach (N m), then with `rate` (N m/s), negative to brake. `unit`: that of time of the
+    /// robot, s.
+    pub fn new(wheel: usize, time: f64, torque: [f64; 2], rate: f64, unit: f64) -> Self {
         Self {
             test: FrictionTest::new(wheel, time),
             start: time,
             torque,
             rate,
+            unit,
             back_off: None,
         }
     }
@@ -62,7 +66,7 @@ impl Ramp {
         }
         let limited = wanted.max(-limit).min(limit);
         let (torque, since) = *self.back_off.get_or_insert((limited, now));
-        let passed = ((now - since) / BACK_OFF).min(1.0);
+        let passed = ((now - since) / (BACK_OFF * self.unit)).min(1.0);
         let over = passed >= 1.0 && phase == FrictionTestPhase::Done;
         (!over).then(|| torque + (idle - torque) * smooth_step(passed))
     }
@@ -70,9 +74,10 @@ impl Ramp {
     fn wanted(&self, now: f64) -> f64 {
         let [first, second] = self.torque;
         let passed = now - self.start;
-        let approached = smooth_step((passed / APPROACH).max(0.0).min(1.0));
+        let duration = APPROACH * self.unit;
+        let approached = smooth_step((passed / duration).max(0.0).min(1.0));
         let approach = if (first - second).abs() > 0.0 {
-            APPROACH
+            duration
         } else {
             0.0
         };

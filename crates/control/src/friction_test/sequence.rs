@@ -70,6 +70,8 @@ pub struct FrictionTests {
     torque_limit: f64,
     viscous_damping: f64,
     wheel_radius: f64,
+    /// Unit of time of the robot, s.
+    unit: f64,
     /// See [`relieving`].
     directions: [f64; 3],
     /// Rise of the torque over which both ramps of a wheel last at most, N m.
@@ -107,6 +109,7 @@ impl FrictionTests {
             torque_limit: settings.torque_limit,
             viscous_damping: settings.viscous_damping,
             wheel_radius: settings.robot.geometry.wheel_radius,
+            unit: Units::of(&settings.robot).time,
             directions: relieving(&settings.robot).unwrap_or([1.0; 3]),
             longest: LONGEST * Units::of(&settings.robot).torque(),
             time: None,
@@ -147,7 +150,7 @@ impl FrictionTests {
             // A wheel that is to be braked does not drive first, and the other way round.
             let ahead = (present - idle) * rate < 0.0;
             let torque = [present, if ahead { idle } else { present }];
-            self.stage = Stage::First(Ramp::new(wheel, now, torque, rate));
+            self.stage = Stage::First(Ramp::new(wheel, now, torque, rate, self.unit));
         }
         let mut commands = [WheelCommand::Planned; 3];
         let torque = self.advance(input);
@@ -183,7 +186,7 @@ impl FrictionTests {
         let now = input.frame.time;
         let weight = self.time.map_or(1.0, |last| {
             let dt = (now - last).max(0.0).min(LONGEST_STEP);
-            dt / (TORQUE_SMOOTHING + dt)
+            dt / (TORQUE_SMOOTHING * self.unit + dt)
         });
         for (smooth, found) in self.torques.iter_mut().zip(&input.frame.motor_torque) {
             if let Some(found) = found {
@@ -218,7 +221,7 @@ impl FrictionTests {
             let [limit, _] = result.limits;
             let expected = limit.map_or(0.0, |_| self.least_expected(&result, input));
             let torque = [idle, idle + back * expected];
-            let ramp = Ramp::new(result.wheel, now, torque, back * self.plan.rate);
+            let ramp = Ramp::new(result.wheel, now, torque, back * self.plan.rate, self.unit);
             self.stage = Stage::Second(ramp, result);
             return Some(idle);
         }
@@ -230,7 +233,7 @@ impl FrictionTests {
             *place = Some(result);
         }
         self.number += 1;
-        self.stage = Stage::Waiting(now + PAUSE);
+        self.stage = Stage::Waiting(now + PAUSE * self.unit);
         None
     }
 }

@@ -3,10 +3,12 @@
 use crate::check::motion::Motion;
 use crate::check::recording::Recording;
 use crate::check::signal::{smooth, zip};
-use robhaz_model::{Robot, Vec2};
+use robhaz_model::{Robot, Units, Vec2};
 
 /// Step of the path, m.
 pub const STEP: f64 = 0.002;
+/// Least RMS of the differences of height of robot A that shows something, m: 2 mm.
+const LEAST_HEIGHT: f64 = 0.002;
 /// Largest number of steps of a path: 1 km. What follows shows nothing new.
 const MOST_STEPS: usize = 500_000;
 /// Relative difference of the two distances between the axles up to which they count as equal.
@@ -71,6 +73,11 @@ impl<'a> Course<'a> {
     pub fn spacings(&self) -> [f64; 2] {
         let axles = &self.robot.geometry.axles;
         [axles[0].x - axles[1].x, axles[1].x - axles[2].x]
+    }
+
+    /// Least RMS of the differences of height that shows something, m.
+    pub fn least_height(&self) -> f64 {
+        LEAST_HEIGHT * Units::of(self.robot).length
     }
 
     /// Whether both are the same.

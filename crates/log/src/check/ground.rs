@@ -23,8 +23,6 @@ use crate::check::signal::{median, rms, zip};
 use robhaz_estimator::NoiseBudget;
 use robhaz_model::Robot;
 
-/// Least RMS of the differences of height, m, that shows something: 2 mm.
-const LEAST_HEIGHT: f64 = 0.002;
 /// Share of the rear difference that the front one explains.
 const EXPLAINED: f64 = 0.7;
 /// Larger share with other signs that is a fault.
@@ -45,13 +43,14 @@ const OFFSET_GATE: f64 = 5.0;
 
 const OFFSET: &str = "zero on the ground";
 
-/// Wirings of the two inclinometers: what each link takes of both, and what makes it that of the log.
+/// Wirings of the two inclinometers: what each link takes of both, and what makes it that of the
+/// log.
 type Wiring = (Links, Option<Change>);
 
 const OWN: Links = [[1.0, 0.0], [0.0, 1.0]];
 
-/// Those that are compared; of readings that are made of the body's, on the link of that number, the
-/// sign of pin Q.
+/// Those that are compared; of readings that are made of the body's, on the link of that number,
+/// the sign of pin Q.
 fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
     let [first, second] = [0, 1].map(Channel::Inclinometer);
     let flip = |channel| Some(Change::Factor(channel, -1.0));
@@ -209,7 +208,7 @@ fn offset(
     let is_level = |x: &[f64]| {
         let middle = median(x.iter().copied()).unwrap_or(0.0);
         // Not the mean: a start moves the inclinometers.
-        median(x.iter().map(|x| (x - middle).abs())).is_some_and(|m| m < LEAST_HEIGHT)
+        median(x.iter().map(|x| (x - middle).abs())).is_some_and(|m| m < course.least_height())
     };
     let shift = match own.filter(|p| p.explained > CERTAIN) {
         Some(own) => own.shift,
@@ -300,7 +299,7 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
         // The same heights, but for a constant: the start may be on a slope, zeros may be wrong.
         let left = deviation(&zip(&y, &x, |y, x| y - x));
         let size = deviation(&y);
-        (size > LEAST_HEIGHT).then_some(1.0 - (left / size).powi(2))
+        (size > course.least_height()).then_some(1.0 - (left / size).powi(2))
     };
     // The true distance is within the way.
     sides(at(1.0))?;

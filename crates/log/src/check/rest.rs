@@ -4,6 +4,7 @@ use crate::check::Stated;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::signal::rms;
+use robhaz_model::Units;
 
 /// Shortest rest that is used, s.
 const SHORTEST: f64 = 0.3;
@@ -14,7 +15,7 @@ const STILL: f64 = 2e-3;
 const OFFSET_GATE: f64 = 5.0;
 /// Offset of a gyroscope that does no harm, rad/s: 0.05 deg/s.
 const SMALL_RATE: f64 = 0.05 * DEGREE;
-/// Offset of a torque that does no harm, N m: 0.02 N m are 0.2 N at the rim of the default robot.
+/// Offset of a torque that does no harm to robot A, N m: 0.02 N m are 0.2 N at the rim.
 const SMALL_TORQUE: f64 = 0.02;
 /// Standard errors of a mean, and of a deviation, that count as chance: a false alarm in 16 000.
 const CHANCE: f64 = 4.0;
@@ -85,8 +86,8 @@ impl AtRest<'_> {
     }
 }
 
-/// All findings. The noise of readings of the links that are made of those of the body is not that of
-/// a sensor: the rate of pin Q is 0 at rest.
+/// All findings. The noise of readings of the links that are made of those of the body is not that
+/// of a sensor: the rate of pin Q is 0 at rest.
 pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let budget = &stated.budget;
     let end = rest(recording);
@@ -117,7 +118,8 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         noise: budget.inclination_noise,
     });
     let level = inclinometers.iter().all(|x| x.mean().abs() < LEVEL);
-    let torque_zero = SMALL_TORQUE + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
+    let small_torque = SMALL_TORQUE * Units::of(stated.robot).torque();
+    let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
     let torque = if level { torque } else { torque_on_a_slope };

@@ -103,7 +103,8 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     Some(finding.with("jump", largest, "rad"))
 }
 
-/// At each frame, which wheels turn faster than `turns` (rad/s): speeds over a quarter of a second before.
+/// At each frame, which wheels turn faster than `turns` (rad/s): speeds over a quarter of a second
+/// before.
 fn driving(frames: &[SensorFrame], turns: f64) -> Vec<[bool; 3]> {
     let mut from = 0;
     frames

@@ -134,8 +134,8 @@ impl Sensors {
         }
         if spec.imu == ImuPlace::Body {
             let body = BodySensors::new(spec, seed, robot);
-            let (tilt, gyro) = (&body.imu.inclinometer.0, &body.imu.gyro.0);
-            sensors.drawn.inclination_bias = [tilt.bias; 2];
+            let (inclinometer, gyro) = (&body.imu.inclinometer.0, &body.imu.gyro.0);
+            sensors.drawn.inclination_bias = [inclinometer.bias; 2];
             sensors.drawn.rate_bias = [gyro.bias; 2];
             sensors.drawn.rate_scale = [gyro.scale; 2];
             sensors.body = Some(body);
@@ -257,13 +257,13 @@ impl BodySensors {
         wheels: [Option<f64>; 3],
     ) -> LinkReadings {
         let (body, [link1, link2, _]) = (&truth.body, &truth.links);
-        let (inclinometer, tilt_loss) = &mut self.imu.inclinometer;
+        let (inclinometer, loss) = &mut self.imu.inclinometer;
         let (gyro, rate_loss) = &mut self.imu.gyro;
         let (noise, bias, pin_loss) = &mut self.pin;
         let angle = body.angle + delay * body.rate;
         let opening = link1.angle - link2.angle + delay * (link1.rate - link2.rate);
         let reading = BodyReading {
-            inclination: tilt_loss.pass(inclinometer.read(angle, rates.body_velocity, rates.dt)),
+            inclination: loss.pass(inclinometer.read(angle, rates.body_velocity, rates.dt)),
             rate: rate_loss.pass(gyro.read(body.rate + delay * rates.body_rate, rates.dt)),
             pin: pin_loss.pass(opening + *bias + noise.sample()),
             wheels,
