@@ -15,7 +15,7 @@
 //! | Figs. 7 and 8, the linkage's mass lumped to body or wheels | [`Masses`] |
 //!
 //! [`statics::full_system`] derives eq. (8) as the paper does. It is a reference: it runs in tests,
-//! in `examples/full_system.rs`, and where a path is judged. The estimators use
+//! and in `examples/full_system.rs`. The estimators use
 //! [`statics::Equilibrium`], the same eq. (8) written directly.
 //!
 //! | beyond the paper: [`EstimatorSettings::best`] | here |

@@ -154,9 +154,13 @@ fn encoder_unit(scale: f64) -> (String, f64) {
 }
 
 /// All findings of the links, and what to change. `on_ground`: what the ground that the wheels pass
-/// shows of the inclinometers.
-pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Tested {
+/// shows of the inclinometers; `body_link`: the link with the body whose readings those of both
+/// links are made of.
+pub fn findings(log: &Readings<'_>, on_ground: Signs, body_link: Option<usize>) -> Tested {
     let before = Changes::of_links(log);
+    if let Some(k) = body_link {
+        return of_body(&before, k);
+    }
     if let Some(finding) = exchanged(&before, on_ground) {
         let exchange = Change::Exchange(Channel::Gyro(0), Channel::Gyro(1));
         return Tested {
@@ -170,6 +174,26 @@ pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Tested {
         let (finding, change) = sign(&before, &fits, k, on_ground);
         all.add(finding, change);
     }
+    all
+}
+
+/// The sign of the readings of the body alone, by those of its link.
+fn of_body(changes: &Changes, k: usize) -> Tested {
+    let fits = [0, 1].map(|k| changes.fit(k, k));
+    let (mut finding, change) = sign(changes, &fits, k, Signs::Unknown);
+    let change = match change {
+        Some(Change::Factor(channel, _)) => {
+            let reading = match channel {
+                Channel::Gyro(_) => "body_rate",
+                _ => "body_inclination",
+            };
+            finding = finding.fault(format!("turn round sign of reading.{reading}"));
+            Some(Change::Body(channel))
+        }
+        other => other,
+    };
+    let mut all = Tested::default();
+    all.add(finding, change);
     all
 }
 

@@ -135,7 +135,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         forward == links::Sign::Positive,
     );
     log.take(ground);
-    let links = links::findings(&log, on_ground);
+    let links = links::findings(&log, on_ground, stated.body_link());
     // With wrong signs or units a delay has no meaning.
     let are_right = links.findings.iter().all(|f| f.verdict != Verdict::Fault);
     log.take(links);
@@ -176,7 +176,7 @@ fn name_sensors_of_body(finding: &mut Finding) {
     let is_of_link = ["gyro", "inclinometer"].map(|name| finding.channel.contains(name));
     if let Some(remedy) = &mut finding.remedy
         && is_of_link.contains(&true)
-        && !remedy.contains("body_inclination")
+        && !remedy.contains("body_")
         && !remedy.contains("pin_angle")
     {
         *remedy += "\nmade of body_inclination, body_rate and pin_angle: what both links show alike is of the first two";

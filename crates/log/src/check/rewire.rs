@@ -46,6 +46,15 @@ impl Channel {
         *self.of(&mut frame.clone())
     }
 
+    /// The same of the other link.
+    fn of_other_link(self) -> Self {
+        match self {
+            Self::Gyro(k) => Self::Gyro(1 - k),
+            Self::Inclinometer(k) => Self::Inclinometer(1 - k),
+            other => other,
+        }
+    }
+
     /// Whether both measure the same quantity.
     pub fn is_like(self, other: Self) -> bool {
         std::mem::discriminant(&self) == std::mem::discriminant(&other)
@@ -69,6 +78,9 @@ impl fmt::Display for Channel {
 pub enum Change {
     Factor(Channel, f64),
     Exchange(Channel, Channel),
+    /// The sign of one kind of readings of the body, of which those of both links are made. Number of
+    /// the link with the body, from 0; the gyroscope or the inclinometer of that link.
+    Body(Channel),
     /// The sign of the angle of pin Q, which gives the readings of the link without the body. Number
     /// of the link with the body, from 0.
     Pin(usize),
@@ -81,6 +93,14 @@ impl Change {
             Self::Factor(channel, factor) => {
                 let value = channel.of(frame);
                 *value = value.map(|v| factor * v);
+            }
+            Self::Body(channel) => {
+                let Some(value) = channel.value(frame) else {
+                    return;
+                };
+                let other = channel.of_other_link().of(frame);
+                *other = other.map(|x| x - 2.0 * value);
+                *channel.of(frame) = Some(-value);
             }
             Self::Pin(body) => {
                 let (body, other) = match body {
@@ -119,6 +139,7 @@ impl fmt::Display for Change {
             }
             Self::Factor(channel, factor) => write!(f, "{channel} times {factor:.4}"),
             Self::Exchange(a, b) => write!(f, "exchange {a} and {b}"),
+            Self::Body(channel) => write!(f, "turn round sign of {channel} of the body"),
             Self::Pin(_) => write!(f, "turn round sign of reading.pin_angle"),
         }
     }
