@@ -6,24 +6,24 @@
 //!
 //! | paper | here |
 //! |---|---|
-//! | Fig. 5, linkage position from two inclinometers and gyroscopes | [`filters::ComplementaryFilter`] |
-//! | eq. (3), traction from motor torque and wheel speed | [`filters::TractionObserver`] |
-//! | eq. (1), the full system `G x = F` | [`statics::full_system::FullSystem`] |
-//! | eqs. (4) to (7), its block form | [`statics::full_system::BlockForm`] |
-//! | eq. (8), the reduced system `H x' = F'` | [`statics::full_system::ReducedSystem`] |
-//! | section 3.4, least squares for the three N | [`statics::full_system::ReducedSystem::normal_forces`] |
+//! | Fig. 5, linkage position from two inclinometers and gyroscopes | `filters/complementary.rs` |
+//! | eq. (3), traction from motor torque and wheel speed | `filters/traction.rs` |
+//! | eq. (1), the full system `G x = F` | `FullSystem` in `tests/full_system/derivation.rs` |
+//! | eqs. (4) to (7), its block form | `BlockForm` there |
+//! | eq. (8), the reduced system `H x' = F'`, as derived from them | `ReducedSystem` there |
+//! | eq. (8), written directly | [`statics::Equilibrium`] |
+//! | section 3.4, least squares for the three N | [`statics::Equilibrium::least_squares`] |
 //! | Figs. 7 and 8, the linkage's mass lumped to body or wheels | [`Masses`] |
 //!
-//! [`statics::full_system`] derives eq. (8) as the paper does. It is a reference: it runs in tests,
-//! and in `examples/full_system.rs`. The estimators use
-//! [`statics::Equilibrium`], the same eq. (8) written directly.
+//! `tests/full_system` derives eq. (8) as the paper does. It is a reference for
+//! [`statics::Equilibrium`], which the estimators use.
 //!
 //! | beyond the paper: [`EstimatorSettings::best`] | here |
 //! |---|---|
 //! | inertial loads | [`statics::Loads::moving`] |
 //! | eq. (8) with its redundancy, the parity residual | [`statics::Equilibrium::parity_direction`] |
-//! | link angles and the gyroscopes' biases | [`filters::LinkAngleKalman`] |
-//! | the ground's torque on a wheel from the encoder's angle | [`filters::TorqueObserver`] |
+//! | link angles and the gyroscopes' biases | `filters/link_angle.rs` |
+//! | the ground's torque on a wheel from the encoder's angle | `filters/wheel_torque.rs` |
 //! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
 //! | sensitivity of eq. (8) to the filter's states | `statics/sensitivity.rs` |
 //! | mu_n and mu_max, section 5 | `friction/` |
@@ -32,8 +32,8 @@
 //! | folder | content |
 //! |---|---|
 //! | top | [`Estimator`], frames, settings, estimates, flags |
-//! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
-//! | [`filters`] | from readings over time to angles, torques, motion and errors |
+//! | [`statics`] | eq. (8), arms, loads, least squares, sensitivity |
+//! | `filters/` | from readings over time to angles, torques, motion and errors |
 //! | `ground/` | memory of the ground |
 //! | `friction/` | needed friction, onset of slip, bounds of the friction |
 //! | `health/` | whether the readings agree with each other |
@@ -86,7 +86,7 @@ mod deviation;
 mod door;
 mod estimate;
 mod estimator;
-pub mod filters;
+mod filters;
 mod flags;
 mod frame;
 mod friction;

@@ -1,5 +1,6 @@
-//! Eq. (8) written directly, `H x' = F'`: the four equations that [`super::full_system`] derives
-//! from eq. (1), at a tenth of the cost, for any loads, with their redundancy as a parity residual.
+//! Eq. (8) written directly, `H x' = F'`: the four equations that the paper derives from eq. (1), at
+//! a tenth of the cost, for any loads, with their redundancy as a parity residual. The derivation is
+//! in `tests/full_system`.
 
 use super::arms::Arms;
 use super::loads::Loads;
@@ -254,10 +255,9 @@ impl LeastSquaresInverse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statics::full_system::{BlockForm, FullSystem, ReducedSystem};
     use crate::testing::{arms, equations, geometry};
     use proptest::prelude::*;
-    use robhaz_model::{Geometry, MassSet, PointMasses, Posture};
+    use robhaz_model::{Geometry, MassSet};
 
     /// Links inside the stops, as `[theta1, theta2]`, rad.
     fn angles() -> impl Strategy<Value = [f64; 2]> {
@@ -268,59 +268,7 @@ mod tests {
         prop::array::uniform3(-0.5_f64..0.5)
     }
 
-    fn masses() -> impl Strategy<Value = PointMasses> {
-        let sets = [
-            MassSet::caption().true_points(),
-            MassSet::text().lumped_to_wheels(),
-            MassSet::caption().lumped_to_body(),
-        ];
-        (0..3_usize).prop_map(move |i| sets[i])
-    }
-
     proptest! {
-        /// Equivalence of two formulations: eq. (8) written directly is the one that eqs. (1) and
-        /// (4) to (7) derive; H, F', pin forces, N, residual and Q. 1e-10 of the forces: a hundred
-        /// times the rounding of the 6x6 solve of eq. (6).
-        #[test]
-        fn direct_and_derived_equations_agree(
-            theta in angles(), slopes in slopes(), masses in masses(), t in prop::array::uniform3(-20.0_f64..20.0), is_b in any::<bool>(),
-        ) {
-            let geometry = geometry(is_b);
-            let posture = Posture::close(&geometry, theta[0], theta[1]).expect("inside the stops");
-            let block = BlockForm::new(&FullSystem::new(&geometry, &masses, &posture, &slopes));
-            let x_u = block.pin_forces().expect("regular");
-            let reduced = ReducedSystem::new(&block, &x_u);
-            let loads = Loads::at_rest(&masses);
-            let found = equations(&geometry, &arms(&geometry, theta), &loads, &slopes, 1.0);
-
-            for i in 0..3 {
-                prop_assert!((found.h_t[i] - reduced.h.column(2 * i)).norm() < 1e-12);
-                prop_assert!((found.h_n[i] - reduced.h.column(2 * i + 1)).norm() < 1e-12);
-                let pin = Vec2::new(x_u[2 * i], x_u[2 * i + 1]);
-                prop_assert!((found.pins[i] - pin).norm() < 1e-10 * (1.0 + x_u.norm()), "pin {i}");
-            }
-            prop_assert!((found.f - reduced.f).norm() < 1e-10 * reduced.f.norm());
-
-            let expected = reduced.normal_forces(&t).expect("regular");
-            let right = found.right_side(&t);
-            let normal = found.least_squares().expect("regular").solve(&right);
-            let mut residual = right;
-            for i in 0..3 {
-                residual -= found.h_n[i] * normal[i];
-                prop_assert!((normal[i] - expected.normal_force[i]).abs() < 1e-9, "{normal:?} {expected:?}");
-            }
-            prop_assert!((residual - Vector4::from(expected.residual)).norm() < 1e-9);
-
-            // Q from the force rows of link 1 in eq. (7).
-            let mut q = Vec2::new(block.right_side(&x_u)[0], block.right_side(&x_u)[1]);
-            for i in 0..3 {
-                let x = Vec2::new(block.a[(0, 2 * i)], block.a[(1, 2 * i)]) * t[i];
-                let y = Vec2::new(block.a[(0, 2 * i + 1)], block.a[(1, 2 * i + 1)]) * normal[i];
-                q -= x + y;
-            }
-            prop_assert!((found.force_in_q(&loads, &geometry.carriers, &normal, &t) - q).norm() < 1e-9);
-        }
-
         /// `H x'` changes with a contact angle as central differences do: at h = 1e-6 these err by
         /// 1e-9 of the forces.
         #[test]

@@ -1,23 +1,24 @@
-//! Statics of the linkage: the paper's eqs. (1) to (8), with inertial loads, bounded least squares
+//! Statics of the linkage: the paper's eq. (8), with inertial loads, bounded least squares
 //! and covariance.
 //!
 //! | step | file |
 //! |---|---|
 //! | positions and accelerations on the linkage, relative to Q | `arms.rs` |
 //! | gravity and inertial loads of the parts | `loads.rs` |
-//! | eqs. (1) and (4) to (8) as the paper derives them; a reference for the next line | [`full_system`] |
 //! | eq. (8) written directly | `equilibrium.rs` |
 //! | eq. (8) at one instant: left inverse and parity direction | `equations.rs` |
 //! | sensitivity of the right-hand side to the uncertain inputs | `sensitivity.rs` |
 //! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
 //! | least squares for N, with covariance | `solve.rs` |
 //! | least squares bounded by N >= 0 | `forces.rs` |
+//!
+//! `tests/full_system` of this crate derives eq. (8) from eq. (1) as the paper does: a reference for
+//! `equilibrium.rs`.
 
 mod arms;
 mod equations;
 mod equilibrium;
 mod forces;
-pub mod full_system;
 mod load_parameters;
 mod loads;
 mod sensitivity;

@@ -1,11 +1,14 @@
 //! Equation (8) in the estimator, and the needed friction in closed form.
 
+#[path = "../../../estimator/tests/full_system/derivation.rs"]
+#[expect(dead_code, reason = "the least squares are the estimator's")]
+mod derivation;
 mod vertex;
 
+use self::derivation::{BlockForm, FullSystem, ReducedSystem};
 use self::vertex::vertex;
 use super::*;
 use proptest::prelude::*;
-use robhaz_estimator::statics::full_system::{BlockForm, FullSystem, ReducedSystem};
 use robhaz_model::Robot;
 
 /// A posture of robot A with one contact a wheel at given angles, and no limit of the torque.
