@@ -124,10 +124,11 @@ impl FrictionObserver {
             found[i].peak = self.watches[i].peak();
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
-            } else if !(contact.sliding || found[i].slid.is_some()) {
+            } else if let Some(x) = wheel.place
+                && !(contact.sliding || found[i].slid.is_some())
+            {
                 let margin = root_sum_square(needed.sigma, wheel.offset.sigma);
-                let bound = needed.value.abs() - Self::BOUND * margin;
-                ground.friction_held(i, bound);
+                ground.friction_held(x, needed.value.abs() - Self::BOUND * margin);
             }
         }
         for i in 0..3 {

@@ -1,8 +1,8 @@
 //! The stored points: a ring of cells at equal distances, and the window of those that the wheels
 //! can reach.
 
-use super::bounds::StoredBounds;
 use super::drift::Between;
+use super::point::FrictionBounds;
 use core::ops::Range;
 
 /// Points in memory.
@@ -35,20 +35,25 @@ pub struct Cell {
     pub place_variance: f64,
 }
 
+/// A place in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Slot {
+    /// The point that is stored there.
+    cell: Option<Cell>,
+    /// What is known of the friction, with a stored point or without.
+    friction: FrictionBounds,
+}
+
 /// See the module. Points have numbers: their place is that number times the spacing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cells {
     /// Distance between points, m. Not part of the state.
-    spacing: f64,
+    pub spacing: f64,
     /// Number of the first point in the window.
     first: i64,
     /// The same at the last sample.
     last_first: i64,
-    /// Which of the cells hold a point.
-    known: [bool; CELLS as usize],
-    cells: [Cell; CELLS as usize],
-    /// What is known of the friction at each place, stored point or not.
-    friction: [StoredBounds; CELLS as usize],
+    slots: [Slot; CELLS as usize],
 }
 
 impl Cells {
@@ -61,25 +66,13 @@ impl Cells {
     }
 
     /// No points, at a distance of `spacing` (m).
-    fn empty(spacing: f64) -> Self {
+    pub fn empty(spacing: f64) -> Self {
         Self {
             spacing,
             first: 0,
             last_first: 0,
-            known: [false; CELLS as usize],
-            cells: [Cell::default(); CELLS as usize],
-            friction: [StoredBounds::default(); CELLS as usize],
+            slots: [Slot::default(); CELLS as usize],
         }
-    }
-
-    /// Removes all points.
-    pub fn clear(&mut self) {
-        *self = Self::empty(self.spacing);
-    }
-
-    /// Distance between points, m.
-    pub fn spacing(&self) -> f64 {
-        self.spacing
     }
 
     /// Distance between nodes, m.
@@ -147,11 +140,8 @@ impl Cells {
     /// Removes the points that the last sample left.
     pub fn drop_left(&mut self) {
         for number in self.left() {
-            if let Some(known) = self.known.get_mut(Self::slot(number)) {
-                *known = false;
-            }
-            if let Some(friction) = self.friction.get_mut(Self::slot(number)) {
-                *friction = StoredBounds::default();
+            if let Some(slot) = self.slots.get_mut(Self::index(number)) {
+                *slot = Slot::default();
             }
         }
         self.last_first = self.first;
@@ -168,16 +158,14 @@ impl Cells {
         first..first + CELLS
     }
 
-    fn slot(number: i64) -> usize {
+    fn index(number: i64) -> usize {
         // The remainder lies between 0 and CELLS.
         number.rem_euclid(CELLS) as usize
     }
 
     /// A point in the window, or one that the last sample left.
     pub fn stored(&self, number: i64) -> Option<&Cell> {
-        let slot = Self::slot(number);
-        let known = self.known.get(slot).copied().unwrap_or(false);
-        self.cells.get(slot).filter(|_| known)
+        self.slots.get(Self::index(number))?.cell.as_ref()
     }
 
     /// A point in the window.
@@ -188,22 +176,49 @@ impl Cells {
 
     /// Stores a point of the window.
     pub fn store(&mut self, number: i64, cell: Cell) {
-        let slot = Self::slot(number);
-        if let (Some(place), Some(known)) = (self.cells.get_mut(slot), self.known.get_mut(slot)) {
-            *place = cell;
-            *known = true;
+        if let Some(slot) = self.slots.get_mut(Self::index(number)) {
+            slot.cell = Some(cell);
         }
     }
 
     /// What is known of the friction at a place in the window, or at one that the last sample left.
-    pub fn friction(&self, number: i64) -> StoredBounds {
-        let slot = Self::slot(number);
-        self.friction.get(slot).copied().unwrap_or_default()
+    pub fn friction(&self, number: i64) -> FrictionBounds {
+        let slot = self.slots.get(Self::index(number));
+        slot.map_or_else(FrictionBounds::default, |slot| slot.friction)
     }
 
     /// The same at a place of the window, to be changed.
-    pub fn friction_mut(&mut self, number: i64) -> Option<&mut StoredBounds> {
+    pub fn friction_mut(&mut self, number: i64) -> Option<&mut FrictionBounds> {
         let inside = self.window().contains(&number);
-        self.friction.get_mut(Self::slot(number)).filter(|_| inside)
+        let slot = self.slots.get_mut(Self::index(number));
+        slot.filter(|_| inside).map(|slot| &mut slot.friction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Property: bounds are kept by place; places outside of the window keep none.
+    #[test]
+    fn bounds_belong_to_their_place() {
+        let mut cells = Cells::new(0.8);
+        cells.centre(0.0);
+        let number = cells.number(0.1);
+        let expected = FrictionBounds {
+            at_least: 0.5,
+            at_most: None,
+        };
+        *cells.friction_mut(number).expect("in the window") = expected;
+        assert_eq!(cells.friction(number), expected);
+        assert_eq!(cells.friction(number + 1), FrictionBounds::default());
+        assert!(cells.friction_mut(number + 1000).is_none());
+        cells.follow(10.0, 10.5);
+        for _ in 0..200 {
+            cells.drop_left();
+            cells.follow(10.0, 10.5);
+        }
+        // Another place in the same cell of the ring.
+        assert_eq!(cells.friction(number + 96), FrictionBounds::default());
     }
 }

@@ -137,14 +137,8 @@ impl Drift {
         self.filter.project(&h).value
     }
 
-    /// Estimated error of the direction of the velocity, as dy/dx.
-    pub fn of_direction(&self) -> f64 {
-        let h = [(SLOPE, 1.0), (SLOW_SLOPE, 1.0)];
-        self.filter.project(&h).value
-    }
-
-    /// That error and its variance, as the filter states it: the prior of its slow part, and what
-    /// the passes show.
+    /// Estimated error of the direction of the velocity, as dy/dx, and its variance, as the filter
+    /// states it: the prior of its slow part, and what the passes show.
     pub fn stated_direction(&self) -> (f64, f64) {
         self.combination(&[(SLOPE, 1.0), (SLOW_SLOPE, 1.0)])
     }

@@ -62,8 +62,9 @@ pub(crate) struct GroundMemory {
     started: bool,
     /// The section has ended: all its points leave the memory, and with the next sample a new one
     /// starts.
-    ended: bool,
-    section: i64,
+    pub(super) ended: bool,
+    /// Number of the section.
+    pub(super) section: u32,
     /// Place of Q by dead reckoning, m.
     place: [f64; 2],
     /// Velocity at the last sample, m/s.
@@ -89,7 +90,7 @@ impl GroundMemory {
         Self::empty(Cells::new(length), 0)
     }
 
-    fn empty(cells: Cells, section: i64) -> Self {
+    fn empty(cells: Cells, section: u32) -> Self {
         Self {
             started: false,
             ended: false,
@@ -104,16 +105,6 @@ impl GroundMemory {
             cells,
             drift: Drift::new(0.0, Lever { link: 0, arm: 0.0 }),
         }
-    }
-
-    /// Number of the section.
-    pub fn section(&self) -> u32 {
-        u32::try_from(self.section).unwrap_or(u32::MAX)
-    }
-
-    /// Whether the section has ended with this sample.
-    pub(super) fn has_ended(&self) -> bool {
-        self.ended
     }
 
     /// Ends the section: all points leave the memory with this sample, and the next one starts a
@@ -133,8 +124,7 @@ impl GroundMemory {
     }
 
     fn start_anew(&mut self) {
-        let mut cells = self.cells;
-        cells.clear();
+        let cells = Cells::empty(self.cells.spacing);
         *self = Self::empty(cells, self.section.saturating_add(1));
     }
 
@@ -284,7 +274,7 @@ impl GroundMemory {
         // What is stored errs as the nodes say. The best values of now are these:
         let height = contact.y - self.drift.of_contact(contact.lever);
         let level = level(contact.slope);
-        let slope = contact.slope - level * self.drift.of_direction();
+        let slope = contact.slope - level * self.drift.stated_direction().0;
         let of_nodes = self.drift.slope_at(place, self.cells.node_spacing()).0;
         let cell = Cell {
             height: height + self.drift.at(place).0,
@@ -315,7 +305,7 @@ impl GroundMemory {
         let single = UNEVEN * UNEVEN + slope * slope * between_passes;
         // White noise of the same effect: `sigma^2 2 L/spacing`, L half of the distance between
         // nodes.
-        let variance = single * (self.cells.node_spacing() / self.cells.spacing());
+        let variance = single * (self.cells.node_spacing() / self.cells.spacing);
         let difference = contact.y - cell.height;
         let place = Cells::between(number);
         self.drift

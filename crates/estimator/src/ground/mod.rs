@@ -50,16 +50,13 @@
 //! `x` is dead reckoning alone. It errs by the slip that the motion filter does not know. Its
 //! variance grows along the path.
 
-mod bounds;
 mod cells;
 mod drift;
-mod friction;
 mod memory;
 mod motion;
 mod point;
 mod readout;
 
-pub use bounds::FrictionBounds;
 pub(crate) use memory::GroundMemory;
 pub(crate) use motion::GroundMotion;
-pub use point::GroundPoint;
+pub use point::{FrictionBounds, GroundPoint};

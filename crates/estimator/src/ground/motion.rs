@@ -1,7 +1,7 @@
 //! What the memory takes of one sample, and the contacts that follow from it.
 
 use super::drift::Lever;
-use robhaz_model::{Carrier, Geometry, Vec2};
+use robhaz_model::{Geometry, Vec2};
 
 /// What the memory takes of one sample.
 #[derive(Clone, Copy, Debug)]
@@ -81,10 +81,7 @@ impl GroundMotion {
             slope,
             slope_variance: (sigma * sigma - shared * shared).max(0.0),
             lever: Lever {
-                link: match geometry.carriers[i] {
-                    Carrier::Link1 => 0,
-                    Carrier::Link2 => 1,
-                },
+                link: geometry.carriers[i].index(),
                 arm: axle.x,
             },
         }

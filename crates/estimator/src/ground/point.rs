@@ -1,6 +1,4 @@
-//! A point of the ground.
-
-use super::bounds::FrictionBounds;
+//! A point of the ground, and the bounds of its friction.
 
 /// A point of the ground as the wheels have found it.
 ///
@@ -25,4 +23,15 @@ pub struct GroundPoint {
     /// Number of the section, from 0. A new section with an origin of its own starts when the
     /// filters start anew: after a gap of the readings, or when the motion was estimated wrongly.
     pub section: u32,
+}
+
+/// Bounds of the available friction mu_max at a place, each two standard deviations away from what
+/// was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionBounds {
+    /// mu_max is at least this: the largest |T/N| that a wheel has borne there without slip. 0
+    /// where nothing was borne.
+    pub at_least: f64,
+    /// mu_max is at most this: a wheel began to slip there. `None` where none has.
+    pub at_most: Option<f64>,
 }

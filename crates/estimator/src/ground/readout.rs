@@ -1,9 +1,9 @@
-//! What the memory knows of the ground.
+//! What the memory knows of the ground, and of its friction.
 
 use super::cells::{Cell, Cells};
 use super::memory::{GroundMemory, UNEVEN};
 use super::motion::{level, tangent};
-use super::point::GroundPoint;
+use super::point::{FrictionBounds, GroundPoint};
 
 /// Length along the ground over which the error of a stored slope lasts, m: that of the penetration
 /// speed, 50 ms at 0.2 m/s.
@@ -18,13 +18,13 @@ impl GroundMemory {
     /// All points in memory, in order of x.
     pub fn points(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let window = self.cells.window();
-        let window = if self.has_ended() { 0..0 } else { window };
+        let window = if self.ended { 0..0 } else { window };
         window.filter_map(|number| self.point(number))
     }
 
     /// The points that the last sample left, in order of x.
     pub fn completed(&self) -> impl Iterator<Item = GroundPoint> + '_ {
-        let left = if self.has_ended() {
+        let left = if self.ended {
             self.cells.all()
         } else {
             self.cells.left()
@@ -43,8 +43,8 @@ impl GroundMemory {
         let (behind, ahead) = (self.cells.known(number)?, self.cells.known(number + 1)?);
         let (slope, variance) = self.slope_of(number, behind);
         let (next, next_variance) = self.slope_of(number + 1, ahead);
-        let share = (x - self.cells.place(number)) / self.cells.spacing();
-        let curvature = (next - slope) / self.cells.spacing();
+        let share = (x - self.cells.place(number)) / self.cells.spacing;
+        let curvature = (next - slope) / self.cells.spacing;
         let place = (self.place_variance - behind.place_variance).max(0.0);
         let by_place = curvature * curvature * place;
         Some((
@@ -58,7 +58,7 @@ impl GroundMemory {
     pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
         let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
-        let white = (2.0 * SLOPE_LENGTH / self.cells.spacing()).max(1.0);
+        let white = (2.0 * SLOPE_LENGTH / self.cells.spacing).max(1.0);
         Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
     }
 
@@ -76,8 +76,8 @@ impl GroundMemory {
             sigma_height: robhaz_model::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
             slope,
             sigma_slope: robhaz_model::sqrt(slope_variance + bend * bend * place),
-            friction: self.cells.friction(number).bounds(),
-            section: self.section(),
+            friction: self.cells.friction(number),
+            section: self.section,
         })
     }
 
@@ -104,6 +104,34 @@ impl GroundMemory {
                 (last - first) / (self.cells.place(to) - self.cells.place(from))
             }
             _ => 0.0,
+        }
+    }
+
+    /// A wheel bears T/N without slip at a place (m): mu_max is at least `bound`, -.
+    pub fn friction_held(&mut self, x: f64, bound: f64) {
+        if let Some(stored) = self.cells.friction_mut(self.cells.number(x)) {
+            stored.at_least = stored.at_least.max(bound);
+        }
+    }
+
+    /// A wheel began to slip at a place (m): mu_max is between the bounds, -. They replace what was
+    /// known there.
+    pub fn friction_measured(&mut self, x: f64, at_least: f64, at_most: f64) {
+        if let Some(stored) = self.cells.friction_mut(self.cells.number(x)) {
+            *stored = FrictionBounds {
+                at_least: at_least.max(0.0),
+                at_most: Some(at_most),
+            };
+        }
+    }
+
+    /// Bounds of the friction at a place in memory (m).
+    pub fn friction_at(&self, x: f64) -> FrictionBounds {
+        let number = self.cells.number(x);
+        if self.cells.window().contains(&number) {
+            self.cells.friction(number)
+        } else {
+            FrictionBounds::default()
         }
     }
 }

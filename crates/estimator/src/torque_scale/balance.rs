@@ -26,7 +26,7 @@ use crate::filters::Kalman;
 /// Fit of that equation by recursive least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WorkBalance {
-    passage: Passage,
+    pub passage: Passage,
     /// Error of the heights, m. Not part of the state.
     height: f64,
     /// `[q, w_0 (J), g_1, g_2, g_3]`, for passages that err by `height`.
@@ -74,11 +74,6 @@ impl WorkBalance {
             left: [0.0; 2],
             energy: [0.0; 2],
         }
-    }
-
-    /// The way ends.
-    pub fn interrupt(&mut self) {
-        self.passage.interrupt();
     }
 
     /// Makes q and b less exact. The gains keep their prior: with more they would explain any

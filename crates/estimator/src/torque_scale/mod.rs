@@ -39,46 +39,31 @@ impl TorqueScale {
     pub fn is_known(&self) -> bool {
         self.sigma < Self::KNOWN * self.ratio
     }
-}
 
-impl TorqueScale {
     /// In words, for a robot of which one side is described to have the mass `described`, kg.
     pub fn in_words(self, described: f64) -> impl core::fmt::Display {
-        Words {
-            scale: self,
-            described,
-        }
-    }
-}
-
-struct Words {
-    scale: TorqueScale,
-    described: f64,
-}
-
-impl core::fmt::Display for Words {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let (scale, described) = (&self.scale, self.described);
-        if !(scale.is_known() || scale.contradicts) {
-            return write!(
-                f,
-                "the log does not show the torques' scale: level ground, or slopes drowned by wheels that work against each other"
-            );
-        }
-        let TorqueScale { ratio, sigma, .. } = scale;
-        write!(
-            f,
-            "torques fit a robot of {:.1} +- {:.1} kg a side; the description says {described:.1}",
-            ratio * described,
-            sigma * described,
-        )?;
-        if scale.contradicts {
+        let Self { ratio, sigma, .. } = self;
+        core::fmt::from_fn(move |f| {
+            if !(self.is_known() || self.contradicts) {
+                return write!(
+                    f,
+                    "the log does not show the torques' scale: level ground, or slopes drowned by wheels that work against each other"
+                );
+            }
             write!(
                 f,
-                ": other masses (a payload), or torques read at {ratio:.2} of their size (gear efficiency, motor constant), the wheels' radius, the inclinometers' scale"
+                "torques fit a robot of {:.1} +- {:.1} kg a side; the description says {described:.1}",
+                ratio * described,
+                sigma * described,
             )?;
-        }
-        Ok(())
+            if self.contradicts {
+                write!(
+                    f,
+                    ": other masses (a payload), or torques read at {ratio:.2} of their size (gear efficiency, motor constant), the wheels' radius, the inclinometers' scale"
+                )?;
+            }
+            Ok(())
+        })
     }
 }
 
@@ -97,10 +82,12 @@ pub(crate) struct ScaleFilter {
     /// [`crate::NoiseBudget::payload`]. Not part of the state.
     payload: f64,
     balance: WorkBalance,
-    /// Ratio with which the loads are multiplied.
-    applied: f64,
-    contradicts: bool,
-    deviation: StatedDeviation,
+    /// Ratio with which weight and inertia are multiplied, so that they fit the torques as they are
+    /// read.
+    pub applied: f64,
+    /// Whether the ratio is beyond what the budget allows.
+    pub contradicts: bool,
+    pub deviation: StatedDeviation,
 }
 
 impl ScaleFilter {
@@ -142,7 +129,7 @@ impl ScaleFilter {
 
     /// The way ends: a gap between frames.
     pub fn interrupt(&mut self) {
-        self.balance.interrupt();
+        self.balance.passage.interrupt();
     }
 
     /// Takes a sample, `dt` seconds after the last; `rolling` is `None` where the wheels do not
@@ -214,29 +201,13 @@ impl ScaleFilter {
         }
     }
 
-    /// Ratio with which weight and inertia are multiplied, so that they fit the torques as they are
-    /// read.
-    pub fn applied(&self) -> f64 {
-        self.applied
-    }
-
     /// By what the forces so found are multiplied to be stated.
     pub fn stated(&self) -> f64 {
         self.mass() / self.applied
     }
 
-    /// See [`StatedDeviation`].
-    pub fn deviation(&self) -> StatedDeviation {
-        self.deviation
-    }
-
     fn mass(&self) -> f64 {
         if self.contradicts { 1.0 } else { self.applied }
-    }
-
-    /// Whether the ratio is beyond what the budget allows.
-    pub fn contradicts(&self) -> bool {
-        self.contradicts
     }
 
     /// What is found, for a robot of this weight, N.

@@ -26,8 +26,8 @@ pub(crate) struct Rolling {
     pub kinetic: f64,
 }
 
-/// Work and energy between two passages of one place.
-#[derive(Clone, Copy, Debug)]
+/// Work and energy up to one sample, or between two passages of one place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Passed {
     /// Of each wheel: see [`Rolling::power`], J.
     pub work: [f64; 3],
@@ -37,21 +37,14 @@ pub(crate) struct Passed {
     pub kinetic: f64,
 }
 
-/// What was when the leading wheel was at a place.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Record {
-    work: [f64; 3],
-    energy: f64,
-    kinetic: f64,
-}
-
 /// Records of the leading wheel (the front one on the way forward, the middle one on the way back)
 /// at equal distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Passage {
     /// Distance between cells, m. Not part of the state.
     spacing: f64,
-    records: [Record; CELLS as usize],
+    /// What was when the leading wheel was at a place.
+    records: [Passed; CELLS as usize],
     /// Number of the newest record, and how many without a gap there are; -1 before a way begins.
     newest: i64,
     count: i64,
@@ -74,7 +67,7 @@ impl Passage {
     pub fn new(between: f64) -> Self {
         Self {
             spacing: between / CELLS_BETWEEN,
-            records: [Record::default(); CELLS as usize],
+            records: [Passed::default(); CELLS as usize],
             newest: 0,
             count: -1,
             trailing: 0,
@@ -128,7 +121,7 @@ impl Passage {
             self.newest += 1;
             self.count = (self.count + 1).min(CELLS);
             if let Some(record) = self.records.get_mut(index(self.newest)) {
-                *record = Record {
+                *record = Passed {
                     work: self.work,
                     energy: lead.1,
                     kinetic: rolling.kinetic,

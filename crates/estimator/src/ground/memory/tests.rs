@@ -3,7 +3,7 @@
 extern crate std;
 
 use super::super::motion::GroundMotion;
-use super::super::point::GroundPoint;
+use super::super::point::{FrictionBounds, GroundPoint};
 use super::*;
 use proptest::prelude::*;
 use std::vec;
@@ -238,7 +238,7 @@ fn every_point_is_completed() {
         completed += memory.completed().count();
         before = memory.points().map(|p| p.x).collect();
     }
-    assert_eq!(memory.section(), 1);
+    assert_eq!(memory.section, 1);
     // 1.8 m and 0.4 m of travel, of which 0.88 m are in memory at most.
     assert!(completed > 150, "{completed}");
     let places = memory.wheel_places().expect("running");
@@ -301,6 +301,23 @@ fn mapped_terrain_shows_the_slope_of_the_wheels_behind() {
     assert_eq!(passed[0], 0);
     assert!(passed[1] > 100 && passed[2] > 100, "{passed:?}");
     assert!(shown > 200, "{shown}");
+}
+
+/// Property: the largest bound that was held at a place counts, a slip replaces both; places outside
+/// of the window keep none.
+#[test]
+fn bounds_of_the_friction_are_the_largest_held_and_the_last_measured() {
+    let mut memory = GroundMemory::new(&Geometry::a());
+    for bound in [0.2, 0.5, 0.3] {
+        memory.friction_held(0.1, bound);
+    }
+    let bounds = |at_least, at_most| FrictionBounds { at_least, at_most };
+    assert_eq!(memory.friction_at(0.1), bounds(0.5, None));
+    assert_eq!(memory.friction_at(0.2), FrictionBounds::default());
+    memory.friction_measured(0.1, -0.1, 0.4);
+    assert_eq!(memory.friction_at(0.1), bounds(0.0, Some(0.4)));
+    memory.friction_held(100.0, 0.5);
+    assert_eq!(memory.friction_at(100.0), FrictionBounds::default());
 }
 
 fn number() -> impl Strategy<Value = f64> {

@@ -47,7 +47,7 @@ impl BestFilters {
         };
         self.health.update(&sample, &rolling_robot(nominal));
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
-        if self.scale.contradicts() {
+        if self.scale.contradicts {
             health.faulty |= Channels::TORQUE_SCALE;
         }
         health

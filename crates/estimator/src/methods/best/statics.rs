@@ -31,7 +31,7 @@ impl BestFilters {
     /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2,
     /// rad/s^2.
     pub(super) fn loads(&self, nominal: &Nominal, arms: &Arms, accelerations: [f64; 2]) -> Loads {
-        let heavier = self.scale.applied();
+        let heavier = self.scale.applied;
         if !self.method.inertia {
             return Loads::at_rest(&nominal.masses).of_heavier(heavier);
         }

@@ -104,7 +104,7 @@ impl BestFilters {
     /// Adds what an error of the torques' scale and one of the mass would change to the covariance
     /// of the forces; `by_scale` is what an error of 1 of the scale changes, N.
     pub(super) fn consider_scale(&self, by_scale: &[f64; 6], forces: &mut Forces) {
-        let deviation = self.scale.deviation();
+        let deviation = self.scale.deviation;
         let ([t1, t2, t3], [n1, n2, n3]) = (forces.traction, forces.normal);
         forces.add_error(&by_scale.map(|force| deviation.tractions * force));
         forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| deviation.forces * force));
