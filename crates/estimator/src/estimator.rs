@@ -1,6 +1,6 @@
 //! The estimator: readings in, wheel forces out.
 
-use crate::door::Door;
+use crate::door;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
@@ -8,118 +8,85 @@ use crate::ground::{FrictionBounds, GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::Nominal;
 use crate::settings::{EstimatorSettings, Method};
-use robhaz_model::Robot;
+use robhaz_model::{Robot, Units};
 
 /// An estimator for one robot. It takes one frame of readings after the other.
 #[derive(Clone, Debug)]
 pub struct Estimator {
-    settings: EstimatorSettings,
     /// Units of all that follows.
-    door: Door,
+    units: Units,
     nominal: Nominal,
-    state: State,
+    /// Time of the last frame, s; `None` before the first.
+    time: Option<f64>,
+    /// Whether each reading has been known at least once.
+    complete: bool,
+    inputs: Inputs,
+    filters: Filters,
 }
 
 /// Time that counts as passed when it is not known, s: a gap.
 /// Definition.
 const UNKNOWN_TIME: f64 = 2.0 * LONGEST_GAP;
 
-/// The state from frame to frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct State {
-    time: f64,
-    /// Whether there has been a frame.
-    started: bool,
-    /// Whether each reading has been known at least once.
-    complete: bool,
-    inputs: Inputs,
-    filters: FilterState,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "one estimator, one state: nothing is boxed without an allocator"
 )]
-enum FilterState {
+enum Filters {
     Paper(PaperFilters),
     Best(BestFilters),
 }
 
-impl FilterState {
-    /// For a start after a gap: the robot may be moving, and the section of the ground of `before`
-    /// ends. The paper's filters do not assume rest.
-    fn start_after(&mut self, before: &Self) {
-        if let (Self::Best(filters), Self::Best(before)) = (self, before) {
-            filters.reset_motion();
-            filters.take_over(before);
+impl Filters {
+    /// Of a robot at rest.
+    fn new(nominal: &Nominal) -> Self {
+        let (robot, settings) = (&nominal.robot, &nominal.settings);
+        match &settings.method {
+            Method::Paper(method) => Self::Paper(PaperFilters::new(robot, method, settings)),
+            Method::Kalman(method) => {
+                Self::Best(BestFilters::new(robot, *method, &settings.budget))
+            }
         }
     }
 
-    fn drop_left_ground(&mut self) {
-        if let Self::Best(filters) = self {
-            filters.drop_left_ground();
+    /// Starts anew after a gap: the robot may be moving, and the section of the ground ends. The
+    /// paper's filters do not assume rest.
+    fn start_anew(&mut self, nominal: &Nominal) {
+        let mut fresh = Self::new(nominal);
+        if let (Self::Best(fresh), Self::Best(before)) = (&mut fresh, &*self) {
+            fresh.take_over(before);
         }
-    }
-
-    fn ground(&self) -> Option<&GroundMemory> {
-        match self {
-            Self::Paper(_) => None,
-            Self::Best(filters) => Some(filters.ground()),
-        }
-    }
-}
-
-impl State {
-    /// For a robot at rest, before its first frame.
-    fn new(robot: &Robot, settings: &EstimatorSettings) -> Self {
-        Self {
-            time: 0.0,
-            started: false,
-            complete: false,
-            inputs: Inputs::default(),
-            filters: filters(robot, settings),
-        }
-    }
-}
-
-impl State {
-    /// Time since the last frame by the wheels, s, where it contradicts the `dt` (s) of the time
-    /// stamps. The paper's filters use the time stamps.
-    fn time_of_wheels(&self, nominal: &Nominal, frame: &SensorFrame, dt: f64) -> Option<f64> {
-        let FilterState::Best(filters) = &self.filters else {
-            return None;
-        };
-        let time = filters.time_of_wheels(nominal, &self.inputs, frame, dt)?;
-        Some(if time.is_finite() { time } else { UNKNOWN_TIME })
+        *self = fresh;
     }
 }
 
 impl Estimator {
     /// An estimator for a robot at rest, from its nominal geometry and masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
-        let door = Door::of(robot);
-        let nominal = Nominal::new(&door.robot_in(robot), door.settings_in(&settings));
+        let units = Units::of(robot);
+        let settings = door::settings_in(&units, &settings);
+        let nominal = Nominal::new(&units.robot_in(robot), settings);
         Self {
-            settings,
-            door,
-            state: State::new(&nominal.robot, &nominal.settings),
+            units,
+            time: None,
+            complete: false,
+            inputs: Inputs::default(),
+            filters: Filters::new(&nominal),
             nominal,
         }
     }
 
-    /// Its settings.
-    pub fn settings(&self) -> &EstimatorSettings {
-        &self.settings
+    /// The filters of `best`.
+    pub(crate) fn best_filters(&self) -> Option<&BestFilters> {
+        match &self.filters {
+            Filters::Best(filters) => Some(filters),
+            Filters::Paper(_) => None,
+        }
     }
 
-    /// The filters of `best`.
-    #[cfg(test)]
-    pub(crate) fn best_filters(&self) -> Option<&BestFilters> {
-        match &self.state.filters {
-            FilterState::Best(filters) => Some(filters),
-            FilterState::Paper(_) => None,
-        }
+    fn memory(&self) -> Option<&GroundMemory> {
+        self.best_filters().map(|filters| &filters.ground)
     }
 
     /// Takes the readings of one instant and estimates the forces of that instant.
@@ -135,11 +102,11 @@ impl Estimator {
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other
     /// errors it has taken the readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
-        let mut found = self.update_in_units(&self.door.frame_in(frame));
+        let mut found = self.update_in_units(&door::frame_in(&self.units, frame));
         match &mut found {
-            Ok(estimate) => self.door.estimate_out(estimate, frame.time),
+            Ok(estimate) => door::estimate_out(&self.units, estimate, frame.time),
             Err(EstimateError::Time { last, now }) => {
-                (*last, *now) = (self.door.time_out(*last), frame.time);
+                (*last, *now) = (*last * self.units.time, frame.time);
             }
             Err(_) => {}
         }
@@ -148,41 +115,37 @@ impl Estimator {
 
     fn update_in_units(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
-        if let Some(time) = self.state.time_of_wheels(&self.nominal, frame, dt) {
+        let nominal = &self.nominal;
+        // Where it contradicts the time stamps. The paper's filters use these.
+        let by_wheels = self
+            .best_filters()
+            .and_then(|filters| filters.time_of_wheels(nominal, &self.inputs, frame, dt));
+        if let Some(time) = by_wheels {
             flags |= Flags::SENSOR_STALE;
-            dt = time;
+            dt = if time.is_finite() { time } else { UNKNOWN_TIME };
         }
-        let with_angles = self.nominal.settings.needs_contact_angles();
-        flags |= self.state.inputs.take(frame, dt, with_angles);
-        if !self.state.complete {
-            if let Some(field) = self.state.inputs.never_read(with_angles) {
+        let with_angles = nominal.settings.needs_contact_angles();
+        flags |= self.inputs.take(frame, dt, with_angles);
+        if !self.complete {
+            if let Some(field) = self.inputs.never_read(with_angles) {
                 return Err(EstimateError::Missing { field });
             }
-            self.state.complete = true;
+            self.complete = true;
             dt = 0.0;
         }
         if dt > LONGEST_GAP {
-            let mut fresh = filters(&self.nominal.robot, &self.nominal.settings);
-            fresh.start_after(&self.state.filters);
-            self.state.filters = fresh;
+            self.filters.start_anew(nominal);
             flags |= Flags::SENSOR_STALE;
             dt = 0.0;
         }
-        let State {
-            time,
-            inputs,
-            filters,
-            ..
-        } = &mut self.state;
         let instant = Instant {
-            time: *time,
             dt,
-            inputs,
+            inputs: &self.inputs,
             flags,
         };
-        match filters {
-            FilterState::Paper(filters) => filters.estimate(&self.nominal, &instant),
-            FilterState::Best(filters) => filters.estimate(&self.nominal, &instant),
+        match &mut self.filters {
+            Filters::Paper(filters) => filters.estimate(nominal, &instant),
+            Filters::Best(filters) => filters.estimate(nominal, &instant),
         }
     }
 
@@ -194,9 +157,8 @@ impl Estimator {
     /// Points are at equal distances along x, 10 mm for the default robot. Places that no wheel has
     /// touched, such as the foot of a kerb, have none.
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
-        let memory = self.state.filters.ground();
-        let points = memory.into_iter().flat_map(GroundMemory::points);
-        points.map(|point| self.door.point_out(point))
+        let points = self.memory().into_iter().flat_map(GroundMemory::points);
+        points.map(|point| door::point_out(&self.units, point))
     }
 
     /// The points of the ground that left the memory with the last update, in their final form. All
@@ -205,64 +167,55 @@ impl Estimator {
     ///
     /// A robot that comes back to a place gives its points again.
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
-        let memory = self.state.filters.ground();
-        let points = memory.into_iter().flat_map(GroundMemory::completed);
-        points.map(|point| self.door.point_out(point))
+        let points = self.memory().into_iter().flat_map(GroundMemory::completed);
+        points.map(|point| door::point_out(&self.units, point))
     }
 
     /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
     /// wheel that comes to that place now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
-        let x = self.door.length_in(x);
-        self.state.filters.ground()?.slope_at(x)
+        self.memory()?.slope_at(x / self.units.length)
     }
 
     /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
     /// `None` from the paper's methods.
     pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
-        let x = self.door.length_in(x);
-        Some(self.state.filters.ground()?.friction_at(x))
+        Some(self.memory()?.friction_at(x / self.units.length))
     }
 
     /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of
     /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
-        let places = self.state.filters.ground()?.wheel_places()?;
-        Some(places.map(|place| self.door.length_out(place)))
+        let places = self.memory()?.wheel_places()?;
+        Some(places.map(|place| place * self.units.length))
     }
 
     /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and
     /// the flag of a clock that was set back.
     fn advance_clock(&mut self, now: f64) -> Result<(f64, Flags), EstimateError> {
-        let last = self.state.time;
-        let mut dt = if self.state.started { now - last } else { 0.0 };
-        let mut flags = Flags::NONE;
-        if dt < -LONGEST_GAP && now.is_finite() {
-            let mut fresh = State::new(&self.nominal.robot, &self.nominal.settings);
-            fresh.filters.start_after(&self.state.filters);
-            self.state = fresh;
-            flags = Flags::SENSOR_STALE;
+        let mut dt = self.time.map_or(0.0, |last| now - last);
+        let set_back = dt < -LONGEST_GAP && now.is_finite();
+        if set_back {
+            (self.complete, self.inputs) = (false, Inputs::default());
+            self.filters.start_anew(&self.nominal);
             dt = 0.0;
+        } else if let Some(last) = self.time {
+            // Written so that a NaN fails too.
+            if !(now.is_finite() && dt >= SHORTEST_STEP) {
+                return Err(EstimateError::Time { last, now });
+            }
+            if let Filters::Best(filters) = &mut self.filters {
+                filters.ground.drop_left();
+            }
+        } else if !now.is_finite() {
+            return Err(EstimateError::Time { last: 0.0, now });
         }
-        // Written so that a NaN fails too.
-        if !(now.is_finite() && (dt >= SHORTEST_STEP || !self.state.started)) {
-            return Err(EstimateError::Time { last, now });
-        }
-        if self.state.started {
-            self.state.filters.drop_left_ground();
-        }
-        self.state.time = now;
-        self.state.started = true;
+        self.time = Some(now);
+        let flags = if set_back {
+            Flags::SENSOR_STALE
+        } else {
+            Flags::NONE
+        };
         Ok((dt, flags))
-    }
-}
-
-/// Filters of a robot at rest.
-fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
-    match &settings.method {
-        Method::Paper(method) => FilterState::Paper(PaperFilters::new(robot, method, settings)),
-        Method::Kalman(method) => {
-            FilterState::Best(BestFilters::new(robot, *method, &settings.budget))
-        }
     }
 }

@@ -118,21 +118,8 @@ pub(crate) struct Inputs {
     pub new_zero: [bool; 3],
 }
 
-/// Readings of one wheel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct WheelInputs {
-    /// Spin angle, rad.
-    pub angle: Held,
-    /// Motor torque, N m.
-    pub torque: Held,
-    /// Whether the angle counts from a new zero with this frame.
-    pub new_zero: bool,
-}
-
 /// One instant with its readings.
 pub(crate) struct Instant<'a> {
-    /// s.
-    pub time: f64,
     /// Time since the last frame, s; 0 at the first.
     pub dt: f64,
     pub inputs: &'a Inputs,
@@ -184,15 +171,6 @@ impl Inputs {
             flags |= self.rate[i].take(link.rate, dt, |v| libm::fabs(v) <= limit::RATE);
         }
         flags
-    }
-
-    /// The readings of wheel `i`.
-    pub fn wheel(&self, i: usize) -> WheelInputs {
-        WheelInputs {
-            angle: self.wheel_angle[i],
-            torque: self.motor_torque[i],
-            new_zero: self.new_zero[i],
-        }
     }
 
     /// The first reading that no frame has had so far; contact angles count `with_angles` only.

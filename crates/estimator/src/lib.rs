@@ -79,7 +79,6 @@
     reason = "comparisons are written so that a NaN fails them"
 )]
 
-mod assembly;
 mod bit_set;
 mod contact;
 mod deviation;

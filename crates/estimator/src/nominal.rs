@@ -1,12 +1,12 @@
 //! The nominal robot: its nominal parameters, its settings, and the equations that every method
-//! takes from them.
+//! takes from them, with the estimate that they make.
 
-use crate::estimate::EstimateError;
+use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::settings::{EstimatorSettings, Masses};
-use crate::statics::{Arms, Equations, Equilibrium, Loads};
+use crate::statics::{Arms, Equations, Equilibrium, Forces, Loads};
 use nalgebra::{Matrix4, Vector4};
-use robhaz_model::{Bar, Carrier, GRAVITY, PointMasses, Robot, Vec2};
+use robhaz_model::{Bar, GRAVITY, PointMasses, Robot, Vec2};
 
 /// Nominal robot and settings.
 #[derive(Clone, Debug)]
@@ -66,8 +66,63 @@ impl Nominal {
         contact_angle: &[f64; 3],
     ) -> Result<Equations, EstimateError> {
         let (geometry, lever) = (&self.robot.geometry, self.settings.moment_lever);
-        Equations::new(geometry, arms, link_angles, loads, contact_angle, lever)
-            .ok_or(EstimateError::Singular)
+        let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+        let equilibrium = Equilibrium::new(&arms, carriers, radius, &loads, contact_angle, lever)
+            .ok_or(EstimateError::Singular)?;
+        Ok(Equations {
+            arms,
+            link_angles,
+            loads,
+            inverse: equilibrium.least_squares().ok_or(EstimateError::Singular)?,
+            parity_direction: equilibrium.parity_direction(),
+            equilibrium,
+        })
+    }
+
+    /// The estimate of forces and posture, for the contact angles (rad) and the right-hand side
+    /// `F' - H_T T` (N) of the least squares. Without what only some filters state, and without the
+    /// time, which is the frame's. Inlined, so that it is made where it is returned: it has more
+    /// than a kilobyte.
+    #[inline(always)]
+    pub fn assemble(
+        &self,
+        equations: &Equations,
+        forces: &Forces,
+        right_side: &Vector4<f64>,
+        contact_angle: [f64; 3],
+        flags: Flags,
+    ) -> Estimate {
+        let carriers = &self.robot.geometry.carriers;
+        let (arms, [theta1, theta2]) = (&equations.arms, equations.link_angles);
+        let (equilibrium, loads) = (&equations.equilibrium, &equations.loads);
+        let [p, r, s] = equilibrium.pins;
+        let q = equilibrium.force_in_q(loads, carriers, &forces.normal, &forces.traction);
+        let mut residual = *right_side;
+        for i in 0..3 {
+            residual -= equilibrium.h_n[i] * forces.normal[i];
+        }
+        let lever = self.settings.moment_lever;
+        let [x, y, m1, m2] = residual.into();
+        Estimate {
+            time: 0.0,
+            normal_force: forces.normal,
+            traction: forces.traction,
+            covariance: None,
+            contact_angle,
+            contact_angle_sigma: None,
+            posture: arms.posture(theta1, theta2),
+            angle_sigma: None,
+            pin_from_q: [arms.p, Vec2::zeros(), arms.r, arms.s],
+            pin_force: [p, q, r, s],
+            residual: [x, y, m1 * lever, m2 * lever],
+            parity: None,
+            reading_errors: None,
+            contact: None,
+            friction: None,
+            health: None,
+            torque_scale: None,
+            flags,
+        }
     }
 
     /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the nominal
@@ -149,10 +204,7 @@ fn by_rolling_resistance(robot: &Robot, settings: &EstimatorSettings) -> Vector4
     let moment = resistance * robot.geometry.wheel_radius / settings.moment_lever;
     let mut rows = Vector4::zeros();
     for carrier in &robot.geometry.carriers {
-        match carrier {
-            Carrier::Link1 => rows.z += moment,
-            Carrier::Link2 => rows.w += moment,
-        }
+        rows[2 + carrier.index()] += moment;
     }
     rows
 }

@@ -1,13 +1,11 @@
-//! Contact of a wheel with the ground: its velocity relative to the ground, creep, contact state,
-//! and wheels that spin in place.
+//! Contact of a wheel with the ground: its velocity relative to the ground, contact state, and
+//! wheels that spin in place.
 
-mod creep;
 mod detector;
 mod standing;
 mod state;
 mod velocity;
 
-pub(crate) use creep::Creep;
 pub(crate) use detector::{ContactDetector, ContactEvidence, RollingResiduals, SlipResidual};
 pub(crate) use standing::StandingDetector;
 pub use state::{ContactEstimate, ContactState};

@@ -29,15 +29,8 @@ pub struct Projection<const N: usize> {
     pub value: f64,
     /// Its variance `h' P h`.
     pub variance: f64,
-    /// `P h`.
-    ph: [f64; N],
-}
-
-impl<const N: usize> Projection<N> {
     /// Covariances `P h` of all states with it.
-    pub fn covariances(&self) -> &[f64; N] {
-        &self.ph
-    }
+    pub ph: [f64; N],
 }
 
 impl Innovation {
@@ -56,6 +49,13 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
             p[i][i] = sigma[i] * sigma[i];
         }
         Self { x, p }
+    }
+
+    /// A state and its standard deviation.
+    #[inline]
+    pub fn estimated(&self, state: usize) -> (f64, f64) {
+        let variance = self.p[state][state].max(0.0);
+        (self.x[state], robhaz_model::sqrt(variance))
     }
 
     /// Sets a state to a value with a standard deviation, independent of all others. A state of `N`

@@ -3,7 +3,6 @@
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{TYPICAL, smoothing_time};
 use crate::deviation::{GATE, root_sum_square};
-
 use crate::frame::{Inputs, LONGEST_GAP};
 use crate::settings::NoiseBudget;
 
@@ -16,12 +15,12 @@ use crate::settings::NoiseBudget;
 pub struct LinkAngleKalman {
     /// States [`ANGLE`] and [`BIAS`].
     filter: Kalman<2>,
-    /// Last rate without its bias, rad/s.
-    rate: f64,
-    /// Low-pass filtered rate, rad/s.
-    smooth_rate: f64,
-    /// Derivative of the low-pass filtered rate, rad/s^2.
-    acceleration: f64,
+    /// Angular rate: the last reading without its bias, rad/s.
+    pub rate: f64,
+    /// Low-pass filtered angular rate, rad/s.
+    pub smooth_rate: f64,
+    /// Angular acceleration, rad/s^2: the derivative of the low-pass filtered rate.
+    pub acceleration: f64,
     /// Variance of the unmodelled angular acceleration, rad^2/s^4: see
     /// [`Self::unmodelled_acceleration`].
     unmodelled: f64,
@@ -30,7 +29,8 @@ pub struct LinkAngleKalman {
     expected: f64,
     /// Time since the gyroscope was last read, s.
     unread: f64,
-    started: bool,
+    /// Whether it has had its first reading.
+    pub started: bool,
 }
 
 /// Angle of the link, rad.
@@ -89,11 +89,6 @@ impl LinkAngleKalman {
         }
     }
 
-    /// Whether it has had its first reading.
-    pub fn started(&self) -> bool {
-        self.started
-    }
-
     /// Starts at an inclination (rad) that was read `age` seconds ago, with a rate (rad/s).
     pub fn start(&mut self, inclination: f64, age: f64, rate: f64) {
         self.started = true;
@@ -105,7 +100,7 @@ impl LinkAngleKalman {
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
-    /// Advances by `dt` (s) to the readings of one instant. Returns the innovation of the
+    /// Advances a filter that has started by `dt` (s) to the readings of one instant. Returns the innovation of the
     /// inclination (rad), if there is one.
     pub fn update(
         &mut self,
@@ -113,16 +108,13 @@ impl LinkAngleKalman {
         dt: f64,
         readings: &LinkReadings,
     ) -> Option<Innovation> {
-        if !self.started {
-            if let Some(angle) = readings.inclination {
-                self.start(angle, 0.0, readings.rate.unwrap_or(0.0));
-            }
-            return None;
-        }
         let (last, held) = (self.rate, self.unread > 0.0);
         self.predict(budget, dt, readings.rate);
-        if !held && readings.rate.is_some() {
-            self.follow_impact(budget, dt, self.rate - last);
+        // The low-pass filtered rate takes over a change that only an impact can cause.
+        let change = self.rate - last;
+        let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
+        if !held && readings.rate.is_some() && change.abs() > noise.max(Self::IMPACT * dt) {
+            self.smooth_rate += change;
         }
         self.smooth(budget, dt);
         let force_angle = if budget.specific_force {
@@ -172,15 +164,6 @@ impl LinkAngleKalman {
         p[ANGLE][BIAS] -= dt * p[BIAS][BIAS];
         p[BIAS][ANGLE] = p[ANGLE][BIAS];
         p[BIAS][BIAS] += budget.rate_walk * budget.rate_walk * dt;
-    }
-
-    /// The low-pass filtered rate takes over a `change` of the rate (rad/s within `dt` seconds)
-    /// that only an impact can cause.
-    fn follow_impact(&mut self, budget: &NoiseBudget, dt: f64, change: f64) {
-        let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
-        if change.abs() > noise.max(Self::IMPACT * dt) {
-            self.smooth_rate += change;
-        }
     }
 
     /// Low-pass filtered rate and its derivative, and what they miss.
@@ -248,22 +231,7 @@ impl LinkAngleKalman {
     /// Standard deviation of the angle against the mean of the inclinometer's readings, rad,
     /// without its bias.
     pub(crate) fn settled_sigma(&self) -> f64 {
-        robhaz_model::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0))
-    }
-
-    /// Angular rate, rad/s.
-    pub fn rate(&self) -> f64 {
-        self.rate
-    }
-
-    /// Low-pass filtered angular rate, rad/s.
-    pub fn smooth_rate(&self) -> f64 {
-        self.smooth_rate
-    }
-
-    /// Angular acceleration, rad/s^2: the derivative of [`Self::smooth_rate`].
-    pub fn acceleration(&self) -> f64 {
-        self.acceleration
+        self.filter.estimated(ANGLE).1
     }
 
     /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,
@@ -278,10 +246,7 @@ impl LinkAngleKalman {
 
     /// Bias of the gyroscope and its standard deviation, rad/s.
     pub fn rate_bias(&self) -> (f64, f64) {
-        (
-            self.filter.x[BIAS],
-            robhaz_model::sqrt(self.filter.p[BIAS][BIAS].max(0.0)),
-        )
+        self.filter.estimated(BIAS)
     }
 }
 

@@ -33,7 +33,8 @@ pub struct TorqueObserverParameters {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueObserver {
     filter: Kalman<4>,
-    started: bool,
+    /// Whether a reading has set the angle: not where the encoder counts from a new zero.
+    pub started: bool,
 }
 
 /// Standard deviation of the angle of a typical encoder, rad: a count over sqrt(12).
@@ -47,12 +48,6 @@ const ANGLE: usize = 0;
 const SPEED: usize = 1;
 const TORQUE: usize = 2;
 const RATE: usize = 3;
-
-impl Default for TorqueObserver {
-    fn default() -> Self {
-        Self::new()
-    }
-}
 
 impl TorqueObserver {
     /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for
@@ -83,19 +78,16 @@ impl TorqueObserver {
     /// Chosen; sensitive.
     const IMPACT_SPEED: f64 = 0.02;
 
-    /// Starts with a wheel at rest: its speed is within 0.01 rad/s, the ground's torque within 5 N
-    /// m.
-    pub fn new() -> Self {
-        Self {
-            filter: Kalman::new([0.0; 4], [0.0, 0.01, 5.0, 5.0]),
-            started: false,
-        }
-    }
+    /// Standard deviation of the speed of a wheel at rest, rad/s.
+    pub const AT_REST: f64 = 0.01;
+    /// The same of a wheel that may be spinning: 2 m/s at the rim.
+    pub const SPINNING: f64 = 20.0;
 
-    /// Starts with a wheel that may be spinning, within 20 rad/s (2 m/s at the rim).
-    pub fn spinning() -> Self {
+    /// Starts with a wheel whose speed is within a standard deviation of 0, rad/s:
+    /// [`Self::AT_REST`], [`Self::SPINNING`]. The ground's torque is within 5 N m.
+    pub fn new(speed_sigma: f64) -> Self {
         Self {
-            filter: Kalman::new([0.0; 4], [0.0, 20.0, 5.0, 5.0]),
+            filter: Kalman::new([0.0; 4], [0.0, speed_sigma, 5.0, 5.0]),
             started: false,
         }
     }
@@ -139,8 +131,7 @@ impl TorqueObserver {
         p[SPEED][SPEED] += kick * kick;
         let coarse = (parameters.encoder_sigma / COUNT_SIGMA)
             .max(parameters.torque_sigma / TYPICAL.torque_noise);
-        let faster = parameters.rim_speed.abs() / Self::REFERENCE_SPEED;
-        let faster = faster.max(1.0);
+        let faster = (parameters.rim_speed.abs() / Self::REFERENCE_SPEED).max(1.0);
         let faster = faster * robhaz_model::sqrt(faster);
         let jerk = Self::TORQUE_JERK * faster / coarse.clamp(Self::FINEST, 1.0);
         let q = jerk * jerk * dt;
@@ -149,11 +140,6 @@ impl TorqueObserver {
         p[TORQUE][RATE] += 0.5 * q * dt;
         p[RATE][TORQUE] += 0.5 * q * dt;
         p[RATE][RATE] += q;
-    }
-
-    /// The encoder counts from a new zero: its next reading sets the angle.
-    pub fn reset_angle(&mut self) {
-        self.started = false;
     }
 
     /// Corrects the states by a reading of the spin angle, rad. `None` for the first reading, which
@@ -205,14 +191,9 @@ impl TorqueObserver {
         Some((angle - self.filter.x[ANGLE], robhaz_model::sqrt(variance)))
     }
 
-    /// Spin speed relative to the link, rad/s.
-    pub fn speed(&self) -> f64 {
-        self.filter.x[SPEED]
-    }
-
-    /// Standard deviation of that speed, rad/s.
-    pub fn speed_sigma(&self) -> f64 {
-        robhaz_model::sqrt(self.filter.p[SPEED][SPEED].max(0.0))
+    /// Spin speed relative to the link and its standard deviation, rad/s.
+    pub fn speed(&self) -> (f64, f64) {
+        self.filter.estimated(SPEED)
     }
 
     /// Whether the standard deviation of the speed is below 0.1 rad/s, so that the speed can be
@@ -223,10 +204,7 @@ impl TorqueObserver {
 
     /// Torque of the ground on the wheel `d T`, N m, and its standard deviation.
     pub fn ground_torque(&self) -> (f64, f64) {
-        (
-            self.filter.x[TORQUE],
-            robhaz_model::sqrt(self.filter.p[TORQUE][TORQUE].max(0.0)),
-        )
+        self.filter.estimated(TORQUE)
     }
 }
 
@@ -343,7 +321,7 @@ mod tests {
     /// integration of second order leaves, (B dt/J)^2/6 = 4e-7 of 2 N m.
     #[test]
     fn a_constant_torque_is_found() {
-        let mut observer = TorqueObserver::new();
+        let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
         let mut wheel = Wheel {
             angle: 5.0,
             speed: 0.0,
@@ -356,7 +334,7 @@ mod tests {
         }
         let (torque, sigma) = observer.ground_torque();
         assert!((torque - 2.0).abs() < 1e-5, "{torque}");
-        assert!((observer.speed() - wheel.speed).abs() < 1e-5);
+        assert!((observer.speed().0 - wheel.speed).abs() < 1e-5);
         assert!(sigma > 0.0 && sigma < 0.1, "{sigma}");
     }
 
@@ -365,7 +343,7 @@ mod tests {
     /// ms: after 0.2 s less than 1 % is left.
     #[test]
     fn a_step_settles() {
-        let mut observer = TorqueObserver::new();
+        let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
         let mut wheel = Wheel {
             angle: 0.0,
             speed: 0.0,
@@ -396,7 +374,7 @@ mod tests {
             encoder_sigma: 2e-5,
             ..PARAMETERS
         };
-        let mut observer = TorqueObserver::new();
+        let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
         let mut wheel = Wheel {
             angle: 0.0,
             speed: 0.0,
@@ -427,7 +405,7 @@ mod tests {
     #[test]
     fn the_torque_changes_faster_at_higher_speed() {
         let step = |rim_speed: f64| {
-            let mut observer = TorqueObserver::new();
+            let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
             let before = observer.filter.p[RATE][RATE];
             let parameters = TorqueObserverParameters {
                 rim_speed,
@@ -447,7 +425,7 @@ mod tests {
     /// with readings it falls back.
     #[test]
     fn an_unread_torque_has_a_larger_deviation() {
-        let mut observer = TorqueObserver::new();
+        let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
         observer.measure(&PARAMETERS, 0.0);
         let mut run = |steps: u32, unread_walk: f64| {
             for _ in 0..steps {

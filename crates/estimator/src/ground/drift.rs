@@ -121,7 +121,7 @@ impl Drift {
         if let Some(state) = x.get_mut(n) {
             *state = seen.value;
         }
-        for (k, covariance) in seen.covariances().iter().enumerate() {
+        for (k, covariance) in seen.ph.iter().enumerate() {
             let covariance = if k == n { seen.variance } else { *covariance };
             for (i, j) in [(n, k), (k, n)] {
                 if let Some(entry) = p.get_mut(i).and_then(|row| row.get_mut(j)) {

@@ -3,15 +3,12 @@
 
 mod health;
 mod motion;
-mod specific_force;
 mod statics;
 #[cfg(test)]
 mod tests;
 mod torque_scale;
-mod unmodelled_turning;
 
 use super::wheel::Wheel;
-use crate::assembly::assemble;
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
@@ -36,8 +33,8 @@ pub(crate) struct BestFilters {
     method: KalmanMethod,
     links: [LinkAngleKalman; 2],
     wheels: [Wheel; 3],
-    motion: MotionFilter,
-    ground: GroundMemory,
+    pub motion: MotionFilter,
+    pub ground: GroundMemory,
     /// Normal forces of the last estimate, before the bound N >= 0, N.
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
@@ -89,14 +86,6 @@ impl BestFilters {
         }
     }
 
-    /// Marks all velocities as unknown, because the robot may be moving after a gap.
-    pub fn reset_motion(&mut self) {
-        for wheel in &mut self.wheels {
-            wheel.reset_speed();
-        }
-        self.motion.reset_velocity_variance();
-    }
-
     /// Time since the last frame by the wheels, s, if all of them have turned further than they can
     /// in the `dt` (s) of the time stamps: the clock was set back. A robot that stops cannot be
     /// told from a clock that was set forward.
@@ -111,41 +100,29 @@ impl BestFilters {
             return None;
         }
         let (mut turned, mut speed) = (0.0, 0.0);
-        let (robot, settings) = (&nominal.robot, &nominal.settings);
         for i in 0..3 {
             let (wheel, angle) = (&self.wheels[i], frame.wheel_angle[i]?);
-            turned += wheel.turned_too_far(robot, settings, &inputs.wheel(i), angle, dt)?;
+            turned += wheel.turned_too_far(nominal, &inputs.motor_torque[i], angle, dt)?;
             speed += wheel.settled_speed()?.abs();
         }
         // Infinite at rest.
         Some(turned / speed)
     }
 
-    /// The memory of the ground.
-    pub fn ground(&self) -> &GroundMemory {
-        &self.ground
-    }
-
-    /// See [`GroundMemory::drop_left`].
-    pub fn drop_left_ground(&mut self) {
-        self.ground.drop_left();
-    }
-
-    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, the
-    /// torques' scale, and the velocity about which the constraints of rolling are linearised.
+    /// Takes over what lasts from `before` after a gap: the memory of the ground, whose section
+    /// ends, the torques' scale, and the velocity about which the constraints of rolling are
+    /// linearised. All velocities are unknown, because the robot may be moving.
     pub fn take_over(&mut self, before: &Self) {
+        for wheel in &mut self.wheels {
+            wheel.reset_speed();
+        }
+        self.motion.reset_velocity_variance();
         self.motion.assume_velocity(before.motion.velocity());
         self.ground = before.ground;
         self.ground.drop_left();
         self.ground.end_section();
         self.scale = before.scale;
         self.scale.interrupt();
-    }
-
-    /// The filter of motion and errors.
-    #[cfg(test)]
-    pub fn motion(&self) -> &MotionFilter {
-        &self.motion
     }
 
     /// Advances all filters to one instant and estimates the forces: link angles, motion, eq. (8),
@@ -212,15 +189,8 @@ impl BestFilters {
             flags,
             instant.dt,
         );
-        let mut estimate = assemble(
-            nominal,
-            instant.time,
-            &equations,
-            &forces,
-            &right.value,
-            contact_angle,
-            flags,
-        );
+        let mut estimate =
+            nominal.assemble(&equations, &forces, &right.value, contact_angle, flags);
         estimate.covariance = Some(forces.covariance);
         estimate.parity = parity.map(|(parity, _)| parity);
         estimate.contact = Some(contact);
@@ -250,7 +220,7 @@ impl BestFilters {
                 force_angle: self.last_force_angle[i],
             };
             let link = &mut self.links[i];
-            if link.started() {
+            if link.started {
                 let innovation = link.update(budget, instant.dt, &readings);
                 innovation_of[i] = innovation.map(|innovation| innovation.value);
                 innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);

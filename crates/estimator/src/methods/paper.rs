@@ -1,7 +1,6 @@
 //! The paper's filters: a complementary filter for the link angles (Fig. 5), eq. (3) for the
 //! tractions.
 
-use crate::assembly::assemble;
 use crate::estimate::{Estimate, EstimateError, Parity};
 use crate::filters::{ComplementaryFilter, ObserverParameters, TractionObserver};
 use crate::frame::{Inputs, Instant};
@@ -97,15 +96,7 @@ impl PaperFilters {
             forces.covariance = unit_covariance(&equations);
             forces.bound();
         }
-        let mut estimate = assemble(
-            nominal,
-            instant.time,
-            &equations,
-            &forces,
-            &right_side,
-            contact_angle,
-            flags,
-        );
+        let mut estimate = nominal.assemble(&equations, &forces, &right_side, contact_angle, flags);
         estimate.parity = equations.parity_direction.map(|w| Parity {
             value: w.dot(&right_side),
             sigma: 0.0,

@@ -1,27 +1,27 @@
 //! Spin and ground torque of one wheel, and its gear friction.
 
 use crate::deviation::{GATE, root_sum_square};
-
 use crate::filters::{
     COUNT_SIGMA, Innovation, TorqueObserver, TorqueObserverParameters, UNIFORM, smoothing_time,
 };
-use crate::frame::{LONGEST_GAP, WheelInputs};
-use crate::settings::{EstimatorSettings, NoiseBudget};
+use crate::frame::{Held, Inputs, LONGEST_GAP};
+use crate::nominal::Nominal;
+use crate::settings::NoiseBudget;
 use crate::statics::Traction;
-use robhaz_model::{GRAVITY, Robot};
+use robhaz_model::GRAVITY;
 
 /// The observer of one wheel, with what it hands from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wheel {
-    observer: TorqueObserver,
+    pub observer: TorqueObserver,
     /// Last torque reading, N m.
     torque: f64,
     /// Spin speed, rad/s.
     speed: f64,
     /// Share of the gear friction that acts, with its sign: -1 to 1.
-    friction_share: f64,
+    pub friction_share: f64,
     /// Low-pass filtered derivative of the spin speed, rad/s^2.
-    acceleration: f64,
+    pub acceleration: f64,
 }
 
 impl Wheel {
@@ -39,7 +39,7 @@ impl Wheel {
     /// A wheel at rest.
     pub fn new() -> Self {
         Self {
-            observer: TorqueObserver::new(),
+            observer: TorqueObserver::new(TorqueObserver::AT_REST),
             torque: 0.0,
             speed: 0.0,
             friction_share: 0.0,
@@ -49,7 +49,7 @@ impl Wheel {
 
     /// The wheel may be spinning: for a start after a gap.
     pub fn reset_speed(&mut self) {
-        self.observer = TorqueObserver::spinning();
+        self.observer = TorqueObserver::new(TorqueObserver::SPINNING);
     }
 
     /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s:
@@ -62,35 +62,32 @@ impl Wheel {
         libm::copysign((certain / robhaz_model::sqrt(full)).min(1.0), speed)
     }
 
-    /// Advances by `dt` (s) to the readings of one instant. `alpha_link` is the angular
+    /// Advances wheel `i` by `dt` (s) to the readings of one instant. `alpha_link` is the angular
     /// acceleration of the wheel's link, rad/s^2. Returns the innovation of the encoder's angle
     /// (rad), if there is one.
     pub fn update(
         &mut self,
-        robot: &Robot,
-        settings: &EstimatorSettings,
-        inputs: &WheelInputs,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        i: usize,
         alpha_link: f64,
         dt: f64,
     ) -> Option<Innovation> {
-        let parameters = self.parameters(robot, settings, inputs);
-        if inputs.new_zero {
-            self.observer.reset_angle();
+        let (torque, angle) = (&inputs.motor_torque[i], &inputs.wheel_angle[i]);
+        let parameters = self.parameters(nominal, torque);
+        if inputs.new_zero[i] {
+            self.observer.started = false;
         }
-        let torque = inputs.torque.value;
-        if inputs.angle.age > LONGEST_GAP {
-            self.observer = TorqueObserver::spinning();
+        if angle.age > LONGEST_GAP {
+            self.reset_speed();
         } else if dt > 0.0 {
-            let mean = 0.5 * (torque + self.torque);
+            let mean = 0.5 * (torque.value + self.torque);
             self.observer.predict(&parameters, dt, mean, alpha_link);
         }
-        self.torque = torque;
-        let innovation = if inputs.angle.fresh() {
-            self.observer.measure(&parameters, inputs.angle.value)
-        } else {
-            None
-        };
-        let speed = self.observer.speed();
+        self.torque = torque.value;
+        let read = angle.now();
+        let innovation = read.and_then(|angle| self.observer.measure(&parameters, angle));
+        let (speed, sigma) = self.observer.speed();
         if dt > 0.0 && self.observer.settled() {
             let smoothing = smoothing_time(parameters.encoder_sigma / COUNT_SIGMA);
             let weight = dt / (smoothing + dt);
@@ -98,39 +95,34 @@ impl Wheel {
             self.acceleration += weight * (rate - self.acceleration);
         }
         self.speed = speed;
-        self.friction_share = Self::share_of_friction(speed, self.observer.speed_sigma());
+        self.friction_share = Self::share_of_friction(speed, sigma);
         innovation
     }
 
     /// Turn of the wheel (rad, in the direction of its speed) up to an `angle` (rad) that is read
-    /// `dt` (s) after the last frame, if it is more than any torque explains.
+    /// `dt` (s) after the last frame, with its motor `torque`, if it is more than any torque explains.
     ///
     /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g,
     /// change the speed by an acceleration a, and the angle by a dt^2/2.
     pub fn turned_too_far(
         &self,
-        robot: &Robot,
-        settings: &EstimatorSettings,
-        inputs: &WheelInputs,
+        nominal: &Nominal,
+        torque: &Held,
         angle: f64,
         dt: f64,
     ) -> Option<f64> {
-        let parameters = self.parameters(robot, settings, inputs);
+        let parameters = self.parameters(nominal, torque);
         let (turn, sigma) = self.observer.turn(&parameters, angle, dt)?;
         let turn = libm::copysign(1.0, self.speed) * turn;
         let inertia = parameters.wheel_inertia + parameters.rotor_inertia;
         let acceleration =
-            0.5 * GRAVITY / robot.geometry.wheel_radius + self.torque.abs() / inertia;
+            0.5 * GRAVITY / nominal.robot.geometry.wheel_radius + self.torque.abs() / inertia;
         let explained = self.speed.abs() * (dt + Self::JITTER) + 0.5 * acceleration * dt * dt;
         (turn > explained + GATE * sigma).then_some(turn)
     }
 
-    fn parameters(
-        &self,
-        robot: &Robot,
-        settings: &EstimatorSettings,
-        inputs: &WheelInputs,
-    ) -> TorqueObserverParameters {
+    fn parameters(&self, nominal: &Nominal, torque: &Held) -> TorqueObserverParameters {
+        let (robot, settings) = (&nominal.robot, &nominal.settings);
         let budget = &settings.budget;
         TorqueObserverParameters {
             wheel_inertia: robot.mass.wheel_inertia,
@@ -139,7 +131,7 @@ impl Wheel {
             encoder_sigma: encoder_sigma(budget, self.speed),
             torque_sigma: budget.torque_noise,
             rim_speed: robot.geometry.wheel_radius * self.speed,
-            unread_walk: if inputs.torque.fresh() {
+            unread_walk: if torque.fresh() {
                 0.0
             } else {
                 Self::UNREAD_TORQUE_WALK
@@ -149,22 +141,7 @@ impl Wheel {
 
     /// Spin speed relative to the link, rad/s; `None` before the observer has settled.
     pub fn settled_speed(&self) -> Option<f64> {
-        self.observer.settled().then_some(self.observer.speed())
-    }
-
-    /// Low-pass filtered derivative of the spin speed, rad/s^2.
-    pub fn acceleration(&self) -> f64 {
-        self.acceleration
-    }
-
-    /// Share of the gear friction that acts, with its sign: -1 to 1.
-    pub fn friction_share(&self) -> f64 {
-        self.friction_share
-    }
-
-    /// Torque of the ground `r T`, N m, and its standard deviation.
-    pub fn ground_torque(&self) -> (f64, f64) {
-        self.observer.ground_torque()
+        self.observer.settled().then_some(self.observer.speed().0)
     }
 
     /// The torque reading less the torque that accelerates the rotor, N m, for a damping in N m s:
@@ -175,15 +152,11 @@ impl Wheel {
 
     /// Traction, less the `error` of the torque reading (N m). Friction in a gear of unknown
     /// direction may bear a part of it: that part counts in its standard deviation.
-    pub fn traction(
-        &self,
-        settings: &EstimatorSettings,
-        error: f64,
-        wheel_radius: f64,
-    ) -> Traction {
+    pub fn traction(&self, nominal: &Nominal, error: f64) -> Traction {
+        let settings = &nominal.settings;
         let (torque, observed) = self.observer.ground_torque();
         let share = self.friction_share;
-        let inverse = 1.0 / wheel_radius;
+        let inverse = 1.0 / nominal.robot.geometry.wheel_radius;
         let friction = settings.budget.gear_friction * settings.budget.gear_friction;
         let sigma = robhaz_model::sqrt(observed * observed + (1.0 - share * share) * friction);
         Traction {

@@ -54,11 +54,8 @@ impl Arms {
         let s = corner_s(geometry, p, r)?;
         let axis_body = turn_between(pins.s - pins.p, s - p);
         let axis3 = turn_between(pins.s - pins.r, s - r);
-        let carried = |carrier: Carrier| match carrier {
-            Carrier::Link1 => axis1,
-            Carrier::Link2 => axis2,
-        };
-        let axle = |i: usize| turned(carried(geometry.carriers[i]), geometry.axles[i] - pins.q);
+        let carried = |i: usize| [axis1, axis2][geometry.carriers[i].index()];
+        let axle = |i: usize| turned(carried(i), geometry.axles[i] - pins.q);
         Ok(Self {
             axes: [axis_body, axis1, axis2, axis3],
             p,

@@ -4,7 +4,7 @@
 
 use super::arms::Arms;
 use super::loads::Loads;
-use nalgebra::{Matrix3, Vector4};
+use nalgebra::{Matrix3, Vector3, Vector4};
 use robhaz_model::{Bar, Carrier, Vec2, cross, perp};
 
 /// Eq. (8). Rows: horizontal and vertical force on links 1 and 2 together, N; moments of link 1 and
@@ -107,10 +107,7 @@ impl Equilibrium {
             let moment = (cross(arms.axles[i], load.force) + load.torque) * inverse_lever;
             f.x += load.force.x;
             f.y += load.force.y;
-            match carriers[i] {
-                Carrier::Link1 => f.z += moment,
-                Carrier::Link2 => f.w += moment,
-            }
+            f[2 + carriers[i].index()] += moment;
         }
         (f, [p, r, s])
     }
@@ -143,44 +140,20 @@ impl Equilibrium {
     #[inline(always)]
     pub fn least_squares(&self) -> Option<LeastSquaresInverse> {
         let [a, b, c] = &self.h_n;
-        let m = Matrix3::new(
-            a.dot(a),
-            a.dot(b),
-            a.dot(c), //
-            a.dot(b),
-            b.dot(b),
-            b.dot(c), //
-            a.dot(c),
-            b.dot(c),
-            c.dot(c),
-        );
-        let det = m.determinant();
-        let scale = m.m11 * m.m22 * m.m33;
+        let (ab, ac, bc) = (a.dot(b), a.dot(c), b.dot(c));
+        let x = Vector3::new(a.dot(a), ab, ac);
+        let y = Vector3::new(ab, b.dot(b), bc);
+        let z = Vector3::new(ac, bc, c.dot(c));
+        let det = Matrix3::from_columns(&[x, y, z]).determinant();
         // Written so that a NaN fails too.
-        if !(det > 1e-12 * scale) {
+        if !(det > 1e-12 * (x.x * y.y * z.z)) {
             return None;
         }
         let inverse = 1.0 / det;
-        let row = |x: f64, y: f64, z: f64| (a * x + b * y + c * z) * inverse;
-        // The adjugate of m, row by row.
+        // A row of the adjugate gives a row of the inverse.
+        let row = |of: Vector3<f64>| (a * of.x + b * of.y + c * of.z) * inverse;
         Some(LeastSquaresInverse {
-            rows: [
-                row(
-                    m.m22 * m.m33 - m.m23 * m.m32,
-                    m.m13 * m.m32 - m.m12 * m.m33,
-                    m.m12 * m.m23 - m.m13 * m.m22,
-                ),
-                row(
-                    m.m23 * m.m31 - m.m21 * m.m33,
-                    m.m11 * m.m33 - m.m13 * m.m31,
-                    m.m13 * m.m21 - m.m11 * m.m23,
-                ),
-                row(
-                    m.m21 * m.m32 - m.m22 * m.m31,
-                    m.m12 * m.m31 - m.m11 * m.m32,
-                    m.m11 * m.m22 - m.m12 * m.m21,
-                ),
-            ],
+            rows: [row(y.cross(&z)), row(z.cross(&x)), row(x.cross(&y))],
         })
     }
 
@@ -250,6 +223,22 @@ impl LeastSquaresInverse {
     pub fn solve(&self, right: &Vector4<f64>) -> [f64; 3] {
         [0, 1, 2].map(|i| self.rows[i].dot(right))
     }
+}
+
+/// Eq. (8) at one instant, with its least-squares inverse and its redundancy.
+pub(crate) struct Equations {
+    /// Positions on the linkage.
+    pub arms: Arms,
+    /// Angles of links 1 and 2, rad.
+    pub link_angles: [f64; 2],
+    /// Gravity, and inertial loads where they are known.
+    pub loads: Loads,
+    /// H and F'.
+    pub equilibrium: Equilibrium,
+    /// Left inverse of H_N.
+    pub inverse: LeastSquaresInverse,
+    /// Unit vector `w` with `w' H_N = 0`; `None` where the contacts leave it undefined.
+    pub parity_direction: Option<Vector4<f64>>,
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@
 
 use super::arms::Arms;
 use nalgebra::{Matrix4, SMatrix, Vector4};
-use robhaz_model::{Carrier, GRAVITY, Robot, Vec2};
+use robhaz_model::{GRAVITY, Robot, Vec2};
 
 /// Number of load parameters.
 pub const LOAD_PARAMETERS: usize = 7;
@@ -40,26 +40,21 @@ pub const LOAD_PARAMETER_NAMES: [(&str, &str); LOAD_PARAMETERS] = [
 pub fn load_parameters(robot: &Robot) -> [f64; LOAD_PARAMETERS] {
     let (geometry, mass) = (&robot.geometry, &robot.mass);
     let pins = &geometry.pins;
-    let (p, r, u, v) = (
-        pins.p - pins.q,
-        pins.r - pins.q,
-        pins.s - pins.p,
-        pins.s - pins.r,
-    );
+    let (p, r) = (pins.p - pins.q, pins.r - pins.q);
+    let (u, v) = (pins.s - pins.p, pins.s - pins.r);
     let product = |a: Vec2, b: Vec2| Vec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
     let at3 = geometry.link_cg[2] - pins.r;
     let kappa = product(at3, Vec2::new(v.x, -v.y)) / v.norm_squared();
     let [m1, m2, m3] = mass.links;
-    let mut link1 = (geometry.link_cg[0] - pins.q) * m1 + p * mass.body + product(kappa, p) * m3;
-    let mut link2 = (geometry.link_cg[1] - pins.q) * m2 + (r - product(kappa, r)) * m3;
+    let mut links = [
+        (geometry.link_cg[0] - pins.q) * m1 + p * mass.body + product(kappa, p) * m3,
+        (geometry.link_cg[1] - pins.q) * m2 + (r - product(kappa, r)) * m3,
+    ];
     let body = (geometry.body_cg - pins.p) * mass.body + product(kappa, u) * m3;
     for (axle, carrier) in geometry.axles.iter().zip(&geometry.carriers) {
-        let moment = (axle - pins.q) * mass.wheel;
-        match carrier {
-            Carrier::Link1 => link1 += moment,
-            Carrier::Link2 => link2 += moment,
-        }
+        links[carrier.index()] += (axle - pins.q) * mass.wheel;
     }
+    let [link1, link2] = links;
     [
         mass.total(),
         link1.x,

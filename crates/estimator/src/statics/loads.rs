@@ -33,6 +33,11 @@ pub struct Loads {
     pub wheels: [Load; 3],
 }
 
+/// Values of body and links in the order of [`robhaz_model::Bar::ALL`].
+fn of_bars(body: f64, [link1, link2, link3]: [f64; 3]) -> [f64; 4] {
+    [body, link1, link2, link3]
+}
+
 impl Loads {
     /// Gravity of Earth alone: static equilibrium, as in the paper.
     pub fn at_rest(masses: &PointMasses) -> Self {
@@ -46,12 +51,7 @@ impl Loads {
             torque: 0.0,
         };
         Self {
-            bars: [
-                weight(masses.body),
-                weight(masses.links[0]),
-                weight(masses.links[1]),
-                weight(masses.links[2]),
-            ],
+            bars: of_bars(masses.body, masses.links).map(weight),
             wheels: [weight(masses.wheel); 3],
         }
     }
@@ -80,18 +80,8 @@ impl Loads {
         let LinkageMotion { q, turning, spin } = motion;
         let (centres, axles) = arms.accelerations(carriers, *q, turning);
         let up = Vec2::new(0.0, gravity);
-        let points = [
-            masses.body,
-            masses.links[0],
-            masses.links[1],
-            masses.links[2],
-        ];
-        let inertias = [
-            mass.body_inertia,
-            mass.link_inertias[0],
-            mass.link_inertias[1],
-            mass.link_inertias[2],
-        ];
+        let points = of_bars(masses.body, masses.links);
+        let inertias = of_bars(mass.body_inertia, mass.link_inertias);
         let bar = |i: usize| Load {
             force: (centres[i] + up) * points[i],
             torque: inertias[i] * turning.accelerations[i],

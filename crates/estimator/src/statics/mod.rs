@@ -5,8 +5,7 @@
 //! |---|---|
 //! | positions and accelerations on the linkage, relative to Q | `arms.rs` |
 //! | gravity and inertial loads of the parts | `loads.rs` |
-//! | eq. (8) written directly | `equilibrium.rs` |
-//! | eq. (8) at one instant: left inverse and parity direction | `equations.rs` |
+//! | eq. (8) written directly, its left inverse and parity direction | `equilibrium.rs` |
 //! | sensitivity of the right-hand side to the uncertain inputs | `sensitivity.rs` |
 //! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
 //! | least squares for N, with covariance | `solve.rs` |
@@ -16,7 +15,6 @@
 //! `equilibrium.rs`.
 
 mod arms;
-mod equations;
 mod equilibrium;
 mod forces;
 mod load_parameters;
@@ -25,7 +23,7 @@ mod sensitivity;
 mod solve;
 
 pub use arms::{Arms, Turning};
-pub(crate) use equations::Equations;
+pub(crate) use equilibrium::Equations;
 pub use equilibrium::{Equilibrium, LeastSquaresInverse};
 pub(crate) use forces::Forces;
 pub use load_parameters::{

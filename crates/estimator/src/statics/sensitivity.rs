@@ -2,8 +2,7 @@
 //! measures, or that sensors measure with correlated errors. It carries the covariance of the
 //! inputs into that of the forces.
 
-use super::equations::Equations;
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{Equations, Equilibrium};
 use super::loads::Loads;
 use nalgebra::Vector4;
 use robhaz_model::{Geometry, PointMasses, Vec2};

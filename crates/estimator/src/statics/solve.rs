@@ -1,7 +1,6 @@
 //! Least squares for the normal forces of eq. (8), with the covariance of all forces.
 
-use super::equations::Equations;
-use super::equilibrium::{Equilibrium, LeastSquaresInverse};
+use super::equilibrium::{Equations, Equilibrium, LeastSquaresInverse};
 use super::forces::Forces;
 use super::sensitivity::{Sensitivity, Traction, input};
 use nalgebra::{Matrix4, Vector4};
@@ -231,6 +230,8 @@ fn causes(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nominal::Nominal;
+    use crate::settings::EstimatorSettings;
     use crate::statics::{Arms, Loads};
     use crate::testing::positive;
     use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -239,6 +240,15 @@ mod tests {
 
     const INPUTS: usize = input::COUNT;
     type Normals = SMatrix<f64, 4, 3>;
+
+    /// Eq. (8) at rest, for angles of links 1 and 2 and contact angles, rad.
+    fn equations(robot: &Robot, theta: [f64; 2], slopes: &[f64; 3]) -> Equations {
+        let nominal = Nominal::new(robot, EstimatorSettings::best());
+        let arms = Arms::new(&robot.geometry, theta[0], theta[1]).expect("inside the stops");
+        let loads = Loads::at_rest(&nominal.masses);
+        let equations = nominal.equations(arms, theta, loads, slopes);
+        equations.expect("regular")
+    }
 
     fn vector() -> impl Strategy<Value = Vector4<f64>> {
         prop::array::uniform4(-1.0_f64..1.0).prop_map(Vector4::from)
@@ -273,10 +283,7 @@ mod tests {
             tractions in (traction(), traction(), traction()), root in prop::collection::vec(-0.5_f64..0.5, input::COUNT * input::COUNT),
         ) {
             let robot = Robot::default_a();
-            let geometry = &robot.geometry;
-            let arms = Arms::new(geometry, theta1, theta2).expect("inside the stops");
-            let loads = Loads::at_rest(&robot.mass.true_points());
-            let equations = Equations::new(geometry, arms, [theta1, theta2], loads, &slopes, 0.2).expect("regular");
+            let equations = equations(&robot, [theta1, theta2], &slopes);
             let e = &equations.equilibrium;
             let tractions = [tractions.0, tractions.1, tractions.2];
             let mut sensitivity = Sensitivity { columns: [Vector4::zeros(); INPUTS] };
@@ -352,11 +359,7 @@ mod tests {
         /// that of a linear map of the right-hand side.
         #[test]
         fn without_parity_the_covariance_is_mapped(y in vector(), sigma in 0.1_f64..3.0) {
-            let robot = Robot::default_a();
-            let geometry = &robot.geometry;
-            let arms = Arms::new(geometry, 0.1, -0.1).expect("inside the stops");
-            let loads = Loads::default();
-            let equations = Equations::new(geometry, arms, [0.1, -0.1], loads, &[0.1, 0.0, 0.2], 0.2).expect("regular");
+            let equations = equations(&Robot::default_a(), [0.1, -0.1], &[0.1, 0.0, 0.2]);
             let inverse = &equations.inverse;
             let none = Traction { value: 0.0, sigma: 0.0, by_offset: 0.0, by_friction: 0.0, by_gain: 0.0 };
             let right = RightSide {

@@ -27,6 +27,7 @@ fn biased() -> NoiseBudget {
 fn a_gyro_bias_is_found() {
     let (budget, bias, dt) = (biased(), 0.013, 1e-3);
     let mut filter = LinkAngleKalman::new(&budget);
+    filter.start(0.0, 0.0, 0.2 + bias);
     let mut random = Random::new();
     for k in 0..10_000 {
         let t = dt * f64::from(k);
@@ -64,6 +65,7 @@ fn a_gyro_bias_is_found() {
 fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
     let mut filter = LinkAngleKalman::new(&budget);
+    filter.start(0.0, 0.0, 0.0);
     let mut paper = ComplementaryFilter::new(0.5);
     for _ in 0..2000 {
         filter.update(&budget, dt, &readings(Some(0.0), Some(0.0), 0.0));
@@ -88,6 +90,7 @@ fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
 fn an_unknown_pulse_moves_the_angle_by_little() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
     let mut filter = LinkAngleKalman::new(&budget);
+    filter.start(0.0, 0.0, 0.0);
     for _ in 0..2000 {
         filter.update(&budget, dt, &readings(Some(0.0), Some(0.0), 0.0));
     }
@@ -109,6 +112,7 @@ fn an_unknown_pulse_moves_the_angle_by_little() {
 fn missing_readings_raise_the_deviation() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
     let mut settled = LinkAngleKalman::new(&budget);
+    settled.start(0.0, 0.0, 0.0);
     for _ in 0..2000 {
         settled.update(&budget, dt, &readings(Some(0.0), Some(0.0), 0.0));
     }

@@ -1,7 +1,6 @@
 //! What wheels on mapped ground show: the direction of the velocity, and their contact angles.
 
-use super::filter::MotionFilter;
-use super::states::{CONTACT_ANGLE, VELOCITY};
+use super::filter::{CONTACT_ANGLE, MotionFilter, VELOCITY};
 use crate::contact::ContactVelocity;
 use crate::deviation::GATE;
 

@@ -1,9 +1,7 @@
-//! The motion filter's state and its readout.
+//! The motion filter's states with their indices, and its readout.
+//!
+//! From [`INPUTS`] on the states are the uncertain inputs of eq. (8), in the order of [`input`].
 
-use super::states::{
-    ACCELERATION, CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, TORQUE_GAIN,
-    TORQUE_OFFSET, VELOCITY,
-};
 use super::tuning::TUNING;
 use crate::deviation::GATE;
 use crate::filters::{Kalman, Projection};
@@ -11,20 +9,45 @@ use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use robhaz_model::Vec2;
 
+/// Velocity of Q, m/s: x, y.
+pub const VELOCITY: usize = 0;
+/// Natural logarithm of the creep speed c (m/s) of each wheel: slope of the slip speed over T/N at
+/// small T/N (slip = c T/N), the inverse of its slip stiffness. It is not the dimensionless
+/// creepage, which is c over the rolling speed.
+pub const CREEP: usize = 2;
+/// The first of the uncertain inputs.
+pub const INPUTS: usize = 5;
+/// Acceleration of Q, m/s^2: x, y.
+pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
+/// Contact-angle errors, reading minus true, rad.
+pub const CONTACT_ANGLE: usize = INPUTS + input::CONTACT_ANGLE;
+/// Torque offsets, reading minus true, N m.
+pub const TORQUE_OFFSET: usize = INPUTS + input::TORQUE_OFFSET;
+/// Dry gear friction at the wheel, common to all wheels, N m; positive opposes the spin.
+pub const GEAR_FRICTION: usize = INPUTS + input::GEAR_FRICTION;
+/// Relative errors of the torque readings, positive for readings that are too large: consider
+/// states. Only products with creep and contact angles make them observable. A linearised filter is
+/// inconsistent there: its variance would fall while its error grows.
+pub const TORQUE_GAIN: usize = INPUTS + input::TORQUE_GAIN;
+/// Number of states.
+pub const COUNT: usize = INPUTS + input::COUNT;
+/// Number of consider states, at the end.
+pub const CONSIDERED: usize = COUNT - TORQUE_GAIN;
+
 /// Motion of the robot, errors of contact angles and torques, creep: one Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MotionFilter {
     /// Where the contact angles come from. Not part of the filter state.
     pub(super) angles: ContactAngles,
-    /// Indices as in [`super::states`].
+    /// Indices as above.
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
     /// Remaining time after an impact or at an edge, for which measurements are down-weighted or
     /// skipped, s.
     pub(super) impact: f64,
     /// Remaining time for which each wheel counts as sliding, s.
     pub(super) sliding: [f64; 3],
-    /// Variance of the unmodelled load, N^2.
-    pub(super) unmodelled_load: f64,
+    /// Variance of the unmodelled load, N^2: see [`MotionFilter::check_parity`].
+    pub unmodelled_load: f64,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
 }
@@ -120,17 +143,17 @@ impl MotionFilter {
     /// Error of the given contact angle of wheel `i`, rad, and its standard deviation. An unknown
     /// angle counts as given with 0.
     pub fn contact_angle_error(&self, i: usize) -> (f64, f64) {
-        self.estimated(CONTACT_ANGLE + i)
+        self.filter.estimated(CONTACT_ANGLE + i)
     }
 
     /// Offset of the torque reading of wheel `i`, N m, and its standard deviation.
     pub fn torque_offset(&self, i: usize) -> (f64, f64) {
-        self.estimated(TORQUE_OFFSET + i)
+        self.filter.estimated(TORQUE_OFFSET + i)
     }
 
     /// Dry friction in the gears, N m, and its standard deviation.
     pub fn gear_friction(&self) -> (f64, f64) {
-        self.estimated(GEAR_FRICTION)
+        self.filter.estimated(GEAR_FRICTION)
     }
 
     /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N
@@ -165,11 +188,6 @@ impl MotionFilter {
         by
     }
 
-    /// Variance of the unmodelled load, N^2: see [`MotionFilter::check_parity`].
-    pub fn unmodelled_load(&self) -> f64 {
-        self.unmodelled_load
-    }
-
     /// Measurement update: see [`Kalman::correct`].
     pub(super) fn update<const K: usize>(
         &mut self,
@@ -190,28 +208,15 @@ impl MotionFilter {
         r: f64,
         gate: f64,
     ) {
-        let estimated = self.estimated_states();
-        self.filter
-            .correct(estimated, projection, innovation, r, gate);
-    }
-
-    /// How many of the first states measurements correct. After an impact errors of the readings
-    /// are only considered: what an impact, an edge or a false reading does to the innovations
-    /// would pass for a torque offset, and last.
-    fn estimated_states(&self) -> usize {
-        if self.is_after_impact() {
+        // After an impact errors of the readings are only considered: what an impact, an edge or a
+        // false reading does to the innovations would pass for a torque offset, and last.
+        let estimated = if self.is_after_impact() {
             TORQUE_OFFSET
         } else {
             TORQUE_GAIN
-        }
-    }
-
-    /// A state and its standard deviation.
-    pub(super) fn estimated(&self, state: usize) -> (f64, f64) {
-        (
-            self.filter.x[state],
-            robhaz_model::sqrt(self.filter.p[state][state].max(0.0)),
-        )
+        };
+        self.filter
+            .correct(estimated, projection, innovation, r, gate);
     }
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.

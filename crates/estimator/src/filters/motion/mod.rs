@@ -19,18 +19,16 @@
 //! one combination of their errors. The fifth shows the slow error of the direction of the
 //! velocity, which the others cannot tell from a torque offset common to all wheels.
 //!
-//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, their
-//! constants in `tuning.rs`, and time-correlated errors in `noise.rs`.
+//! States and their indices are in `filter.rs`, their change over time is in `prediction.rs`, their
+//! constants and time-correlated errors in `tuning.rs`.
 
 mod closure;
 mod filter;
-mod noise;
 mod parity;
 mod prediction;
 mod rolling;
 mod specific_force;
 mod standing;
-mod states;
 #[cfg(test)]
 mod tests;
 mod tuning;

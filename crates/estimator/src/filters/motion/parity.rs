@@ -1,7 +1,6 @@
 //! The parity residual as a pseudo-measurement of zero.
 
-use super::filter::MotionFilter;
-use super::states::INPUTS;
+use super::filter::{INPUTS, MotionFilter};
 use super::tuning::TUNING;
 use crate::deviation::GATE;
 use crate::filters::Innovation;

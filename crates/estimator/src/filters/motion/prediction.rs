@@ -1,11 +1,10 @@
 //! Prediction of the motion filter: from one sample to the next.
 
-use super::filter::{MotionFilter, angle_sigma};
-use super::noise::GaussMarkov;
-use super::states::{
-    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY,
+use super::filter::{
+    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_OFFSET,
+    VELOCITY, angle_sigma,
 };
-use super::tuning::TUNING;
+use super::tuning::{GaussMarkov, TUNING};
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 
@@ -20,13 +19,6 @@ pub(crate) struct MeasuredAccelerations {
     pub links: f64,
 }
 
-/// Factors of the Gauss-Markov states over a step: `exp(-dt/time)`.
-#[derive(Clone, Copy)]
-struct Decay {
-    acceleration: f64,
-    contact_angle: f64,
-}
-
 impl MotionFilter {
     /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant;
     /// unknown angles revert to `expected_slopes`, rad.
@@ -39,14 +31,21 @@ impl MotionFilter {
         measured: MeasuredAccelerations,
     ) {
         let acceleration = self.acceleration_process(measured);
-        let decay = Decay {
-            acceleration: libm::exp(-dt / acceleration.time),
-            contact_angle: self.angle_decay(budget, dt),
-        };
-        self.propagate(dt, decay);
-        self.revert_to(expected_slopes, decay.contact_angle);
-        self.add_acceleration_noise(acceleration.sigma, decay.acceleration);
-        self.add_angle_noise(budget, dt, fresh_angles, decay.contact_angle);
+        // Factors over the step: `exp(-dt/time)`.
+        let keep = libm::exp(-dt / acceleration.time);
+        let keep_angle = self.angle_decay(budget, dt);
+        self.propagate(dt, keep, keep_angle);
+        if self.angles == ContactAngles::Unknown {
+            for (i, slope) in expected_slopes.iter().enumerate() {
+                self.filter.x[CONTACT_ANGLE + i] -= (1.0 - keep_angle) * slope;
+            }
+        }
+        // It makes `sigma` the stationary standard deviation.
+        let noise = acceleration.sigma * acceleration.sigma * (1.0 - keep * keep);
+        for state in ACCELERATION..ACCELERATION + 2 {
+            self.filter.p[state][state] += noise;
+        }
+        self.add_angle_noise(budget, dt, fresh_angles, keep_angle);
         self.add_walks(dt);
         self.decay(dt);
     }
@@ -84,7 +83,7 @@ impl MotionFilter {
     ///
     /// Each entry of P gets the same operations as its mirror image, so P stays symmetric to the
     /// bit.
-    fn propagate(&mut self, dt: f64, decay: Decay) {
+    fn propagate(&mut self, dt: f64, keep_acceleration: f64, keep_angle: f64) {
         const DECAYING: core::ops::Range<usize> = ACCELERATION..CONTACT_ANGLE + 3;
         let Kalman { x, p } = &mut self.filter;
         for i in 0..2 {
@@ -103,8 +102,8 @@ impl MotionFilter {
             }
         }
         let mut keep = [1.0; COUNT];
-        keep[ACCELERATION..CONTACT_ANGLE].fill(decay.acceleration);
-        keep[CONTACT_ANGLE..DECAYING.end].fill(decay.contact_angle);
+        keep[ACCELERATION..CONTACT_ANGLE].fill(keep_acceleration);
+        keep[CONTACT_ANGLE..DECAYING.end].fill(keep_angle);
         for i in 0..COUNT {
             if DECAYING.contains(&i) {
                 x[i] *= keep[i];
@@ -119,31 +118,9 @@ impl MotionFilter {
         }
     }
 
-    /// Unknown contact angles revert to `slopes` (rad) instead of zero; `keep` is the factor of the
-    /// step.
-    fn revert_to(&mut self, slopes: &[f64; 3], keep: f64) {
-        if self.angles == ContactAngles::Unknown {
-            for (i, slope) in slopes.iter().enumerate() {
-                self.filter.x[CONTACT_ANGLE + i] -= (1.0 - keep) * slope;
-            }
-        }
-    }
-
-    /// Adds process noise to the variance of one state.
-    fn add_noise(&mut self, state: usize, variance: f64) {
-        self.filter.p[state][state] += variance;
-    }
-
-    /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (m/s^2) the stationary standard deviation
-    /// of accelerations; keep = exp(-dt/time).
-    fn add_acceleration_noise(&mut self, sigma: f64, keep: f64) {
-        for i in 0..2 {
-            self.add_noise(ACCELERATION + i, sigma * sigma * (1.0 - keep * keep));
-        }
-    }
-
-    /// The same for contact angles, rad. A given angle whose reading is missing gets a random walk
-    /// in addition.
+    /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (rad) the stationary standard deviation of
+    /// contact angles; keep = exp(-dt/time). A given angle whose reading is missing gets a random
+    /// walk in addition.
     fn add_angle_noise(&mut self, budget: &NoiseBudget, dt: f64, fresh: [bool; 3], keep: f64) {
         let angle = angle_sigma(budget, self.angles);
         let given = self.angles == ContactAngles::Given;
@@ -154,19 +131,18 @@ impl MotionFilter {
                 0.0
             };
             let stationary = angle * angle * (1.0 - keep * keep);
-            self.add_noise(CONTACT_ANGLE + i, stationary + walk * walk * dt);
+            let state = CONTACT_ANGLE + i;
+            self.filter.p[state][state] += stationary + walk * walk * dt;
         }
     }
 
     /// Random walks of torque offsets, of gear friction, and of the creep along the ground, which
     /// the wheels have in common.
     fn add_walks(&mut self, dt: f64) {
-        let square = |walk: f64| walk * walk * dt;
         let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
-        for i in 0..3 {
-            self.add_noise(TORQUE_OFFSET + i, square(TUNING.torque_walk));
+        for state in TORQUE_OFFSET..=GEAR_FRICTION {
+            self.filter.p[state][state] += TUNING.torque_walk * TUNING.torque_walk * dt;
         }
-        self.add_noise(GEAR_FRICTION, square(TUNING.torque_walk));
         let change = TUNING.creep_walk * TUNING.creep_walk * travelled;
         for row in &mut self.filter.p[CREEP..CREEP + 3] {
             for entry in &mut row[CREEP..CREEP + 3] {

@@ -1,11 +1,11 @@
 //! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the
 //! slip.
 
-use super::filter::MotionFilter;
-use super::noise::GaussMarkov;
-use super::states::{CONTACT_ANGLE, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
-use super::tuning::TUNING;
-use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
+use super::filter::{
+    CONTACT_ANGLE, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
+use super::tuning::{GaussMarkov, TUNING};
+use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{EDGE_GATE, GATE, root_sum_square};
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
@@ -41,6 +41,34 @@ pub(crate) struct RollingWheel {
     pub torque_sigma: f64,
 }
 
+/// The linear creep law of one wheel at one instant: slip speed = creep times T/N while the wheel
+/// sticks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Creep {
+    /// Creep speed, the slip speed at T = N by the linear law, m/s.
+    pub speed: f64,
+    /// T/N.
+    pub ratio: f64,
+}
+
+impl Creep {
+    /// T/N from which slip is no longer linear in it, -: on poor ground.
+    /// Chosen; sensitive.
+    const LINEAR_RATIO: f64 = 0.12;
+
+    /// Slip speed by the linear law, m/s.
+    pub fn slip(&self) -> f64 {
+        self.speed * self.ratio
+    }
+
+    /// Factor on the variance of the slip speed for what the linear law leaves out: it grows with
+    /// the fourth power of T/N.
+    pub fn variance_factor(&self) -> f64 {
+        let square = self.ratio * self.ratio / (Self::LINEAR_RATIO * Self::LINEAR_RATIO);
+        1.0 + square * square
+    }
+}
+
 /// Terms common to both constraints of one wheel.
 struct Constrained<'a> {
     /// Number of the wheel, 0 to 2.
@@ -71,47 +99,27 @@ impl MotionFilter {
     ) -> [Option<RollingResiduals>; 3] {
         let mut found = [None; 3];
         for i in 0..3 {
-            if let Some(wheel) = &wheels[i] {
-                let sample = self.sample(i, wheel, dt, correct);
-                found[i] = Some(self.roll_wheel(budget, &sample));
-            }
+            let Some(wheel) = &wheels[i] else { continue };
+            let smooth = self.velocity() + wheel.smooth_relative;
+            let noise = wheel.relative - wheel.smooth_relative;
+            let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
+            let sample = Constrained {
+                i,
+                wheel,
+                velocity: ContactVelocity::new(smooth, noise, slope),
+                dt,
+                speed_ratio: self.speed_ratio(),
+                correct,
+            };
+            let (shared, away_sigma) = self.constrain_direction(budget, &sample);
+            let rim_speed = wheel.rim_speed;
+            found[i] = Some(RollingResiduals {
+                away: sample.velocity.away,
+                away_sigma,
+                slip: rim_speed.map(|speed| self.constrain_speed(&sample, speed, shared)),
+            });
         }
         found
-    }
-
-    /// One wheel, `dt` seconds after the last sample.
-    fn sample<'a>(
-        &self,
-        i: usize,
-        wheel: &'a RollingWheel,
-        dt: f64,
-        correct: bool,
-    ) -> Constrained<'a> {
-        let smooth = self.velocity() + wheel.smooth_relative;
-        let noise = wheel.relative - wheel.smooth_relative;
-        let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
-        Constrained {
-            i,
-            wheel,
-            velocity: ContactVelocity::new(smooth, noise, slope),
-            dt,
-            speed_ratio: self.speed_ratio(),
-            correct,
-        }
-    }
-
-    /// Both constraints of one wheel.
-    fn roll_wheel(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> RollingResiduals {
-        let (shared, away_sigma) = self.constrain_direction(budget, sample);
-        let slip = sample
-            .wheel
-            .rim_speed
-            .map(|rim_speed| self.constrain_speed(sample, rim_speed, shared));
-        RollingResiduals {
-            away: sample.velocity.away,
-            away_sigma,
-            slip,
-        }
     }
 
     /// Creep of wheel `i`.
@@ -133,13 +141,7 @@ impl MotionFilter {
         budget: &NoiseBudget,
         sample: &Constrained<'_>,
     ) -> (f64, f64) {
-        let &Constrained {
-            i,
-            wheel,
-            velocity,
-            dt,
-            ..
-        } = sample;
+        let (i, wheel, velocity, dt) = (sample.i, sample.wheel, sample.velocity, sample.dt);
         let (bias, noise) = (wheel.bias_sigma, wheel.noise_sigma);
         // Derivatives of the speed away from the ground.
         let x = (VELOCITY, -velocity.direction.y);
@@ -222,13 +224,7 @@ impl MotionFilter {
         rim_speed: f64,
         shared: f64,
     ) -> SlipResidual {
-        let &Constrained {
-            i,
-            wheel,
-            velocity,
-            dt,
-            ..
-        } = sample;
+        let (i, wheel, velocity, dt) = (sample.i, sample.wheel, sample.velocity, sample.dt);
         let creep = self.creep(i, wheel);
         let slip = creep.slip();
         // Derivative of the slip with respect to a torque error, which changes T/N.
@@ -302,5 +298,20 @@ impl MotionFilter {
             + p[GEAR_FRICTION][GEAR_FRICTION]
             + p[gain][gain] * wheel.torque * wheel.torque;
         robhaz_model::sqrt(torque_variance) / wheel.moment_of_load
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: twice at the limit, 16 times more at twice the ratio.
+    #[test]
+    fn the_variance_grows_beyond_the_linear_range() {
+        let factor = |ratio| Creep { speed: 0.01, ratio }.variance_factor();
+        for (ratio, expected) in [(0.0, 1.0), (-0.12, 2.0), (0.24, 17.0)] {
+            // Rounding of a dozen operations.
+            assert!((factor(ratio) - expected).abs() < 1e-12 * expected);
+        }
     }
 }

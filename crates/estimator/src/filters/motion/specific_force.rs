@@ -1,9 +1,7 @@
 //! Acceleration of the robot from the specific force that its inclinometers measure.
 
-use super::filter::MotionFilter;
-use super::noise::GaussMarkov;
-use super::states::ACCELERATION;
-use super::tuning::TUNING;
+use super::filter::{ACCELERATION, MotionFilter};
+use super::tuning::{GaussMarkov, TUNING};
 
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -150,7 +148,7 @@ mod tests {
             };
             motion.correct_acceleration(&[(k % 10 == 0).then_some(sensed); 2], DT);
         }
-        let (found, sigma) = motion.estimated(ACCELERATION);
+        let (found, sigma) = motion.filter.estimated(ACCELERATION);
         assert!((found - 0.3).abs() < 0.02 && sigma < 0.3, "{found} {sigma}");
     }
 
@@ -158,7 +156,7 @@ mod tests {
     /// angles' errors count as common.
     #[test]
     fn two_links_tell_more_than_one() {
-        let sigma = |read| accelerated(0.3, read, 0.0).estimated(ACCELERATION).1;
+        let sigma = |read| accelerated(0.3, read, 0.0).filter.estimated(ACCELERATION).1;
         let (one, two) = (sigma([true, false]), sigma([true, true]));
         assert!(
             two < one && two > one * core::f64::consts::FRAC_1_SQRT_2,

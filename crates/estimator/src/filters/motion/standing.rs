@@ -1,9 +1,10 @@
 //! A robot whose wheels spin in place: its velocity is zero, and rolling tells nothing of slopes
 //! and torques.
 
-use super::filter::{MotionFilter, angle_sigma};
+use super::filter::{
+    ACCELERATION, CONTACT_ANGLE, GEAR_FRICTION, MotionFilter, TORQUE_OFFSET, VELOCITY, angle_sigma,
+};
 use super::rolling::RollingWheel;
-use super::states::{ACCELERATION, CONTACT_ANGLE, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{RollingResiduals, SlipResidual};
 use crate::deviation::root_sum_square;
@@ -16,9 +17,7 @@ impl MotionFilter {
     pub fn discard_motion(&mut self, spin: f64) {
         if self.angles == ContactAngles::Unknown {
             let angle = libm::copysign(TUNING.held_angle, spin);
-            for x in &mut self.filter.x[CONTACT_ANGLE..CONTACT_ANGLE + 3] {
-                *x = -angle;
-            }
+            self.filter.x[CONTACT_ANGLE..CONTACT_ANGLE + 3].fill(-angle);
         }
     }
 

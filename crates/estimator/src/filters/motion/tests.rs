@@ -1,12 +1,11 @@
 //! Tests of the motion filter as a whole.
 
-use super::filter::MotionFilter;
+use super::filter::{
+    CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
 use super::parity::{ParityCheck, ParityResidual};
 use super::prediction::MeasuredAccelerations;
 use super::rolling::RollingWheel;
-use super::states::{
-    CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
-};
 use super::tuning::TUNING;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
@@ -236,7 +235,10 @@ fn parity_corrects_the_states_that_explain_it() {
     assert!(
         motion.filter.p[TORQUE_OFFSET][TORQUE_OFFSET] < new.filter.p[TORQUE_OFFSET][TORQUE_OFFSET]
     );
-    assert_eq!(motion.estimated(TORQUE_GAIN), new.estimated(TORQUE_GAIN));
+    assert_eq!(
+        motion.filter.estimated(TORQUE_GAIN),
+        new.filter.estimated(TORQUE_GAIN)
+    );
     let mut motion = new;
     assert!(!check(&mut motion, &h, 100.0, 1e-4, DT).within_gate);
     assert_eq!(motion.filter, new.filter);
@@ -345,9 +347,9 @@ fn an_impact_changes_no_torque_offset() {
         if is_after {
             motion.impact = TUNING.impact_time;
         }
-        let before = motion.estimated(TORQUE_OFFSET);
+        let before = motion.filter.estimated(TORQUE_OFFSET);
         assert!(check(&mut motion, &h, 0.5, 1e-4, DT).within_gate);
-        let after = motion.estimated(TORQUE_OFFSET);
+        let after = motion.filter.estimated(TORQUE_OFFSET);
         let unchanged = before.0.to_bits() == after.0.to_bits();
         assert_eq!(unchanged, is_after);
         assert!(motion.contact_angle_error(0).0.abs() > 1e-6);

@@ -1,18 +1,23 @@
-//! Motion of the robot from the rolling wheels, or its standstill.
+//! Motion of the robot from the rolling wheels and its acceleration in the readings of the
+//! inclinometers, or its standstill.
 
 use super::BestFilters;
 use crate::contact::{RollingResiduals, StandingDetector};
-use crate::filters::motion::{MeasuredAccelerations, RollingWheel};
+use crate::deviation::root_sum_square;
+use crate::filters::motion::{MeasuredAccelerations, RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::{Inputs, Instant};
 use crate::health::Innovations;
-use crate::methods::wheel::Wheel;
 use crate::nominal::Nominal;
 use crate::settings::EstimatorSettings;
 use crate::statics::Arms;
-use robhaz_model::{GRAVITY, Geometry, Robot, direction, perp};
+use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
 
 impl BestFilters {
+    /// Least vertical specific force whose direction is that of gravity, m/s^2: half of gravity.
+    /// Guard.
+    const LEAST_UPWARD: f64 = 0.5 * GRAVITY;
+
     /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of
     /// the ground is discarded; when it ends, the robot may be moving.
     fn detect_standing(
@@ -31,7 +36,7 @@ impl BestFilters {
         let [front, middle, rear] = self.last_traction;
         let push = (front + middle + rear) / (3.0 * nominal.mean_load);
         let pushes = push.abs() > StandingDetector::PUSHES;
-        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
+        let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
         let acceleration = nominal.robot.geometry.wheel_radius * spin / (3.0 * GRAVITY);
         let slope = slopes.iter().sum::<f64>() / 3.0;
         let resisted = StandingDetector::resisted(push, acceleration, slope);
@@ -52,7 +57,7 @@ impl BestFilters {
     /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive. `None` before its
     /// observer has settled.
     fn rim_speed(&self, i: usize, geometry: &Geometry) -> Option<f64> {
-        let link_rate = self.links[geometry.carriers[i].index()].rate();
+        let link_rate = self.links[geometry.carriers[i].index()].rate;
         let spin = self.wheels[i].settled_speed();
         spin.map(|spin| geometry.wheel_radius * (spin - link_rate))
     }
@@ -81,9 +86,9 @@ impl BestFilters {
             self.motion.start_at(&slopes);
         }
         for i in 0..3 {
-            let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
+            let alpha = self.links[robot.geometry.carriers[i].index()].acceleration;
             let wheel = &mut self.wheels[i];
-            let innovation = wheel.update(robot, settings, &inputs.wheel(i), alpha, dt);
+            let innovation = wheel.update(nominal, inputs, i, alpha, dt);
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
@@ -114,13 +119,13 @@ impl BestFilters {
     /// Accelerations that the last readings show.
     fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
         let geometry = &robot.geometry;
-        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
+        let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
         let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
         let mut links = 0.0_f64;
         for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
             let link = &self.links[carrier.index()];
-            let tangential = robhaz_model::sqrt(axle.norm_squared()) * link.acceleration().abs();
-            links = links.max(tangential + speed * link.smooth_rate().abs());
+            let tangential = robhaz_model::sqrt(axle.norm_squared()) * link.acceleration.abs();
+            links = links.max(tangential + speed * link.smooth_rate.abs());
         }
         MeasuredAccelerations {
             rims: geometry.wheel_radius * spin / 3.0,
@@ -144,18 +149,55 @@ impl BestFilters {
         let arm = robhaz_model::sqrt(across.norm_squared());
         let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
         RollingWheel {
-            relative: across * link.rate(),
-            smooth_relative: across * link.smooth_rate(),
+            relative: across * link.rate,
+            smooth_relative: across * link.smooth_rate,
             bias_sigma: arm * link.rate_bias().1,
             noise_sigma: arm * settings.budget.rate_noise,
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),
             ratio: (t / n).clamp(-1.0, 1.0),
             moment_of_load: r * n,
-            friction_share: wheel.friction_share(),
+            friction_share: wheel.friction_share,
             torque: wheel.steady_torque(settings.viscous_damping),
-            torque_sigma: wheel.ground_torque().1,
+            torque_sigma: wheel.observer.ground_torque().1,
         }
+    }
+
+    /// Corrects the motion by the innovations of the inclinometers (rad), `dt` seconds after the
+    /// last sample.
+    fn correct_acceleration(&mut self, nominal: &Nominal, innovation: &[Option<f64>; 2], dt: f64) {
+        let budget = &nominal.settings.budget;
+        if !budget.specific_force {
+            return;
+        }
+        let upward = (GRAVITY + self.motion.acceleration().y).max(Self::LEAST_UPWARD);
+        let noise = upward * LinkAngleKalman::inclination_noise(budget);
+        let readings = [0, 1].map(|k: usize| {
+            let link = &self.links[k];
+            innovation[k].map(|angle| {
+                let of_place = budget.inclination_place * link.acceleration;
+                let of_lag = upward * link.late(budget);
+                SensedAcceleration {
+                    innovation: upward * angle,
+                    white: noise * noise,
+                    of_angle: upward * link.settled_sigma(),
+                    of_turning: root_sum_square(of_place, of_lag),
+                }
+            })
+        });
+        self.motion.correct_acceleration(&readings, dt);
+    }
+
+    /// Angle between the specific force and gravity at the centres of mass of links 1 and 2, rad,
+    /// in the posture of `arms`.
+    fn force_angle(&self, arms: &Arms) -> [f64; 2] {
+        [(0, Bar::Link1), (1, Bar::Link2)].map(|(k, bar): (usize, Bar)| {
+            let (link, arm) = (&self.links[k], arms.centres[bar as usize]);
+            let rate = link.smooth_rate;
+            let force =
+                self.motion.acceleration() + perp(arm) * link.acceleration - arm * (rate * rate);
+            force.x / (GRAVITY + force.y).max(Self::LEAST_UPWARD)
+        })
     }
 }
 

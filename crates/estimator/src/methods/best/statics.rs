@@ -1,14 +1,16 @@
-//! Eq. (8) with the estimated loads, contact angles and tractions, and its parity residual.
+//! Eq. (8) with the estimated loads, contact angles and tractions; its parity residual; and what a
+//! linkage costs that turns faster than its filters follow, as on facets and corners.
 
 use super::BestFilters;
 use crate::estimate::{EstimateError, Parity};
-use crate::filters::LinkAngleKalman;
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
-use crate::methods::wheel::Wheel;
 use crate::nominal::Nominal;
-use crate::statics::{Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction};
+use crate::statics::{
+    Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction,
+    input,
+};
 use nalgebra::Matrix4;
 
 impl BestFilters {
@@ -21,7 +23,7 @@ impl BestFilters {
         arms: Arms,
         link_angles: [f64; 2],
     ) -> Result<Equations, EstimateError> {
-        let accelerations = self.links.each_ref().map(LinkAngleKalman::acceleration);
+        let accelerations = self.links.each_ref().map(|link| link.acceleration);
         let loads = self.loads(nominal, &arms, accelerations);
         let angle = |i| self.contact_angle(i, inputs);
         let contact_angle = [angle(0), angle(1), angle(2)];
@@ -37,11 +39,11 @@ impl BestFilters {
         }
         let robot = &nominal.robot;
         let [link1, link2] = &self.links;
-        let rates = [link1.smooth_rate(), link2.smooth_rate()];
+        let rates = [link1.smooth_rate, link2.smooth_rate];
         let motion = LinkageMotion {
             q: self.motion.acceleration(),
             turning: arms.turning(rates, accelerations),
-            spin: self.wheels.each_ref().map(Wheel::acceleration),
+            spin: self.wheels.each_ref().map(|wheel| wheel.acceleration),
         };
         let carriers = &robot.geometry.carriers;
         let (mass, masses, gravity) = (&robot.mass, &nominal.masses, robot.gravity);
@@ -55,13 +57,11 @@ impl BestFilters {
 
     /// Tractions corrected for the estimated errors of the torque readings.
     pub(super) fn tractions(&self, nominal: &Nominal) -> [Traction; 3] {
-        let (settings, radius) = (&nominal.settings, nominal.robot.geometry.wheel_radius);
         let traction = |i: usize| {
             let wheel = &self.wheels[i];
-            let torque = wheel.steady_torque(settings.viscous_damping);
-            let share = wheel.friction_share();
-            let error = self.motion.torque_error(i, torque, share);
-            wheel.traction(settings, error, radius)
+            let torque = wheel.steady_torque(nominal.settings.viscous_damping);
+            let error = self.motion.torque_error(i, torque, wheel.friction_share);
+            wheel.traction(nominal, error)
         };
         [traction(0), traction(1), traction(2)]
     }
@@ -117,7 +117,7 @@ impl BestFilters {
         let dt = instant.dt.max(SHORTEST_STEP);
         let check = self.motion.check_parity(&residual, dt, correct);
 
-        right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load());
+        right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load);
         if check.corrected {
             let after = self.motion.inputs();
             for (k, column) in right.sensitivity.columns.iter().enumerate() {
@@ -137,5 +137,49 @@ impl BestFilters {
             sigma: libm::sqrt(check.innovation.variance),
         };
         Some((parity, flags))
+    }
+
+    /// Adds what unmodelled angular accelerations of the links cost to the covariance of N:
+    /// [`crate::filters::LinkAngleKalman::unmodelled_acceleration`]. Nothing on ground that the
+    /// filters follow.
+    ///
+    /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the
+    /// link there: no sensor shows how much. So beside the inertia of the turning linkage counts an
+    /// acceleration of Q in any direction, by the longest arm from Q to an axle of that link.
+    pub(super) fn consider_unmodelled_turning(
+        &self,
+        nominal: &Nominal,
+        equations: &Equations,
+        sensitivity: &Sensitivity,
+        forces: &mut Forces,
+    ) {
+        if !self.method.inertia {
+            return;
+        }
+        let (arms, carriers) = (&equations.arms, &nominal.robot.geometry.carriers);
+        let lever = nominal.settings.moment_lever;
+        let [link1, link2] = &self.links;
+        let [a1, a2] = [link1.acceleration, link2.acceleration];
+        let [s1, s2] = [
+            link1.unmodelled_acceleration(),
+            link2.unmodelled_acceleration(),
+        ];
+        for (link, sigma, accelerations) in [(0, s1, [a1 + s1, a2]), (1, s2, [a1, a2 + s2])] {
+            if !(sigma > 0.0) {
+                continue;
+            }
+            let loads = self.loads(nominal, arms, accelerations);
+            let (displaced, _) = Equilibrium::load_side(arms, carriers, &loads, lever);
+            forces.consider(&equations.inverse, &(displaced - equations.equilibrium.f));
+            let mut arm = 0.0_f64;
+            for (axle, carrier) in arms.axles.iter().zip(carriers) {
+                if carrier.index() == link {
+                    arm = arm.max(robhaz_model::sqrt(axle.norm_squared()));
+                }
+            }
+            for by_acceleration in &sensitivity.columns[input::ACCELERATION..input::CONTACT_ANGLE] {
+                forces.consider(&equations.inverse, &(by_acceleration * (arm * sigma)));
+            }
+        }
     }
 }

@@ -154,7 +154,7 @@ fn only_observable_errors_are_estimated() {
 
 /// Covariance of the torque offsets of an estimator `best`.
 fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
-    let motion = estimator.best_filters().expect("best").motion();
+    let motion = &estimator.best_filters().expect("best").motion;
     let offset = |i| input::TORQUE_OFFSET + i;
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
 }

@@ -68,7 +68,7 @@ impl BestFilters {
         let damping = nominal.settings.viscous_damping;
         let (mut power, mut damped) = ([0.0; 3], 0.0);
         for (i, axle) in arms.axles.iter().enumerate() {
-            let rate = self.links[geometry.carriers[i].index()].smooth_rate();
+            let rate = self.links[geometry.carriers[i].index()].smooth_rate;
             let of_axle: Vec2 = velocity + perp(*axle) * rate;
             let ahead = of_axle.x.abs();
             // Written so that a NaN leaves, too.
@@ -79,7 +79,7 @@ impl BestFilters {
             let rim = speed / geometry.wheel_radius + rate;
             let torque = self.wheels[i].steady_torque(damping);
             power[i] = torque * rim;
-            damped += (torque - self.wheels[i].ground_torque().0) * rim;
+            damped += (torque - self.wheels[i].observer.ground_torque().0) * rim;
         }
         let mut moment = masses.body * arms.centres[Bar::Body as usize].y;
         for bar in Bar::LINKS {
