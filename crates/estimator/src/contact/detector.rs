@@ -1,9 +1,33 @@
-//! Detection of the contact state of one wheel from its normal force and the residuals of its
-//! rolling constraints.
+//! Contact state of a wheel: in the air, one contact, two contacts; and whether it slides. Detected
+//! from its normal force and the residuals of its rolling constraints.
 
-use super::state::{ContactEstimate, ContactState};
 use crate::deviation::{EDGE_GATE, GATE};
 use crate::settings::{ContactAngles, EstimatorSettings};
+
+/// How many contacts a wheel has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ContactState {
+    /// It does not touch the ground.
+    InAir,
+    /// It touches the ground at one place.
+    #[default]
+    OneContact,
+    /// It touches the ground at two places: riser and tread, or both sides of a concave corner.
+    TwoContacts,
+}
+
+/// Estimated contact state of a wheel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactEstimate {
+    /// How many contacts it has.
+    pub state: ContactState,
+    /// Whether it slides: its slip is beyond creep. Always `false` in the air.
+    pub sliding: bool,
+    /// Slip speed, m/s: the rim's speed less that of the wheel's centre along the ground, positive
+    /// when the rim outruns the ground. Creep counts. 0 in the air, and before the wheel's speed is
+    /// known.
+    pub slip: f64,
+}
 
 /// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,9 +164,10 @@ impl ContactDetector {
                 self.update_sliding(rolling.slip.as_ref(), evidence.ratio, dt);
             }
             _ => {
-                self.two = Switch::default();
-                self.sliding = Switch::default();
-                self.beyond_creep = 0.0;
+                *self = Self {
+                    air: self.air,
+                    ..Self::default()
+                };
             }
         }
         ContactEstimate {
@@ -157,20 +182,17 @@ impl ContactDetector {
     }
 
     fn update_two(&mut self, rolling: &RollingResiduals, angles: ContactAngles, dt: f64) {
-        let away = rolling.away.abs();
+        let (away, sigma) = (rolling.away.abs(), rolling.away_sigma);
         // The estimated angle follows what leaves it, so that less is left.
         let begins = match angles {
             ContactAngles::Given => GATE,
             ContactAngles::Unknown => EDGE_GATE,
         };
         if self.two.on {
-            self.two.update(
-                away < Self::ONE_CONTACT * rolling.away_sigma,
-                Self::ONE_CONTACT_TIME,
-                dt,
-            );
+            let ends = away < Self::ONE_CONTACT * sigma;
+            self.two.update(ends, Self::ONE_CONTACT_TIME, dt);
         } else {
-            self.two.update(away > begins * rolling.away_sigma, 0.0, dt);
+            self.two.update(away > begins * sigma, 0.0, dt);
         }
     }
 

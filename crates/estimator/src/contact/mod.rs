@@ -3,10 +3,9 @@
 
 mod detector;
 mod standing;
-mod state;
 mod velocity;
 
 pub(crate) use detector::{ContactDetector, ContactEvidence, RollingResiduals, SlipResidual};
+pub use detector::{ContactEstimate, ContactState};
 pub(crate) use standing::StandingDetector;
-pub use state::{ContactEstimate, ContactState};
 pub(crate) use velocity::ContactVelocity;

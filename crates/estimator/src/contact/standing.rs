@@ -23,7 +23,8 @@ pub(crate) struct StandingDetector {
     turned: f64,
     /// The same since the contact angles deviate by [`Self::STEEP`].
     turned_steep: f64,
-    stands: bool,
+    /// Whether the robot stands while its wheels turn, by the last sample.
+    pub stands: bool,
 }
 
 impl StandingDetector {
@@ -56,11 +57,6 @@ impl StandingDetector {
     /// 0.3 m apart, longer than any impact.
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const LEAST_SPEED: f64 = 0.1;
-
-    /// Whether the robot stands while its wheels turn, by the last sample.
-    pub fn stands(&self) -> bool {
-        self.stands
-    }
 
     /// Mean deviation of the contact angles from the lines between the axles that would balance the
     /// tractions, rad: above 0 where they push more than the weight along these lines and the

@@ -32,16 +32,8 @@ pub struct OffsetShare {
 pub(crate) struct JointForces {
     /// `[T1 N1 T2 N2 T3 N3]`, N.
     x: [f64; 6],
-    /// Covariance of T and N of each wheel, N^2.
-    own: [Own; 3],
-}
-
-/// Covariance of T and N of one wheel, N^2.
-#[derive(Clone, Copy, Debug)]
-struct Own {
-    tt: f64,
-    tn: f64,
-    nn: f64,
+    /// Variance of T, covariance, and variance of N of each wheel, N^2.
+    own: [[f64; 3]; 3],
 }
 
 impl JointForces {
@@ -50,11 +42,7 @@ impl JointForces {
         let [t1, t2, t3] = forces.traction;
         let [n1, n2, n3] = forces.normal;
         let p = &forces.covariance;
-        let own = |t: usize, n: usize| Own {
-            tt: p[t][t],
-            tn: p[t][n],
-            nn: p[n][n],
-        };
+        let own = |t: usize, n: usize| [p[t][t], p[t][n], p[n][n]];
         Self {
             x: [t1, n1, t2, n2, t3, n3],
             own: [own(0, 1), own(2, 3), own(4, 5)],
@@ -107,12 +95,9 @@ impl JointForces {
         let variance = of_forces + noise * noise;
         for (i, own) in self.own.iter_mut().enumerate() {
             let (t, n) = (2 * i, 2 * i + 1);
-            let change = |a: usize, b: usize| {
-                gain[a] * gain[b] * variance - gain[a] * ph[b] - gain[b] * ph[a]
-            };
-            own.tt += change(t, t);
-            own.tn += change(t, n);
-            own.nn += change(n, n);
+            for (entry, (a, b)) in own.iter_mut().zip([(t, t), (t, n), (n, n)]) {
+                *entry += gain[a] * gain[b] * variance - gain[a] * ph[b] - gain[b] * ph[a];
+            }
         }
     }
 
@@ -126,7 +111,7 @@ impl JointForces {
     pub fn needed_friction(&self, i: usize) -> NeededFriction {
         let (t, n) = (self.x[2 * i], self.x[2 * i + 1]);
         let value = t / n;
-        let Own { tt, tn, nn } = self.own[i];
+        let [tt, tn, nn] = self.own[i];
         let variance = tt - 2.0 * value * tn + value * value * nn;
         NeededFriction {
             value,
@@ -189,8 +174,8 @@ mod tests {
             for i in 0..3 {
                 assert!((found.x[2 * i] - before.x[2 * i] - change).abs() < 1e-12);
                 assert!((found.x[2 * i + 1] - before.x[2 * i + 1]).abs() < 1e-12);
-                assert!((found.own[i].tt - (1.0 - 1.0 / (3.0 + r))).abs() < 1e-12);
-                assert!((found.own[i].nn - 0.25).abs() < 1e-12);
+                assert!((found.own[i][0] - (1.0 - 1.0 / (3.0 + r))).abs() < 1e-12);
+                assert!((found.own[i][2] - 0.25).abs() < 1e-12);
             }
         }
     }

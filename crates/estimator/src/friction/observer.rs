@@ -55,9 +55,8 @@ pub(crate) struct FrictionSample<'a> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FrictionObserver {
     watches: [SlipWatch; 3],
-    /// Upper bound of mu_max of the last slip event, and whether there has been one.
-    last_bound: f64,
-    has_slipped: bool,
+    /// Upper bound of mu_max of the last slip event.
+    last_bound: Option<f64>,
 }
 
 impl FrictionObserver {
@@ -99,7 +98,7 @@ impl FrictionObserver {
                 };
             }
             let Some(needed) = needed.filter(|_| one && sample.clear) else {
-                self.watches[i].reset();
+                self.watches[i] = SlipWatch::default();
                 continue;
             };
             let wheel = WheelSample {
@@ -121,9 +120,14 @@ impl FrictionObserver {
             });
             found[i].slip_event = event;
             found[i].slid = self.watches[i].slid();
-            found[i].peak = self.watches[i].peak();
+            found[i].peak = self.watches[i].peak.friction;
             if let Some(event) = event {
-                self.learn_slip(&event, ground);
+                let margin = Self::BOUND * event.sigma;
+                let at_most = event.mu_max + margin;
+                self.last_bound = Some(at_most);
+                if let Some(x) = event.place {
+                    ground.friction_measured(x, event.mu_max - margin, at_most);
+                }
             } else if let Some(x) = wheel.place
                 && !(contact.sliding || found[i].slid.is_some())
             {
@@ -133,19 +137,11 @@ impl FrictionObserver {
         }
         for i in 0..3 {
             let here = places.and_then(|places| ground.friction_at(places[i]).at_most);
-            let bound = here.or(self.has_slipped.then_some(self.last_bound));
+            let bound = here.or(self.last_bound);
             let needed = found[i].needed.map(|needed| needed.value.abs());
             found[i].margin = bound.zip(needed).map(|(bound, needed)| bound - needed);
         }
         found
-    }
-
-    fn learn_slip(&mut self, event: &SlipEvent, ground: &mut GroundMemory) {
-        let margin = Self::BOUND * event.sigma;
-        (self.last_bound, self.has_slipped) = (event.mu_max + margin, true);
-        if let Some(x) = event.place {
-            ground.friction_measured(x, event.mu_max - margin, event.mu_max + margin);
-        }
     }
 }
 

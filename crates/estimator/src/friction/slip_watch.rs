@@ -85,7 +85,8 @@ pub(crate) struct SlipWatch {
     gripping: f64,
     /// Distance that the rim has slid over the ground since the peak, m.
     slid: f64,
-    peak: Peak,
+    /// The largest |T/N|; while the wheel slips, that before.
+    pub peak: Peak,
 }
 
 /// The largest low-pass filtered |T/N| of a wheel of the last 0.6 s.
@@ -99,8 +100,8 @@ pub struct PeakFriction {
 
 /// That peak, and what else is of its time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Peak {
-    friction: PeakFriction,
+pub(super) struct Peak {
+    pub friction: PeakFriction,
     load: f64,
     /// Low-pass filtered slip speed in the direction of the traction, m/s.
     slip: f64,
@@ -158,7 +159,7 @@ impl SlipWatch {
     pub fn update(&mut self, sample: &WheelSample, dt: f64) -> Option<SlipEvent> {
         let ratio = sample.needed.value;
         if !(ratio + sample.slip + sample.median_slip).is_finite() {
-            self.reset();
+            *self = Self::default();
             return None;
         }
         if !self.started {
@@ -232,19 +233,9 @@ impl SlipWatch {
         }
     }
 
-    /// The largest |T/N|; while the wheel slips, that before.
-    pub fn peak(&self) -> PeakFriction {
-        self.peak.friction
-    }
-
     /// Distance that the rim has slid over the ground since the largest T/N, m, if the wheel slips.
     pub fn slid(&self) -> Option<f64> {
         self.slips.then_some(self.slid)
-    }
-
-    /// Reset: the wheel's forces or its speed are not known.
-    pub fn reset(&mut self) {
-        *self = Self::default();
     }
 }
 

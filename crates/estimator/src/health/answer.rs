@@ -19,7 +19,7 @@ pub(super) struct Answer {
     /// Slow part of the differences of torques (N m), angles (rad) and speeds (rad/s).
     slow: [[f64; 3]; 3],
     /// Mean of the squared differences of the torques, summed over the wheels, (N m)^2.
-    torque_torque: f64,
+    pub torque_torque: f64,
     /// Means of products with the angles, N m rad, and speeds, N m rad/s, for each pairing.
     torque_angle: [f64; 6],
     torque_speed: [f64; 6],
@@ -63,11 +63,6 @@ impl Answer {
         for (sum, speed) in self.torque_speed.iter_mut().zip(&pairings(speed)) {
             mean(sum, &torque, speed);
         }
-    }
-
-    /// Mean of the squared differences of the torques, summed over the wheels, (N m)^2.
-    pub fn squared(&self) -> f64 {
-        self.torque_torque
     }
 
     /// Share of the torques' differences that a stable speed control explains, for each of

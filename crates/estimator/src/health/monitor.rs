@@ -120,25 +120,19 @@ impl HealthMonitor {
         // One sample after a gap is no fault, either.
         let counted = dt.min(Inputs::STALE_AFTER);
         let weight = counted / (Mean::WINDOW + counted);
-        let Innovations {
-            encoder,
-            slip,
-            direction,
-            inclination,
-            parity,
-        } = sample.innovations;
-        let wheels = self.encoder.iter_mut().zip(encoder);
-        let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
-        let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
+        let found = sample.innovations;
+        let wheels = self.encoder.iter_mut().zip(&found.encoder);
+        let wheels = wheels.chain(self.slip.iter_mut().zip(&found.slip));
+        let wheels = wheels.chain(self.direction.iter_mut().zip(&found.direction));
         for (mean, nis) in wheels {
             mean.update(*nis, weight);
         }
         if self.unsettled <= 0.0 {
-            for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
+            for (mean, nis) in self.inclination.iter_mut().zip(&found.inclination) {
                 mean.update(*nis, weight);
             }
         }
-        self.parity.update(*parity, weight);
+        self.parity.update(found.parity, weight);
     }
 
     /// The present state. `carriers` names the link of each wheel.
@@ -146,16 +140,13 @@ impl HealthMonitor {
         let mut faulty = Channels::NONE;
         let mut link = [false; 2];
         for k in 0..2 {
-            link[k] = self.inclination[k].beyond || self.turning[k].apart();
+            link[k] = self.inclination[k].beyond || self.turning[k].apart;
             if link[k] {
                 faulty |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
         }
         for i in 0..3 {
-            let explained = carriers
-                .get(i)
-                .and_then(|carrier| link.get(carrier.index()))
-                .is_some_and(|link| *link);
+            let explained = link[carriers[i].index()];
             if self.slip[i].beyond && !explained {
                 faulty |= Channels::ENCODER[i] | Channels::TORQUE[i];
             }
@@ -165,17 +156,10 @@ impl HealthMonitor {
             if self.direction[i].beyond && !explained {
                 faulty |= Channels::CONTACT_ANGLE[i];
             }
-            if self.torque[i].time > Constancy::LONGEST {
+            let stuck = self.torque[i].time > Constancy::LONGEST;
+            if stuck || self.wiring.exchanged[i] || self.wiring.start.late {
                 faulty |= Channels::TORQUE[i];
             }
-        }
-        for (exchanged, torque) in self.wiring.exchanged().iter().zip(Channels::TORQUE) {
-            if *exchanged {
-                faulty |= torque;
-            }
-        }
-        if self.wiring.late() {
-            Channels::TORQUE.iter().for_each(|torque| faulty |= *torque);
         }
         if self.parity.beyond {
             faulty |= Channels::PARITY;

@@ -90,13 +90,10 @@ impl Smoothing {
 /// `after + until` before.
 fn rates(values: &[[f64; 3]; 3], after: f64, until: f64) -> ([f64; 3], [f64; 3]) {
     let [now, last, before] = values;
-    let (mut first, mut second) = ([0.0; 3], [0.0; 3]);
-    let values = now.iter().zip(last).zip(before);
-    for (((now, last), before), (first, second)) in values.zip(first.iter_mut().zip(&mut second)) {
-        *first = (now - before) / (after + until);
-        *second = 2.0 * ((now - last) / after - (last - before) / until) / (after + until);
-    }
-    (first, second)
+    let first = |i: usize| (now[i] - before[i]) / (after + until);
+    let change = |i: usize| (now[i] - last[i]) / after - (last[i] - before[i]) / until;
+    let second = |i: usize| 2.0 * change(i) / (after + until);
+    ([0, 1, 2].map(first), [0, 1, 2].map(second))
 }
 
 /// Moves `slow` towards `value` by a weight.

@@ -51,7 +51,8 @@ pub(super) struct Start {
     before: [f64; 3],
     /// Mean angle at the start, rad.
     origin: f64,
-    late: bool,
+    /// Whether the last start that showed it found the torques late.
+    pub late: bool,
 }
 
 impl Default for Start {
@@ -102,11 +103,6 @@ impl Start {
     /// that they are not: one. A false alarm of 1.3e-3 a start for a Gaussian. Chosen; held by the
     /// faults and honest logs of `tests/check`.
     const LATE: f64 = 3.0;
-
-    /// Whether the last start that showed it found the torques late.
-    pub fn late(&self) -> bool {
-        self.late
-    }
 
     /// Reset, for readings that have a gap.
     pub fn interrupt(&mut self) {

@@ -34,7 +34,8 @@ pub(super) struct Turning {
     angle: f64,
     /// Mean of the inclination less that angle, rad.
     difference: f64,
-    apart: bool,
+    /// Whether gyroscope and inclinometer contradict each other.
+    pub apart: bool,
 }
 
 impl Turning {
@@ -50,11 +51,6 @@ impl Turning {
     /// Margin, rad: speeds of links that turn, noise, lag of an inclinometer.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const MARGIN: f64 = 0.04;
-
-    /// Whether gyroscope and inclinometer contradict each other.
-    pub fn apart(&self) -> bool {
-        self.apart
-    }
 
     /// Takes the readings of one sample, `dt` (s) after the last; starts anew without them. `speed`
     /// (m/s) is the largest of a rim of the last time, `bias` (rad/s) the standard deviation of a
@@ -96,7 +92,7 @@ mod tests {
                 inclination: rate * (1.0 - libm::cos(t)) + 0.3,
             };
             turning.update(Some(&readings), 0.2, 0.0, DT);
-            if turning.apart() && found.is_none() {
+            if turning.apart && found.is_none() {
                 found = Some(t);
             }
         }
@@ -114,7 +110,7 @@ mod tests {
         assert_eq!(feed(&mut Turning::default(), -1.0, 0.02), None);
         assert!(feed(&mut turning, -1.0, 0.2).is_some_and(|t| t < 2.0));
         feed(&mut turning, 1.0, 0.2);
-        assert!(!turning.apart());
+        assert!(!turning.apart);
     }
 
     /// Closed form: a robot of 0.2 m/s that stops within a sample is shown as 0.2 m/s / (1 ms *
@@ -130,7 +126,7 @@ mod tests {
                 inclination: impact,
             };
             turning.update(Some(&readings), 0.2, 0.0, DT);
-            assert!(!turning.apart());
+            assert!(!turning.apart);
         }
     }
 
@@ -145,6 +141,6 @@ mod tests {
             inclination: -1.0,
         };
         turning.update(Some(&readings), 0.2, 0.0, DT);
-        assert!(!turning.apart());
+        assert!(!turning.apart);
     }
 }

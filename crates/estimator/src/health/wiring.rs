@@ -13,14 +13,15 @@ use super::start::{RollingRobot, Start};
 ///
 /// Torques are late if the robot's motion is ahead of them when it starts ([`Start`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Wiring {
+pub(super) struct Wiring {
     smoothing: Smoothing,
     answer: Answer,
-    start: Start,
+    /// Whether all torques are later than the robot's motion.
+    pub start: Start,
     /// Time for which the robot has driven, s; at most [`Self::LEAST_TIME`].
     driven: f64,
     /// Torques that belong to another encoder.
-    exchanged: [bool; 3],
+    pub exchanged: [bool; 3],
     /// Time for which another pairing has fitted better than [`Self::RIGHT`], s.
     fits_better: f64,
 }
@@ -62,16 +63,6 @@ impl Wiring {
         [true; 3],
     ];
 
-    /// Torques 1 to 3 that belong to another encoder.
-    pub fn exchanged(&self) -> [bool; 3] {
-        self.exchanged
-    }
-
-    /// Whether all torques are later than the robot's motion.
-    pub fn late(&self) -> bool {
-        self.start.late()
-    }
-
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
     pub fn update(
         &mut self,
@@ -104,7 +95,7 @@ impl Wiring {
 
     /// Compares the pairings, where the torques differ enough.
     fn judge(&mut self, dt: f64) {
-        if self.answer.squared() < 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE {
+        if self.answer.torque_torque < 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE {
             return;
         }
         let [stated, others @ ..] = self.answer.shares();

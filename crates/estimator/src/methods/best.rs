@@ -165,7 +165,7 @@ impl BestFilters {
         let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal.map(|n| n * stated));
-        if self.standing.stands() {
+        if self.standing.stands {
             flags |= Flags::SPINS_IN_PLACE;
         }
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);

@@ -84,7 +84,7 @@ fn the_delay_of_a_start_is_found() {
                     (delay - late).abs() < tolerance,
                     "{given:?}: {delay} {sigma}"
                 );
-                assert_eq!(start.late(), expected, "{given:?}: {delay} {sigma}");
+                assert_eq!(start.late, expected, "{given:?}: {delay} {sigma}");
             }
         }
     }
@@ -95,12 +95,12 @@ fn the_delay_of_a_start_is_found() {
 fn the_next_start_repairs() {
     let mut start = Start::default();
     feed(&mut start, 0.0, 2.0, &Given { late: 0.02, ..GOOD });
-    assert!(start.late());
+    assert!(start.late);
     start.interrupt();
     feed(&mut start, 0.7, 3.0, &GOOD);
-    assert!(start.late(), "not a start from rest");
+    assert!(start.late, "not a start from rest");
     feed(&mut start, 0.0, 2.0, &GOOD);
-    assert!(!start.late());
+    assert!(!start.late);
 }
 
 /// Wheels that spin have a third less inertia, a robot that pushes something more; a log may begin
@@ -115,6 +115,6 @@ fn what_is_no_start_of_this_robot_says_nothing() {
             ..GOOD
         };
         feed(&mut start, from, 3.0, &given);
-        assert!(!start.late(), "{from} {inertia}");
+        assert!(!start.late, "{from} {inertia}");
     }
 }

@@ -45,7 +45,13 @@ impl BestFilters {
             model_holds,
             dt: instant.dt,
         };
-        self.health.update(&sample, &rolling_robot(nominal));
+        let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
+        let of_wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
+        let robot = RollingRobot {
+            inertia: of_wheels + mass.total() * radius * radius,
+            damping: 3.0 * nominal.settings.viscous_damping,
+        };
+        self.health.update(&sample, &robot);
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
         if self.scale.contradicts {
             health.faulty |= Channels::TORQUE_SCALE;
@@ -62,15 +68,6 @@ fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
         rate: rate.value,
         inclination: inclination.value,
     })
-}
-
-/// Inertia and damping of the nominal robot whose wheels all roll.
-fn rolling_robot(nominal: &Nominal) -> RollingRobot {
-    let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
-    RollingRobot {
-        inertia: 3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius,
-        damping: 3.0 * nominal.settings.viscous_damping,
-    }
 }
 
 /// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.

@@ -27,7 +27,7 @@ impl BestFilters {
         arms: &Arms,
         slopes: &[f64; 3],
     ) {
-        let before = self.standing.stands();
+        let before = self.standing.stands;
         let link_angles = self.links.each_ref().map(LinkAngleKalman::angle);
         let rim_speed = |i| self.rim_speed(i, &nominal.robot.geometry).unwrap_or(0.0);
         let rim_speeds = [0, 1, 2].map(rim_speed);
@@ -92,7 +92,7 @@ impl BestFilters {
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
-        let stands = self.standing.stands();
+        let stands = self.standing.stands;
         if stands {
             self.motion.stand(nominal.mean_load);
         } else if dt > 0.0 && self.method.rolling {

@@ -46,7 +46,7 @@ impl BestFilters {
             && instant.dt < LONGEST_STEP
             && !instant.flags.contains(Flags::SENSOR_STALE)
             && !self.motion.is_after_impact()
-            && !self.standing.stands();
+            && !self.standing.stands;
         let rolling = if holds {
             self.rolling_robot(nominal, arms)
         } else {
