@@ -111,11 +111,12 @@ def transform(source):
     )
     for path, text in files.items():
         if path.parent == tuning.parent and path != tuning:
-            text = text.replace("use super::tuning::TUNING;\n", "").replace("TUNING.", "super::tuning::tuning().")
+            text = text.replace("use super::tuning::TUNING;\n", "").replace("tuning::{GaussMarkov, TUNING}", "tuning::GaussMarkov")
+            text = text.replace("TUNING.", "super::tuning::tuning().")
         path.write_text(text)
     (source / "factor.rs").write_text(FACTOR)
     library = source / "lib.rs"
-    library.write_text(library.read_text().replace("#![no_std]", "").replace("mod assembly;", "mod assembly;\nmod factor;"))
+    library.write_text(library.read_text().replace("#![no_std]", "").replace("mod bit_set;", "mod bit_set;\nmod factor;"))
     return names
 
 

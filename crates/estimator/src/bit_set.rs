@@ -8,6 +8,11 @@ macro_rules! bit_set {
             /// The empty set.
             pub const NONE: Self = Self(0);
 
+            /// The set as a number, one bit an element.
+            pub const fn bits(self) -> u16 {
+                self.0
+            }
+
             /// Whether there is none.
             pub const fn is_empty(self) -> bool {
                 self.0 == 0

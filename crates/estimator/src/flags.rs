@@ -2,7 +2,8 @@
 
 use crate::bit_set::bit_set;
 
-/// A set of warnings.
+/// A set of warnings. As a number ([`Self::bits`]): wheels 1, 2, 4; stop 8; missing 16; stale 32;
+/// absurd 64; out of range 128; spins in place 256; contradiction 512.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags(u16);
 
@@ -48,12 +49,6 @@ impl Flags {
         (Self::SPINS_IN_PLACE, "wheels spin in place"),
         (Self::CONTRADICTION, "readings contradict each other"),
     ];
-
-    /// The set as a number, one bit a flag: wheels 1, 2, 4; stop 8; missing 16; stale 32; absurd
-    /// 64; out of range 128; spins in place 256; contradiction 512.
-    pub const fn bits(self) -> u16 {
-        self.0
-    }
 }
 
 #[cfg(test)]

@@ -134,6 +134,7 @@ impl Inputs {
 
     /// Takes a frame `dt` seconds after the last one. Contact angles are read `with_angles` only.
     pub fn take(&mut self, frame: &SensorFrame, dt: f64, with_angles: bool) -> Flags {
+        let within = |limit: f64| move |v: f64| libm::fabs(v) <= limit;
         let mut flags = Flags::NONE;
         for i in 0..3 {
             let held = &mut self.wheel_angle[i];
@@ -158,17 +159,16 @@ impl Inputs {
                 };
                 self.new_zero[i] = true;
             }
-            let torque = |v: f64| libm::fabs(v) <= limit::TORQUE;
-            flags |= self.motor_torque[i].take(frame.motor_torque[i], dt, torque);
+            let torque = frame.motor_torque[i];
+            flags |= self.motor_torque[i].take(torque, dt, within(limit::TORQUE));
             if with_angles {
-                let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
-                flags |= self.contact_angle[i].take(frame.contact_angle[i], dt, angle);
+                let angle = frame.contact_angle[i];
+                flags |= self.contact_angle[i].take(angle, dt, within(limit::ANGLE));
             }
         }
         for (i, link) in [&frame.link1, &frame.link2].into_iter().enumerate() {
-            let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
-            flags |= self.inclination[i].take(link.inclination, dt, angle);
-            flags |= self.rate[i].take(link.rate, dt, |v| libm::fabs(v) <= limit::RATE);
+            flags |= self.inclination[i].take(link.inclination, dt, within(limit::ANGLE));
+            flags |= self.rate[i].take(link.rate, dt, within(limit::RATE));
         }
         flags
     }

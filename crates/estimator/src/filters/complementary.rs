@@ -5,7 +5,7 @@
 /// `d theta/dt = rate + (inclination - theta)/T`: the gyroscope counts over times shorter than the
 /// crossover time T, the inclinometer over longer times. With exact readings the filter is exact up
 /// to the integration of the rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComplementaryFilter {
     crossover_time: f64,
     /// rad.
@@ -20,9 +20,7 @@ impl ComplementaryFilter {
     pub fn new(crossover_time: f64) -> Self {
         Self {
             crossover_time,
-            angle: 0.0,
-            rate: 0.0,
-            started: false,
+            ..Self::default()
         }
     }
 

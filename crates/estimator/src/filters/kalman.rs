@@ -41,6 +41,13 @@ impl Innovation {
     }
 }
 
+/// States that are exactly zero.
+impl<const N: usize, const CONSIDERED: usize> Default for Kalman<N, CONSIDERED> {
+    fn default() -> Self {
+        Self::new([0.0; N], [0.0; N])
+    }
+}
+
 impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// Independent states with the given standard deviations.
     pub fn new(x: [f64; N], sigma: [f64; N]) -> Self {

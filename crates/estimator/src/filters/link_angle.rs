@@ -3,7 +3,7 @@
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{TYPICAL, smoothing_time};
 use crate::deviation::{GATE, root_sum_square};
-use crate::frame::{Inputs, LONGEST_GAP};
+use crate::frame::{Inputs, LONGEST_GAP, LinkReading};
 use crate::settings::NoiseBudget;
 
 /// Angle of one link and bias of its gyroscope.
@@ -11,7 +11,7 @@ use crate::settings::NoiseBudget;
 /// The gyroscope drives the angle, the inclinometer corrects it. An inclinometer measures the
 /// specific force: the filter subtracts the estimated acceleration of the link, and gives the
 /// reading less weight while the link accelerates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkAngleKalman {
     /// States [`ANGLE`] and [`BIAS`].
     filter: Kalman<2>,
@@ -37,18 +37,6 @@ pub struct LinkAngleKalman {
 const ANGLE: usize = 0;
 /// Bias of the gyroscope, rad/s.
 const BIAS: usize = 1;
-
-/// Gyroscope and inclinometer at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LinkReadings {
-    /// Rate, rad/s; `None` if it is not of this instant.
-    pub rate: Option<f64>,
-    /// Inclination, rad; `None` if it is not of this instant.
-    pub inclination: Option<f64>,
-    /// Angle between the specific force and gravity at the inclinometer, rad, as estimated:
-    /// positive for a forward acceleration.
-    pub force_angle: f64,
-}
 
 impl LinkAngleKalman {
     /// Random walk of the rate while the gyroscope is not read, rad/s/sqrt(s).
@@ -79,13 +67,7 @@ impl LinkAngleKalman {
         let noise = Self::inclination_noise(budget);
         Self {
             filter: Kalman::new([0.0; 2], [noise, budget.rate_bias]),
-            rate: 0.0,
-            smooth_rate: 0.0,
-            acceleration: 0.0,
-            unmodelled: 0.0,
-            expected: 0.0,
-            unread: 0.0,
-            started: false,
+            ..Self::default()
         }
     }
 
@@ -100,13 +82,16 @@ impl LinkAngleKalman {
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
-    /// Advances a filter that has started by `dt` (s) to the readings of one instant. Returns the innovation of the
-    /// inclination (rad), if there is one.
+    /// Advances a filter that has started by `dt` (s) to the readings of one instant.
+    /// `force_angle`: angle between the specific force and gravity at the inclinometer, rad, as
+    /// estimated, positive for a forward acceleration. Returns the innovation of the inclination
+    /// (rad), if there is one.
     pub fn update(
         &mut self,
         budget: &NoiseBudget,
         dt: f64,
-        readings: &LinkReadings,
+        readings: &LinkReading,
+        force_angle: f64,
     ) -> Option<Innovation> {
         let (last, held) = (self.rate, self.unread > 0.0);
         self.predict(budget, dt, readings.rate);
@@ -118,7 +103,7 @@ impl LinkAngleKalman {
         }
         self.smooth(budget, dt);
         let force_angle = if budget.specific_force {
-            readings.force_angle
+            force_angle
         } else {
             0.0
         };

@@ -20,8 +20,7 @@ mod wheel_torque;
 
 pub use complementary::ComplementaryFilter;
 pub use kalman::{Innovation, Kalman, Projection};
-pub use link_angle::{LinkAngleKalman, LinkReadings};
+pub use link_angle::LinkAngleKalman;
 pub(crate) use smoothing::smoothing_time;
 pub use traction::{ObserverParameters, TractionObserver};
-pub(crate) use wheel_torque::{COUNT_SIGMA, UNIFORM};
-pub use wheel_torque::{TorqueObserver, TorqueObserverParameters};
+pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, TorqueObserverParameters, UNIFORM};

@@ -79,8 +79,10 @@ impl TorqueObserver {
     const IMPACT_SPEED: f64 = 0.02;
 
     /// Standard deviation of the speed of a wheel at rest, rad/s.
+    /// Guard.
     pub const AT_REST: f64 = 0.01;
     /// The same of a wheel that may be spinning: 2 m/s at the rim.
+    /// Guard.
     pub const SPINNING: f64 = 20.0;
 
     /// Starts with a wheel whose speed is within a standard deviation of 0, rad/s:

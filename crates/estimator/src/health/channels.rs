@@ -2,7 +2,9 @@
 
 use crate::bit_set::bit_set;
 
-/// A set of channels of readings.
+/// A set of channels of readings. As a number ([`Self::bits`]): encoders 1, 2, 4; torques 8, 16, 32;
+/// contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque
+/// scale or mass 16384.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Channels(u16);
 
@@ -43,13 +45,6 @@ impl Channels {
         (Self::PARITY, "parity"),
         (Self::TORQUE_SCALE, "torque scale or mass"),
     ];
-
-    /// The set as a number, one bit a channel: encoders 1, 2, 4; torques 8, 16, 32; contact angles
-    /// 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or
-    /// mass 16384.
-    pub const fn bits(self) -> u16 {
-        self.0
-    }
 
     /// The set of a number: the inverse of [`Self::bits`]. Other bits are ignored.
     pub const fn from_bits(bits: u16) -> Self {

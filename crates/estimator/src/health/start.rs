@@ -35,7 +35,7 @@ pub(crate) struct RollingRobot {
 /// No control is in this law: the delay is that of the readings alone, whatever drives the wheels.
 /// It holds while all wheels roll and the ground is even. Where they do not, J and B are not those
 /// of the nominal parameters, or the fit leaves a part of the torques: then the start says nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Start {
     /// Time for which the robot has stood, s; at most [`Self::STANDS`].
     stood: f64,
@@ -53,20 +53,6 @@ pub(super) struct Start {
     origin: f64,
     /// Whether the last start that showed it found the torques late.
     pub late: bool,
-}
-
-impl Default for Start {
-    fn default() -> Self {
-        Self {
-            stood: 0.0,
-            moving: 0.0,
-            fit: Kalman::new([0.0; 5], [0.0; 5]),
-            sums: [0.0; 3],
-            before: [0.0; 3],
-            origin: 0.0,
-            late: false,
-        }
-    }
 }
 
 impl Start {

@@ -14,9 +14,9 @@ use crate::contact::{
 };
 use crate::estimate::{Estimate, EstimateError, ReadingErrors};
 use crate::filters::motion::MotionFilter;
-use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
+use crate::filters::{Innovation, LinkAngleKalman};
 use crate::flags::Flags;
-use crate::frame::{Inputs, Instant, SensorFrame};
+use crate::frame::{Inputs, Instant, LinkReading, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
@@ -214,14 +214,14 @@ impl BestFilters {
         let mut innovation_of = [None; 2];
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
-            let readings = LinkReadings {
+            let readings = LinkReading {
                 rate: rate.now(),
                 inclination: inclination.now(),
-                force_angle: self.last_force_angle[i],
             };
+            let force_angle = self.last_force_angle[i];
             let link = &mut self.links[i];
             if link.started {
-                let innovation = link.update(budget, instant.dt, &readings);
+                let innovation = link.update(budget, instant.dt, &readings, force_angle);
                 innovation_of[i] = innovation.map(|innovation| innovation.value);
                 innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);
             } else {

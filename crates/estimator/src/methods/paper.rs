@@ -49,12 +49,9 @@ impl PaperFilters {
 
     /// Angles of links 1 and 2 (rad) and tractions (N), `dt` seconds after the last readings.
     fn update(&mut self, inputs: &Inputs, dt: f64) -> ([f64; 2], [f64; 3]) {
-        let mut angles = [0.0; 2];
-        for i in 0..2 {
-            angles[i] = self.links[i].update(dt, inputs.rate[i].value, inputs.inclination[i].value);
-        }
-        let mut tractions = [0.0; 3];
-        for i in 0..3 {
+        let (rate, inclination) = (&inputs.rate, &inputs.inclination);
+        let angles = [0, 1].map(|i| self.links[i].update(dt, rate[i].value, inclination[i].value));
+        let tractions = [0, 1, 2].map(|i| {
             let speed = &mut self.speeds[i];
             speed.age += dt;
             let reading = inputs.wheel_angle[i];
@@ -64,8 +61,8 @@ impl PaperFilters {
                 }
                 (speed.angle, speed.age, speed.started) = (reading.value, 0.0, true);
             }
-            tractions[i] = self.tractions[i].update(dt, inputs.motor_torque[i].value, speed.omega);
-        }
+            self.tractions[i].update(dt, inputs.motor_torque[i].value, speed.omega)
+        });
         (angles, tractions)
     }
 

@@ -20,7 +20,7 @@
 
 use super::arms::Arms;
 use nalgebra::{Matrix4, SMatrix, Vector4};
-use robhaz_model::{GRAVITY, Robot, Vec2};
+use robhaz_model::{Bar, GRAVITY, Robot, Vec2};
 
 /// Number of load parameters.
 pub const LOAD_PARAMETERS: usize = 7;
@@ -71,10 +71,7 @@ pub fn load_parameters(robot: &Robot) -> [f64; LOAD_PARAMETERS] {
 pub fn by_load_parameters(arms: &Arms, lever: f64) -> [Vector4<f64>; LOAD_PARAMETERS] {
     let [body, link1, link2, _] = arms.axes;
     // Rates of the body's angle by those of links 1 and 2.
-    let of_body = |rates: [f64; 2]| {
-        let [body, ..] = arms.turning(rates, [0.0; 2]).rates;
-        body
-    };
+    let of_body = |rates| arms.turning(rates, [0.0; 2]).rates[Bar::Body as usize];
     let (by1, by2) = (of_body([1.0, 0.0]), of_body([0.0, 1.0]));
     let g = GRAVITY / lever;
     let moments = |of1: f64, of2: f64| Vector4::new(0.0, 0.0, g * of1, g * of2);

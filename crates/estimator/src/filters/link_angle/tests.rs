@@ -4,12 +4,8 @@ use super::*;
 use crate::filters::ComplementaryFilter;
 use crate::testing::Random;
 
-fn readings(rate: Option<f64>, inclination: Option<f64>, force_angle: f64) -> LinkReadings {
-    LinkReadings {
-        rate,
-        inclination,
-        force_angle,
-    }
+fn readings(rate: Option<f64>, inclination: Option<f64>) -> LinkReading {
+    LinkReading { rate, inclination }
 }
 
 /// A budget with a gyroscope whose bias is unknown.
@@ -37,7 +33,8 @@ fn a_gyro_bias_is_found() {
         filter.update(
             &budget,
             dt,
-            &readings(Some(read_rate), Some(read_angle), 0.0),
+            &readings(Some(read_rate), Some(read_angle)),
+            0.0,
         );
         if k > 1000 {
             let (found, sigma) = filter.rate_bias();
@@ -68,7 +65,7 @@ fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
     filter.start(0.0, 0.0, 0.0);
     let mut paper = ComplementaryFilter::new(0.5);
     for _ in 0..2000 {
-        filter.update(&budget, dt, &readings(Some(0.0), Some(0.0), 0.0));
+        filter.update(&budget, dt, &readings(Some(0.0), Some(0.0)), 0.0);
     }
     let (mut worst, mut of_paper) = (0.0_f64, 0.0_f64);
     for k in 0..5000 {
@@ -76,7 +73,7 @@ fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
         let forward = 2.0 * libm::sin(4.0 * core::f64::consts::PI * t);
         let read = forward / robhaz_model::GRAVITY;
         // The estimated acceleration errs by a fifth.
-        filter.update(&budget, dt, &readings(Some(0.0), Some(read), 0.8 * read));
+        filter.update(&budget, dt, &readings(Some(0.0), Some(read)), 0.8 * read);
         worst = worst.max(filter.angle().abs());
         of_paper = of_paper.max(paper.update(dt, 0.0, read).abs());
     }
@@ -92,10 +89,10 @@ fn an_unknown_pulse_moves_the_angle_by_little() {
     let mut filter = LinkAngleKalman::new(&budget);
     filter.start(0.0, 0.0, 0.0);
     for _ in 0..2000 {
-        filter.update(&budget, dt, &readings(Some(0.0), Some(0.0), 0.0));
+        filter.update(&budget, dt, &readings(Some(0.0), Some(0.0)), 0.0);
     }
     for _ in 0..50 {
-        filter.update(&budget, dt, &readings(Some(0.0), Some(0.2), 0.0));
+        filter.update(&budget, dt, &readings(Some(0.0), Some(0.2)), 0.0);
     }
     // In the steady state each reading weighs p/r = rate_noise dt/inclination_noise = 1e-3: 50 of
     // them 5 %.
@@ -114,13 +111,13 @@ fn missing_readings_raise_the_deviation() {
     let mut settled = LinkAngleKalman::new(&budget);
     settled.start(0.0, 0.0, 0.0);
     for _ in 0..2000 {
-        settled.update(&budget, dt, &readings(Some(0.0), Some(0.0), 0.0));
+        settled.update(&budget, dt, &readings(Some(0.0), Some(0.0)), 0.0);
     }
     for (rate, inclination) in [(None, Some(0.0)), (Some(0.0), None), (None, None)] {
         let mut filter = settled;
         let mut last = settled.angle_sigma(&budget);
         for _ in 0..10 {
-            filter.update(&budget, dt, &readings(rate, inclination, 0.0));
+            filter.update(&budget, dt, &readings(rate, inclination), 0.0);
             let sigma = filter.angle_sigma(&budget);
             assert!(sigma > last, "{rate:?} {inclination:?}: {sigma} {last}");
             last = sigma;
@@ -144,7 +141,7 @@ fn an_inclinometer_that_lags_is_expected_to() {
         let t = dt * f64::from(k);
         let lag = budget.inclination_lag;
         let read = w * (t + lag * libm::expm1(-t / lag));
-        filter.update(&budget, dt, &readings(Some(w), Some(read), 0.0));
+        filter.update(&budget, dt, &readings(Some(w), Some(read)), 0.0);
     }
     // The discrete low pass of a ramp is half a sample, 2.5e-4 rad, ahead; without the lag the
     // angle would be 1e-2 behind.
@@ -164,7 +161,7 @@ fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     let (dt, acceleration) = (1e-3, 2.0);
     let mut rate = 0.0;
     let update = |link: &mut LinkAngleKalman, rate: f64| {
-        link.update(&budget, dt, &readings(Some(rate), None, 0.0));
+        link.update(&budget, dt, &readings(Some(rate), None), 0.0);
     };
     for _ in 0..1000 {
         rate += acceleration * dt;

@@ -58,28 +58,18 @@ impl MotionFilter {
     pub fn new(budget: &NoiseBudget, angles: ContactAngles) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
-        for i in 0..2 {
-            sigma[VELOCITY + i] = TUNING.velocity_at_rest;
-            sigma[ACCELERATION + i] = TUNING.acceleration.sigma;
-        }
-        for i in 0..3 {
-            sigma[CONTACT_ANGLE + i] = angle_sigma(budget, angles);
-            sigma[TORQUE_OFFSET + i] = budget.torque_offset;
-            sigma[TORQUE_GAIN + i] = budget.torque_gain;
-        }
+        x[CREEP..INPUTS].fill(TUNING.creep);
+        sigma[VELOCITY..CREEP].fill(TUNING.velocity_at_rest);
+        sigma[CREEP..INPUTS].fill(TUNING.creep_sigma);
+        sigma[ACCELERATION..CONTACT_ANGLE].fill(TUNING.acceleration.sigma);
+        sigma[CONTACT_ANGLE..TORQUE_OFFSET].fill(angle_sigma(budget, angles));
+        sigma[TORQUE_OFFSET..GEAR_FRICTION].fill(budget.torque_offset);
         sigma[GEAR_FRICTION] = budget.gear_friction;
-        for i in 0..3 {
-            x[CREEP + i] = TUNING.creep;
-            sigma[CREEP + i] = TUNING.creep_sigma;
-        }
+        sigma[TORQUE_GAIN..].fill(budget.torque_gain);
         let mut filter = Kalman::new(x, sigma);
         let common = TUNING.common_creep * TUNING.creep_sigma * TUNING.creep_sigma;
-        for i in 0..3 {
-            for j in 0..3 {
-                if i != j {
-                    filter.p[CREEP + i][CREEP + j] = common;
-                }
-            }
+        for (i, j) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
+            filter.p[CREEP + i][CREEP + j] = common;
         }
         Self {
             angles,

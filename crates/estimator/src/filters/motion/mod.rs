@@ -9,7 +9,7 @@
 //! - The inclinometers measure the acceleration of the robot (`specific_force.rs`).
 //! - The parity residual of eq. (8) is zero (`parity.rs`).
 //! - The profile of the ground closes: front, middle and rear wheel find the same heights at the
-//!   same places (`closure.rs`).
+//!   same places (`rolling.rs`).
 //!
 //! The first relates the contact angles to each other and to the gyroscopes. The second makes
 //! torque offsets observable: for a rolling wheel the slip gives T/N independently of the torque
@@ -22,7 +22,6 @@
 //! States and their indices are in `filter.rs`, their change over time is in `prediction.rs`, their
 //! constants and time-correlated errors in `tuning.rs`.
 
-mod closure;
 mod filter;
 mod parity;
 mod prediction;

@@ -1,5 +1,6 @@
 //! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the
-//! slip.
+//! slip. And what wheels on mapped ground show: the direction of the velocity, and their contact
+//! angles.
 
 use super::filter::{
     CONTACT_ANGLE, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
@@ -298,6 +299,47 @@ impl MotionFilter {
             + p[GEAR_FRICTION][GEAR_FRICTION]
             + p[gain][gain] * wheel.torque * wheel.torque;
         robhaz_model::sqrt(torque_variance) / wheel.moment_of_load
+    }
+
+    /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its
+    /// variance: see [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of
+    /// that direction, as dy/dx; zero while the robot hardly rolls, and after an impact: slopes of
+    /// false readings would confirm themselves.
+    ///
+    /// A constant error of the direction and the sum of the torque offsets are one: the parity
+    /// residual ties them. So this is what separates a slope from torque offsets on even ground.
+    pub fn correct_direction(&mut self, error: f64, variance: f64) -> f64 {
+        let velocity = self.velocity();
+        let speed = robhaz_model::sqrt(velocity.norm_squared());
+        let (cos, sin) = (velocity.x / speed, velocity.y / speed);
+        // Written so that a NaN leaves, too.
+        if !(speed > ContactVelocity::SLOW) || self.is_after_impact() {
+            return 0.0;
+        }
+        // The angle changes with dy/dx by cos^2.
+        let level = cos * cos;
+        let h = [(VELOCITY, -sin / speed), (VELOCITY + 1, cos / speed)];
+        let r = level * level * variance;
+        self.update(&h, -level * error, r, GATE);
+        let after = self.velocity();
+        after.y / after.x - velocity.y / velocity.x
+    }
+
+    /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is
+    /// `slope`, rad, with this variance; `given` is the given one. See
+    /// [`crate::ground::GroundMemory::mapped_slope`]. Nothing while the robot hardly rolls, and
+    /// after an impact.
+    ///
+    /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while
+    /// two wheels slide. The ground that the wheels ahead have passed does not.
+    pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
+        let slow = ContactVelocity::SLOW * ContactVelocity::SLOW;
+        if !(self.velocity().norm_squared() > slow) || self.is_after_impact() {
+            return;
+        }
+        let state = CONTACT_ANGLE + i;
+        let error = given - slope - self.filter.x[state];
+        self.update(&[(state, 1.0)], error, variance, GATE);
     }
 }
 

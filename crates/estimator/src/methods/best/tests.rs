@@ -185,12 +185,11 @@ fn unmodelled_turning_counts_with_the_whole_mass() {
     for (link, wheel) in [(0, 0), (1, 2)] {
         let mut filters = still;
         filters.links[link].start(0.0, 0.0, 0.0);
-        let readings = LinkReadings {
+        let readings = LinkReading {
             rate: Some(0.012),
             inclination: None,
-            force_angle: 0.0,
         };
-        filters.links[link].update(budget, 1e-3, &readings);
+        filters.links[link].update(budget, 1e-3, &readings, 0.0);
         let sigma = filters.links[link].unmodelled_acceleration();
         assert!(sigma > 0.1, "{sigma}");
         let geometry = &robot.geometry;

@@ -47,16 +47,10 @@ impl BestFilters {
             && !instant.flags.contains(Flags::SENSOR_STALE)
             && !self.motion.is_after_impact()
             && !self.standing.stands;
-        let rolling = if holds {
-            self.rolling_robot(nominal, arms)
-        } else {
-            None
-        };
+        let rolling = holds.then(|| self.rolling_robot(nominal, arms)).flatten();
         let (weight, mass) = (3.0 * nominal.mean_load, nominal.mass_sigma);
-        if self
-            .scale
-            .update(rolling.as_ref(), weight, mass, instant.dt)
-        {
+        let scale = &mut self.scale;
+        if scale.update(rolling.as_ref(), weight, mass, instant.dt) {
             self.motion.discard_errors(&nominal.settings.budget);
         }
     }
