@@ -106,13 +106,9 @@ pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, time: f64) {
 
 /// A point of the ground in SI.
 pub(crate) fn point_out(units: &Units, mut point: GroundPoint) -> GroundPoint {
-    for length in [
-        &mut point.x,
-        &mut point.sigma_x,
-        &mut point.height,
-        &mut point.sigma_height,
-    ] {
-        *length *= units.length;
-    }
+    point.x *= units.length;
+    point.sigma_x *= units.length;
+    point.height *= units.length;
+    point.sigma_height *= units.length;
     point
 }

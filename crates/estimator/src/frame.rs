@@ -87,11 +87,7 @@ impl Held {
         self.age = (self.age + dt).min(f64::MAX);
         let flags = match reading {
             Some(value) if value.is_finite() && possible(value) => {
-                *self = Self {
-                    value,
-                    age: 0.0,
-                    known: true,
-                };
+                (self.value, self.age, self.known) = (value, 0.0, true);
                 return Flags::NONE;
             }
             Some(_) => Flags::SENSOR_ABSURD | Flags::SENSOR_MISSING,
@@ -152,11 +148,7 @@ impl Inputs {
                 && found.contains(Flags::SENSOR_ABSURD | Flags::SENSOR_STALE)
                 && libm::fabs(value) <= limit::TURN
             {
-                *held = Held {
-                    value,
-                    age: 0.0,
-                    known: true,
-                };
+                (held.value, held.age, held.known) = (value, 0.0, true);
                 self.new_zero[i] = true;
             }
             let torque = frame.motor_torque[i];

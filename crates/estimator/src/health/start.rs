@@ -149,12 +149,10 @@ impl Start {
         let innovation = self
             .fit
             .update(&row, torque - expected, noise, f64::INFINITY);
-        let [residual, number, squared] = self.sums;
-        self.sums = [
-            residual + innovation.nis(),
-            number + 1.0,
-            squared + acceleration * acceleration,
-        ];
+        let added = [innovation.nis(), 1.0, acceleration * acceleration];
+        for (sum, added) in self.sums.iter_mut().zip(added) {
+            *sum += added;
+        }
     }
 
     /// Delay of the torques and its standard deviation, s, of a fit in which torques are one step

@@ -31,5 +31,5 @@ pub use load_parameters::{
     load_parameters,
 };
 pub use loads::{LinkageMotion, Load, Loads};
-pub(crate) use sensitivity::{Sensitivity, Traction, input};
+pub(crate) use sensitivity::{Sensitivity, Traction, input, sensitivity};
 pub(crate) use solve::{RightSide, solve};

@@ -49,51 +49,41 @@ impl Traction {
     }
 }
 
-/// Derivatives of `y - H_N N`, with `y = F' - H_T T` and N held, by the uncertain inputs.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sensitivity {
-    /// A column an input, in the order of [`input`]; N over the input's unit.
-    pub columns: [Vector4<f64>; input::COUNT],
-}
+/// Derivatives of `y - H_N N`, with `y = F' - H_T T` and N held, by the uncertain inputs: a column an
+/// input, in the order of [`input`]; N over the input's unit.
+pub(crate) type Sensitivity = [Vector4<f64>; input::COUNT];
 
-impl Sensitivity {
-    /// At one instant, linearised at the normal forces and tractions `forces`, N. `inertial` holds
-    /// the masses if the loads include inertia, else `None`; `lever` is that of the moment rows, m.
-    pub fn new(
-        geometry: &Geometry,
-        equations: &Equations,
-        tractions: &[Traction; 3],
-        (normal_force, traction): (&[f64; 3], &[f64; 3]),
-        inertial: Option<&PointMasses>,
-        lever: f64,
-    ) -> Self {
-        let (equilibrium, arms) = (&equations.equilibrium, &equations.arms);
-        let mut columns = [Vector4::zeros(); input::COUNT];
-        if let Some(masses) = inertial {
-            for (axis, unit) in [Vec2::x(), Vec2::y()].into_iter().enumerate() {
-                let unit_load = Loads::uniform(masses, unit);
-                columns[input::ACCELERATION + axis] =
-                    Equilibrium::load_side(arms, &geometry.carriers, &unit_load, lever).0;
-            }
+/// The sensitivity at one instant, linearised at the normal forces and tractions `forces`, N. `inertial` holds
+/// the masses if the loads include inertia, else `None`; `lever` is that of the moment rows, m.
+pub(crate) fn sensitivity(
+    geometry: &Geometry,
+    equations: &Equations,
+    tractions: &[Traction; 3],
+    (normal_force, traction): (&[f64; 3], &[f64; 3]),
+    inertial: Option<&PointMasses>,
+    lever: f64,
+) -> Sensitivity {
+    let (equilibrium, arms) = (&equations.equilibrium, &equations.arms);
+    let mut columns = [Vector4::zeros(); input::COUNT];
+    if let Some(masses) = inertial {
+        for (axis, unit) in [Vec2::x(), Vec2::y()].into_iter().enumerate() {
+            let unit_load = Loads::uniform(masses, unit);
+            columns[input::ACCELERATION + axis] =
+                Equilibrium::load_side(arms, &geometry.carriers, &unit_load, lever).0;
         }
-        for i in 0..3 {
-            let t = &tractions[i];
-            columns[input::CONTACT_ANGLE + i] = equilibrium.by_contact_angle(
-                i,
-                geometry.carriers[i],
-                geometry.wheel_radius,
-                normal_force[i],
-                traction[i],
-            );
-            for (k, derivative) in t.gradient(i) {
-                columns[k] += equilibrium.h_t[i] * -derivative;
-            }
+    }
+    for i in 0..3 {
+        let t = &tractions[i];
+        columns[input::CONTACT_ANGLE + i] = equilibrium.by_contact_angle(
+            i,
+            geometry.carriers[i],
+            geometry.wheel_radius,
+            normal_force[i],
+            traction[i],
+        );
+        for (k, derivative) in t.gradient(i) {
+            columns[k] += equilibrium.h_t[i] * -derivative;
         }
-        Self { columns }
     }
-
-    /// `w' A`: the derivatives of the combination `w` of the rows.
-    pub fn along(&self, w: &Vector4<f64>) -> [f64; input::COUNT] {
-        self.columns.map(|column| w.dot(&column))
-    }
+    columns
 }

@@ -109,7 +109,7 @@ impl Joint {
         let of_traction = |i: usize| right.tractions[i].gradient(i).map(by).iter().sum();
         let causes = causes(&right.tractions, inputs);
         let [t1, t2, t3] = equilibrium.h_t.map(|column| -column);
-        let [x, y, angle1, angle2, angle3, ..] = right.sensitivity.columns;
+        let [x, y, angle1, angle2, angle3, ..] = right.sensitivity;
         let columns = [x, y, angle1, angle2, angle3, t1, t2, t3];
         // Covariance of each cause with the equation error.
         let mut effects = [Vector4::zeros(); CAUSES];
@@ -123,7 +123,7 @@ impl Joint {
             yy += column * effect.transpose();
         }
         let mut of_rows = Vector4::zeros();
-        for (column, error) in right.sensitivity.columns.iter().zip(considered) {
+        for (column, error) in right.sensitivity.iter().zip(considered) {
             of_rows += column * *error;
         }
         Self {
@@ -286,11 +286,11 @@ mod tests {
             let equations = equations(&robot, [theta1, theta2], &slopes);
             let e = &equations.equilibrium;
             let tractions = [tractions.0, tractions.1, tractions.2];
-            let mut sensitivity = Sensitivity { columns: [Vector4::zeros(); INPUTS] };
-            sensitivity.columns[..DIRECT].copy_from_slice(&direct);
+            let mut sensitivity = [Vector4::zeros(); INPUTS];
+            sensitivity[..DIRECT].copy_from_slice(&direct);
             for (i, t) in tractions.iter().enumerate() {
                 for (k, derivative) in t.gradient(i) {
-                    sensitivity.columns[k] -= e.h_t[i] * derivative;
+                    sensitivity[k] -= e.h_t[i] * derivative;
                 }
             }
             let p: SMatrix<f64, INPUTS, INPUTS> = positive(&root);
@@ -308,7 +308,7 @@ mod tests {
             // Right-hand side and tractions as one Gaussian.
             let h = Normals::from_columns(&e.h_n);
             let h_t = Normals::from_columns(&e.h_t);
-            let a = SMatrix::<f64, 4, INPUTS>::from_columns(&sensitivity.columns);
+            let a = SMatrix::<f64, 4, INPUTS>::from_columns(&sensitivity);
             let mut g = SMatrix::<f64, 3, INPUTS>::zeros();
             for (i, t) in tractions.iter().enumerate() {
                 g[(i, input::TORQUE_OFFSET + i)] = t.by_offset;
@@ -364,7 +364,7 @@ mod tests {
             let none = Traction { value: 0.0, sigma: 0.0, by_offset: 0.0, by_friction: 0.0, by_gain: 0.0 };
             let right = RightSide {
                 value: y,
-                sensitivity: Sensitivity { columns: [Vector4::zeros(); input::COUNT] },
+                sensitivity: [Vector4::zeros(); INPUTS],
                 tractions: [none; 3],
                 loads: Matrix4::identity() * (sigma * sigma),
             };

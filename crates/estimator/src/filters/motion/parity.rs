@@ -42,16 +42,12 @@ impl MotionFilter {
         dt: f64,
         correct: bool,
     ) -> ParityCheck {
-        let sample_variance = residual.variance;
         let square = residual.value * residual.value;
-        let mut h = [(0, 0.0); input::COUNT];
-        for (k, entry) in h.iter_mut().enumerate() {
-            *entry = (INPUTS + k, residual.gradient[k]);
-        }
+        let h: [_; input::COUNT] = core::array::from_fn(|k| (INPUTS + k, residual.gradient[k]));
         let projection = self.filter.project(&h);
         let innovation = Innovation {
             value: -residual.value,
-            variance: projection.variance + sample_variance,
+            variance: projection.variance + residual.variance,
         };
 
         let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
@@ -68,8 +64,8 @@ impl MotionFilter {
         if corrected {
             // Correlated errors enter as the equivalent white noise, with at least the variance of
             // this sample.
-            let correlated =
-                (sample_variance + self.unmodelled_load) * (2.0 * TUNING.filter_time / dt).max(1.0);
+            let correlated = (residual.variance + self.unmodelled_load)
+                * (2.0 * TUNING.filter_time / dt).max(1.0);
             self.correct(&projection, -residual.value, correlated, f64::INFINITY);
         }
         ParityCheck {

@@ -9,7 +9,7 @@ use crate::frame::{Inputs, Instant, SHORTEST_STEP};
 use crate::nominal::Nominal;
 use crate::statics::{
     Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction,
-    input,
+    input, sensitivity,
 };
 use nalgebra::Matrix4;
 
@@ -73,21 +73,11 @@ impl BestFilters {
         let inertial = self.method.inertia.then_some(&nominal.masses);
         let lever = nominal.settings.moment_lever;
         let geometry = &nominal.robot.geometry;
-        let value = equations.equilibrium.right_side(&[
-            tractions[0].value,
-            tractions[1].value,
-            tractions[2].value,
-        ]);
+        let equilibrium = &equations.equilibrium;
+        let about = (&self.last_normal_force, &self.last_traction);
         RightSide {
-            value,
-            sensitivity: Sensitivity::new(
-                geometry,
-                equations,
-                &tractions,
-                (&self.last_normal_force, &self.last_traction),
-                inertial,
-                lever,
-            ),
+            value: equilibrium.right_side(&tractions.map(|t| t.value)),
+            sensitivity: sensitivity(geometry, equations, &tractions, about, inertial, lever),
             tractions,
             loads: nominal.load_noise(equations),
         }
@@ -109,7 +99,7 @@ impl BestFilters {
         let w = equations.parity_direction?;
         let residual = ParityResidual {
             value: w.dot(&right.value),
-            gradient: right.sensitivity.along(&w),
+            gradient: right.sensitivity.map(|column| w.dot(&column)),
             variance: right.noise_along(&equations.equilibrium, &w),
         };
         let before = self.motion.inputs();
@@ -120,7 +110,7 @@ impl BestFilters {
         right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load);
         if check.corrected {
             let after = self.motion.inputs();
-            for (k, column) in right.sensitivity.columns.iter().enumerate() {
+            for (k, column) in right.sensitivity.iter().enumerate() {
                 right.value += column * (after[k] - before[k]);
             }
             right.tractions = self.tractions(nominal);
@@ -177,7 +167,7 @@ impl BestFilters {
                     arm = arm.max(robhaz_model::sqrt(axle.norm_squared()));
                 }
             }
-            for by_acceleration in &sensitivity.columns[input::ACCELERATION..input::CONTACT_ANGLE] {
+            for by_acceleration in &sensitivity[input::ACCELERATION..input::CONTACT_ANGLE] {
                 forces.consider(&equations.inverse, &(by_acceleration * (arm * sigma)));
             }
         }

@@ -63,7 +63,7 @@ proptest! {
                 residual
             };
             let difference = (residual(h) - residual(-h)) / (2.0 * h);
-            let found = right.sensitivity.columns[k];
+            let found = right.sensitivity[k];
             prop_assert!((found - difference).norm() < 1e-5, "input {k}: {found} {difference}");
         }
     }
