@@ -211,11 +211,6 @@ impl Estimator {
             return Err(EstimateError::Time { last: 0.0, now });
         }
         self.time = Some(now);
-        let flags = if set_back {
-            Flags::SENSOR_STALE
-        } else {
-            Flags::NONE
-        };
-        Ok((dt, flags))
+        Ok((dt, Flags::SENSOR_STALE.when(set_back)))
     }
 }

@@ -36,6 +36,11 @@ impl Flags {
     pub const UNRELIABLE: Self =
         Self(Self::AT_STOP.0 | Self::SENSOR_STALE.0 | Self::OUT_OF_RANGE.0);
 
+    /// This set if a condition holds, else none.
+    pub(crate) fn when(self, holds: bool) -> Self {
+        if holds { self } else { Self::NONE }
+    }
+
     /// All flags and their names.
     const NAMES: [(Self, &'static str); 10] = [
         (Self::WHEEL_UNLOADED[0], "wheel 1 unloaded"),

@@ -93,11 +93,7 @@ impl Held {
             Some(_) => Flags::SENSOR_ABSURD | Flags::SENSOR_MISSING,
             None => Flags::SENSOR_MISSING,
         };
-        if self.age > Inputs::STALE_AFTER {
-            flags | Flags::SENSOR_STALE
-        } else {
-            flags
-        }
+        flags | Flags::SENSOR_STALE.when(self.age > Inputs::STALE_AFTER)
     }
 }
 

@@ -164,11 +164,8 @@ impl Nominal {
     pub fn at_stop(&self, link_angles: [f64; 2]) -> Flags {
         let stop = &self.robot.geometry.stop;
         let opening = link_angles[0] - link_angles[1];
-        if opening < stop.lower + STOP_MARGIN || opening > stop.upper - STOP_MARGIN {
-            Flags::AT_STOP
-        } else {
-            Flags::NONE
-        }
+        let (lower, upper) = (stop.lower + STOP_MARGIN, stop.upper - STOP_MARGIN);
+        Flags::AT_STOP.when(opening < lower || opening > upper)
     }
 
     /// Flags of the wheels whose normal force (N) is below a twentieth of the mean load.
@@ -176,9 +173,7 @@ impl Nominal {
         let least = EstimatorSettings::UNLOADED * self.mean_load;
         let mut flags = Flags::NONE;
         for (n, flag) in normal_force.iter().zip(Flags::WHEEL_UNLOADED) {
-            if *n < least {
-                flags |= flag;
-            }
+            flags |= flag.when(*n < least);
         }
         flags
     }
@@ -192,8 +187,7 @@ fn mass_sigma(robot: &Robot, settings: &EstimatorSettings) -> f64 {
         variance += budget.link_mass * budget.link_mass * link * link;
     }
     if let Some(covariance) = &budget.load_covariance {
-        let [[of_mass, ..], ..] = covariance.rows();
-        variance += of_mass;
+        variance += covariance.rows()[0][0];
     }
     robhaz_model::sqrt(variance.max(0.0)) / robot.mass.total()
 }

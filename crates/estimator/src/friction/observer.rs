@@ -84,14 +84,14 @@ impl FrictionObserver {
         }
         let places = ground.wheel_places();
         let median_slip = median_slip(sample.contact);
+        let loaded = |i: usize| forces.normal(i) > Self::LEAST_LOAD * sample.mean_load;
         let mut found = [WheelFriction::default(); 3];
         for i in 0..3 {
-            let loaded = forces.normal(i) > Self::LEAST_LOAD * sample.mean_load;
             let contact = &sample.contact[i];
             let one = contact.state == ContactState::OneContact;
-            let needed = loaded.then(|| forces.needed_friction(i));
+            let needed = loaded(i).then(|| forces.needed_friction(i));
             found[i].needed = needed;
-            if loaded {
+            if loaded(i) {
                 found[i].offset = OffsetShare {
                     removed: sample.removed[i] / forces.normal(i),
                     sigma: sample.systematic / forces.normal(i),
@@ -112,10 +112,8 @@ impl FrictionObserver {
             let event = self.watches[i].update(&wheel, sample.dt);
             let event = event.filter(|event| {
                 let most = Self::AMBIGUOUS * event.mu_max;
-                let needs_as_much = |j: usize| {
-                    let loaded = forces.normal(j) > Self::LEAST_LOAD * sample.mean_load;
-                    j != i && loaded && forces.needed_friction(j).value.abs() > most
-                };
+                let needs_as_much =
+                    |j: usize| j != i && loaded(j) && forces.needed_friction(j).value.abs() > most;
                 !(0..3).any(needs_as_much)
             });
             found[i].slip_event = event;

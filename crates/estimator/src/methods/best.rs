@@ -165,30 +165,19 @@ impl BestFilters {
         let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal.map(|n| n * stated));
-        if self.standing.stands {
-            flags |= Flags::SPINS_IN_PLACE;
-        }
+        flags |= Flags::SPINS_IN_PLACE.when(self.standing.stands);
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
-        if !health.faulty.is_empty() {
-            flags |= Flags::CONTRADICTION;
-        }
+        flags |= Flags::CONTRADICTION.when(!health.faulty.is_empty());
         if settings.nonnegative {
             forces.bound();
         }
-        if forces.inflate_beyond(Self::LARGEST_FORCE * nominal.mean_load) {
-            flags |= Flags::OUT_OF_RANGE;
-        }
+        let largest = Self::LARGEST_FORCE * nominal.mean_load;
+        flags |= Flags::OUT_OF_RANGE.when(forces.inflate_beyond(largest));
         forces.keep_proper();
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
         let tangents = &equations.equilibrium.tangents;
-        let friction = self.observe_friction(
-            nominal,
-            (&forces, &measured),
-            tangents,
-            &contact,
-            flags,
-            instant.dt,
-        );
+        let both = (&forces, &measured);
+        let friction = self.observe_friction(nominal, both, tangents, &contact, flags, instant.dt);
         let mut estimate =
             nominal.assemble(&equations, &forces, &right.value, contact_angle, flags);
         estimate.covariance = Some(forces.covariance);
@@ -229,10 +218,8 @@ impl BestFilters {
                 link.start(inclination.value, inclination.age, rate);
             }
         }
-        (
-            [self.links[0].angle(), self.links[1].angle()],
-            innovation_of,
-        )
+        let angles = self.links.each_ref().map(LinkAngleKalman::angle);
+        (angles, innovation_of)
     }
 
     /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a
@@ -308,7 +295,6 @@ impl BestFilters {
         /// Definition.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
-        let uncertain = flags.intersects(Flags::UNRELIABLE);
         let radius = nominal.robot.geometry.wheel_radius;
         let offsets = [0, 1, 2].map(|i| self.motion.torque_offset(i).0);
         let mean = offsets.iter().sum::<f64>() / 3.0;
@@ -317,7 +303,7 @@ impl BestFilters {
             measured,
             tangents,
             contact,
-            clear: !uncertain,
+            clear: !flags.intersects(Flags::UNRELIABLE),
             removed: offsets.map(|offset| (offset - mean) / radius),
             systematic: DIFFERENCES * budget.torque_offset / radius,
             mean_load: nominal.mean_load,

@@ -158,8 +158,7 @@ impl MotionFilter {
             + penetration.sigma * penetration.sigma
             + bias * bias
             + noise * noise;
-        let gate = EDGE_GATE;
-        let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
+        let leaves = velocity.away * velocity.away > EDGE_GATE * EDGE_GATE * sample_variance;
         if correct && !given && leaves {
             self.meet_edge(i, &velocity);
             projection = self.filter.project(&h);

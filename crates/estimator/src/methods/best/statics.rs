@@ -38,8 +38,7 @@ impl BestFilters {
             return Loads::at_rest(&nominal.masses).of_heavier(heavier);
         }
         let robot = &nominal.robot;
-        let [link1, link2] = &self.links;
-        let rates = [link1.smooth_rate, link2.smooth_rate];
+        let rates = self.links.each_ref().map(|link| link.smooth_rate);
         let motion = LinkageMotion {
             q: self.motion.acceleration(),
             turning: arms.turning(rates, accelerations),
@@ -115,18 +114,16 @@ impl BestFilters {
             }
             right.tractions = self.tractions(nominal);
         }
-        let flags = if check.within_gate {
-            self.time_beyond_gate = 0.0;
-            Flags::NONE
+        self.time_beyond_gate = if check.within_gate {
+            0.0
         } else {
-            self.time_beyond_gate += instant.dt;
-            Flags::OUT_OF_RANGE
+            self.time_beyond_gate + instant.dt
         };
         let parity = Parity {
             value: residual.value,
             sigma: libm::sqrt(check.innovation.variance),
         };
-        Some((parity, flags))
+        Some((parity, Flags::OUT_OF_RANGE.when(!check.within_gate)))
     }
 
     /// Adds what unmodelled angular accelerations of the links cost to the covariance of N:
@@ -148,12 +145,9 @@ impl BestFilters {
         }
         let (arms, carriers) = (&equations.arms, &nominal.robot.geometry.carriers);
         let lever = nominal.settings.moment_lever;
-        let [link1, link2] = &self.links;
-        let [a1, a2] = [link1.acceleration, link2.acceleration];
-        let [s1, s2] = [
-            link1.unmodelled_acceleration(),
-            link2.unmodelled_acceleration(),
-        ];
+        let links = self.links.each_ref();
+        let [a1, a2] = links.map(|link| link.acceleration);
+        let [s1, s2] = links.map(|link| link.unmodelled_acceleration());
         for (link, sigma, accelerations) in [(0, s1, [a1 + s1, a2]), (1, s2, [a1, a2 + s2])] {
             if !(sigma > 0.0) {
                 continue;
