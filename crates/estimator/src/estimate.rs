@@ -66,14 +66,6 @@ impl Estimate {
         self.sigma(2 * i)
     }
 
-    /// The wheel (0 to 2) that is nearest to the known friction, and its margin, -. `None` before
-    /// any wheel has slipped.
-    pub fn least_friction_margin(&self) -> Option<(usize, f64)> {
-        let wheels = self.friction.as_ref()?.iter().enumerate();
-        let margins = wheels.filter_map(|(i, wheel)| Some((i, wheel.margin?)));
-        margins.reduce(|least, other| if other.1 < least.1 { other } else { least })
-    }
-
     /// Multiplies all forces by a factor, with what belongs to them.
     pub(crate) fn scale_forces(&mut self, factor: f64) {
         let forces = self.normal_force.iter_mut().chain(&mut self.traction);

@@ -3,10 +3,10 @@
 use crate::door;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
-use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
-use crate::ground::{FrictionBounds, GroundMemory, GroundPoint};
+use crate::frame::{Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
+use crate::ground::{GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
-use crate::nominal::Nominal;
+use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
 use robhaz_model::{Robot, Units};
 
@@ -139,13 +139,14 @@ impl Estimator {
             dt = 0.0;
         }
         let instant = Instant {
+            nominal,
             dt,
             inputs: &self.inputs,
             flags,
         };
         match &mut self.filters {
-            Filters::Paper(filters) => filters.estimate(nominal, &instant),
-            Filters::Best(filters) => filters.estimate(nominal, &instant),
+            Filters::Paper(filters) => filters.estimate(&instant),
+            Filters::Best(filters) => filters.estimate(&instant),
         }
     }
 
@@ -169,25 +170,6 @@ impl Estimator {
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let points = self.memory().into_iter().flat_map(GroundMemory::completed);
         points.map(|point| door::point_out(&self.units, point))
-    }
-
-    /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
-    /// wheel that comes to that place now. `None` where the ground is not in memory.
-    pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
-        self.memory()?.slope_at(x / self.units.length)
-    }
-
-    /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
-    /// `None` from the paper's methods.
-    pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
-        Some(self.memory()?.friction_at(x / self.units.length))
-    }
-
-    /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of
-    /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
-    pub fn wheel_places(&self) -> Option<[f64; 3]> {
-        let places = self.memory()?.wheel_places()?;
-        Some(places.map(|place| place * self.units.length))
     }
 
     /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and

@@ -110,15 +110,6 @@ pub(crate) struct Inputs {
     pub new_zero: [bool; 3],
 }
 
-/// One instant with its readings.
-pub(crate) struct Instant<'a> {
-    /// Time since the last frame, s; 0 at the first.
-    pub dt: f64,
-    pub inputs: &'a Inputs,
-    /// Warnings about the readings.
-    pub flags: Flags,
-}
-
 impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
     /// Chosen.

@@ -3,6 +3,7 @@
 
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
+use crate::frame::Inputs;
 use crate::settings::{EstimatorSettings, Masses};
 use crate::statics::{Arms, Equations, Equilibrium, Forces, Loads};
 use nalgebra::{Matrix4, Vector4};
@@ -34,6 +35,16 @@ const STOP_TORQUE: f64 = 20.0;
 /// accelerations within a step.
 /// Guard.
 const LOAD_SIGMA: f64 = 0.01;
+
+/// One instant of a robot with its readings.
+pub(crate) struct Instant<'a> {
+    pub nominal: &'a Nominal,
+    /// Time since the last frame, s; 0 at the first.
+    pub dt: f64,
+    pub inputs: &'a Inputs,
+    /// Warnings about the readings.
+    pub flags: Flags,
+}
 
 impl Nominal {
     /// Places the masses.

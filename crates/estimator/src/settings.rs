@@ -91,21 +91,19 @@ impl PaperMethod {
 
 impl KalmanMethod {
     /// The filters alone.
-    pub const FILTERS_ONLY: Self = Self {
-        contact_angles: ContactAngles::Given,
-        inertia: false,
-        whitening: false,
-        parity: false,
-        rolling: false,
-    };
+    pub const FILTERS_ONLY: Self = Self::with_steps(false);
     /// Every step.
-    pub const ALL_STEPS: Self = Self {
-        contact_angles: ContactAngles::Given,
-        inertia: true,
-        whitening: true,
-        parity: true,
-        rolling: true,
-    };
+    pub const ALL_STEPS: Self = Self::with_steps(true);
+
+    const fn with_steps(all: bool) -> Self {
+        Self {
+            contact_angles: ContactAngles::Given,
+            inertia: all,
+            whitening: all,
+            parity: all,
+            rolling: all,
+        }
+    }
 }
 
 /// Standard deviations of the readings' errors, from data sheets or measured at rest.
@@ -302,25 +300,15 @@ impl EstimatorSettings {
         }
     }
 
-    /// Where the contact angles come from.
-    pub const fn contact_angles(&self) -> ContactAngles {
+    /// Whether frames must have contact angles.
+    pub const fn needs_contact_angles(&self) -> bool {
         match self.method {
-            Method::Paper(_) => ContactAngles::Given,
-            Method::Kalman(method) => method.contact_angles,
+            Method::Paper(_) => true,
+            Method::Kalman(method) => matches!(method.contact_angles, ContactAngles::Given),
         }
     }
 
-    /// Whether frames must have contact angles.
-    pub const fn needs_contact_angles(&self) -> bool {
-        matches!(self.contact_angles(), ContactAngles::Given)
-    }
-
-    /// Whether estimates carry contact states.
-    pub const fn states_contacts(&self) -> bool {
-        matches!(self.method, Method::Kalman(_))
-    }
-
-    /// Whether estimates carry a covariance.
+    /// Whether estimates carry a covariance, and contact states.
     pub const fn states_covariance(&self) -> bool {
         matches!(self.method, Method::Kalman(_))
     }

@@ -112,7 +112,7 @@ impl Events {
         let lanes = |end: &str| WHEEL_NAMES.map(|name| Lane::new(format!("wheels/{name}{end}")));
         let estimators = run.estimators.iter().map(|e| EstimatorLanes {
             name: e.label.clone(),
-            wheels: (e.settings.states_contacts()).then(|| lanes(&format!("/{}", e.label))),
+            wheels: (e.settings.states_covariance()).then(|| lanes(&format!("/{}", e.label))),
             trust: Lane::new(format!("trust/{}", e.label)),
             flags: None,
         });

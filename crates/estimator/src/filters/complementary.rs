@@ -7,34 +7,24 @@
 /// to the integration of the rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComplementaryFilter {
-    crossover_time: f64,
-    /// rad.
-    angle: f64,
-    /// Last rate, rad/s.
-    rate: f64,
-    started: bool,
+    /// T, s, above 0.
+    pub crossover_time: f64,
+    /// Last angle, rad, and rate, rad/s; `None` before the first reading.
+    pub last: Option<(f64, f64)>,
 }
 
 impl ComplementaryFilter {
-    /// `crossover_time` T, s, above 0.
-    pub fn new(crossover_time: f64) -> Self {
-        Self {
-            crossover_time,
-            ..Self::default()
-        }
-    }
-
     /// Angle of the link, rad, after a reading `dt` seconds after the last one: `rate` in rad/s,
     /// `inclination` in rad.
     ///
     /// The first reading starts the filter at the inclinometer.
     pub fn update(&mut self, dt: f64, rate: f64, inclination: f64) -> f64 {
         let mut angle = inclination;
-        if self.started {
-            let predicted = self.angle + 0.5 * (rate + self.rate) * dt;
+        if let Some((last_angle, last_rate)) = self.last {
+            let predicted = last_angle + 0.5 * (rate + last_rate) * dt;
             angle = predicted + (inclination - predicted) * dt / (self.crossover_time + dt);
         }
-        (self.angle, self.rate, self.started) = (angle, rate, true);
+        self.last = Some((angle, rate));
         angle
     }
 }
@@ -46,7 +36,10 @@ mod tests {
     /// Closed form: a biased gyroscope leaves an offset of bias times crossover time.
     #[test]
     fn a_gyro_bias_leaves_bias_times_crossover_time() {
-        let mut filter = ComplementaryFilter::new(0.5);
+        let mut filter = ComplementaryFilter {
+            crossover_time: 0.5,
+            last: None,
+        };
         let mut angle = 0.0;
         for _ in 0..20_000 {
             angle = filter.update(1e-3, 0.02, 0.1);
@@ -58,7 +51,10 @@ mod tests {
     /// the amplitude, at most.
     #[test]
     fn exact_readings_give_the_exact_angle() {
-        let mut filter = ComplementaryFilter::new(0.5);
+        let mut filter = ComplementaryFilter {
+            crossover_time: 0.5,
+            last: None,
+        };
         let (dt, w, a) = (1e-3, 6.0, 0.3);
         for k in 0..5000 {
             let t = dt * f64::from(k);

@@ -102,11 +102,8 @@ impl LinkAngleKalman {
             self.smooth_rate += change;
         }
         self.smooth(budget, dt);
-        let force_angle = if budget.specific_force {
-            force_angle
-        } else {
-            0.0
-        };
+        let expected = budget.specific_force;
+        let force_angle = if expected { force_angle } else { 0.0 };
         self.expect(budget, dt, force_angle);
         readings
             .inclination
@@ -163,11 +160,8 @@ impl LinkAngleKalman {
             };
             let weight = dt / (smoothing + dt);
             let unmodelled = of_jump.max((1.0 - weight) * self.unmodelled);
-            self.unmodelled = if unmodelled > Self::LEAST_UNMODELLED {
-                unmodelled
-            } else {
-                0.0
-            };
+            let counts = unmodelled > Self::LEAST_UNMODELLED;
+            self.unmodelled = if counts { unmodelled } else { 0.0 };
             let change = weight * (self.rate - self.smooth_rate);
             self.smooth_rate += change;
             self.acceleration += weight * (change / dt - self.acceleration);
@@ -183,9 +177,8 @@ impl LinkAngleKalman {
         let r = noise * noise + uncertain * uncertain + late * late;
         let before = self.filter.x[ANGLE];
         let difference = inclination - self.expected;
-        let innovation = self
-            .filter
-            .update(&[(ANGLE, 1.0)], difference, r, f64::INFINITY);
+        let h = [(ANGLE, 1.0)];
+        let innovation = self.filter.update(&h, difference, r, f64::INFINITY);
         // The angle's error is older than the lag.
         self.expected += self.filter.x[ANGLE] - before;
         innovation

@@ -22,5 +22,5 @@ pub use complementary::ComplementaryFilter;
 pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::LinkAngleKalman;
 pub(crate) use smoothing::smoothing_time;
-pub use traction::{ObserverParameters, TractionObserver};
+pub use traction::TractionObserver;
 pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, TorqueObserverParameters, UNIFORM};

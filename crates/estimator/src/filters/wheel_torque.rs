@@ -112,16 +112,12 @@ impl TorqueObserver {
         self.filter.x[ANGLE] += omega * dt + acceleration * half;
         self.filter.x[SPEED] += acceleration * dt + jerk * half;
         self.filter.x[TORQUE] += rate * dt;
-        let transition = Transition {
-            angle: [dt - b * half, -j * half],
-            speed: [
-                1.0 - b * dt + b * b * half,
-                -j * dt + b * j * half,
-                -j * half,
-            ],
-            torque: dt,
-        };
-        self.filter.p = transition.propagate(&self.filter.p);
+        let speed = [
+            1.0 - b * dt + b * b * half,
+            -j * dt + b * j * half,
+            -j * half,
+        ];
+        self.filter.p = propagate([dt - b * half, -j * half], speed, dt, &self.filter.p);
         self.add_process_noise(parameters, dt, j);
     }
 
@@ -170,10 +166,8 @@ impl TorqueObserver {
             let rate = Self::IMPACT_TORQUE / SMOOTHING;
             self.filter.p[RATE][RATE] += rate * rate;
         }
-        let innovation = self
-            .filter
-            .update(&[(ANGLE, 1.0)], difference, r, f64::INFINITY);
-        Some(innovation)
+        let h = [(ANGLE, 1.0)];
+        Some(self.filter.update(&h, difference, r, f64::INFINITY))
     }
 
     /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later,
@@ -210,48 +204,29 @@ impl TorqueObserver {
     }
 }
 
-/// Transition matrix F of a step, of second order in it. What is not listed is that of the
-/// identity.
-struct Transition {
-    /// Of the angle, by speed and torque.
-    angle: [f64; 2],
-    /// Of the speed, by speed, torque and its rate.
-    speed: [f64; 3],
-    /// Of the torque, by its rate.
-    torque: f64,
-}
-
-impl Transition {
-    /// `F P F'`, symmetric to the bit.
-    fn propagate(&self, p: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
-        let [by_speed, by_torque] = self.angle;
-        let [keep, from_torque, from_rate] = self.speed;
-        // Angle and speed of F x, for a row or column x of P or F P.
-        let angle = |x: [f64; 4]| x[ANGLE] + by_speed * x[SPEED] + by_torque * x[TORQUE];
-        let speed = |x: [f64; 4]| keep * x[SPEED] + from_torque * x[TORQUE] + from_rate * x[RATE];
-        let torque = |x: [f64; 4]| x[TORQUE] + self.torque * x[RATE];
-        let of_angle = p.map(angle);
-        let of_speed = p.map(speed);
-        let of_torque = p.map(torque);
-        let angle_speed = speed(of_angle);
-        let (angle_torque, speed_torque) = (torque(of_angle), torque(of_speed));
-        [
-            [angle(of_angle), angle_speed, angle_torque, of_angle[RATE]],
-            [angle_speed, speed(of_speed), speed_torque, of_speed[RATE]],
-            [
-                angle_torque,
-                speed_torque,
-                torque(of_torque),
-                of_torque[RATE],
-            ],
-            [
-                of_angle[RATE],
-                of_speed[RATE],
-                of_torque[RATE],
-                p[RATE][RATE],
-            ],
-        ]
-    }
+/// `F P F'`, symmetric to the bit, for the transition matrix F of a step, of second order in it: the
+/// factors of the angle by speed and torque, of the speed by speed, torque and its rate, of the
+/// torque by its rate. What is not listed is that of the identity.
+fn propagate(
+    [by_speed, by_torque]: [f64; 2],
+    [keep, from_torque, from_rate]: [f64; 3],
+    by_rate: f64,
+    p: &[[f64; 4]; 4],
+) -> [[f64; 4]; 4] {
+    // Angle, speed and torque of F x, for a row or column x of P or F P.
+    let angle = |x: [f64; 4]| x[ANGLE] + by_speed * x[SPEED] + by_torque * x[TORQUE];
+    let speed = |x: [f64; 4]| keep * x[SPEED] + from_torque * x[TORQUE] + from_rate * x[RATE];
+    let torque = |x: [f64; 4]| x[TORQUE] + by_rate * x[RATE];
+    let (of_angle, of_speed, of_torque) = (p.map(angle), p.map(speed), p.map(torque));
+    let (aa, at, av) = (angle(of_angle), torque(of_angle), speed(of_angle));
+    let (vv, vt, tt) = (speed(of_speed), torque(of_speed), torque(of_torque));
+    let [ar, vr, tr] = [of_angle, of_speed, of_torque].map(|x| x[RATE]);
+    [
+        [aa, av, at, ar],
+        [av, vv, vt, vr],
+        [at, vt, tt, tr],
+        [ar, vr, tr, p[RATE][RATE]],
+    ]
 }
 
 #[cfg(test)]
@@ -282,8 +257,8 @@ mod tests {
             let root = Matrix4::from_row_slice(&root);
             let p = root * root.transpose();
             let [a1, a2, s1, s2, s3, t] = f;
-            let transition = Transition { angle: [a1, a2], speed: [s1, s2, s3], torque: t };
-            let found = transition.propagate(&core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)])));
+            let entries = core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)]));
+            let found = propagate([a1, a2], [s1, s2, s3], t, &entries);
             let f = Matrix4::new(
                 1.0, a1, a2, 0.0, //
                 0.0, s1, s2, s3, //

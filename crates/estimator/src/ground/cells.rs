@@ -77,31 +77,23 @@ impl Cells {
 
     /// Distance between nodes, m.
     pub fn node_spacing(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a small number")]
-        let every = NODE_EVERY as f64;
-        every * self.spacing
+        NODE_EVERY as f64 * self.spacing
     }
 
     /// Number of the last point at or before a place (m).
     pub fn number(&self, x: f64) -> i64 {
         let exact = (x / self.spacing).clamp(-LARGEST, LARGEST);
-        #[expect(clippy::cast_possible_truncation, reason = "within the bounds")]
         let towards_zero = exact as i64;
-        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
-        let beyond = towards_zero as f64 > exact;
-        towards_zero - i64::from(beyond)
+        towards_zero - i64::from(towards_zero as f64 > exact)
     }
 
     /// Place of a point, m.
     pub fn place(&self, number: i64) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
-        let number = number as f64;
-        number * self.spacing
+        number as f64 * self.spacing
     }
 
     /// A point relative to the nodes.
     pub fn between(number: i64) -> Between {
-        #[expect(clippy::cast_precision_loss, reason = "below NODE_EVERY")]
         let share = number.rem_euclid(NODE_EVERY) as f64 / NODE_EVERY as f64;
         Between {
             node: number.div_euclid(NODE_EVERY),
@@ -120,11 +112,8 @@ impl Cells {
     pub fn follow(&mut self, low: f64, high: f64) {
         let ahead = self.number(high) + 1 - (self.first + WINDOW - 1);
         let behind = self.number(low) - self.first;
-        self.first += if ahead > 0 {
-            ahead.min(MOST_AT_ONCE)
-        } else {
-            behind.clamp(-MOST_AT_ONCE, 0)
-        };
+        let (ahead, behind) = (ahead.min(MOST_AT_ONCE), behind.clamp(-MOST_AT_ONCE, 0));
+        self.first += if ahead > 0 { ahead } else { behind };
     }
 
     /// Points that the last sample left.

@@ -203,13 +203,8 @@ impl Drift {
             (ahead, -share_ahead),
         ];
         let expected = self.filter.project(&h);
-        let innovation = self.filter.correct(
-            COUNT,
-            &expected,
-            difference - expected.value,
-            variance,
-            GATE,
-        );
+        let left = difference - expected.value;
+        let innovation = self.filter.correct(COUNT, &expected, left, variance, GATE);
         let misfit = innovation.nis().min(GATE);
         self.misfit += (misfit - self.misfit) / RECENT;
     }

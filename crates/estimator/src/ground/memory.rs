@@ -45,17 +45,6 @@ struct LastContact {
     tied: bool,
 }
 
-/// What a wheel has passed since the last sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Passed {
-    /// No point.
-    Nothing,
-    /// Points that no wheel had stored.
-    Unknown,
-    /// A point that another wheel, or this one before, has stored.
-    Known,
-}
-
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GroundMemory {
@@ -79,7 +68,7 @@ pub(crate) struct GroundMemory {
     passes_since_direction: i64,
     contacts: [LastContact; 3],
     pub(super) cells: Cells,
-    pub(super) drift: Drift,
+    pub drift: Drift,
 }
 
 impl GroundMemory {
@@ -132,7 +121,7 @@ impl GroundMemory {
     /// changes nothing; when the numbers grow beyond all bounds, a new section starts. Returns
     /// which wheels have passed mapped ground.
     pub fn update(&mut self, geometry: &Geometry, bias: f64, motion: &GroundMotion) -> [bool; 3] {
-        let mut passed = [Passed::Nothing; 3];
+        let mut passed = [None; 3];
         if self.ended || !motion.is_possible() {
             return [false; 3];
         }
@@ -152,12 +141,12 @@ impl GroundMemory {
         for (i, (contact, touches)) in contacts.iter().zip(motion.touches).enumerate() {
             passed[i] = self.pass(i, touches, contact, slope_sigma);
         }
-        let changed = passed != [Passed::Nothing; 3];
+        let changed = passed != [None; 3];
         if self.is_lost() || (changed && self.drift.is_lost()) {
             self.start_anew();
             return [false; 3];
         }
-        passed.map(|passed| passed == Passed::Known)
+        passed.map(|passed| passed == Some(true))
     }
 
     /// Integrates the velocity by the trapezoidal rule. Returns the standard deviation of its
@@ -189,11 +178,16 @@ impl GroundMemory {
         self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
     }
 
-    /// Passes wheel `i` on to its contact.
-    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, slope_sigma: f64) -> Passed {
-        let Some(last) = self.contacts.get(i).copied() else {
-            return Passed::Nothing;
-        };
+    /// Passes wheel `i` on to its contact. `Some` if it has passed a point since the last sample: whether
+    /// another wheel, or this one before, has stored one of them.
+    fn pass(
+        &mut self,
+        i: usize,
+        touches: bool,
+        contact: &Contact,
+        slope_sigma: f64,
+    ) -> Option<bool> {
+        let last = self.contacts.get(i).copied()?;
         let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
         let steps = to.saturating_sub(from);
         let mut now = LastContact {
@@ -202,11 +196,7 @@ impl GroundMemory {
             tied: last.tied && last.touches && steps.abs() <= MOST_AT_ONCE,
             ..last
         };
-        let mut passed = if steps == 0 {
-            Passed::Nothing
-        } else {
-            Passed::Unknown
-        };
+        let mut passed = (steps != 0).then_some(false);
         // A wheel that came from elsewhere passes its next point first.
         if touches && last.touches && steps.abs() <= MOST_AT_ONCE {
             for k in 0..steps.abs() {
@@ -215,7 +205,7 @@ impl GroundMemory {
                 if number != now.passed {
                     let at = contact.since(last.at, self.cells.place(number));
                     if self.visit_point(number, steps > 0, &at, slope_sigma, &mut now) {
-                        passed = Passed::Known;
+                        passed = Some(true);
                     }
                 }
             }
@@ -308,8 +298,8 @@ impl GroundMemory {
         let variance = single * (self.cells.node_spacing() / self.cells.spacing);
         let difference = contact.y - cell.height;
         let place = Cells::between(number);
-        self.drift
-            .correct(contact.lever, place, difference, variance);
+        let lever = contact.lever;
+        self.drift.correct(lever, place, difference, variance);
     }
 
     /// Whether a number of the dead reckoning is not that of a robot.
@@ -347,11 +337,6 @@ impl GroundMemory {
         // The mean of two links' biases, as white noise of the same effect.
         let correlated = 0.5 * bias * bias * (2.0 * BIAS_LENGTH / DIRECTION_EVERY);
         Some((error, variance + correlated))
-    }
-
-    /// See [`Drift::direction_corrected`].
-    pub fn direction_corrected(&mut self, change: f64) {
-        self.drift.direction_corrected(change);
     }
 
     /// Places of the contacts at the last sample, m; `None` before the section has started.

@@ -17,17 +17,17 @@ const REPEATED: f64 = 8.7e-3;
 impl GroundMemory {
     /// All points in memory, in order of x.
     pub fn points(&self) -> impl Iterator<Item = GroundPoint> + '_ {
-        let window = self.cells.window();
-        let window = if self.ended { 0..0 } else { window };
+        let window = self.cells.window().filter(|_| !self.ended);
         window.filter_map(|number| self.point(number))
     }
 
     /// The points that the last sample left, in order of x.
     pub fn completed(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let cells = &self.cells;
         let left = if self.ended {
-            self.cells.all()
+            cells.all()
         } else {
-            self.cells.left()
+            cells.left()
         };
         left.filter_map(|number| self.point(number))
     }

@@ -146,9 +146,8 @@ impl Start {
         let [d, j, b, k, c] = self.fit.x;
         let expected = j * acceleration + b * speed + k * angle + c - d * rate;
         let noise = Self::REFERENCE * Self::REFERENCE;
-        let innovation = self
-            .fit
-            .update(&row, torque - expected, noise, f64::INFINITY);
+        let left = torque - expected;
+        let innovation = self.fit.update(&row, left, noise, f64::INFINITY);
         let added = [innovation.nis(), 1.0, acceleration * acceleration];
         for (sum, added) in self.sums.iter_mut().zip(added) {
             *sum += added;

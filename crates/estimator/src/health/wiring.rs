@@ -1,6 +1,6 @@
 //! Exchanged and late torques, from torques and encoders of the wheels.
 
-use super::answer::Answer;
+use super::answer::{Answer, PAIRINGS};
 use super::smoothing::{Smoothing, WheelReadings};
 use super::start::{RollingRobot, Start};
 
@@ -52,16 +52,6 @@ impl Wiring {
     /// hundredths.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LASTS: f64 = 0.2;
-    /// The torques that belong to another encoder, for each of
-    /// [`PAIRINGS`](super::answer::PAIRINGS).
-    const MOVED: [[bool; 3]; 6] = [
-        [false; 3],
-        [true, true, false],
-        [false, true, true],
-        [true, false, true],
-        [true; 3],
-        [true; 3],
-    ];
 
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
     pub fn update(
@@ -99,16 +89,16 @@ impl Wiring {
             return;
         }
         let [stated, others @ ..] = self.answer.shares();
-        let [right, wrong @ ..] = Self::MOVED;
-        let (mut most, mut moved) = (0.0, right);
-        for (explained, torques) in others.iter().zip(&wrong) {
-            if *explained > most {
-                (most, moved) = (*explained, *torques);
+        let [right, wrong @ ..] = PAIRINGS;
+        let (mut most, mut best) = (0.0, right);
+        for (explained, pairing) in others.into_iter().zip(wrong) {
+            if explained > most {
+                (most, best) = (explained, pairing);
             }
         }
         let (residual, left) = (1.0 - stated, 1.0 - most);
         if left > Self::RIGHT * residual {
-            (self.exchanged, self.fits_better) = (right, 0.0);
+            (self.exchanged, self.fits_better) = ([false; 3], 0.0);
             return;
         }
         self.fits_better += dt;
@@ -117,7 +107,7 @@ impl Wiring {
             && residual > Self::LEAST_RESIDUAL
             && most > Self::EXPLAINED
         {
-            self.exchanged = moved;
+            self.exchanged = [0, 1, 2].map(|i| best[i] != i);
         }
     }
 }

@@ -1,12 +1,11 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the
 //! readings' errors.
 
-mod health;
+mod checks;
 mod motion;
 mod statics;
 #[cfg(test)]
 mod tests;
-mod torque_scale;
 
 use super::wheel::Wheel;
 use crate::contact::{
@@ -16,11 +15,11 @@ use crate::estimate::{Estimate, EstimateError, ReadingErrors};
 use crate::filters::motion::MotionFilter;
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::flags::Flags;
-use crate::frame::{Inputs, Instant, LinkReading, SensorFrame};
+use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
-use crate::nominal::Nominal;
+use crate::nominal::{Instant, Nominal};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{Arms, Forces, solve};
 use crate::torque_scale::ScaleFilter;
@@ -82,7 +81,7 @@ impl BestFilters {
             standing: StandingDetector::default(),
             friction: FrictionObserver::default(),
             health: HealthMonitor::default(),
-            scale: torque_scale::filter(robot, budget),
+            scale: checks::scale_filter(robot, budget),
         }
     }
 
@@ -130,22 +129,19 @@ impl BestFilters {
     ///
     /// # Errors
     /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
-    pub fn estimate(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-    ) -> Result<Estimate, EstimateError> {
+    pub fn estimate(&mut self, instant: &Instant<'_>) -> Result<Estimate, EstimateError> {
+        let nominal = instant.nominal;
         let settings = &nominal.settings;
         let mut innovations = Innovations::default();
-        let (link_angles, inclination) = self.update_links(nominal, instant, &mut innovations);
+        let (link_angles, inclination) = self.update_links(instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        let rolling = self.update_motion(nominal, instant, &arms, &inclination, &mut innovations);
-        self.update_ground(nominal, instant, &arms);
+        let rolling = self.update_motion(instant, &arms, &inclination, &mut innovations);
+        self.update_ground(instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
         let mut right = self.right_side(nominal, &equations);
-        let parity = self.check_parity(nominal, instant, &equations, &mut right);
+        let parity = self.check_parity(instant, &equations, &mut right);
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
@@ -161,8 +157,8 @@ impl BestFilters {
         self.last_traction = forces.traction;
         let contact = self.detect_contacts(nominal.mean_load, &rolling, instant.dt);
         innovations.parity = parity.map(|(parity, _)| parity.nis());
-        self.find_scale(nominal, instant, &equations.arms, &contact);
-        let health = self.check_health(nominal, instant, &innovations, &contact);
+        self.find_scale(instant, &equations.arms, &contact);
+        let health = self.check_health(instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal.map(|n| n * stated));
         flags |= Flags::SPINS_IN_PLACE.when(self.standing.stands);
@@ -195,11 +191,10 @@ impl BestFilters {
     /// and the innovations of the inclinometers, rad.
     fn update_links(
         &mut self,
-        nominal: &Nominal,
         instant: &Instant<'_>,
         innovations: &mut Innovations,
     ) -> ([f64; 2], [Option<f64>; 2]) {
-        let budget = &nominal.settings.budget;
+        let budget = &instant.nominal.settings.budget;
         let mut innovation_of = [None; 2];
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
@@ -245,7 +240,8 @@ impl BestFilters {
 
     /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction
     /// of the velocity corrects the motion.
-    fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
+    fn update_ground(&mut self, instant: &Instant<'_>, arms: &Arms) {
+        let nominal = instant.nominal;
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
         let touches = |i: usize| self.last_normal_force[i] > least;
@@ -275,7 +271,7 @@ impl BestFilters {
         }
         if let Some((error, variance)) = self.ground.take_direction_error(bias) {
             let change = self.motion.correct_direction(error, variance);
-            self.ground.direction_corrected(change);
+            self.ground.drift.direction_corrected(change);
         }
     }
 

@@ -2,9 +2,9 @@
 //! tractions.
 
 use crate::estimate::{Estimate, EstimateError, Parity};
-use crate::filters::{ComplementaryFilter, ObserverParameters, TractionObserver};
-use crate::frame::{Inputs, Instant};
-use crate::nominal::Nominal;
+use crate::filters::{ComplementaryFilter, TractionObserver};
+use crate::frame::Inputs;
+use crate::nominal::Instant;
 use crate::settings::{EstimatorSettings, PaperMethod};
 use crate::statics::{Arms, Equations, Forces, Loads};
 use robhaz_model::Robot;
@@ -20,30 +20,34 @@ pub(crate) struct PaperFilters {
 /// Speed from the last two readings of an encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct SpeedByDifference {
-    /// Last angle read, rad.
-    angle: f64,
+    /// Last angle read, rad; `None` before the first.
+    angle: Option<f64>,
     /// Time since that angle was read, s.
     age: f64,
     /// Speed, rad/s.
     omega: f64,
-    started: bool,
 }
 
 impl PaperFilters {
     /// For a robot at rest.
     pub fn new(robot: &Robot, method: &PaperMethod, settings: &EstimatorSettings) -> Self {
         let mass = &robot.mass;
-        let observer = TractionObserver::new(ObserverParameters {
+        let observer = TractionObserver {
             pole: method.observer_pole,
             // Eq. (2) mixes rotor (relative spin) and wheel (absolute spin) in one J.
             inertia: mass.wheel_inertia + mass.rotor_inertia,
             viscous_damping: settings.viscous_damping,
             wheel_radius: robot.geometry.wheel_radius,
-        });
+            last: None,
+        };
+        let link = ComplementaryFilter {
+            crossover_time: method.crossover_time,
+            last: None,
+        };
         Self {
-            links: [ComplementaryFilter::new(method.crossover_time); 2],
+            links: [link; 2],
             tractions: [observer; 3],
-            speeds: [SpeedByDifference::default(); 3],
+            speeds: Default::default(),
         }
     }
 
@@ -55,11 +59,11 @@ impl PaperFilters {
             let speed = &mut self.speeds[i];
             speed.age += dt;
             let reading = inputs.wheel_angle[i];
-            if reading.fresh() {
-                if speed.started && !inputs.new_zero[i] {
-                    speed.omega = (reading.value - speed.angle) / speed.age;
+            if let Some(angle) = reading.now() {
+                if let Some(last) = speed.angle.filter(|_| !inputs.new_zero[i]) {
+                    speed.omega = (angle - last) / speed.age;
                 }
-                (speed.angle, speed.age, speed.started) = (reading.value, 0.0, true);
+                (speed.angle, speed.age) = (Some(angle), 0.0);
             }
             self.tractions[i].update(dt, inputs.motor_torque[i].value, speed.omega)
         });
@@ -70,11 +74,8 @@ impl PaperFilters {
     ///
     /// # Errors
     /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
-    pub fn estimate(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-    ) -> Result<Estimate, EstimateError> {
+    pub fn estimate(&mut self, instant: &Instant<'_>) -> Result<Estimate, EstimateError> {
+        let nominal = instant.nominal;
         let (angles, traction) = self.update(instant.inputs, instant.dt);
         let arms = Arms::new(&nominal.robot.geometry, angles[0], angles[1])
             .map_err(EstimateError::Linkage)?;

@@ -123,7 +123,7 @@ impl Wheel {
 
     fn parameters(&self, nominal: &Nominal, torque: &Held) -> TorqueObserverParameters {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let budget = &settings.budget;
+        let (budget, read) = (&settings.budget, torque.fresh());
         TorqueObserverParameters {
             wheel_inertia: robot.mass.wheel_inertia,
             rotor_inertia: robot.mass.rotor_inertia,
@@ -131,11 +131,7 @@ impl Wheel {
             encoder_sigma: encoder_sigma(budget, self.speed),
             torque_sigma: budget.torque_noise,
             rim_speed: robot.geometry.wheel_radius * self.speed,
-            unread_walk: if torque.fresh() {
-                0.0
-            } else {
-                Self::UNREAD_TORQUE_WALK
-            },
+            unread_walk: if read { 0.0 } else { Self::UNREAD_TORQUE_WALK },
         }
     }
 

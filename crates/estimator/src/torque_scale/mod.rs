@@ -188,11 +188,8 @@ impl ScaleFilter {
         // The payload, if the scale is right.
         let of_payload = (posterior(mass + square(self.payload)) - mass).max(0.0);
         // Of what the masses took, or of what they left, whichever is more.
-        let most = if rest.abs() > of_mass.abs() {
-            rest
-        } else {
-            of_mass
-        };
+        let left = rest.abs() > of_mass.abs();
+        let most = if left { rest } else { of_mass };
         let allowed = square(Self::COUNTS) * (measured + mass);
         let excess = (1.0 - allowed / square(rest + of_mass)).max(0.0);
         StatedDeviation {

@@ -101,17 +101,16 @@ impl Passage {
         }
         self.damped += rolling.damping * dt;
         self.place += rolling.speed * dt;
-        let [front, middle] = [0, 1].map(|i: usize| {
+        let mut passing = [0, 1].map(|i: usize| {
             (
                 self.place + rolling.axles[i],
                 rolling.energy[i] + self.damped,
             )
         });
-        let (lead, trail) = if self.backwards {
-            (middle, front)
-        } else {
-            (front, middle)
-        };
+        if self.backwards {
+            passing.swap(0, 1);
+        }
+        let [lead, trail] = passing;
         let lead_cell = self.cell(lead.0)?;
         let trail_cell = self.cell(trail.0)?;
         if self.count < 0 || lead_cell - self.newest > CELLS || lead_cell < self.newest - CELLS {
@@ -145,17 +144,11 @@ impl Passage {
     fn cell(&self, place: f64) -> Option<i64> {
         let ahead = if self.backwards { -place } else { place };
         let cell = libm::floor(ahead / self.spacing);
-        #[expect(clippy::cast_possible_truncation, reason = "within the bounds")]
-        let number = cell as i64;
-        (cell.abs() < LARGEST).then_some(number)
+        (cell.abs() < LARGEST).then_some(cell as i64)
     }
 }
 
 /// Where the record of a cell is.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "at least 0, less than the number of cells"
-)]
 fn index(cell: i64) -> usize {
     cell.rem_euclid(CELLS) as usize
 }

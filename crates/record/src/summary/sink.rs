@@ -197,7 +197,7 @@ impl Sink for SummarySink {
             estimators: run
                 .estimators
                 .iter()
-                .map(|e| EstimatorSums::new(rule, e.settings.states_contacts(), world.is_none()))
+                .map(|e| EstimatorSums::new(rule, e.settings.states_covariance(), world.is_none()))
                 .collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),

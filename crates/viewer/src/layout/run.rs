@@ -25,7 +25,7 @@ fn left(run: &RunDescription) -> Part {
     let lanes =
         |name, entity| Part::of_class("StateTimeline", name, entity, &format!("+ {entity}/**"));
     let mut tabs = vec![Part::text_log("Events", "/events")];
-    let states = |e: &EstimatorDescription| e.settings.states_contacts();
+    let states = |e: &EstimatorDescription| e.settings.states_covariance();
     if run.world.is_some() || run.estimators.iter().any(states) {
         tabs.push(lanes("Wheels", "/wheels"));
     }

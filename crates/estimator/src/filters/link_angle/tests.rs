@@ -63,7 +63,10 @@ fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
     let mut filter = LinkAngleKalman::new(&budget);
     filter.start(0.0, 0.0, 0.0);
-    let mut paper = ComplementaryFilter::new(0.5);
+    let mut paper = ComplementaryFilter {
+        crossover_time: 0.5,
+        last: None,
+    };
     for _ in 0..2000 {
         filter.update(&budget, dt, &readings(Some(0.0), Some(0.0)), 0.0);
     }

@@ -3,13 +3,13 @@
 //!
 //! Five constraints hold. The filter takes each as a pseudo-measurement of zero:
 //! - A wheel's centre moves along the ground. The direction of its velocity is the contact angle,
-//!   up to the speed of its penetration (`rolling.rs`).
+//!   up to the speed of its penetration.
 //! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a
-//!   wheel that grips is proportional to T/N: creep (`rolling.rs`).
-//! - The inclinometers measure the acceleration of the robot (`specific_force.rs`).
-//! - The parity residual of eq. (8) is zero (`parity.rs`).
+//!   wheel that grips is proportional to T/N: creep.
+//! - The inclinometers measure the acceleration of the robot.
+//! - The parity residual of eq. (8) is zero.
 //! - The profile of the ground closes: front, middle and rear wheel find the same heights at the
-//!   same places (`rolling.rs`).
+//!   same places.
 //!
 //! The first relates the contact angles to each other and to the gyroscopes. The second makes
 //! torque offsets observable: for a rolling wheel the slip gives T/N independently of the torque
@@ -19,21 +19,14 @@
 //! one combination of their errors. The fifth shows the slow error of the direction of the
 //! velocity, which the others cannot tell from a torque offset common to all wheels.
 //!
-//! States and their indices are in `filter.rs`, their change over time is in `prediction.rs`, their
-//! constants and time-correlated errors in `tuning.rs`.
+//! States, their indices and their change over time are in `filter.rs`, the constraints in
+//! `constraints.rs`, constants and time-correlated errors in `tuning.rs`.
 
+mod constraints;
 mod filter;
-mod parity;
-mod prediction;
-mod rolling;
-mod specific_force;
-mod standing;
 #[cfg(test)]
 mod tests;
 mod tuning;
 
-pub(crate) use filter::MotionFilter;
-pub(crate) use parity::ParityResidual;
-pub(crate) use prediction::MeasuredAccelerations;
-pub(crate) use rolling::RollingWheel;
-pub(crate) use specific_force::SensedAcceleration;
+pub(crate) use constraints::{ParityResidual, RollingWheel, SensedAcceleration};
+pub(crate) use filter::{MeasuredAccelerations, MotionFilter};

@@ -109,7 +109,7 @@ fn an_error_of_the_direction_shows() {
                 found.push(error);
                 if corrects {
                     corrected -= error;
-                    memory.direction_corrected(-error);
+                    memory.drift.direction_corrected(-error);
                 }
             }
         }

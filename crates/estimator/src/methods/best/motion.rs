@@ -6,9 +6,9 @@ use crate::contact::{RollingResiduals, StandingDetector};
 use crate::deviation::root_sum_square;
 use crate::filters::motion::{MeasuredAccelerations, RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
-use crate::frame::{Inputs, Instant};
+use crate::frame::Inputs;
 use crate::health::Innovations;
-use crate::nominal::Nominal;
+use crate::nominal::{Instant, Nominal};
 use crate::settings::EstimatorSettings;
 use crate::statics::Arms;
 use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
@@ -20,13 +20,8 @@ impl BestFilters {
 
     /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of
     /// the ground is discarded; when it ends, the robot may be moving.
-    fn detect_standing(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-        arms: &Arms,
-        slopes: &[f64; 3],
-    ) {
+    fn detect_standing(&mut self, instant: &Instant<'_>, arms: &Arms, slopes: &[f64; 3]) {
+        let nominal = instant.nominal;
         let before = self.standing.stands;
         let link_angles = self.links.each_ref().map(LinkAngleKalman::angle);
         let rim_speed = |i| self.rim_speed(i, &nominal.robot.geometry).unwrap_or(0.0);
@@ -67,16 +62,15 @@ impl BestFilters {
     /// inclinometers, rad. Returns the residuals of these constraints.
     pub(super) fn update_motion(
         &mut self,
-        nominal: &Nominal,
         instant: &Instant<'_>,
         arms: &Arms,
         inclination: &[Option<f64>; 2],
         innovations: &mut Innovations,
     ) -> [Option<RollingResiduals>; 3] {
+        let (nominal, inputs, dt) = (instant.nominal, instant.inputs, instant.dt);
         let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let (inputs, dt) = (instant.inputs, instant.dt);
         let slopes = expected_slopes(arms);
-        self.detect_standing(nominal, instant, arms, &slopes);
+        self.detect_standing(instant, arms, &slopes);
         if dt > 0.0 {
             let fresh = inputs.contact_angle.map(|angle| angle.fresh());
             let measured = self.measured_accelerations(robot, arms);
@@ -99,8 +93,7 @@ impl BestFilters {
             self.correct_acceleration(nominal, inclination, dt);
         }
         let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
-        let wheels =
-            [0, 1, 2].map(|i| rolls(i).then(|| self.rolling_wheel(i, nominal, inputs, arms)));
+        let wheels = [0, 1, 2].map(|i| rolls(i).then(|| self.rolling_wheel(instant, i, arms)));
         let residuals = if stands {
             [0, 1, 2].map(|i| wheels[i].map(|wheel| self.motion.spin_in_place(i, &wheel)))
         } else {
@@ -134,13 +127,8 @@ impl BestFilters {
     }
 
     /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
-    fn rolling_wheel(
-        &self,
-        i: usize,
-        nominal: &Nominal,
-        inputs: &Inputs,
-        arms: &Arms,
-    ) -> RollingWheel {
+    fn rolling_wheel(&self, instant: &Instant<'_>, i: usize, arms: &Arms) -> RollingWheel {
+        let (nominal, inputs) = (instant.nominal, instant.inputs);
         let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
         let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
         let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
@@ -217,17 +205,9 @@ fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
     let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
         return [None; 3];
     };
-    let (low, high) = if a.beyond_creep < b.beyond_creep {
-        (a, b)
-    } else {
-        (b, a)
-    };
-    let middle = if c.beyond_creep < low.beyond_creep {
-        low
-    } else if c.beyond_creep > high.beyond_creep {
-        high
-    } else {
-        c
-    };
+    let [x, y, z] = [a, b, c].map(|slip| slip.beyond_creep);
+    let (low, high) = if x < y { (a, b) } else { (b, a) };
+    let middle = if z < low.beyond_creep { low } else { c };
+    let middle = if z > high.beyond_creep { high } else { middle };
     [a, b, c].map(|slip| Some(slip.nis_beside(&middle)))
 }

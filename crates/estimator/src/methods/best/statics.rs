@@ -5,8 +5,8 @@ use super::BestFilters;
 use crate::estimate::{EstimateError, Parity};
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
-use crate::frame::{Inputs, Instant, SHORTEST_STEP};
-use crate::nominal::Nominal;
+use crate::frame::{Inputs, SHORTEST_STEP};
+use crate::nominal::{Instant, Nominal};
 use crate::statics::{
     Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction,
     input, sensitivity,
@@ -90,7 +90,6 @@ impl BestFilters {
     /// parity undefined.
     pub(super) fn check_parity(
         &mut self,
-        nominal: &Nominal,
         instant: &Instant<'_>,
         equations: &Equations,
         right: &mut RightSide,
@@ -107,18 +106,15 @@ impl BestFilters {
         let check = self.motion.check_parity(&residual, dt, correct);
 
         right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load);
-        if check.corrected {
+        if correct && check.within_gate {
             let after = self.motion.inputs();
             for (k, column) in right.sensitivity.iter().enumerate() {
                 right.value += column * (after[k] - before[k]);
             }
-            right.tractions = self.tractions(nominal);
+            right.tractions = self.tractions(instant.nominal);
         }
-        self.time_beyond_gate = if check.within_gate {
-            0.0
-        } else {
-            self.time_beyond_gate + instant.dt
-        };
+        let beyond = self.time_beyond_gate + instant.dt;
+        self.time_beyond_gate = if check.within_gate { 0.0 } else { beyond };
         let parity = Parity {
             value: residual.value,
             sigma: libm::sqrt(check.innovation.variance),

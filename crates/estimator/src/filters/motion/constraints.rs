@@ -1,14 +1,17 @@
-//! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the
-//! slip. And what wheels on mapped ground show: the direction of the velocity, and their contact
-//! angles.
+//! The constraints as measurements. A wheel's centre moves along the ground, at the speed of the rim
+//! minus the slip; wheels on mapped ground show the direction of the velocity, and their contact
+//! angles; the inclinometers show the acceleration of the robot; the parity residual is zero.
 
 use super::filter::{
-    CONTACT_ANGLE, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+    ACCELERATION, CONTACT_ANGLE, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, TORQUE_GAIN,
+    TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::{GaussMarkov, TUNING};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{EDGE_GATE, GATE, root_sum_square};
+use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
+use crate::statics::input;
 use robhaz_model::{Vec2, perp};
 
 /// Inputs of the rolling constraints of one wheel. T and N are those of the previous estimate.
@@ -85,6 +88,42 @@ struct Constrained<'a> {
     /// variance is added to the measurement noise, and the first-order effects of torque errors and
     /// creep are neglected.
     correct: bool,
+}
+
+/// What one inclinometer shows of the horizontal acceleration of Q at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SensedAcceleration {
+    /// Acceleration of Q that it shows, less the estimated one after the same low pass, m/s^2,
+    /// forward positive.
+    pub innovation: f64,
+    /// Variance of its white noise, m^2/s^4.
+    pub white: f64,
+    /// Standard deviation of the error of the link's angle, as acceleration, m/s^2.
+    pub of_angle: f64,
+    /// Standard deviation of what its place and the error of its lag add while the link turns,
+    /// m/s^2.
+    pub of_turning: f64,
+}
+
+/// The parity residual of eq. (8) at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ParityResidual {
+    /// N.
+    pub value: f64,
+    /// Derivatives with respect to the uncertain inputs, in the order of [`input`].
+    pub gradient: [f64; input::COUNT],
+    /// Variance at this sample from everything but the inputs, N^2.
+    pub variance: f64,
+}
+
+/// Result of the test of a parity residual against its predicted standard deviation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ParityCheck {
+    /// Zero minus the residual, N, and its predicted variance before the correction, N^2.
+    pub innovation: Innovation,
+    /// Whether the residual lies within its gate. An outlier shows an impact, or an external load
+    /// on the robot.
+    pub within_gate: bool,
 }
 
 impl MotionFilter {
@@ -166,12 +205,9 @@ impl MotionFilter {
 
         let mut shared = GaussMarkov::new(bias, TUNING.slip.time).white(dt) + noise * noise;
         if self.is_after_impact() {
-            let after_impact = if given {
-                TUNING.impact_noise
-            } else {
-                TUNING.edge_noise
-            };
-            shared += after_impact.white(dt);
+            let (impact, edge) = (TUNING.impact_noise, TUNING.edge_noise);
+            let noise = if given { impact } else { edge };
+            shared += noise.white(dt);
         }
         let r = penetration.white(dt) + shared;
         if correct {
@@ -319,7 +355,7 @@ impl MotionFilter {
         let level = cos * cos;
         let h = [(VELOCITY, -sin / speed), (VELOCITY + 1, cos / speed)];
         let r = level * level * variance;
-        self.update(&h, -level * error, r, GATE);
+        self.correct(&self.filter.project(&h), -level * error, r, GATE);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
     }
@@ -338,13 +374,254 @@ impl MotionFilter {
         }
         let state = CONTACT_ANGLE + i;
         let error = given - slope - self.filter.x[state];
-        self.update(&[(state, 1.0)], error, variance, GATE);
+        let projection = self.filter.project(&[(state, 1.0)]);
+        self.correct(&projection, error, variance, GATE);
+    }
+
+    /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct
+    /// nothing: all of the rim's speed is slip.
+    pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel) -> RollingResiduals {
+        let creep = self.creep(i, wheel);
+        let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
+        RollingResiduals {
+            away: 0.0,
+            away_sigma: noise,
+            slip: wheel.rim_speed.map(|rim_speed| SlipResidual {
+                beyond_creep: rim_speed - creep.slip(),
+                creep: creep.slip(),
+                variance: noise * noise,
+                noise,
+            }),
+        }
+    }
+
+    /// Measurement update by the acceleration of Q that the inclinometers of links 1 and 2 show,
+    /// `dt` seconds after the last sample: `None` without a reading. Skipped after an impact: what
+    /// it does to the filtered rates of the links would pass for an acceleration.
+    ///
+    /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of
+    /// the link: what is left is the acceleration along the link, within seconds. It is the only
+    /// measurement of the robot's motion that does not need a wheel that grips.
+    ///
+    /// Both links measure the same acceleration of Q. Half of the excess of their difference over
+    /// [`TUNING`]`.apart` deviations is added to the correlated noise: otherwise a gyroscope with a
+    /// wrong sign would pass for an acceleration, and no inclination would contradict it.
+    pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
+        self.since_acceleration += dt;
+        let share = match readings {
+            [None, None] => return,
+            [Some(_), Some(_)] => 0.5,
+            _ => 1.0,
+        };
+        let time = core::mem::take(&mut self.since_acceleration);
+        if self.is_after_impact() {
+            return;
+        }
+        let (mut innovation, mut white) = (0.0, 0.0);
+        let (mut of_angle, mut of_turning) = (0.0, 0.0);
+        for sensed in readings.iter().flatten() {
+            innovation += share * sensed.innovation;
+            white += share * share * sensed.white;
+            // Both links' errors of these kinds may have the same sign.
+            of_angle += share * sensed.of_angle;
+            of_turning += share * sensed.of_turning;
+        }
+        // Not less than once the variance, where readings are rarer than errors last.
+        let white_of =
+            |sigma: f64, lasts: f64| GaussMarkov::new(sigma, lasts.max(0.5 * time)).white(time);
+        let apart = match readings {
+            [Some(first), Some(second)] => (first.innovation - second.innovation).abs(),
+            _ => 0.0,
+        };
+        let square = |sigma: f64| sigma * sigma;
+        // Of the difference of two independent links; `white` is that of their mean.
+        let agreeing = 4.0 * white + 2.0 * (square(of_angle) + square(of_turning));
+        let excess = 0.5 * (apart - TUNING.apart * robhaz_model::sqrt(agreeing)).max(0.0);
+        let r = white
+            + white_of(of_angle, TUNING.angle_time)
+            + white_of(excess, TUNING.angle_time)
+            + white_of(of_turning, TUNING.filter_time);
+        // No gate: an impact is an acceleration, too.
+        let projection = self.filter.project(&[(ACCELERATION, 1.0)]);
+        self.correct(&projection, innovation, r, f64::INFINITY);
+    }
+
+    /// Tests a parity residual z against its predicted standard deviation sigma and, with
+    /// `correct`, corrects the states by it. `dt` is the time since the last sample, s.
+    ///
+    /// The variance of the unmodelled load becomes the larger of its decayed old value and
+    /// `z^2 - (2 sigma)^2`, N^2; sigma is that without unmodelled load. A residual beyond the gate
+    /// is an impact.
+    pub fn check_parity(
+        &mut self,
+        residual: &ParityResidual,
+        dt: f64,
+        correct: bool,
+    ) -> ParityCheck {
+        let square = residual.value * residual.value;
+        let h: [_; input::COUNT] = core::array::from_fn(|k| (INPUTS + k, residual.gradient[k]));
+        let projection = self.filter.project(&h);
+        let innovation = Innovation {
+            value: -residual.value,
+            variance: projection.variance + residual.variance,
+        };
+
+        let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
+        let gate = GATE * GATE * innovation.variance;
+        let excess = square - explained;
+        self.unmodelled_load = self.unmodelled_load.max(excess);
+        // True at a residual beyond the gate, and afterwards until the variance has decayed below
+        // this bound.
+        if self.unmodelled_load > gate - explained {
+            self.impact = TUNING.impact_time;
+        }
+        let within_gate = square <= gate;
+        if correct && within_gate {
+            // Correlated errors enter as the equivalent white noise, with at least the variance of
+            // this sample.
+            let correlated = (residual.variance + self.unmodelled_load)
+                * (2.0 * TUNING.filter_time / dt).max(1.0);
+            self.correct(&projection, -residual.value, correlated, f64::INFINITY);
+        }
+        ParityCheck {
+            innovation,
+            within_gate,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::filter::MeasuredAccelerations;
     use super::*;
+
+    const DT: f64 = 1e-3;
+
+    /// A robot that accelerates by `acceleration` (m/s^2) while all its wheels slide: nothing but
+    /// the inclinometers of the links `read` shows it.
+    fn accelerated(acceleration: f64, read: [bool; 2], lag: f64) -> MotionFilter {
+        let budget = NoiseBudget::typical();
+        let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
+        let measured = MeasuredAccelerations {
+            rims: acceleration,
+            links: 0.0,
+        };
+        let mut expected = 0.0;
+        for _ in 0..1000 {
+            motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
+            // What the sensor and the expected reading pass through.
+            let weight = if lag > 0.0 {
+                -libm::expm1(-DT / lag)
+            } else {
+                1.0
+            };
+            expected += weight * (motion.acceleration().x - acceleration - expected);
+            let sensed = SensedAcceleration {
+                innovation: -expected,
+                white: 0.017 * 0.017,
+                of_angle: 0.005,
+                of_turning: 0.0,
+            };
+            motion.correct_acceleration(&read.map(|read| read.then_some(sensed)), DT);
+        }
+        motion
+    }
+
+    /// Closed form: with any of the inclinometers and any lag the speed after a second is the
+    /// acceleration times the second, less what the filter takes to follow: 30 ms without a lag, at
+    /// most 100 ms with one of 20 ms.
+    #[test]
+    fn the_speed_of_a_robot_that_slides_is_found() {
+        for read in [[true, false], [false, true], [true, true]] {
+            for (lag, late) in [(0.0, 0.05), (0.02, 0.1)] {
+                for acceleration in [0.3, -0.3] {
+                    let motion = accelerated(acceleration, read, lag);
+                    let missing = 1.0 - motion.velocity().x / acceleration;
+                    assert!(missing > 0.0 && missing < late, "{read:?} {lag}: {missing}");
+                    let found = motion.acceleration().x;
+                    // The process decays towards zero in the meantime.
+                    assert!((found / acceleration - 1.0).abs() < 0.06, "{found}");
+                }
+            }
+        }
+        assert!(accelerated(0.3, [false; 2], 0.0).velocity().x.abs() < 1e-12);
+    }
+
+    /// Property: inclinometers that are read at every tenth sample only show the acceleration, too:
+    /// the process of 0.6 m/s^2 is the larger part of its deviation.
+    #[test]
+    fn rare_readings_show_the_acceleration() {
+        let budget = NoiseBudget::typical();
+        let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
+        let measured = MeasuredAccelerations {
+            rims: 0.3,
+            links: 0.0,
+        };
+        for k in 0..1000 {
+            motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
+            let sensed = SensedAcceleration {
+                innovation: 0.3 - motion.acceleration().x,
+                white: 0.017 * 0.017,
+                of_angle: 0.005,
+                of_turning: 0.0,
+            };
+            motion.correct_acceleration(&[(k % 10 == 0).then_some(sensed); 2], DT);
+        }
+        let (found, sigma) = motion.filter.estimated(ACCELERATION);
+        assert!((found - 0.3).abs() < 0.02 && sigma < 0.3, "{found} {sigma}");
+    }
+
+    /// Property: a second link narrows the acceleration, by less than the root of two, because the
+    /// angles' errors count as common.
+    #[test]
+    fn two_links_tell_more_than_one() {
+        let sigma = |read| accelerated(0.3, read, 0.0).filter.estimated(ACCELERATION).1;
+        let (one, two) = (sigma([true, false]), sigma([true, true]));
+        assert!(
+            two < one && two > one * core::f64::consts::FRAC_1_SQRT_2,
+            "{one} {two}"
+        );
+    }
+
+    /// Property: what only one of two links shows counts by less, the more it is.
+    #[test]
+    fn links_that_differ_count_by_less() {
+        let budget = NoiseBudget::typical();
+        let found = |difference: f64| {
+            let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
+            let sensed = |innovation| SensedAcceleration {
+                innovation,
+                white: 1e-4,
+                of_angle: 0.005,
+                of_turning: 0.0,
+            };
+            let measured = MeasuredAccelerations::default();
+            for _ in 0..3 {
+                motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
+                motion.correct_acceleration(&[Some(sensed(difference)), Some(sensed(0.0))], DT);
+            }
+            motion.acceleration().x / difference
+        };
+        assert!(found(1.0) < 0.1 * found(0.01) && found(0.01) > 0.0);
+    }
+
+    /// Property: after an impact what the inclinometers measure changes nothing.
+    #[test]
+    fn an_impact_is_no_acceleration() {
+        let mut motion = accelerated(0.3, [true; 2], 0.0);
+        motion.impact = 0.2;
+        let before = motion;
+        let sensed = SensedAcceleration {
+            innovation: 5.0,
+            white: 1e-4,
+            of_angle: 0.0,
+            of_turning: 0.0,
+        };
+        for _ in 0..10 {
+            motion.correct_acceleration(&[Some(sensed); 2], DT);
+        }
+        assert_eq!(motion.filter, before.filter);
+    }
 
     /// Closed form: twice at the limit, 16 times more at twice the ratio.
     #[test]

@@ -1,11 +1,14 @@
-//! The torques against the weight: what is taken of one sample, and what it changes.
+//! Whether the readings agree with each other, and the torques with the weight.
 
 use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::flags::Flags;
-use crate::frame::Instant;
-use crate::health::DRIVING_SPEED;
-use crate::nominal::Nominal;
+use crate::frame::{Held, Inputs};
+use crate::health::{
+    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, TurnReadings,
+    WheelReadings,
+};
+use crate::nominal::{Instant, Nominal};
 use crate::settings::NoiseBudget;
 use crate::statics::{Arms, Forces};
 use crate::torque_scale::{Rolling, ScaleFilter};
@@ -21,7 +24,7 @@ const STEEPEST: f64 = 0.6;
 const LONGEST_STEP: f64 = 0.0205;
 
 /// For a robot whose torques err as the budget states.
-pub(super) fn filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
+pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
     let [front, middle, _] = &robot.geometry.axles;
     // Friction is common to all wheels; offsets are not.
     let torques = 3.0 * budget.gear_friction + robhaz_model::sqrt(3.0) * budget.torque_offset;
@@ -32,15 +35,64 @@ pub(super) fn filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
 }
 
 impl BestFilters {
+    /// Health after the innovations of this sample. They count while the robot drives and every
+    /// wheel rolls on one contact: elsewhere the constraints do not hold.
+    pub(super) fn check_health(
+        &mut self,
+        instant: &Instant<'_>,
+        innovations: &Innovations,
+        contact: &[ContactEstimate; 3],
+    ) -> Health {
+        let nominal = instant.nominal;
+        let rolls = |contact: &ContactEstimate| {
+            contact.state == ContactState::OneContact && !contact.sliding
+        };
+        let model_holds = contact.iter().all(rolls) && !self.motion.is_after_impact();
+        let speed = self.motion.velocity().norm_squared();
+        let drives = speed > DRIVING_SPEED * DRIVING_SPEED;
+        let has_noise = nominal.settings.budget.torque_noise > 0.0;
+        let rim = [0, 1, 2].map(|i| {
+            let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
+            (nominal.robot.geometry.wheel_radius * spin).abs()
+        });
+        let varying = |i: usize| {
+            let torque = instant.inputs.motor_torque[i].now();
+            torque.filter(|_| has_noise && rim[i] > DRIVING_SPEED)
+        };
+        let sample = HealthSample {
+            innovations,
+            varying_torque: [varying(0), varying(1), varying(2)],
+            links: [0, 1].map(|k| turn_readings(instant.inputs, k)),
+            rim: rim.into_iter().fold(0.0, f64::max),
+            rate_bias: nominal.settings.budget.rate_bias,
+            wheels: wheel_readings(instant.inputs),
+            drives,
+            model_holds,
+            dt: instant.dt,
+        };
+        let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
+        let of_wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
+        let robot = RollingRobot {
+            inertia: of_wheels + mass.total() * radius * radius,
+            damping: 3.0 * nominal.settings.viscous_damping,
+        };
+        self.health.update(&sample, &robot);
+        let mut health = self.health.health(&nominal.robot.geometry.carriers);
+        if self.scale.contradicts {
+            health.faulty |= Channels::TORQUE_SCALE;
+        }
+        health
+    }
+
     /// Takes the sample of `instant`, in the posture of `arms`. Readings that are held for long do
     /// not count.
     pub(super) fn find_scale(
         &mut self,
-        nominal: &Nominal,
         instant: &Instant<'_>,
         arms: &Arms,
         contact: &[ContactEstimate; 3],
     ) {
+        let nominal = instant.nominal;
         let on_one = |contact: &ContactEstimate| contact.state == ContactState::OneContact;
         let holds = contact.iter().all(on_one)
             && instant.dt < LONGEST_STEP
@@ -103,4 +155,27 @@ impl BestFilters {
         forces.add_error(&by_scale.map(|force| deviation.tractions * force));
         forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| deviation.forces * force));
     }
+}
+
+/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
+fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
+    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
+    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
+    (serves(rate) && serves(inclination)).then_some(TurnReadings {
+        rate: rate.value,
+        inclination: inclination.value,
+    })
+}
+
+/// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.
+fn wheel_readings(inputs: &Inputs) -> Option<WheelReadings> {
+    let (torque, angle) = (&inputs.motor_torque, &inputs.wheel_angle);
+    let stale = |held: &Held| held.age > Inputs::STALE_AFTER;
+    if inputs.new_zero.contains(&true) || torque.iter().chain(angle).any(stale) {
+        return None;
+    }
+    Some(WheelReadings {
+        torque: torque.map(|held| held.value),
+        angle: angle.map(|held| held.value),
+    })
 }
