@@ -64,6 +64,7 @@ def outside_comments(text, change):
 def transform(source):
     """Makes functions of all constants below `source`. Returns their names."""
     names, files = [], {}
+    tuning = source / "filters" / "motion" / "tuning.rs"
     for path in sorted(source.rglob("*.rs")):
         if path.name != "tests.rs":
             files[path] = path.read_text().split("#[cfg(test)]\nmod tests {")[0]
@@ -80,7 +81,7 @@ def transform(source):
             call = "one" if kind == "f64" else "pair"
             return f'{indent}#[allow(non_snake_case)] {visible}fn {name}() -> {kind} {{ crate::factor::{call}("{names[-1]}", {value}) }}'
 
-        files[path] = DECLARED.sub(declare, text)
+        files[path] = text if path == tuning else DECLARED.sub(declare, text)
     public = {n for p, text in files.items() for n in own[p] if re.search(rf"pub(\([a-z]+\))? fn {n}\(", text)}
     for path, text in files.items():
         def call(line):
@@ -90,29 +91,23 @@ def transform(source):
                 line = re.sub(before + name + r"\b(?!\s*\()(?![\w:\"])", lambda m: m.group(0) + "()", line)
             return line
         files[path] = outside_comments(text, call)
-    tuning = source / "filters" / "motion" / "tuning.rs"
-    head, values = files[tuning].split("/// The values for all")
-    body = values[values.index("= Tuning {") + 10 : values.rindex("};")]
+    # Their names are those of states, too: only after `tuning::` they are constants.
+    def process(match):
+        name, kind, value = match.groups()
+        names_of = [f"tuning::{name.lower()}"]
+        values = [value]
+        if kind == "GaussMarkov":
+            names_of = [f"{names_of[0]}.sigma", f"{names_of[0]}.time"]
+            values = re.match(r"GaussMarkov::new\(([^,]+), ([^)]+)\)", value).groups()
+        names.extend(names_of)
+        scaled = ", ".join(f'crate::factor::one("{n}", {v})' for n, v in zip(names_of, values))
+        scaled = f"GaussMarkov::new({scaled})" if kind == "GaussMarkov" else scaled
+        return f"#[allow(non_snake_case)] pub fn {name}() -> {kind} {{ {scaled} }}"
 
-    def field(match):
-        name, value = match.group(1), match.group(2).rstrip(",")
-        process = re.match(r"GaussMarkov::new\(([^,]+), ([^)]+)\)", value)
-        if process:
-            names.extend([f"tuning::{name}.sigma", f"tuning::{name}.time"])
-            parts = ", ".join(f'crate::factor::one("{n}", {v})' for n, v in zip(names[-2:], process.groups()))
-            return f"{name}: GaussMarkov::new({parts}),"
-        names.append(f"tuning::{name}")
-        return f'{name}: crate::factor::one("{names[-1]}", {value}),'
-
-    body = re.sub(r"^\s*(\w+): ([^\n]*?),?\s*(?://.*)?$", field, body, flags=re.M)
-    files[tuning] = head + (
-        "static TUNING: std::sync::OnceLock<Tuning> = std::sync::OnceLock::new();\n/// The values.\n"
-        "pub fn tuning() -> &'static Tuning { TUNING.get_or_init(|| Tuning {" + body + "}) }\n"
-    )
+    files[tuning] = re.sub(r"^pub const (\w+): (\w+) = ([^;]+);", process, files[tuning], flags=re.M)
     for path, text in files.items():
         if path.parent == tuning.parent and path != tuning:
-            text = text.replace("use super::tuning::TUNING;\n", "").replace("tuning::{GaussMarkov, TUNING}", "tuning::GaussMarkov")
-            text = text.replace("TUNING.", "super::tuning::tuning().")
+            text = re.sub(r"\btuning::([A-Z_]+)\b", r"tuning::\1()", text)
         path.write_text(text)
     (source / "factor.rs").write_text(FACTOR)
     library = source / "lib.rs"

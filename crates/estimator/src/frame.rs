@@ -81,6 +81,11 @@ impl Held {
         self.fresh().then_some(self.value)
     }
 
+    /// The value, unless it has been held for long.
+    pub fn recent(&self) -> Option<f64> {
+        (self.known && self.age <= Inputs::STALE_AFTER).then_some(self.value)
+    }
+
     /// Takes the reading of a frame `dt` (s) after the last one, if it is finite and `possible`.
     fn take(&mut self, reading: Option<f64>, dt: f64, possible: impl Fn(f64) -> bool) -> Flags {
         // Stays finite.

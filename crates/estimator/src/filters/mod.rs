@@ -23,4 +23,4 @@ pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::LinkAngleKalman;
 pub(crate) use smoothing::smoothing_time;
 pub use traction::TractionObserver;
-pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, TorqueObserverParameters, UNIFORM};
+pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, UNIFORM, WheelParameters};

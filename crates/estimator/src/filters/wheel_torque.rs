@@ -7,7 +7,7 @@ use crate::deviation::GATE;
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TorqueObserverParameters {
+pub struct WheelParameters {
     /// J_wheel, kg m^2: resists the absolute spin.
     pub wheel_inertia: f64,
     /// J_rotor, kg m^2: resists the relative spin.
@@ -96,13 +96,7 @@ impl TorqueObserver {
 
     /// Advances by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the
     /// link's angular acceleration `alpha_link` (rad/s^2, counter-clockwise).
-    pub fn predict(
-        &mut self,
-        parameters: &TorqueObserverParameters,
-        dt: f64,
-        torque: f64,
-        alpha_link: f64,
-    ) {
+    pub fn predict(&mut self, parameters: &WheelParameters, dt: f64, torque: f64, alpha_link: f64) {
         let inertia = parameters.wheel_inertia + parameters.rotor_inertia;
         let (b, j) = (parameters.viscous_damping / inertia, 1.0 / inertia);
         let [_, omega, z, rate] = self.filter.x;
@@ -123,7 +117,7 @@ impl TorqueObserver {
 
     /// Noise of the torque reading, held over the interval `dt` (s), and of the ground's torque.
     /// `j` is the inverse inertia, 1/(kg m^2).
-    fn add_process_noise(&mut self, parameters: &TorqueObserverParameters, dt: f64, j: f64) {
+    fn add_process_noise(&mut self, parameters: &WheelParameters, dt: f64, j: f64) {
         let p = &mut self.filter.p;
         let kick = parameters.torque_sigma * dt * j;
         p[SPEED][SPEED] += kick * kick;
@@ -142,11 +136,7 @@ impl TorqueObserver {
 
     /// Corrects the states by a reading of the spin angle, rad. `None` for the first reading, which
     /// sets the angle.
-    pub fn measure(
-        &mut self,
-        parameters: &TorqueObserverParameters,
-        angle: f64,
-    ) -> Option<Innovation> {
+    pub fn measure(&mut self, parameters: &WheelParameters, angle: f64) -> Option<Innovation> {
         let r = parameters.encoder_sigma * parameters.encoder_sigma;
         if !self.started {
             self.started = true;
@@ -172,12 +162,7 @@ impl TorqueObserver {
 
     /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later,
     /// and the standard deviation of its prediction. `None` before the observer has settled.
-    pub fn turn(
-        &self,
-        parameters: &TorqueObserverParameters,
-        angle: f64,
-        dt: f64,
-    ) -> Option<(f64, f64)> {
+    pub fn turn(&self, parameters: &WheelParameters, angle: f64, dt: f64) -> Option<(f64, f64)> {
         if !(self.started && self.settled()) {
             return None;
         }
@@ -236,7 +221,7 @@ mod tests {
     use nalgebra::Matrix4;
     use proptest::prelude::*;
 
-    const PARAMETERS: TorqueObserverParameters = TorqueObserverParameters {
+    const PARAMETERS: WheelParameters = WheelParameters {
         wheel_inertia: 0.0075,
         rotor_inertia: 0.0864,
         viscous_damping: 0.15,
@@ -347,7 +332,7 @@ mod tests {
     #[test]
     fn the_stated_deviation_is_the_real_one() {
         let mut random = Random::new();
-        let parameters = TorqueObserverParameters {
+        let parameters = WheelParameters {
             encoder_sigma: 2e-5,
             ..PARAMETERS
         };
@@ -384,7 +369,7 @@ mod tests {
         let step = |rim_speed: f64| {
             let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
             let before = observer.filter.p[RATE][RATE];
-            let parameters = TorqueObserverParameters {
+            let parameters = WheelParameters {
                 rim_speed,
                 encoder_sigma: COUNT_SIGMA,
                 ..PARAMETERS
@@ -406,7 +391,7 @@ mod tests {
         observer.measure(&PARAMETERS, 0.0);
         let mut run = |steps: u32, unread_walk: f64| {
             for _ in 0..steps {
-                let parameters = TorqueObserverParameters {
+                let parameters = WheelParameters {
                     unread_walk,
                     ..PARAMETERS
                 };

@@ -2,7 +2,6 @@
 //! can reach.
 
 use super::drift::Between;
-use super::point::FrictionBounds;
 use core::ops::Range;
 
 /// Points in memory.
@@ -21,6 +20,17 @@ pub const NODE_EVERY: i64 = 6;
 /// Largest number of a point: at a spacing of 10 mm ten million kilometres.
 /// Guard.
 const LARGEST: f64 = 1e12;
+
+/// Bounds of the available friction mu_max at a place, each two standard deviations away from what
+/// was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionBounds {
+    /// mu_max is at least this: the largest |T/N| that a wheel has borne there without slip. 0
+    /// where nothing was borne.
+    pub at_least: f64,
+    /// mu_max is at most this: a wheel began to slip there. `None` where none has.
+    pub at_most: Option<f64>,
+}
 
 /// A stored point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,16 +67,16 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// No points, for a robot of the length (m) from the rear edge of its rear wheel to the front
-    /// edge of its front wheel.
-    pub fn new(length: f64) -> Self {
+    /// Distance between points, m, for a robot of the length (m) from the rear edge of its rear
+    /// wheel to the front edge of its front wheel.
+    pub fn spacing(length: f64) -> f64 {
         // `Geometry::check` refuses a robot without length. Without that check it must not fail
         // either.
-        Self::empty((length / REACH).clamp(1e-4, 1.0))
+        (length / REACH).clamp(1e-4, 1.0)
     }
 
     /// No points, at a distance of `spacing` (m).
-    pub fn empty(spacing: f64) -> Self {
+    pub fn new(spacing: f64) -> Self {
         Self {
             spacing,
             first: 0,
@@ -112,8 +122,11 @@ impl Cells {
     pub fn follow(&mut self, low: f64, high: f64) {
         let ahead = self.number(high) + 1 - (self.first + WINDOW - 1);
         let behind = self.number(low) - self.first;
-        let (ahead, behind) = (ahead.min(MOST_AT_ONCE), behind.clamp(-MOST_AT_ONCE, 0));
-        self.first += if ahead > 0 { ahead } else { behind };
+        self.first += if ahead > 0 {
+            ahead.min(MOST_AT_ONCE)
+        } else {
+            behind.clamp(-MOST_AT_ONCE, 0)
+        };
     }
 
     /// Points that the last sample left.
@@ -191,7 +204,7 @@ mod tests {
     /// Property: bounds are kept by place; places outside of the window keep none.
     #[test]
     fn bounds_belong_to_their_place() {
-        let mut cells = Cells::new(0.8);
+        let mut cells = Cells::new(Cells::spacing(0.8));
         cells.centre(0.0);
         let number = cells.number(0.1);
         let expected = FrictionBounds {

@@ -1,6 +1,6 @@
 //! What the wheels do at a point: the first one stores it, later ones measure it.
 
-use super::cells::{Cell, Cells, MOST_AT_ONCE, NODE_EVERY};
+use super::cells::{Cell, Cells, FrictionBounds, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::deviation::root_sum_square;
@@ -9,7 +9,7 @@ use robhaz_model::{Geometry, Vec2};
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead
 /// reckoning: the penetration depends on the load; the link angles lag.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
-pub(super) const UNEVEN: f64 = 3e-4;
+const UNEVEN: f64 = 3e-4;
 /// Correlation time of the error of the speed, s.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const SPEED_TIME: f64 = 1.0;
@@ -45,21 +45,55 @@ struct LastContact {
     tied: bool,
 }
 
+/// Length along the ground over which the error of a stored slope lasts, m: that of the penetration
+/// speed, 50 ms at 0.2 m/s.
+/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
+const SLOPE_LENGTH: f64 = 0.01;
+/// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of
+/// the wheel that comes there, too.
+/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
+const REPEATED: f64 = 8.7e-3;
+
+/// A point of the ground as the wheels have found it.
+///
+/// The origin is the contact point of the middle wheel where the section started: `x = 0`,
+/// `height = 0`. The robot knows neither its place in the world nor that place's height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundPoint {
+    /// Place along the path, m, horizontal, forward positive.
+    pub x: f64,
+    /// Standard deviation of `x`, m.
+    pub sigma_x: f64,
+    /// Height over the origin, m.
+    pub height: f64,
+    /// Standard deviation of the height at `x`, m. It includes that of `x`, times the slope.
+    pub sigma_height: f64,
+    /// Angle of the tangent, rad, positive where the ground rises forward.
+    pub slope: f64,
+    /// Standard deviation of the angle, rad.
+    pub sigma_slope: f64,
+    /// Bounds of the friction there.
+    pub friction: FrictionBounds,
+    /// Number of the section, from 0. A new section with an origin of its own starts when the
+    /// filters start anew: after a gap of the readings, or when the motion was estimated wrongly.
+    pub section: u32,
+}
+
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GroundMemory {
     started: bool,
     /// The section has ended: all its points leave the memory, and with the next sample a new one
     /// starts.
-    pub(super) ended: bool,
+    ended: bool,
     /// Number of the section.
-    pub(super) section: u32,
+    section: u32,
     /// Place of Q by dead reckoning, m.
     place: [f64; 2],
     /// Velocity at the last sample, m/s.
     velocity: [f64; 2],
     /// Variance of the place along the path, m^2.
-    pub(super) place_variance: f64,
+    place_variance: f64,
     /// Way since the drift was last advanced, m: horizontal, with its sign; and its length.
     way: [f64; 2],
     /// Length since the passes last showed the direction, m.
@@ -67,7 +101,7 @@ pub(crate) struct GroundMemory {
     /// Known points passed since then.
     passes_since_direction: i64,
     contacts: [LastContact; 3],
-    pub(super) cells: Cells,
+    cells: Cells,
     pub drift: Drift,
 }
 
@@ -76,10 +110,10 @@ impl GroundMemory {
     pub fn new(geometry: &Geometry) -> Self {
         let [front, _, rear] = geometry.axles;
         let length = front.x - rear.x + 2.0 * geometry.wheel_radius;
-        Self::empty(Cells::new(length), 0)
+        Self::empty(Cells::spacing(length), 0)
     }
 
-    fn empty(cells: Cells, section: u32) -> Self {
+    fn empty(spacing: f64, section: u32) -> Self {
         Self {
             started: false,
             ended: false,
@@ -91,7 +125,7 @@ impl GroundMemory {
             length_since_direction: 0.0,
             passes_since_direction: 0,
             contacts: Default::default(),
-            cells,
+            cells: Cells::new(spacing),
             drift: Drift::new(0.0, Lever { link: 0, arm: 0.0 }),
         }
     }
@@ -113,8 +147,7 @@ impl GroundMemory {
     }
 
     fn start_anew(&mut self) {
-        let cells = Cells::empty(self.cells.spacing);
-        *self = Self::empty(cells, self.section.saturating_add(1));
+        *self = Self::empty(self.cells.spacing, self.section.saturating_add(1));
     }
 
     /// Takes one sample. `bias`: bias of the inclinometers, rad. A sample with an impossible number
@@ -180,13 +213,7 @@ impl GroundMemory {
 
     /// Passes wheel `i` on to its contact. `Some` if it has passed a point since the last sample: whether
     /// another wheel, or this one before, has stored one of them.
-    fn pass(
-        &mut self,
-        i: usize,
-        touches: bool,
-        contact: &Contact,
-        slope_sigma: f64,
-    ) -> Option<bool> {
+    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, sigma: f64) -> Option<bool> {
         let last = self.contacts.get(i).copied()?;
         let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
         let steps = to.saturating_sub(from);
@@ -204,7 +231,7 @@ impl GroundMemory {
                 // A wheel that rests on a point passes it once.
                 if number != now.passed {
                     let at = contact.since(last.at, self.cells.place(number));
-                    if self.visit_point(number, steps > 0, &at, slope_sigma, &mut now) {
+                    if self.visit_point(number, steps > 0, &at, sigma, &mut now) {
                         passed = Some(true);
                     }
                 }
@@ -343,6 +370,118 @@ impl GroundMemory {
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
         let running = self.started && !self.ended;
         running.then(|| self.contacts.map(|last| last.at[0]))
+    }
+
+    /// All points in memory, in order of x.
+    pub fn points(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let window = self.cells.window().filter(|_| !self.ended);
+        window.filter_map(|number| self.point(number))
+    }
+
+    /// The points that the last sample left, in order of x.
+    pub fn completed(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let (all, left) = (self.cells.all(), self.cells.left());
+        let left = if self.ended { all } else { left };
+        left.filter_map(|number| self.point(number))
+    }
+
+    /// Angle of the ground at a place (m) as a wheel stored it, rad, and its standard deviation for
+    /// a wheel that comes to that place now. The deviation includes the error of the place relative
+    /// to the stored one, times the curvature. `None` where the ground is not known.
+    ///
+    /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says
+    /// nothing new to that filter: see [`Self::mapped_slope`].
+    pub fn slope_at(&self, x: f64) -> Option<(f64, f64)> {
+        let number = self.cells.number(x);
+        let (behind, ahead) = (self.cells.known(number)?, self.cells.known(number + 1)?);
+        let (slope, variance) = self.slope_of(number, behind);
+        let (next, next_variance) = self.slope_of(number + 1, ahead);
+        let share = (x - self.cells.place(number)) / self.cells.spacing;
+        let curvature = (next - slope) / self.cells.spacing;
+        let place = (self.place_variance - behind.place_variance).max(0.0);
+        let by_place = curvature * curvature * place;
+        let sigma = robhaz_model::sqrt(variance.max(next_variance) + by_place);
+        Some((slope + share * (next - slope), sigma))
+    }
+
+    /// What mapped ground shows of the contact angle of wheel `i`, rad, and the variance of the
+    /// white noise of the same effect, one measurement a point. `None` on unmapped ground.
+    pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
+        let place = self.wheel_places()?.get(i).copied()?;
+        let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
+        let white = (2.0 * SLOPE_LENGTH / self.cells.spacing).max(1.0);
+        Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
+    }
+
+    /// A stored point as it is known now.
+    fn point(&self, number: i64) -> Option<GroundPoint> {
+        let cell = self.cells.stored(number)?;
+        let (error, variance) = self.drift.at(Cells::between(number));
+        let (slope, slope_variance) = self.slope_of(number, cell);
+        let (rise, bend) = (tangent(slope), self.curvature(number));
+        let place = cell.place_variance;
+        Some(GroundPoint {
+            x: self.cells.place(number),
+            sigma_x: robhaz_model::sqrt(place),
+            height: cell.height - error,
+            sigma_height: robhaz_model::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
+            slope,
+            sigma_slope: robhaz_model::sqrt(slope_variance + bend * bend * place),
+            friction: self.cells.friction(number),
+            section: self.section,
+        })
+    }
+
+    /// Angle of the ground at a stored point, rad, and its variance, rad^2.
+    fn slope_of(&self, number: i64, cell: &Cell) -> (f64, f64) {
+        let spacing = self.cells.node_spacing();
+        let (error, variance) = self.drift.slope_at(Cells::between(number), spacing);
+        let level = level(cell.slope);
+        let variance = level * level * variance + cell.slope_variance;
+        (cell.slope - level * error, variance)
+    }
+
+    /// Change of the stored angle along x, rad/m, over up to three points on both sides; 0 where no
+    /// neighbour is known.
+    fn curvature(&self, number: i64) -> f64 {
+        const FAR: i64 = 3;
+        let slope = |other: i64| Some((other, self.cells.stored(other)?.slope));
+        let behind = (number - FAR..=number).find_map(slope);
+        let ahead = (number..=number + FAR).rev().find_map(slope);
+        match (behind, ahead) {
+            (Some((from, first)), Some((to, last))) if to > from => {
+                (last - first) / (self.cells.place(to) - self.cells.place(from))
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// A wheel bears T/N without slip at a place (m): mu_max is at least `bound`, -.
+    pub fn friction_held(&mut self, x: f64, bound: f64) {
+        if let Some(stored) = self.cells.friction_mut(self.cells.number(x)) {
+            stored.at_least = stored.at_least.max(bound);
+        }
+    }
+
+    /// A wheel began to slip at a place (m): mu_max is between the bounds, -. They replace what was
+    /// known there.
+    pub fn friction_measured(&mut self, x: f64, at_least: f64, at_most: f64) {
+        if let Some(stored) = self.cells.friction_mut(self.cells.number(x)) {
+            *stored = FrictionBounds {
+                at_least: at_least.max(0.0),
+                at_most: Some(at_most),
+            };
+        }
+    }
+
+    /// Bounds of the friction at a place in memory (m).
+    pub fn friction_at(&self, x: f64) -> FrictionBounds {
+        let number = self.cells.number(x);
+        if self.cells.window().contains(&number) {
+            self.cells.friction(number)
+        } else {
+            FrictionBounds::default()
+        }
     }
 }
 

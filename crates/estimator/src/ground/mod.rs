@@ -54,9 +54,8 @@ mod cells;
 mod drift;
 mod memory;
 mod motion;
-mod point;
-mod readout;
 
+pub use cells::FrictionBounds;
 pub(crate) use memory::GroundMemory;
+pub use memory::GroundPoint;
 pub(crate) use motion::GroundMotion;
-pub use point::{FrictionBounds, GroundPoint};

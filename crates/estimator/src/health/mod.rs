@@ -35,4 +35,3 @@ pub(crate) use monitor::{HealthMonitor, HealthSample, Innovations};
 pub(crate) use smoothing::WheelReadings;
 pub use start::LATE_TORQUE;
 pub(crate) use start::RollingRobot;
-pub(crate) use turning::TurnReadings;

@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
-use super::turning::{TurnReadings, Turning};
+use super::turning::Turning;
 use super::wiring::Wiring;
 use crate::frame::Inputs;
 use robhaz_model::Carrier;
@@ -52,8 +52,8 @@ pub(crate) struct HealthSample<'a> {
     /// Motor torques that must change from sample to sample, N m: those that are read now, have
     /// noise, and turn their wheel.
     pub varying_torque: [Option<f64>; 3],
-    /// Gyroscope and inclinometer of links 1 and 2; `None` if one has been missing for long.
-    pub links: [Option<TurnReadings>; 2],
+    /// Gyroscope (rad/s) and inclinometer (rad) of links 1 and 2; `None` if one has been missing for long.
+    pub links: [Option<(f64, f64)>; 2],
     /// Largest speed of a wheel's rim, m/s.
     pub rim: f64,
     /// Standard deviation of a gyroscope's bias, rad/s.
@@ -103,8 +103,8 @@ impl HealthMonitor {
         }
         self.fastest -= dt / (Mean::WINDOW + dt) * self.fastest;
         self.fastest = self.fastest.max(sample.rim);
-        for (turning, readings) in self.turning.iter_mut().zip(&sample.links) {
-            turning.update(readings.as_ref(), self.fastest, sample.rate_bias, dt);
+        for (turning, readings) in self.turning.iter_mut().zip(sample.links) {
+            turning.update(readings, self.fastest, sample.rate_bias, dt);
         }
         self.wiring
             .update(sample.wheels.as_ref(), sample.drives, robot, dt);
@@ -204,11 +204,8 @@ impl Mean {
             // In this order a NaN counts as the largest value.
             let limited = Self::LARGEST.min(nis);
             self.value += weight * (limited - self.value);
-            let threshold = if self.beyond {
-                Self::PASSES
-            } else {
-                Self::FAILS
-            };
+            let beyond = self.beyond;
+            let threshold = if beyond { Self::PASSES } else { Self::FAILS };
             self.beyond = self.value > threshold;
         }
     }

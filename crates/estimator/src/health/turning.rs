@@ -2,15 +2,6 @@
 
 use robhaz_model::GRAVITY;
 
-/// Readings of one link.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TurnReadings {
-    /// Gyroscope, rad/s.
-    pub rate: f64,
-    /// Inclinometer, rad.
-    pub inclination: f64,
-}
-
 /// Compares the inclinometer of one link with its gyroscope over times in which accelerations
 /// average out.
 ///
@@ -52,19 +43,20 @@ impl Turning {
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const MARGIN: f64 = 0.04;
 
-    /// Takes the readings of one sample, `dt` (s) after the last; starts anew without them. `speed`
+    /// Takes the readings of gyroscope (rad/s) and inclinometer (rad), `dt` (s) after the last; starts
+    /// anew without them. `speed`
     /// (m/s) is the largest of a rim of the last time, `bias` (rad/s) the standard deviation of a
     /// gyroscope's bias.
-    pub fn update(&mut self, readings: Option<&TurnReadings>, speed: f64, bias: f64, dt: f64) {
-        let Some(readings) = readings else {
+    pub fn update(&mut self, readings: Option<(f64, f64)>, speed: f64, bias: f64, dt: f64) {
+        let Some((rate, inclination)) = readings else {
             self.started = false;
             return;
         };
         if !self.started {
-            (self.started, self.angle, self.difference) = (true, readings.inclination, 0.0);
+            (self.started, self.angle, self.difference) = (true, inclination, 0.0);
         }
-        let predicted = self.angle + dt * readings.rate;
-        let difference = readings.inclination - predicted;
+        let predicted = self.angle + dt * rate;
+        let difference = inclination - predicted;
         self.angle = predicted + dt / (Self::FOLLOWS + dt) * difference;
         self.difference += dt / (Self::MEAN + dt) * (difference - self.difference);
         let of_speed = speed / (GRAVITY * Self::MEAN);
@@ -87,11 +79,11 @@ mod tests {
         let mut found = None;
         for k in 0..10_000 {
             let t = f64::from(k) * DT;
-            let readings = TurnReadings {
-                rate: scale * rate * libm::sin(t),
-                inclination: rate * (1.0 - libm::cos(t)) + 0.3,
-            };
-            turning.update(Some(&readings), 0.2, 0.0, DT);
+            let readings = (
+                scale * rate * libm::sin(t),
+                rate * (1.0 - libm::cos(t)) + 0.3,
+            );
+            turning.update(Some(readings), 0.2, 0.0, DT);
             if turning.apart && found.is_none() {
                 found = Some(t);
             }
@@ -121,11 +113,8 @@ mod tests {
         let mut turning = Turning::default();
         for k in 0..2000 {
             let impact = if k == 1000 { 0.2 / (DT * GRAVITY) } else { 0.0 };
-            let readings = TurnReadings {
-                rate: 0.0,
-                inclination: impact,
-            };
-            turning.update(Some(&readings), 0.2, 0.0, DT);
+            let readings = (0.0, impact);
+            turning.update(Some(readings), 0.2, 0.0, DT);
             assert!(!turning.apart);
         }
     }
@@ -136,11 +125,8 @@ mod tests {
         let mut turning = Turning::default();
         feed(&mut turning, 1.0, 0.2);
         turning.update(None, 0.2, 0.0, DT);
-        let readings = TurnReadings {
-            rate: 0.0,
-            inclination: -1.0,
-        };
-        turning.update(Some(&readings), 0.2, 0.0, DT);
+        let readings = (0.0, -1.0);
+        turning.update(Some(readings), 0.2, 0.0, DT);
         assert!(!turning.apart);
     }
 }

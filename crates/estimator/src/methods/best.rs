@@ -21,7 +21,7 @@ use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
-use crate::statics::{Arms, Forces, solve};
+use crate::statics::{Arms, Forces, input, solve};
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Robot, Vec2};
 
@@ -101,7 +101,7 @@ impl BestFilters {
         let (mut turned, mut speed) = (0.0, 0.0);
         for i in 0..3 {
             let (wheel, angle) = (&self.wheels[i], frame.wheel_angle[i]?);
-            turned += wheel.turned_too_far(nominal, &inputs.motor_torque[i], angle, dt)?;
+            turned += wheel.too_far(nominal, &inputs.motor_torque[i], angle, dt)?;
             speed += wheel.settled_speed()?.abs();
         }
         // Infinite at rest.
@@ -225,17 +225,15 @@ impl BestFilters {
         rolling: &[Option<RollingResiduals>; 3],
         dt: f64,
     ) -> [ContactEstimate; 3] {
-        let mut found = [ContactEstimate::default(); 3];
-        for i in 0..3 {
+        [0, 1, 2].map(|i| {
             let evidence = ContactEvidence {
                 load: self.last_normal_force[i] / mean_load,
                 ratio: self.last_traction[i] / self.last_normal_force[i],
                 rolling: rolling[i],
                 angles: self.method.contact_angles,
             };
-            found[i] = self.contact[i].update(&evidence, dt);
-        }
-        found
+            self.contact[i].update(&evidence, dt)
+        })
     }
 
     /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction
@@ -246,7 +244,7 @@ impl BestFilters {
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
         let touches = |i: usize| self.last_normal_force[i] > least;
         let angle = |i: usize| {
-            let (_, sigma) = self.motion.contact_angle_error(i);
+            let (_, sigma) = self.motion.input(input::CONTACT_ANGLE + i);
             (self.contact_angle(i, instant.inputs), sigma)
         };
         let compression = nominal.settings.compression;
@@ -292,7 +290,7 @@ impl BestFilters {
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
         let radius = nominal.robot.geometry.wheel_radius;
-        let offsets = [0, 1, 2].map(|i| self.motion.torque_offset(i).0);
+        let offsets = [0, 1, 2].map(|i| self.motion.input(input::TORQUE_OFFSET + i).0);
         let mean = offsets.iter().sum::<f64>() / 3.0;
         let sample = FrictionSample {
             forces,
@@ -322,13 +320,13 @@ impl BestFilters {
     /// Standard deviations of the angles, and the estimated errors of the readings.
     fn state_errors(&self, budget: &NoiseBudget, estimate: &mut Estimate) {
         let motion = &self.motion;
-        let contact_angle_error = [0, 1, 2].map(|i| motion.contact_angle_error(i));
+        let contact_angle_error = [0, 1, 2].map(|i| motion.input(input::CONTACT_ANGLE + i));
         let given = self.method.contact_angles == ContactAngles::Given;
         estimate.angle_sigma = Some(self.links.each_ref().map(|link| link.angle_sigma(budget)));
         estimate.contact_angle_sigma = Some(contact_angle_error.map(|(_, sigma)| sigma));
         estimate.reading_errors = Some(ReadingErrors {
-            torque_offset: [0, 1, 2].map(|i| motion.torque_offset(i)),
-            gear_friction: motion.gear_friction(),
+            torque_offset: [0, 1, 2].map(|i| motion.input(input::TORQUE_OFFSET + i)),
+            gear_friction: motion.input(input::GEAR_FRICTION),
             contact_angle: given.then_some(contact_angle_error),
             rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
         });

@@ -2,7 +2,7 @@
 
 use crate::deviation::{GATE, root_sum_square};
 use crate::filters::{
-    COUNT_SIGMA, Innovation, TorqueObserver, TorqueObserverParameters, UNIFORM, smoothing_time,
+    COUNT_SIGMA, Innovation, TorqueObserver, UNIFORM, WheelParameters, smoothing_time,
 };
 use crate::frame::{Held, Inputs, LONGEST_GAP};
 use crate::nominal::Nominal;
@@ -104,13 +104,7 @@ impl Wheel {
     ///
     /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g,
     /// change the speed by an acceleration a, and the angle by a dt^2/2.
-    pub fn turned_too_far(
-        &self,
-        nominal: &Nominal,
-        torque: &Held,
-        angle: f64,
-        dt: f64,
-    ) -> Option<f64> {
+    pub fn too_far(&self, nominal: &Nominal, torque: &Held, angle: f64, dt: f64) -> Option<f64> {
         let parameters = self.parameters(nominal, torque);
         let (turn, sigma) = self.observer.turn(&parameters, angle, dt)?;
         let turn = libm::copysign(1.0, self.speed) * turn;
@@ -121,10 +115,10 @@ impl Wheel {
         (turn > explained + GATE * sigma).then_some(turn)
     }
 
-    fn parameters(&self, nominal: &Nominal, torque: &Held) -> TorqueObserverParameters {
+    fn parameters(&self, nominal: &Nominal, torque: &Held) -> WheelParameters {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (budget, read) = (&settings.budget, torque.fresh());
-        TorqueObserverParameters {
+        WheelParameters {
             wheel_inertia: robot.mass.wheel_inertia,
             rotor_inertia: robot.mass.rotor_inertia,
             viscous_damping: settings.viscous_damping,
@@ -166,7 +160,7 @@ impl Wheel {
 
     /// For tests: a wheel observed at `speed` (rad/s) under a motor torque (N m).
     #[cfg(test)]
-    pub fn observed(parameters: &TorqueObserverParameters, torque: f64, speed: f64) -> Self {
+    pub fn observed(parameters: &WheelParameters, torque: f64, speed: f64) -> Self {
         let mut wheel = Self::new();
         wheel.observer.measure(parameters, 0.0);
         for k in 1..200 {

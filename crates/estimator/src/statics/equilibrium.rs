@@ -54,25 +54,27 @@ impl Equilibrium {
             return None;
         }
         let inverse_lever = 1.0 / lever;
-        let mut found = Self {
-            h_t: [Vector4::zeros(); 3],
-            h_n: [Vector4::zeros(); 3],
+        let tangents = contact_angle.map(|angle| {
+            let (sin, cos) = libm::sincos(angle);
+            Vec2::new(cos, sin)
+        });
+        let contacts = [0, 1, 2].map(|i| arms.axles[i] - perp(tangents[i]) * wheel_radius);
+        let column = |i: usize, force: Vec2| {
+            column(
+                force,
+                cross(contacts[i], force) * inverse_lever,
+                carriers[i],
+            )
+        };
+        Some(Self {
+            h_t: [0, 1, 2].map(|i| column(i, tangents[i])),
+            h_n: [0, 1, 2].map(|i| column(i, perp(tangents[i]))),
             f,
             pins,
-            tangents: [Vec2::zeros(); 3],
-            contacts: [Vec2::zeros(); 3],
+            tangents,
+            contacts,
             inverse_lever,
-        };
-        for i in 0..3 {
-            let (sin, cos) = libm::sincos(contact_angle[i]);
-            let (t, n) = (Vec2::new(cos, sin), Vec2::new(-sin, cos));
-            let contact = arms.axles[i] - n * wheel_radius;
-            found.h_t[i] = column(t, cross(contact, t) * inverse_lever, carriers[i]);
-            found.h_n[i] = column(n, cross(contact, n) * inverse_lever, carriers[i]);
-            found.tangents[i] = t;
-            found.contacts[i] = contact;
-        }
-        Some(found)
+        })
     }
 
     /// F' and the forces in P, R and S, N, for given loads: linear in the loads. Not finite where P

@@ -94,9 +94,9 @@ pub struct LoadCovariance(SMatrix<f64, LOAD_PARAMETERS, LOAD_PARAMETERS>);
 /// Why numbers are no covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadCovarianceError {
-    /// A number is not finite, or a variance is negative. Indices of row and column.
+    /// A number is not finite, or a variance is negative. Numbers of row and column, from 1.
     Entry(usize, usize),
-    /// The matrix is not symmetric. Indices of row and column.
+    /// The matrix is not symmetric. Numbers of row and column, from 1.
     Asymmetric(usize, usize),
     /// A combination of the parameters would have a negative variance.
     Indefinite,
@@ -107,18 +107,11 @@ impl core::fmt::Display for LoadCovarianceError {
         match self {
             Self::Entry(i, j) => write!(
                 f,
-                "row {}, column {} is not a finite number, or a variance below 0",
-                i + 1,
-                j + 1
+                "row {i}, column {j} is not a finite number, or a variance below 0"
             ),
-            Self::Asymmetric(i, j) => write!(
-                f,
-                "row {}, column {} differs from row {}, column {}",
-                i + 1,
-                j + 1,
-                j + 1,
-                i + 1
-            ),
+            Self::Asymmetric(i, j) => {
+                write!(f, "row {i}, column {j} differs from row {j}, column {i}")
+            }
             Self::Indefinite => write!(f, "a combination of rows has a variance below 0"),
         }
     }
@@ -146,11 +139,11 @@ impl LoadCovariance {
             for j in 0..LOAD_PARAMETERS {
                 let (entry, scale) = (matrix[(i, j)], matrix[(i, i)] * matrix[(j, j)]);
                 if !(entry.is_finite() && matrix[(i, i)] >= 0.0) {
-                    return Err(LoadCovarianceError::Entry(i, j));
+                    return Err(LoadCovarianceError::Entry(i + 1, j + 1));
                 }
                 let size = robhaz_model::sqrt(scale.max(0.0));
                 if !(libm::fabs(entry - matrix[(j, i)]) <= ROUNDING * size) {
-                    return Err(LoadCovarianceError::Asymmetric(i, j));
+                    return Err(LoadCovarianceError::Asymmetric(i + 1, j + 1));
                 }
                 if size > 0.0 {
                     scaled[(i, j)] = entry / size;
@@ -238,9 +231,9 @@ mod tests {
             LoadCovariance::new(&rows)
         };
         use LoadCovarianceError::{Asymmetric, Entry, Indefinite};
-        assert_eq!(changed(2, 2, -1.0), Err(Entry(2, 0)));
-        assert_eq!(changed(2, 3, f64::NAN), Err(Entry(2, 3)));
-        assert_eq!(changed(0, 3, 1e-5), Err(Asymmetric(0, 3)));
+        assert_eq!(changed(2, 2, -1.0), Err(Entry(3, 1)));
+        assert_eq!(changed(2, 3, f64::NAN), Err(Entry(3, 4)));
+        assert_eq!(changed(0, 3, 1e-5), Err(Asymmetric(1, 4)));
         (rows[0][1], rows[1][0]) = (2e-4, 2e-4);
         assert_eq!(LoadCovariance::new(&rows), Err(Indefinite));
     }

@@ -67,15 +67,6 @@ impl TorqueScale {
     }
 }
 
-/// Standard deviations that the stated forces have from the ratio, relative.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct StatedDeviation {
-    /// Of all tractions, the masses being right.
-    pub tractions: f64,
-    /// Of all forces, as by other masses.
-    pub forces: f64,
-}
-
 /// Finds the ratio, and decides what follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ScaleFilter {
@@ -87,7 +78,9 @@ pub(crate) struct ScaleFilter {
     pub applied: f64,
     /// Whether the ratio is beyond what the budget allows.
     pub contradicts: bool,
-    pub deviation: StatedDeviation,
+    /// Standard deviations that the stated forces have from the ratio, relative: of all tractions,
+    /// the masses being right; and of all forces, as by other masses.
+    pub deviation: [f64; 2],
 }
 
 impl ScaleFilter {
@@ -120,10 +113,7 @@ impl ScaleFilter {
             balance: WorkBalance::new(between, resisted, gain),
             applied: 1.0,
             contradicts: false,
-            deviation: StatedDeviation {
-                tractions: Self::PRIOR,
-                forces: payload,
-            },
+            deviation: [Self::PRIOR, payload],
         }
     }
 
@@ -155,10 +145,8 @@ impl ScaleFilter {
         }
         if self.contradicts {
             let left = log - applied;
-            self.deviation = StatedDeviation {
-                tractions: robhaz_model::sqrt(sigma * sigma + left * left),
-                forces: robhaz_model::sqrt((ratio - 1.0) * (ratio - 1.0) + sigma * sigma),
-            };
+            let of_forces = (ratio - 1.0) * (ratio - 1.0) + sigma * sigma;
+            self.deviation = [sigma * sigma + left * left, of_forces].map(robhaz_model::sqrt);
             if left.abs() < Self::FOLLOWS * sigma && before {
                 return false;
             }
@@ -176,7 +164,7 @@ impl ScaleFilter {
     /// Deviations while the budget allows the ratio. Its logarithm has the deviation `sigma`;
     /// `of_mass` of it is applied as the masses' share, `rest` is not. `mass` is the deviation of
     /// the described mass, which the loads have anyway.
-    fn within_budget(&self, rest: f64, of_mass: f64, sigma: f64, mass: f64) -> StatedDeviation {
+    fn within_budget(&self, rest: f64, of_mass: f64, sigma: f64, mass: f64) -> [f64; 2] {
         let square = |x: f64| x * x;
         let (measured, mass) = (square(sigma), square(mass));
         let posterior = |prior: f64| prior * measured / (prior + measured);
@@ -192,10 +180,8 @@ impl ScaleFilter {
         let most = if left { rest } else { of_mass };
         let allowed = square(Self::COUNTS) * (measured + mass);
         let excess = (1.0 - allowed / square(rest + of_mass)).max(0.0);
-        StatedDeviation {
-            tractions: robhaz_model::sqrt(of_scale),
-            forces: robhaz_model::sqrt(of_payload + excess * square(libm::expm1(most))),
-        }
+        let of_forces = of_payload + excess * square(libm::expm1(most));
+        [of_scale, of_forces].map(robhaz_model::sqrt)
     }
 
     /// By what the forces so found are multiplied to be stated.

@@ -6,7 +6,7 @@ use super::filter::{
     ACCELERATION, CONTACT_ANGLE, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, TORQUE_GAIN,
     TORQUE_OFFSET, VELOCITY,
 };
-use super::tuning::{GaussMarkov, TUNING};
+use super::tuning::{self, GaussMarkov};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{EDGE_GATE, GATE, root_sum_square};
 use crate::filters::Innovation;
@@ -45,36 +45,18 @@ pub(crate) struct RollingWheel {
     pub torque_sigma: f64,
 }
 
-/// The linear creep law of one wheel at one instant: slip speed = creep times T/N while the wheel
-/// sticks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Creep {
-    /// Creep speed, the slip speed at T = N by the linear law, m/s.
-    pub speed: f64,
-    /// T/N.
-    pub ratio: f64,
-}
-
-impl Creep {
+/// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
+/// with the fourth power of T/N.
+fn variance_factor(ratio: f64) -> f64 {
     /// T/N from which slip is no longer linear in it, -: on poor ground.
     /// Chosen; sensitive.
     const LINEAR_RATIO: f64 = 0.12;
-
-    /// Slip speed by the linear law, m/s.
-    pub fn slip(&self) -> f64 {
-        self.speed * self.ratio
-    }
-
-    /// Factor on the variance of the slip speed for what the linear law leaves out: it grows with
-    /// the fourth power of T/N.
-    pub fn variance_factor(&self) -> f64 {
-        let square = self.ratio * self.ratio / (Self::LINEAR_RATIO * Self::LINEAR_RATIO);
-        1.0 + square * square
-    }
+    let square = ratio * ratio / (LINEAR_RATIO * LINEAR_RATIO);
+    1.0 + square * square
 }
 
 /// Terms common to both constraints of one wheel.
-struct Constrained<'a> {
+struct Sample<'a> {
     /// Number of the wheel, 0 to 2.
     i: usize,
     wheel: &'a RollingWheel,
@@ -143,7 +125,7 @@ impl MotionFilter {
             let smooth = self.velocity() + wheel.smooth_relative;
             let noise = wheel.relative - wheel.smooth_relative;
             let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
-            let sample = Constrained {
+            let sample = Sample {
                 i,
                 wheel,
                 velocity: ContactVelocity::new(smooth, noise, slope),
@@ -162,12 +144,10 @@ impl MotionFilter {
         found
     }
 
-    /// Creep of wheel `i`.
-    pub(super) fn creep(&self, i: usize, wheel: &RollingWheel) -> Creep {
-        Creep {
-            speed: libm::exp(self.filter.x[CREEP + i]),
-            ratio: wheel.ratio,
-        }
+    /// Creep speed of wheel `i`, the slip speed at T = N by the linear law, m/s: slip speed = creep
+    /// times T/N while the wheel sticks.
+    fn creep(&self, i: usize) -> f64 {
+        libm::exp(self.filter.x[CREEP + i])
     }
 
     /// The direction of the velocity is the contact angle: the speed away from the ground is zero.
@@ -176,11 +156,7 @@ impl MotionFilter {
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias
     /// and noise, and the slip after an impact. And the standard deviation of the speed away from
     /// the ground at a single sample, m/s.
-    fn constrain_direction(
-        &mut self,
-        budget: &NoiseBudget,
-        sample: &Constrained<'_>,
-    ) -> (f64, f64) {
+    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Sample<'_>) -> (f64, f64) {
         let (i, wheel, velocity, dt) = (sample.i, sample.wheel, sample.velocity, sample.dt);
         let (bias, noise) = (wheel.bias_sigma, wheel.noise_sigma);
         // Derivatives of the speed away from the ground.
@@ -192,7 +168,7 @@ impl MotionFilter {
         let given = self.angles == ContactAngles::Given;
         // Below the speed at which a velocity has a direction, noise would pass for slopes.
         let correct = sample.correct && (given || velocity.rolls());
-        let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
+        let penetration = tuning::PENETRATION_SPEED.at_speed(sample.speed_ratio);
         let sample_variance = projection.variance
             + penetration.sigma * penetration.sigma
             + bias * bias
@@ -203,9 +179,9 @@ impl MotionFilter {
             projection = self.filter.project(&h);
         }
 
-        let mut shared = GaussMarkov::new(bias, TUNING.slip.time).white(dt) + noise * noise;
+        let mut shared = GaussMarkov::new(bias, tuning::SLIP.time).white(dt) + noise * noise;
         if self.is_after_impact() {
-            let (impact, edge) = (TUNING.impact_noise, TUNING.edge_noise);
+            let (impact, edge) = (tuning::IMPACT_NOISE, tuning::EDGE_NOISE);
             let noise = if given { impact } else { edge };
             shared += noise.white(dt);
         }
@@ -213,7 +189,7 @@ impl MotionFilter {
         if correct {
             self.correct(&projection, -velocity.away, r, GATE);
         } else {
-            let (_, sigma) = self.contact_angle_error(i);
+            let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
             let of_angle =
                 GaussMarkov::new(velocity.smooth_speed * sigma, budget.contact_angle_time);
             let r = r + of_angle.white(dt);
@@ -221,7 +197,7 @@ impl MotionFilter {
         }
         if !given {
             let angle = &mut self.filter.x[CONTACT_ANGLE + i];
-            *angle = angle.clamp(-TUNING.steepest, TUNING.steepest);
+            *angle = angle.clamp(-tuning::STEEPEST, tuning::STEEPEST);
         }
         (shared, robhaz_model::sqrt(sample_variance))
     }
@@ -233,10 +209,10 @@ impl MotionFilter {
     /// another wheel has met an edge, and the velocity of Q is wrong by that much. Without this
     /// distinction a wheel that meets a kerb looks like the other wheels on a downward slope.
     fn meet_edge(&mut self, i: usize, velocity: &ContactVelocity) {
-        self.impact = TUNING.impact_time;
+        self.impact = tuning::IMPACT_TIME;
         let away = velocity.away;
         if away > 0.0 {
-            let change = (away / velocity.speed).clamp(-TUNING.steepest, TUNING.steepest);
+            let change = (away / velocity.speed).clamp(-tuning::STEEPEST, tuning::STEEPEST);
             self.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] += change * change;
         } else {
             self.inflate_velocity(perp(velocity.direction) * away);
@@ -254,22 +230,17 @@ impl MotionFilter {
 
     /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and
     /// is beyond the gate counts as sliding. Returns the slip that the rim shows.
-    fn constrain_speed(
-        &mut self,
-        sample: &Constrained<'_>,
-        rim_speed: f64,
-        shared: f64,
-    ) -> SlipResidual {
+    fn constrain_speed(&mut self, sample: &Sample<'_>, rim: f64, shared: f64) -> SlipResidual {
         let (i, wheel, velocity, dt) = (sample.i, sample.wheel, sample.velocity, sample.dt);
-        let creep = self.creep(i, wheel);
-        let slip = creep.slip();
+        let creep = self.creep(i);
+        let slip = creep * wheel.ratio;
         // Derivative of the slip with respect to a torque error, which changes T/N.
-        let by_offset = -creep.speed / wheel.moment_of_load;
+        let by_offset = -creep / wheel.moment_of_load;
         let rolls = velocity.rolls();
         let on = if sample.correct && rolls { 1.0 } else { 0.0 };
         let ratio_sigma = self.ratio_sigma(i, wheel);
-        let pulls = wheel.ratio.abs() > TUNING.pulling * ratio_sigma;
-        let shows_creep = pulls && wheel.ratio.abs() < TUNING.linear_ratio;
+        let pulls = wheel.ratio.abs() > tuning::PULLING * ratio_sigma;
+        let shows_creep = pulls && wheel.ratio.abs() < tuning::LINEAR_RATIO;
         let of_creep = if shows_creep { on } else { 0.0 };
         let h = [
             (VELOCITY, velocity.direction.x),
@@ -280,11 +251,11 @@ impl MotionFilter {
             (TORQUE_GAIN + i, on * by_offset * wheel.torque),
         ];
         let projection = self.filter.project(&h);
-        let innovation = rim_speed - velocity.speed - slip;
+        let innovation = rim - velocity.speed - slip;
 
-        let unmodelled = TUNING.slip.at_speed(sample.speed_ratio);
-        let factor = creep.variance_factor();
-        let creep_sigma = creep.speed * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
+        let unmodelled = tuning::SLIP.at_speed(sample.speed_ratio);
+        let factor = variance_factor(wheel.ratio);
+        let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
         let mut correlated = creep_sigma * ratio_sigma;
         if !shows_creep {
             correlated = root_sum_square(correlated, creep_sigma * wheel.ratio);
@@ -304,8 +275,8 @@ impl MotionFilter {
             noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
         };
         if square(innovation) > square(GATE) * sample_variance {
-            if wheel.ratio.abs() > TUNING.sticking_ratio {
-                self.sliding[i] = TUNING.sliding_time;
+            if wheel.ratio.abs() > tuning::STICKING_RATIO {
+                self.sliding[i] = tuning::SLIDING_TIME;
             } else if rolls && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
                 self.inflate_velocity(velocity.direction * innovation);
@@ -316,12 +287,12 @@ impl MotionFilter {
             return residual;
         }
         let r = unmodelled.white(dt) * factor
-            + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
-            + GaussMarkov::new(of_torque, TUNING.filter_time).white(dt)
+            + GaussMarkov::new(correlated, tuning::SLIP.time).white(dt)
+            + GaussMarkov::new(of_torque, tuning::FILTER_TIME).white(dt)
             + shared;
         self.correct(&projection, innovation, r, GATE);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
-            *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
+            *creep = creep.clamp(tuning::LEAST_CREEP, tuning::GREATEST_CREEP);
         }
         residual
     }
@@ -381,14 +352,14 @@ impl MotionFilter {
     /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct
     /// nothing: all of the rim's speed is slip.
     pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel) -> RollingResiduals {
-        let creep = self.creep(i, wheel);
+        let creep = self.creep(i) * wheel.ratio;
         let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
         RollingResiduals {
             away: 0.0,
             away_sigma: noise,
             slip: wheel.rim_speed.map(|rim_speed| SlipResidual {
-                beyond_creep: rim_speed - creep.slip(),
-                creep: creep.slip(),
+                beyond_creep: rim_speed - creep,
+                creep,
                 variance: noise * noise,
                 noise,
             }),
@@ -404,7 +375,7 @@ impl MotionFilter {
     /// measurement of the robot's motion that does not need a wheel that grips.
     ///
     /// Both links measure the same acceleration of Q. Half of the excess of their difference over
-    /// [`TUNING`]`.apart` deviations is added to the correlated noise: otherwise a gyroscope with a
+    /// [`tuning::APART`] deviations is added to the correlated noise: otherwise a gyroscope with a
     /// wrong sign would pass for an acceleration, and no inclination would contradict it.
     pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
         self.since_acceleration += dt;
@@ -436,11 +407,11 @@ impl MotionFilter {
         let square = |sigma: f64| sigma * sigma;
         // Of the difference of two independent links; `white` is that of their mean.
         let agreeing = 4.0 * white + 2.0 * (square(of_angle) + square(of_turning));
-        let excess = 0.5 * (apart - TUNING.apart * robhaz_model::sqrt(agreeing)).max(0.0);
+        let excess = 0.5 * (apart - tuning::APART * robhaz_model::sqrt(agreeing)).max(0.0);
         let r = white
-            + white_of(of_angle, TUNING.angle_time)
-            + white_of(excess, TUNING.angle_time)
-            + white_of(of_turning, TUNING.filter_time);
+            + white_of(of_angle, tuning::ANGLE_TIME)
+            + white_of(excess, tuning::ANGLE_TIME)
+            + white_of(of_turning, tuning::FILTER_TIME);
         // No gate: an impact is an acceleration, too.
         let projection = self.filter.project(&[(ACCELERATION, 1.0)]);
         self.correct(&projection, innovation, r, f64::INFINITY);
@@ -452,36 +423,31 @@ impl MotionFilter {
     /// The variance of the unmodelled load becomes the larger of its decayed old value and
     /// `z^2 - (2 sigma)^2`, N^2; sigma is that without unmodelled load. A residual beyond the gate
     /// is an impact.
-    pub fn check_parity(
-        &mut self,
-        residual: &ParityResidual,
-        dt: f64,
-        correct: bool,
-    ) -> ParityCheck {
-        let square = residual.value * residual.value;
-        let h: [_; input::COUNT] = core::array::from_fn(|k| (INPUTS + k, residual.gradient[k]));
+    pub fn check_parity(&mut self, parity: &ParityResidual, dt: f64, correct: bool) -> ParityCheck {
+        let square = parity.value * parity.value;
+        let h: [_; input::COUNT] = core::array::from_fn(|k| (INPUTS + k, parity.gradient[k]));
         let projection = self.filter.project(&h);
         let innovation = Innovation {
-            value: -residual.value,
-            variance: projection.variance + residual.variance,
+            value: -parity.value,
+            variance: projection.variance + parity.variance,
         };
 
-        let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
+        let explained = tuning::MODELLED * tuning::MODELLED * innovation.variance;
         let gate = GATE * GATE * innovation.variance;
         let excess = square - explained;
         self.unmodelled_load = self.unmodelled_load.max(excess);
         // True at a residual beyond the gate, and afterwards until the variance has decayed below
         // this bound.
         if self.unmodelled_load > gate - explained {
-            self.impact = TUNING.impact_time;
+            self.impact = tuning::IMPACT_TIME;
         }
         let within_gate = square <= gate;
         if correct && within_gate {
             // Correlated errors enter as the equivalent white noise, with at least the variance of
             // this sample.
-            let correlated = (residual.variance + self.unmodelled_load)
-                * (2.0 * TUNING.filter_time / dt).max(1.0);
-            self.correct(&projection, -residual.value, correlated, f64::INFINITY);
+            let correlated = (parity.variance + self.unmodelled_load)
+                * (2.0 * tuning::FILTER_TIME / dt).max(1.0);
+            self.correct(&projection, -parity.value, correlated, f64::INFINITY);
         }
         ParityCheck {
             innovation,
@@ -626,10 +592,9 @@ mod tests {
     /// Closed form: twice at the limit, 16 times more at twice the ratio.
     #[test]
     fn the_variance_grows_beyond_the_linear_range() {
-        let factor = |ratio| Creep { speed: 0.01, ratio }.variance_factor();
         for (ratio, expected) in [(0.0, 1.0), (-0.12, 2.0), (0.24, 17.0)] {
             // Rounding of a dozen operations.
-            assert!((factor(ratio) - expected).abs() < 1e-12 * expected);
+            assert!((variance_factor(ratio) - expected).abs() < 1e-12 * expected);
         }
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! From [`INPUTS`] on the states are the uncertain inputs of eq. (8), in the order of [`input`].
 
-use super::tuning::{GaussMarkov, TUNING};
+use super::tuning::{self, GaussMarkov};
 use crate::deviation::GATE;
 use crate::filters::{Kalman, Projection};
 use crate::settings::{ContactAngles, NoiseBudget};
@@ -70,16 +70,16 @@ impl MotionFilter {
     pub fn new(budget: &NoiseBudget, angles: ContactAngles) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
-        x[CREEP..INPUTS].fill(TUNING.creep);
-        sigma[VELOCITY..CREEP].fill(TUNING.velocity_at_rest);
-        sigma[CREEP..INPUTS].fill(TUNING.creep_sigma);
-        sigma[ACCELERATION..CONTACT_ANGLE].fill(TUNING.acceleration.sigma);
+        x[CREEP..INPUTS].fill(tuning::CREEP);
+        sigma[VELOCITY..CREEP].fill(tuning::VELOCITY_AT_REST);
+        sigma[CREEP..INPUTS].fill(tuning::CREEP_SIGMA);
+        sigma[ACCELERATION..CONTACT_ANGLE].fill(tuning::ACCELERATION.sigma);
         sigma[CONTACT_ANGLE..TORQUE_OFFSET].fill(angle_sigma(budget, angles));
         sigma[TORQUE_OFFSET..GEAR_FRICTION].fill(budget.torque_offset);
         sigma[GEAR_FRICTION] = budget.gear_friction;
         sigma[TORQUE_GAIN..].fill(budget.torque_gain);
         let mut filter = Kalman::new(x, sigma);
-        let common = TUNING.common_creep * TUNING.creep_sigma * TUNING.creep_sigma;
+        let common = tuning::COMMON_CREEP * tuning::CREEP_SIGMA * tuning::CREEP_SIGMA;
         for (i, j) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
             filter.p[CREEP + i][CREEP + j] = common;
         }
@@ -106,14 +106,14 @@ impl MotionFilter {
     /// keeps its value and correlations.
     pub fn reset_velocity_variance(&mut self) {
         for v in [VELOCITY, VELOCITY + 1] {
-            self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;
+            self.filter.p[v][v] = tuning::UNKNOWN_VELOCITY * tuning::UNKNOWN_VELOCITY;
         }
     }
 
     /// Takes `velocity` (m/s) for that of Q, as uncertain as before, unless no reading could
     /// correct it any more.
     pub fn assume_velocity(&mut self, velocity: Vec2) {
-        let largest = GATE * TUNING.unknown_velocity;
+        let largest = GATE * tuning::UNKNOWN_VELOCITY;
         // Written so that a NaN is not taken.
         if velocity.norm_squared() < largest * largest {
             (self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1]) = (velocity.x, velocity.y);
@@ -132,7 +132,7 @@ impl MotionFilter {
         [p[x][x], p[x][y], p[y][y]]
     }
 
-    /// Whether an impact or an edge was found within the last `TUNING.impact_time`.
+    /// Whether an impact or an edge was found within the last `tuning::IMPACT_TIME`.
     pub fn is_after_impact(&self) -> bool {
         self.impact > 0.0
     }
@@ -142,20 +142,9 @@ impl MotionFilter {
         Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
     }
 
-    /// Error of the given contact angle of wheel `i`, rad, and its standard deviation. An unknown
-    /// angle counts as given with 0.
-    pub fn contact_angle_error(&self, i: usize) -> (f64, f64) {
-        self.filter.estimated(CONTACT_ANGLE + i)
-    }
-
-    /// Offset of the torque reading of wheel `i`, N m, and its standard deviation.
-    pub fn torque_offset(&self, i: usize) -> (f64, f64) {
-        self.filter.estimated(TORQUE_OFFSET + i)
-    }
-
-    /// Dry friction in the gears, N m, and its standard deviation.
-    pub fn gear_friction(&self) -> (f64, f64) {
-        self.filter.estimated(GEAR_FRICTION)
+    /// Estimated value of an uncertain input, in the order of [`input`], and its standard deviation.
+    pub fn input(&self, k: usize) -> (f64, f64) {
+        self.filter.estimated(INPUTS + k)
     }
 
     /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N
@@ -191,25 +180,18 @@ impl MotionFilter {
     }
 
     /// Measurement update: see [`Kalman::correct`].
-    pub(super) fn correct(
-        &mut self,
-        projection: &Projection<COUNT>,
-        innovation: f64,
-        r: f64,
-        gate: f64,
-    ) {
+    pub(super) fn correct(&mut self, seen: &Projection<COUNT>, innovation: f64, r: f64, gate: f64) {
         // After an impact errors of the readings are only considered: what an impact, an edge or a
         // false reading does to the innovations would pass for a torque offset, and last.
         let after = self.is_after_impact();
         let estimated = if after { TORQUE_OFFSET } else { TORQUE_GAIN };
-        self.filter
-            .correct(estimated, projection, innovation, r, gate);
+        self.filter.correct(estimated, seen, innovation, r, gate);
     }
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
     pub(super) fn speed_ratio(&self) -> f64 {
         let speed = robhaz_model::sqrt(self.velocity().norm_squared());
-        (speed / TUNING.reference_speed).max(1.0)
+        (speed / tuning::REFERENCE_SPEED).max(1.0)
     }
 
     /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant;
@@ -248,7 +230,7 @@ impl MotionFilter {
         let steps = match self.angles {
             ContactAngles::Given => dt / budget.contact_angle_time.max(1e-6),
             ContactAngles::Unknown => {
-                dt * robhaz_model::sqrt(self.velocity().norm_squared()) / TUNING.slope_length
+                dt * robhaz_model::sqrt(self.velocity().norm_squared()) / tuning::SLOPE_LENGTH
             }
         };
         libm::exp(-steps)
@@ -257,17 +239,15 @@ impl MotionFilter {
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
     fn acceleration_process(&self, measured: MeasuredAccelerations) -> GaussMarkov {
         let speed_ratio = self.speed_ratio();
-        let unmeasured = TUNING.acceleration.sigma * speed_ratio * speed_ratio;
-        let rims = TUNING.rim_factor * measured.rims;
-        let links = TUNING.link_factor * measured.links;
+        let unmeasured = tuning::ACCELERATION.sigma * speed_ratio * speed_ratio;
+        let rims = tuning::RIM_FACTOR * measured.rims;
+        let links = tuning::LINK_FACTOR * measured.links;
         let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
-        let (after, time) = (
-            self.is_after_impact(),
-            TUNING.acceleration.time / speed_ratio,
-        );
+        let after = self.is_after_impact();
+        let time = tuning::ACCELERATION.time / speed_ratio;
         GaussMarkov {
             sigma,
-            time: if after { TUNING.filter_time } else { time },
+            time: if after { tuning::FILTER_TIME } else { time },
         }
     }
 
@@ -318,7 +298,7 @@ impl MotionFilter {
         let given = self.angles == ContactAngles::Given;
         for i in 0..3 {
             let held = given && !fresh[i];
-            let walk = if held { TUNING.unread_angle_walk } else { 0.0 };
+            let walk = if held { tuning::UNREAD_ANGLE_WALK } else { 0.0 };
             let stationary = angle * angle * (1.0 - keep * keep);
             let state = CONTACT_ANGLE + i;
             self.filter.p[state][state] += stationary + walk * walk * dt;
@@ -330,9 +310,9 @@ impl MotionFilter {
     fn add_walks(&mut self, dt: f64) {
         let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
         for state in TORQUE_OFFSET..=GEAR_FRICTION {
-            self.filter.p[state][state] += TUNING.torque_walk * TUNING.torque_walk * dt;
+            self.filter.p[state][state] += tuning::TORQUE_WALK * tuning::TORQUE_WALK * dt;
         }
-        let change = TUNING.creep_walk * TUNING.creep_walk * travelled;
+        let change = tuning::CREEP_WALK * tuning::CREEP_WALK * travelled;
         for row in &mut self.filter.p[CREEP..CREEP + 3] {
             for entry in &mut row[CREEP..CREEP + 3] {
                 *entry += change;
@@ -347,8 +327,8 @@ impl MotionFilter {
         for time in &mut self.sliding {
             *time = (*time - dt).max(0.0);
         }
-        self.unmodelled_load *= libm::exp(-dt / TUNING.unmodelled_decay);
-        if self.unmodelled_load < TUNING.unmodelled_floor {
+        self.unmodelled_load *= libm::exp(-dt / tuning::UNMODELLED_DECAY);
+        if self.unmodelled_load < tuning::UNMODELLED_FLOOR {
             self.unmodelled_load = 0.0;
         }
     }
@@ -358,7 +338,7 @@ impl MotionFilter {
     /// counts): a contact angle lies between that of level ground and that of a wall.
     pub fn discard_motion(&mut self, spin: f64) {
         if self.angles == ContactAngles::Unknown {
-            let angle = libm::copysign(TUNING.held_angle, spin);
+            let angle = libm::copysign(tuning::HELD_ANGLE, spin);
             self.filter.x[CONTACT_ANGLE..CONTACT_ANGLE + 3].fill(-angle);
         }
     }
@@ -389,20 +369,20 @@ impl MotionFilter {
     /// unmodelled load is at least that.
     pub fn stand(&mut self, mean_load: f64) {
         for i in 0..2 {
-            self.filter.set(VELOCITY + i, 0.0, TUNING.velocity_at_rest);
+            self.filter.set(VELOCITY + i, 0.0, tuning::VELOCITY_AT_REST);
             self.filter
-                .set(ACCELERATION + i, 0.0, TUNING.acceleration.sigma);
+                .set(ACCELERATION + i, 0.0, tuning::ACCELERATION.sigma);
         }
         if self.angles == ContactAngles::Unknown {
             for state in CONTACT_ANGLE..CONTACT_ANGLE + 3 {
                 let angle = self.filter.x[state];
-                self.filter.set(state, angle, TUNING.held_angle);
+                self.filter.set(state, angle, tuning::HELD_ANGLE);
             }
             // The root of three times 3/4.
-            let second_order = 1.5 * mean_load * TUNING.held_angle * TUNING.held_angle;
+            let second_order = 1.5 * mean_load * tuning::HELD_ANGLE * tuning::HELD_ANGLE;
             self.unmodelled_load = self.unmodelled_load.max(second_order * second_order);
         }
-        self.impact = TUNING.impact_time;
+        self.impact = tuning::IMPACT_TIME;
     }
 
     /// For tests: adds `change` to the uncertain input `k`.
@@ -416,7 +396,7 @@ impl MotionFilter {
 /// slope where the angle is unknown.
 fn angle_sigma(budget: &NoiseBudget, angles: ContactAngles) -> f64 {
     match angles {
-        ContactAngles::Given => budget.contact_angle.max(TUNING.least_angle),
-        ContactAngles::Unknown => TUNING.slope,
+        ContactAngles::Given => budget.contact_angle.max(tuning::LEAST_ANGLE),
+        ContactAngles::Unknown => tuning::SLOPE,
     }
 }

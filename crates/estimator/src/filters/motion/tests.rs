@@ -5,7 +5,7 @@ use super::filter::{
     CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MeasuredAccelerations, MotionFilter, TORQUE_GAIN,
     TORQUE_OFFSET, VELOCITY,
 };
-use super::tuning::TUNING;
+use super::tuning;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use crate::testing::Random;
@@ -189,7 +189,7 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
     let expected = 400.0 - 4.0 * impact.innovation.variance;
     // Rounding of 400 N^2.
     assert!((motion.unmodelled_load - expected).abs() < 1e-9);
-    assert!(motion.impact >= TUNING.impact_time);
+    assert!(motion.impact >= tuning::IMPACT_TIME);
     for _ in 0..100 {
         motion.predict(
             &budget,
@@ -199,7 +199,7 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
             MeasuredAccelerations::default(),
         );
     }
-    let decayed = expected * libm::exp(-0.1 / TUNING.unmodelled_decay);
+    let decayed = expected * libm::exp(-0.1 / tuning::UNMODELLED_DECAY);
     assert!((motion.unmodelled_load - decayed).abs() < 1e-9 * expected);
     // The prediction of the residual itself does not change: its NIS shows impacts.
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).innovation;
@@ -320,7 +320,7 @@ fn only_a_velocity_away_from_the_ground_shows_an_edge() {
         wheel.rim_speed = None;
         let velocity = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
         motion.roll(&budget, &[Some(wheel), None, None], DT, true);
-        let (angle, sigma) = motion.contact_angle_error(0);
+        let (angle, sigma) = motion.input(input::CONTACT_ANGLE + 0);
         let change = libm::atan(0.5);
         if upwards {
             assert!(sigma > 0.3 * change, "{sigma}");
@@ -344,14 +344,14 @@ fn an_impact_changes_no_torque_offset() {
     for is_after in [false, true] {
         let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
         if is_after {
-            motion.impact = TUNING.impact_time;
+            motion.impact = tuning::IMPACT_TIME;
         }
         let before = motion.filter.estimated(TORQUE_OFFSET);
         assert!(check(&mut motion, &h, 0.5, 1e-4, DT).within_gate);
         let after = motion.filter.estimated(TORQUE_OFFSET);
         let unchanged = before.0.to_bits() == after.0.to_bits();
         assert_eq!(unchanged, is_after);
-        assert!(motion.contact_angle_error(0).0.abs() > 1e-6);
+        assert!(motion.input(input::CONTACT_ANGLE + 0).0.abs() > 1e-6);
     }
 }
 
@@ -408,12 +408,15 @@ fn mapped_terrain_corrects_a_contact_angle() {
     let (mut motion, _) = rolling_without_angles();
     let mut stands = motion;
     motion.correct_contact_angle(1, 0.0, 0.03, 3e-4);
-    let (error, sigma) = motion.contact_angle_error(1);
+    let (error, sigma) = motion.input(input::CONTACT_ANGLE + 1);
     // A prior variance of 1e-4 beside 3e-4: a quarter of the way, and three quarters of the
     // variance.
     assert!((error + 0.25 * 0.03).abs() < 1e-12, "{error}");
     assert!((sigma * sigma - 0.75e-4).abs() < 1e-12, "{sigma}");
-    assert_eq!(motion.contact_angle_error(0).0.to_bits(), 0.0_f64.to_bits());
+    assert_eq!(
+        motion.input(input::CONTACT_ANGLE + 0).0.to_bits(),
+        0.0_f64.to_bits()
+    );
 
     stands.filter.x[VELOCITY] = 0.0;
     let before = stands;
@@ -447,9 +450,9 @@ fn unknown_contact_angles_revert_along_the_ground() {
         motion.predict(&NoiseBudget::typical(), DT, [false; 3], &[0.1; 3], still);
     }
     let distance = 0.2 * DT * f64::from(steps);
-    let expected = 0.1 * (1.0 - libm::exp(-distance / TUNING.slope_length));
+    let expected = 0.1 * (1.0 - libm::exp(-distance / tuning::SLOPE_LENGTH));
     for i in 0..3 {
-        let angle = -motion.contact_angle_error(i).0;
+        let angle = -motion.input(input::CONTACT_ANGLE + i).0;
         // Rounding of 400 steps.
         assert!((angle - expected).abs() < 1e-12, "{angle} {expected}");
     }

@@ -3,7 +3,7 @@
 //!
 //! A value without a reason beside it is an engineering assumption of the stated size.
 //! `docs/measurements` has the errors that this tuning reaches, and what half and double of each
-//! value do (`sensitivity.md`).
+//! value do (`sensitivity.md`). A [`GaussMarkov`] is a standard deviation and a correlation time.
 
 /// A time-correlated error: a first-order Gauss-Markov process, given by its stationary standard
 /// deviation (in the unit of its quantity) and its correlation time (s).
@@ -38,172 +38,130 @@ impl GaussMarkov {
     }
 }
 
-/// Constants of the motion filter. A [`GaussMarkov`] is a standard deviation and a correlation
-/// time.
-pub struct Tuning {
-    /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k =
-    /// speed/reference, at least 1, the standard deviations of penetration speed and slip grow with
-    /// k, that of the acceleration with k^2. The correlation times fall with 1/k.
-    /// Chosen; sensitive.
-    pub reference_speed: f64,
-    /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard
-    /// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
-    /// Chosen; sensitive.
-    pub acceleration: GaussMarkov,
-    /// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
-    /// Chosen; sensitive.
-    pub rim_factor: f64,
-    /// Standard deviation of Q's acceleration over the acceleration that the links' rotation
-    /// causes, -.
-    /// Chosen; sensitive.
-    pub link_factor: f64,
-    /// Standard deviation of the velocity of a robot at rest, m/s.
-    /// Guard.
-    pub velocity_at_rest: f64,
-    /// Standard deviation of an unknown velocity, m/s: after a gap between frames.
-    /// Guard.
-    pub unknown_velocity: f64,
-    /// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 5 %
-    /// over 50 ms.
-    /// Chosen; sensitive.
-    pub penetration_speed: GaussMarkov,
-    /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer
-    /// within seconds, so that what both have in common shows no acceleration.
-    /// Chosen; sensitive.
-    pub angle_time: f64,
-    /// Difference between the accelerations that the two links show that is no contradiction, in
-    /// standard deviations.
-    /// Chosen; sensitive.
-    pub apart: f64,
-    /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at
-    /// the reference speed. It is a rolling-radius error of 0.1 %. The time, not scaled by the
-    /// speed, also holds for the gyroscope's bias and for the error of creep times T/N.
-    /// Chosen; sensitive.
-    pub slip: GaussMarkov,
-    /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100
-    /// mm/s on soft ground at 0.2 m/s (slip ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and
-    /// Vehicle Dynamics, ch. 3).
-    /// Chosen; sensitive.
-    pub creep: f64,
-    /// Standard deviation of that prior, -.
-    /// Chosen; sensitive.
-    pub creep_sigma: f64,
-    /// Correlation of two wheels in that prior, 0 to 1: wheels on one ground.
-    /// Chosen; sensitive.
-    pub common_creep: f64,
-    /// Upper limit of the logarithm of the creep speed in m/s: false readings could carry it to
-    /// where no later one corrects it.
-    /// Chosen; sensitive.
-    pub greatest_creep: f64,
-    /// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
-    /// Chosen; sensitive.
-    pub least_creep: f64,
-    /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that
-    /// is missing shows a torque offset, not a hard wheel: a creep of zero would explain any
-    /// offset.
-    /// Chosen; sensitive.
-    pub pulling: f64,
-    /// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the
-    /// temperature of the motors.
-    /// Chosen; insensitive.
-    pub torque_walk: f64,
-    /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
-    /// Chosen; sensitive.
-    pub creep_walk: f64,
-    /// Correlation time of errors that observers and low passes leave, s: in the torques, in the
-    /// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
-    /// after an impact.
-    /// Chosen; sensitive.
-    pub filter_time: f64,
-    /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
-    /// line between the wheels, rad.
-    /// Chosen; sensitive.
-    pub slope: f64,
-    /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter
-    /// waves.
-    /// Chosen; sensitive.
-    pub slope_length: f64,
-    /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
-    /// Chosen; insensitive.
-    pub unread_angle_walk: f64,
-    /// Steepest contact angle, rad, where none is given.
-    /// Guard: near a wall.
-    pub steepest: f64,
-    /// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation,
-    /// rad: anything between level ground and a wall.
-    /// Chosen; insensitive.
-    pub held_angle: f64,
-    /// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater
-    /// creep speed would explain. Chosen: with 0.25 wheels that push against a riser under a
-    /// low-gain drive teach nothing, and the parity residual contradicts them.
-    pub linear_ratio: f64,
-    /// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong
-    /// velocity. Chosen: with 0.15 the error of N in `ditch` under the PI drive is 2.6 in place of
-    /// 1.8 %, other cases hardly change.
-    pub sticking_ratio: f64,
-    /// Lower limit of the contact-angle error, rad, where the budget is zero.
-    /// Guard.
-    pub least_angle: f64,
-    /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s;
-    /// after a parity outlier until this time after the unmodelled load has decayed.
-    /// Chosen; sensitive.
-    pub impact_time: f64,
-    /// Time for which a wheel counts as sliding after an outlier of its slip, s.
-    /// Chosen; insensitive.
-    pub sliding_time: f64,
-    /// Additional measurement noise of both rolling constraints after an impact, with given contact
-    /// angles: standard deviation, m/s, and correlation time, s. They hardly count then.
-    /// Chosen; insensitive.
-    pub impact_noise: GaussMarkov,
-    /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The
-    /// direction of the velocity is then the only source of the angle.
-    /// Chosen; sensitive.
-    pub edge_noise: GaussMarkov,
-    /// Size of a parity residual that is not yet unmodelled load, in standard deviations.
-    /// Chosen; sensitive.
-    pub modelled: f64,
-    /// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
-    /// on two contacts under a low-gain drive has a parity residual beyond its gate for seconds.
-    pub unmodelled_decay: f64,
-    /// Variance of the unmodelled load below which it becomes zero, N^2.
-    /// Guard.
-    pub unmodelled_floor: f64,
-}
-
-/// The values for all sensors, grounds and robots.
-pub const TUNING: Tuning = Tuning {
-    reference_speed: 0.2,
-    acceleration: GaussMarkov::new(0.015, 1.0),
-    rim_factor: 2.0,
-    link_factor: 1.0,
-    velocity_at_rest: 0.01,
-    unknown_velocity: 0.5,
-    penetration_speed: GaussMarkov::new(5e-4, 0.05),
-    angle_time: 10.0,
-    apart: 2.0,
-    slip: GaussMarkov::new(2e-4, 0.5),
-    creep: -3.5,      // 30 mm/s
-    creep_sigma: 0.8, // a factor of 2.2: 39 mm/s
-    common_creep: 0.9,
-    greatest_creep: -1.2, // 0.3 m/s
-    least_creep: -7.6,    // 0.5 mm/s
-    pulling: 6.0,
-    torque_walk: 1e-3,
-    creep_walk: 0.2,
-    filter_time: 0.03,
-    slope: 0.2,
-    slope_length: 0.08,
-    unread_angle_walk: 0.5,
-    steepest: 1.4,
-    held_angle: 0.6,
-    linear_ratio: 0.35,
-    sticking_ratio: 0.25,
-    least_angle: 1e-3,
-    impact_time: 0.2,
-    sliding_time: 0.1,
-    impact_noise: GaussMarkov::new(0.1, 0.1),
-    edge_noise: GaussMarkov::new(0.0045, 0.1),
-    modelled: 2.0,
-    unmodelled_decay: 0.02,
-    unmodelled_floor: 1e-6,
-};
+/// Speed for which [`ACCELERATION`], [`PENETRATION_SPEED`] and [`SLIP`] hold, m/s. With k =
+/// speed/reference, at least 1, the standard deviations of penetration speed and slip grow with
+/// k, that of the acceleration with k^2. The correlation times fall with 1/k.
+/// Chosen; sensitive.
+pub const REFERENCE_SPEED: f64 = 0.2;
+/// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard
+/// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
+/// Chosen; sensitive.
+pub const ACCELERATION: GaussMarkov = GaussMarkov::new(0.015, 1.0);
+/// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
+/// Chosen; sensitive.
+pub const RIM_FACTOR: f64 = 2.0;
+/// Standard deviation of Q's acceleration over the acceleration that the links' rotation
+/// causes, -.
+/// Chosen; sensitive.
+pub const LINK_FACTOR: f64 = 1.0;
+/// Standard deviation of the velocity of a robot at rest, m/s.
+/// Guard.
+pub const VELOCITY_AT_REST: f64 = 0.01;
+/// Standard deviation of an unknown velocity, m/s: after a gap between frames.
+/// Guard.
+pub const UNKNOWN_VELOCITY: f64 = 0.5;
+/// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 5 %
+/// over 50 ms.
+/// Chosen; sensitive.
+pub const PENETRATION_SPEED: GaussMarkov = GaussMarkov::new(5e-4, 0.05);
+/// Correlation time of the error of a link's angle, s. The angle follows its inclinometer
+/// within seconds, so that what both have in common shows no acceleration.
+/// Chosen; sensitive.
+pub const ANGLE_TIME: f64 = 10.0;
+/// Difference between the accelerations that the two links show that is no contradiction, in
+/// standard deviations.
+/// Chosen; sensitive.
+pub const APART: f64 = 2.0;
+/// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at
+/// the reference speed. It is a rolling-radius error of 0.1 %. The time, not scaled by the
+/// speed, also holds for the gyroscope's bias and for the error of creep times T/N.
+/// Chosen; sensitive.
+pub const SLIP: GaussMarkov = GaussMarkov::new(2e-4, 0.5);
+/// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100
+/// mm/s on soft ground at 0.2 m/s (slip ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and
+/// Vehicle Dynamics, ch. 3).
+/// Chosen; sensitive.
+pub const CREEP: f64 = -3.5; // 30 mm/s
+/// Standard deviation of that prior, -.
+/// Chosen; sensitive.
+pub const CREEP_SIGMA: f64 = 0.8; // a factor of 2.2: 39 mm/s
+/// Correlation of two wheels in that prior, 0 to 1: wheels on one ground.
+/// Chosen; sensitive.
+pub const COMMON_CREEP: f64 = 0.9;
+/// Upper limit of the logarithm of the creep speed in m/s: false readings could carry it to
+/// where no later one corrects it.
+/// Chosen; sensitive.
+pub const GREATEST_CREEP: f64 = -1.2; // 0.3 m/s
+/// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
+/// Chosen; sensitive.
+pub const LEAST_CREEP: f64 = -7.6; // 0.5 mm/s
+/// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that
+/// is missing shows a torque offset, not a hard wheel: a creep of zero would explain any
+/// offset.
+/// Chosen; sensitive.
+pub const PULLING: f64 = 6.0;
+/// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the
+/// temperature of the motors.
+/// Chosen; insensitive.
+pub const TORQUE_WALK: f64 = 1e-3;
+/// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
+/// Chosen; sensitive.
+pub const CREEP_WALK: f64 = 0.2;
+/// Correlation time of errors that observers and low passes leave, s: in the torques, in the
+/// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
+/// after an impact.
+/// Chosen; sensitive.
+pub const FILTER_TIME: f64 = 0.03;
+/// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
+/// line between the wheels, rad.
+/// Chosen; sensitive.
+pub const SLOPE: f64 = 0.2;
+/// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter
+/// waves.
+/// Chosen; sensitive.
+pub const SLOPE_LENGTH: f64 = 0.08;
+/// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
+/// Chosen; insensitive.
+pub const UNREAD_ANGLE_WALK: f64 = 0.5;
+/// Steepest contact angle, rad, where none is given.
+/// Guard: near a wall.
+pub const STEEPEST: f64 = 1.4;
+/// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation,
+/// rad: anything between level ground and a wall.
+/// Chosen; insensitive.
+pub const HELD_ANGLE: f64 = 0.6;
+/// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater
+/// creep speed would explain. Chosen: with 0.25 wheels that push against a riser under a
+/// low-gain drive teach nothing, and the parity residual contradicts them.
+pub const LINEAR_RATIO: f64 = 0.35;
+/// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong
+/// velocity. Chosen: with 0.15 the error of N in `ditch` under the PI drive is 2.6 in place of
+/// 1.8 %, other cases hardly change.
+pub const STICKING_RATIO: f64 = 0.25;
+/// Lower limit of the contact-angle error, rad, where the budget is zero.
+/// Guard.
+pub const LEAST_ANGLE: f64 = 1e-3;
+/// Time after an impact or at an edge for which measurements are down-weighted or skipped, s;
+/// after a parity outlier until this time after the unmodelled load has decayed.
+/// Chosen; sensitive.
+pub const IMPACT_TIME: f64 = 0.2;
+/// Time for which a wheel counts as sliding after an outlier of its slip, s.
+/// Chosen; insensitive.
+pub const SLIDING_TIME: f64 = 0.1;
+/// Additional measurement noise of both rolling constraints after an impact, with given contact
+/// angles: standard deviation, m/s, and correlation time, s. They hardly count then.
+/// Chosen; insensitive.
+pub const IMPACT_NOISE: GaussMarkov = GaussMarkov::new(0.1, 0.1);
+/// The same where no contact angle is given: mean slip of a wheel that meets an edge. The
+/// direction of the velocity is then the only source of the angle.
+/// Chosen; sensitive.
+pub const EDGE_NOISE: GaussMarkov = GaussMarkov::new(0.0045, 0.1);
+/// Size of a parity residual that is not yet unmodelled load, in standard deviations.
+/// Chosen; sensitive.
+pub const MODELLED: f64 = 2.0;
+/// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
+/// on two contacts under a low-gain drive has a parity residual beyond its gate for seconds.
+pub const UNMODELLED_DECAY: f64 = 0.02;
+/// Variance of the unmodelled load below which it becomes zero, N^2.
+/// Guard.
+pub const UNMODELLED_FLOOR: f64 = 1e-6;

@@ -3,7 +3,6 @@
 extern crate std;
 
 use super::super::motion::GroundMotion;
-use super::super::point::{FrictionBounds, GroundPoint};
 use super::*;
 use proptest::prelude::*;
 use std::vec;

@@ -5,8 +5,7 @@ use crate::contact::{ContactEstimate, ContactState};
 use crate::flags::Flags;
 use crate::frame::{Held, Inputs};
 use crate::health::{
-    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, TurnReadings,
-    WheelReadings,
+    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, WheelReadings,
 };
 use crate::nominal::{Instant, Nominal};
 use crate::settings::NoiseBudget;
@@ -59,10 +58,11 @@ impl BestFilters {
             let torque = instant.inputs.motor_torque[i].now();
             torque.filter(|_| has_noise && rim[i] > DRIVING_SPEED)
         };
+        let (rate, inclination) = (&instant.inputs.rate, &instant.inputs.inclination);
         let sample = HealthSample {
             innovations,
             varying_torque: [varying(0), varying(1), varying(2)],
-            links: [0, 1].map(|k| turn_readings(instant.inputs, k)),
+            links: [0, 1].map(|k| rate[k].recent().zip(inclination[k].recent())),
             rim: rim.into_iter().fold(0.0, f64::max),
             rate_bias: nominal.settings.budget.rate_bias,
             wheels: wheel_readings(instant.inputs),
@@ -150,21 +150,11 @@ impl BestFilters {
     /// Adds what an error of the torques' scale and one of the mass would change to the covariance
     /// of the forces; `by_scale` is what an error of 1 of the scale changes, N.
     pub(super) fn consider_scale(&self, by_scale: &[f64; 6], forces: &mut Forces) {
-        let deviation = self.scale.deviation;
+        let [of_tractions, of_forces] = self.scale.deviation;
         let ([t1, t2, t3], [n1, n2, n3]) = (forces.traction, forces.normal);
-        forces.add_error(&by_scale.map(|force| deviation.tractions * force));
-        forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| deviation.forces * force));
+        forces.add_error(&by_scale.map(|force| of_tractions * force));
+        forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| of_forces * force));
     }
-}
-
-/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
-fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
-    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
-    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
-    (serves(rate) && serves(inclination)).then_some(TurnReadings {
-        rate: rate.value,
-        inclination: inclination.value,
-    })
 }
 
 /// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.

@@ -205,9 +205,14 @@ fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
     let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
         return [None; 3];
     };
-    let [x, y, z] = [a, b, c].map(|slip| slip.beyond_creep);
-    let (low, high) = if x < y { (a, b) } else { (b, a) };
-    let middle = if z < low.beyond_creep { low } else { c };
-    let middle = if z > high.beyond_creep { high } else { middle };
+    let ordered = a.beyond_creep < b.beyond_creep;
+    let (low, high) = if ordered { (a, b) } else { (b, a) };
+    let middle = if c.beyond_creep < low.beyond_creep {
+        low
+    } else if c.beyond_creep > high.beyond_creep {
+        high
+    } else {
+        c
+    };
     [a, b, c].map(|slip| Some(slip.nis_beside(&middle)))
 }

@@ -51,7 +51,7 @@ impl BestFilters {
 
     /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.
     pub(super) fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
-        inputs.contact_angle[i].value - self.motion.contact_angle_error(i).0
+        inputs.contact_angle[i].value - self.motion.input(input::CONTACT_ANGLE + i).0
     }
 
     /// Tractions corrected for the estimated errors of the torque readings.

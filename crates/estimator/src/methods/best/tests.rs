@@ -1,7 +1,7 @@
 //! Tests of `best` as a whole.
 
 use super::*;
-use crate::filters::TorqueObserverParameters;
+use crate::filters::WheelParameters;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::settings::Method;
 use crate::statics::input;
@@ -21,7 +21,7 @@ proptest! {
         speeds in prop::array::uniform3(-0.02_f64..0.02),
     ) {
         let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
-        let parameters = TorqueObserverParameters {
+        let parameters = WheelParameters {
             wheel_inertia: 0.0075, rotor_inertia: 0.0864, viscous_damping: 0.15,
             encoder_sigma: 1e-5, torque_sigma: 0.1, rim_speed: 0.0,
             unread_walk: 0.0,
