@@ -111,7 +111,7 @@ def transform(source):
         path.write_text(text)
     (source / "factor.rs").write_text(FACTOR)
     library = source / "lib.rs"
-    library.write_text(library.read_text().replace("#![no_std]", "").replace("mod bit_set;", "mod bit_set;\nmod factor;"))
+    library.write_text(library.read_text().replace("#![no_std]", "").replace("mod contact;", "mod contact;\nmod factor;"))
     return names
 
 

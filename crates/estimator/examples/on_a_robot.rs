@@ -39,12 +39,11 @@ fn read_sensors(k: u32) -> Raw {
     // From rest to 2 rad/s within a second.
     let driven = seconds - 0.2;
     let starts = (0.0..1.0).contains(&driven);
-    let (turned, spin) = if driven < 0.0 {
-        (0.0, 0.0)
-    } else if starts {
-        (0.5 * ACCELERATION * driven * driven, ACCELERATION * driven)
-    } else {
-        (ACCELERATION * (driven - 0.5), ACCELERATION)
+    let spin = ACCELERATION * driven.clamp(0.0, 1.0);
+    let turned = match driven {
+        ..0.0 => 0.0,
+        ..1.0 => 0.5 * ACCELERATION * driven * driven,
+        _ => ACCELERATION * (driven - 0.5),
     };
     let turns = turned / core::f64::consts::TAU;
     let torque = DAMPING * spin + if starts { TO_ACCELERATE } else { 0.0 };
@@ -56,10 +55,6 @@ fn read_sensors(k: u32) -> Raw {
     let lost = (1500..1700).contains(&k);
     Raw {
         seconds,
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "an encoder counts whole steps"
-        )]
         counts: [Some((turns * COUNTS).floor() as i64); 3],
         amperes: [Some(current), (!lost).then_some(current), Some(current)],
         inclination: [Some(direction.to_degrees()); 2],
@@ -73,7 +68,6 @@ fn frame(raw: &Raw) -> SensorFrame {
         inclination: raw.inclination[i].map(f64::to_radians),
         rate: raw.rate[i].map(f64::to_radians),
     };
-    #[expect(clippy::cast_precision_loss, reason = "2^53 counts are 5 million km")]
     let angle = |counts: i64| counts as f64 * core::f64::consts::TAU / COUNTS;
     SensorFrame {
         time: raw.seconds,

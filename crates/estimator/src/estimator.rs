@@ -4,7 +4,7 @@ use crate::door;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
-use crate::ground::{GroundMemory, GroundPoint};
+use crate::ground::GroundPoint;
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
@@ -85,10 +85,6 @@ impl Estimator {
         }
     }
 
-    fn memory(&self) -> Option<&GroundMemory> {
-        self.best_filters().map(|filters| &filters.ground)
-    }
-
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
     /// Times below are those of robot A on Earth; a robot of another size, or on another planet,
@@ -158,7 +154,10 @@ impl Estimator {
     /// Points are at equal distances along x, 10 mm for the default robot. Places that no wheel has
     /// touched, such as the foot of a kerb, have none.
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
-        let points = self.memory().into_iter().flat_map(GroundMemory::points);
+        let points = self
+            .best_filters()
+            .into_iter()
+            .flat_map(|f| f.ground.points());
         points.map(|point| door::point_out(&self.units, point))
     }
 
@@ -168,7 +167,10 @@ impl Estimator {
     ///
     /// A robot that comes back to a place gives its points again.
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
-        let points = self.memory().into_iter().flat_map(GroundMemory::completed);
+        let points = self
+            .best_filters()
+            .into_iter()
+            .flat_map(|f| f.ground.completed());
         points.map(|point| door::point_out(&self.units, point))
     }
 

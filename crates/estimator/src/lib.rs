@@ -6,8 +6,8 @@
 //!
 //! | paper | here |
 //! |---|---|
-//! | Fig. 5, linkage position from two inclinometers and gyroscopes | `filters/complementary.rs` |
-//! | eq. (3), traction from motor torque and wheel speed | `filters/traction.rs` |
+//! | Fig. 5, linkage position from two inclinometers and gyroscopes | `filters/paper.rs` |
+//! | eq. (3), traction from motor torque and wheel speed | `filters/paper.rs` |
 //! | eq. (1), the full system `G x = F` | `FullSystem` in `tests/full_system/derivation.rs` |
 //! | eqs. (4) to (7), its block form | `BlockForm` there |
 //! | eq. (8), the reduced system `H x' = F'`, as derived from them | `ReducedSystem` there |
@@ -25,7 +25,7 @@
 //! | link angles and the gyroscopes' biases | `filters/link_angle.rs` |
 //! | the ground's torque on a wheel from the encoder's angle | `filters/wheel_torque.rs` |
 //! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
-//! | sensitivity of eq. (8) to the filter's states | `statics/sensitivity.rs` |
+//! | sensitivity of eq. (8) to the filter's states | `statics/solve.rs` |
 //! | mu_n and mu_max, section 5 | `friction/` |
 //! | normal forces with their covariance, N >= 0 | `statics/solve.rs`, `statics/forces.rs` |
 //!
@@ -79,7 +79,6 @@
     reason = "comparisons are written so that a NaN fails them"
 )]
 
-mod bit_set;
 mod contact;
 mod deviation;
 mod door;
@@ -102,11 +101,11 @@ mod torque_scale;
 pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
-pub use flags::Flags;
+pub use flags::{Channels, Flags};
 pub use frame::{LinkReading, SensorFrame};
 pub use friction::{NeededFriction, OffsetShare, PeakFriction, SlipEvent, WheelFriction};
 pub use ground::{FrictionBounds, GroundPoint};
-pub use health::{Channels, DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
+pub use health::{DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,
     PaperMethod,

@@ -20,18 +20,14 @@
 //! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is
 //! faulty.
 
-mod answer;
-mod channels;
 mod monitor;
 mod smoothing;
 mod start;
-mod turning;
 mod wiring;
 
-pub use answer::PAIRINGS;
-pub use channels::Channels;
 pub use monitor::{DRIVING_SPEED, Health};
 pub(crate) use monitor::{HealthMonitor, HealthSample, Innovations};
 pub(crate) use smoothing::WheelReadings;
 pub use start::LATE_TORQUE;
 pub(crate) use start::RollingRobot;
+pub use wiring::PAIRINGS;

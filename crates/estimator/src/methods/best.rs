@@ -8,9 +8,7 @@ mod statics;
 mod tests;
 
 use super::wheel::Wheel;
-use crate::contact::{
-    ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
-};
+use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, StandingDetector};
 use crate::estimate::{Estimate, EstimateError, ReadingErrors};
 use crate::filters::motion::MotionFilter;
 use crate::filters::{Innovation, LinkAngleKalman};
@@ -155,7 +153,16 @@ impl BestFilters {
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
-        let contact = self.detect_contacts(nominal.mean_load, &rolling, instant.dt);
+        let mut contact = [ContactEstimate::default(); 3];
+        for (i, contact) in contact.iter_mut().enumerate() {
+            let evidence = ContactEvidence {
+                load: forces.normal[i] / nominal.mean_load,
+                ratio: forces.traction[i] / forces.normal[i],
+                rolling: rolling[i],
+                angles: self.method.contact_angles,
+            };
+            *contact = self.contact[i].update(&evidence, instant.dt);
+        }
         innovations.parity = parity.map(|(parity, _)| parity.nis());
         self.find_scale(instant, &equations.arms, &contact);
         let health = self.check_health(instant, &innovations, &contact);
@@ -215,25 +222,6 @@ impl BestFilters {
         }
         let angles = self.links.each_ref().map(LinkAngleKalman::angle);
         (angles, innovation_of)
-    }
-
-    /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a
-    /// wheel (N) and the residuals of the rolling constraints.
-    fn detect_contacts(
-        &mut self,
-        mean_load: f64,
-        rolling: &[Option<RollingResiduals>; 3],
-        dt: f64,
-    ) -> [ContactEstimate; 3] {
-        [0, 1, 2].map(|i| {
-            let evidence = ContactEvidence {
-                load: self.last_normal_force[i] / mean_load,
-                ratio: self.last_traction[i] / self.last_normal_force[i],
-                rolling: rolling[i],
-                angles: self.method.contact_angles,
-            };
-            self.contact[i].update(&evidence, dt)
-        })
     }
 
     /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction

@@ -3,7 +3,6 @@
 
 use crate::estimate::{Estimate, EstimateError, Parity};
 use crate::filters::{ComplementaryFilter, TractionObserver};
-use crate::frame::Inputs;
 use crate::nominal::Instant;
 use crate::settings::{EstimatorSettings, PaperMethod};
 use crate::statics::{Arms, Equations, Forces, Loads};
@@ -51,13 +50,19 @@ impl PaperFilters {
         }
     }
 
-    /// Angles of links 1 and 2 (rad) and tractions (N), `dt` seconds after the last readings.
-    fn update(&mut self, inputs: &Inputs, dt: f64) -> ([f64; 2], [f64; 3]) {
+    /// Fig. 5, eq. (3), least squares on eq. (8).
+    ///
+    /// # Errors
+    /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
+    pub fn estimate(&mut self, instant: &Instant<'_>) -> Result<Estimate, EstimateError> {
+        let nominal = instant.nominal;
+        let inputs = instant.inputs;
         let (rate, inclination) = (&inputs.rate, &inputs.inclination);
-        let angles = [0, 1].map(|i| self.links[i].update(dt, rate[i].value, inclination[i].value));
-        let tractions = [0, 1, 2].map(|i| {
+        let angles =
+            [0, 1].map(|i| self.links[i].update(instant.dt, rate[i].value, inclination[i].value));
+        let traction = [0, 1, 2].map(|i| {
             let speed = &mut self.speeds[i];
-            speed.age += dt;
+            speed.age += instant.dt;
             let reading = inputs.wheel_angle[i];
             if let Some(angle) = reading.now() {
                 if let Some(last) = speed.angle.filter(|_| !inputs.new_zero[i]) {
@@ -65,21 +70,11 @@ impl PaperFilters {
                 }
                 (speed.angle, speed.age) = (Some(angle), 0.0);
             }
-            self.tractions[i].update(dt, inputs.motor_torque[i].value, speed.omega)
+            self.tractions[i].update(instant.dt, inputs.motor_torque[i].value, speed.omega)
         });
-        (angles, tractions)
-    }
-
-    /// Fig. 5, eq. (3), least squares on eq. (8).
-    ///
-    /// # Errors
-    /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
-    pub fn estimate(&mut self, instant: &Instant<'_>) -> Result<Estimate, EstimateError> {
-        let nominal = instant.nominal;
-        let (angles, traction) = self.update(instant.inputs, instant.dt);
         let arms = Arms::new(&nominal.robot.geometry, angles[0], angles[1])
             .map_err(EstimateError::Linkage)?;
-        let contact_angle = instant.inputs.contact_angle.map(|angle| angle.value);
+        let contact_angle = inputs.contact_angle.map(|angle| angle.value);
         let loads = Loads::at_rest(&nominal.masses);
         let equations = nominal.equations(arms, angles, loads, &contact_angle)?;
 

@@ -5,7 +5,7 @@
 use super::arms::Arms;
 use super::loads::Loads;
 use nalgebra::{Matrix3, Vector3, Vector4};
-use robhaz_model::{Bar, Carrier, Vec2, cross, perp};
+use robhaz_model::{Bar, Carrier, Geometry, Vec2, cross, perp};
 
 /// Eq. (8). Rows: horizontal and vertical force on links 1 and 2 together, N; moments of link 1 and
 /// of link 2 about Q over the lever, N. A lever of 1 m gives the paper's rows in N m.
@@ -119,21 +119,18 @@ impl Equilibrium {
         self.f - self.h_t[0] * traction[0] - self.h_t[1] * traction[1] - self.h_t[2] * traction[2]
     }
 
-    /// Derivative of `H x'` by the contact angle of wheel `i`, N/rad: the forces turn and the
-    /// contact moves along the rim.
+    /// Derivative of `H x'` by the contact angle of wheel `i` with the forces `[N, T]` (N), N/rad: the
+    /// forces turn and the contact moves along the rim.
     pub fn by_contact_angle(
         &self,
         i: usize,
-        carrier: Carrier,
-        wheel_radius: f64,
-        normal_force: f64,
-        traction: f64,
+        geometry: &Geometry,
+        [n, t]: [f64; 2],
     ) -> Vector4<f64> {
-        let t = self.tangents[i];
-        let n = perp(t);
-        let turned = n * traction - t * normal_force;
-        let moment = cross(self.contacts[i], turned) + wheel_radius * normal_force;
-        column(turned, moment * self.inverse_lever, carrier)
+        let tangent = self.tangents[i];
+        let turned = perp(tangent) * t - tangent * n;
+        let moment = cross(self.contacts[i], turned) + geometry.wheel_radius * n;
+        column(turned, moment * self.inverse_lever, geometry.carriers[i])
     }
 
     /// Least squares for the normal forces, N: `(H_N' H_N)^-1 H_N' y`. The condition number of H_N
@@ -278,7 +275,7 @@ mod tests {
             let h = 1e-6;
             let difference = (at(h) - at(-h)) / (2.0 * h);
             let found = equations(&geometry, &arms, &loads, &slopes, 0.2)
-                .by_contact_angle(i, geometry.carriers[i], geometry.wheel_radius, n, t);
+                .by_contact_angle(i, &geometry, [n, t]);
             prop_assert!((found - difference).norm() < 1e-6, "{found} {difference}");
         }
 

@@ -6,9 +6,8 @@
 //! | positions and accelerations on the linkage, relative to Q | `arms.rs` |
 //! | gravity and inertial loads of the parts | `loads.rs` |
 //! | eq. (8) written directly, its left inverse and parity direction | `equilibrium.rs` |
-//! | sensitivity of the right-hand side to the uncertain inputs | `sensitivity.rs` |
 //! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
-//! | least squares for N, with covariance | `solve.rs` |
+//! | sensitivity to the uncertain inputs, least squares for N, with covariance | `solve.rs` |
 //! | least squares bounded by N >= 0 | `forces.rs` |
 //!
 //! `tests/full_system` of this crate derives eq. (8) from eq. (1) as the paper does: a reference for
@@ -19,7 +18,6 @@ mod equilibrium;
 mod forces;
 mod load_parameters;
 mod loads;
-mod sensitivity;
 mod solve;
 
 pub use arms::{Arms, Turning};
@@ -31,5 +29,4 @@ pub use load_parameters::{
     load_parameters,
 };
 pub use loads::{LinkageMotion, Load, Loads};
-pub(crate) use sensitivity::{Sensitivity, Traction, input, sensitivity};
-pub(crate) use solve::{RightSide, solve};
+pub(crate) use solve::{RightSide, Sensitivity, Traction, input, sensitivity, solve};

@@ -8,10 +8,9 @@
 //! described masses with scaled torques, and their deviations contain what a payload would change.
 
 mod balance;
-mod passage;
 
+pub(crate) use balance::Rolling;
 use balance::WorkBalance;
-pub(crate) use passage::Rolling;
 
 /// The torques against the weight.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -458,7 +458,6 @@ impl MotionFilter {
 
 #[cfg(test)]
 mod tests {
-    use super::super::filter::MeasuredAccelerations;
     use super::*;
 
     const DT: f64 = 1e-3;
@@ -468,10 +467,7 @@ mod tests {
     fn accelerated(acceleration: f64, read: [bool; 2], lag: f64) -> MotionFilter {
         let budget = NoiseBudget::typical();
         let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
-        let measured = MeasuredAccelerations {
-            rims: acceleration,
-            links: 0.0,
-        };
+        let measured = [acceleration, 0.0];
         let mut expected = 0.0;
         for _ in 0..1000 {
             motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
@@ -519,10 +515,7 @@ mod tests {
     fn rare_readings_show_the_acceleration() {
         let budget = NoiseBudget::typical();
         let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
-        let measured = MeasuredAccelerations {
-            rims: 0.3,
-            links: 0.0,
-        };
+        let measured = [0.3, 0.0];
         for k in 0..1000 {
             motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
             let sensed = SensedAcceleration {
@@ -561,7 +554,7 @@ mod tests {
                 of_angle: 0.005,
                 of_turning: 0.0,
             };
-            let measured = MeasuredAccelerations::default();
+            let measured = [0.0; 2];
             for _ in 0..3 {
                 motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
                 motion.correct_acceleration(&[Some(sensed(difference)), Some(sensed(0.0))], DT);

@@ -53,17 +53,6 @@ pub(crate) struct MotionFilter {
     pub(super) since_acceleration: f64,
 }
 
-/// Measured accelerations, m/s^2. Their magnitudes scale the process noise; they are not inputs of
-/// the prediction.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct MeasuredAccelerations {
-    /// Mean over the wheels of r domega/dt, from the encoders; opposite signs cancel.
-    pub rims: f64,
-    /// Largest over the wheels of arm |alpha| + |v_Q| |omega|, from the gyroscopes: tangential
-    /// acceleration of the axle, and normal acceleration of Q on a curved path. Not negative.
-    pub links: f64,
-}
-
 impl MotionFilter {
     /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact
     /// angles, that of the ground.
@@ -196,13 +185,16 @@ impl MotionFilter {
 
     /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant;
     /// unknown angles revert to `expected_slopes`, rad.
+    ///
+    /// `measured` accelerations of rims and links, m/s^2, scale the process noise; they are not inputs
+    /// of the prediction.
     pub fn predict(
         &mut self,
         budget: &NoiseBudget,
         dt: f64,
         fresh_angles: [bool; 3],
         expected_slopes: &[f64; 3],
-        measured: MeasuredAccelerations,
+        measured: [f64; 2],
     ) {
         let acceleration = self.acceleration_process(measured);
         // Factors over the step: `exp(-dt/time)`.
@@ -237,11 +229,11 @@ impl MotionFilter {
     }
 
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
-    fn acceleration_process(&self, measured: MeasuredAccelerations) -> GaussMarkov {
+    fn acceleration_process(&self, [rims, links]: [f64; 2]) -> GaussMarkov {
         let speed_ratio = self.speed_ratio();
         let unmeasured = tuning::ACCELERATION.sigma * speed_ratio * speed_ratio;
-        let rims = tuning::RIM_FACTOR * measured.rims;
-        let links = tuning::LINK_FACTOR * measured.links;
+        let rims = tuning::RIM_FACTOR * rims;
+        let links = tuning::LINK_FACTOR * links;
         let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
         let after = self.is_after_impact();
         let time = tuning::ACCELERATION.time / speed_ratio;

@@ -29,4 +29,4 @@ mod tests;
 mod tuning;
 
 pub(crate) use constraints::{ParityResidual, RollingWheel, SensedAcceleration};
-pub(crate) use filter::{MeasuredAccelerations, MotionFilter};
+pub(crate) use filter::MotionFilter;

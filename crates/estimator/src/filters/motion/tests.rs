@@ -2,8 +2,7 @@
 
 use super::constraints::{ParityCheck, ParityResidual, RollingWheel};
 use super::filter::{
-    CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MeasuredAccelerations, MotionFilter, TORQUE_GAIN,
-    TORQUE_OFFSET, VELOCITY,
+    CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning;
 use crate::settings::{ContactAngles, NoiseBudget};
@@ -73,7 +72,7 @@ fn covariance_stays_right(angles: ContactAngles) {
     for k in 0..20_000_u32 {
         let dt = if k % 997 == 0 { 0.4 } else { DT };
         let links = if k % 300 < 20 { 3.0 } else { 0.0 };
-        let measured = MeasuredAccelerations { rims: 0.1, links };
+        let measured = [0.1, links];
         motion.predict(
             &budget,
             dt,
@@ -104,13 +103,7 @@ fn rolling_determines_the_velocity() {
     let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     let (slope, speed) = (0.2_f64, 0.2);
     for _ in 0..2000 {
-        motion.predict(
-            &budget,
-            DT,
-            [true; 3],
-            &[0.0; 3],
-            MeasuredAccelerations::default(),
-        );
+        motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
         let wheel = RollingWheel {
             relative: Vec2::zeros(),
             smooth_relative: Vec2::zeros(),
@@ -152,13 +145,7 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
     let fresh = budget.contact_angle * libm::sqrt(1.0 - keep * keep);
     let mut errors = [0.0; 3];
     for _ in 0..1000 {
-        motion.predict(
-            &budget,
-            DT,
-            [true; 3],
-            &[0.0; 3],
-            MeasuredAccelerations::default(),
-        );
+        motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
         let wheels = errors.each_mut().map(|error| {
             *error = keep * *error + fresh * random.normal();
             Some(RollingWheel {
@@ -191,13 +178,7 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
     assert!((motion.unmodelled_load - expected).abs() < 1e-9);
     assert!(motion.impact >= tuning::IMPACT_TIME);
     for _ in 0..100 {
-        motion.predict(
-            &budget,
-            DT,
-            [true; 3],
-            &[0.0; 3],
-            MeasuredAccelerations::default(),
-        );
+        motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
     }
     let decayed = expected * libm::exp(-0.1 / tuning::UNMODELLED_DECAY);
     assert!((motion.unmodelled_load - decayed).abs() < 1e-9 * expected);
@@ -205,13 +186,7 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).innovation;
     assert!((innovation.variance - 1.0).abs() < 1e-12);
     for _ in 0..1000 {
-        motion.predict(
-            &budget,
-            DT,
-            [true; 3],
-            &[0.0; 3],
-            MeasuredAccelerations::default(),
-        );
+        motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
     }
     assert_eq!(motion.unmodelled_load.to_bits(), 0.0_f64.to_bits());
 }
@@ -446,7 +421,7 @@ fn unknown_contact_angles_revert_along_the_ground() {
     let (mut motion, _) = rolling_without_angles();
     let steps = 400;
     for _ in 0..steps {
-        let still = MeasuredAccelerations::default();
+        let still = [0.0; 2];
         motion.predict(&NoiseBudget::typical(), DT, [false; 3], &[0.1; 3], still);
     }
     let distance = 0.2 * DT * f64::from(steps);

@@ -2,10 +2,10 @@
 
 use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
-use crate::flags::Flags;
+use crate::flags::{Channels, Flags};
 use crate::frame::{Held, Inputs};
 use crate::health::{
-    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, WheelReadings,
+    DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, WheelReadings,
 };
 use crate::nominal::{Instant, Nominal};
 use crate::settings::NoiseBudget;

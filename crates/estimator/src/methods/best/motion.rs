@@ -4,7 +4,7 @@
 use super::BestFilters;
 use crate::contact::{RollingResiduals, StandingDetector};
 use crate::deviation::root_sum_square;
-use crate::filters::motion::{MeasuredAccelerations, RollingWheel, SensedAcceleration};
+use crate::filters::motion::{RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
@@ -82,7 +82,7 @@ impl BestFilters {
         for i in 0..3 {
             let alpha = self.links[robot.geometry.carriers[i].index()].acceleration;
             let wheel = &mut self.wheels[i];
-            let innovation = wheel.update(nominal, inputs, i, alpha, dt);
+            let innovation = wheel.update(instant, i, alpha);
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
@@ -109,8 +109,11 @@ impl BestFilters {
         residuals
     }
 
-    /// Accelerations that the last readings show.
-    fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
+    /// Accelerations that the last readings show, m/s^2. Of the rims: mean over the wheels of r
+    /// domega/dt, from the encoders; opposite signs cancel. Of the links: largest over the wheels of
+    /// arm |alpha| + |v_Q| |omega|, from the gyroscopes, the tangential acceleration of the axle, and
+    /// the normal acceleration of Q on a curved path; not negative.
+    fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> [f64; 2] {
         let geometry = &robot.geometry;
         let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
         let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
@@ -120,10 +123,7 @@ impl BestFilters {
             let tangential = robhaz_model::sqrt(axle.norm_squared()) * link.acceleration.abs();
             links = links.max(tangential + speed * link.smooth_rate.abs());
         }
-        MeasuredAccelerations {
-            rims: geometry.wheel_radius * spin / 3.0,
-            links,
-        }
+        [geometry.wheel_radius * spin / 3.0, links]
     }
 
     /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
