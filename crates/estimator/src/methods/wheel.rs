@@ -4,8 +4,8 @@ use crate::deviation::{GATE, root_sum_square};
 use crate::filters::{
     COUNT_SIGMA, Innovation, TorqueObserver, UNIFORM, WheelParameters, smoothing_time,
 };
-use crate::frame::{Held, LONGEST_GAP};
-use crate::nominal::{Instant, Nominal};
+use crate::frame::{Held, Inputs, LONGEST_GAP};
+use crate::nominal::Nominal;
 use crate::settings::NoiseBudget;
 use crate::statics::Traction;
 use robhaz_model::GRAVITY;
@@ -62,11 +62,17 @@ impl Wheel {
         libm::copysign((certain / robhaz_model::sqrt(full)).min(1.0), speed)
     }
 
-    /// Advances wheel `i` to the readings of one instant. `alpha` is the angular
+    /// Advances wheel `i` by `dt` (s) to the readings of one instant. `alpha` is the angular
     /// acceleration of the wheel's link, rad/s^2. Returns the innovation of the encoder's angle
     /// (rad), if there is one.
-    pub fn update(&mut self, instant: &Instant<'_>, i: usize, alpha: f64) -> Option<Innovation> {
-        let (nominal, inputs, dt) = (instant.nominal, instant.inputs, instant.dt);
+    pub fn update(
+        &mut self,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        i: usize,
+        alpha: f64,
+        dt: f64,
+    ) -> Option<Innovation> {
         let (torque, angle) = (&inputs.motor_torque[i], &inputs.wheel_angle[i]);
         let parameters = self.parameters(nominal, torque);
         if inputs.new_zero[i] {

@@ -82,7 +82,7 @@ impl BestFilters {
         for i in 0..3 {
             let alpha = self.links[robot.geometry.carriers[i].index()].acceleration;
             let wheel = &mut self.wheels[i];
-            let innovation = wheel.update(instant, i, alpha);
+            let innovation = wheel.update(nominal, inputs, i, alpha, dt);
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
