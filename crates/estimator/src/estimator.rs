@@ -29,10 +29,7 @@ pub struct Estimator {
 const UNKNOWN_TIME: f64 = 2.0 * LONGEST_GAP;
 
 #[derive(Clone, Copy, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one estimator, one state: nothing is boxed without an allocator"
-)]
+#[expect(clippy::large_enum_variant, reason = "no allocator to box one")]
 enum Filters {
     Paper(PaperFilters),
     Best(BestFilters),

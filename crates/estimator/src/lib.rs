@@ -70,14 +70,9 @@
 //! # Ok::<(), robhaz_estimator::EstimateError>(())
 //! ```
 #![no_std]
-#![allow(
-    clippy::needless_range_loop,
-    reason = "indices name wheels, links and states, and go through several arrays at once"
-)]
-#![allow(
-    clippy::neg_cmp_op_on_partial_ord,
-    reason = "comparisons are written so that a NaN fails them"
-)]
+// Indices name wheels, links and states.
+#![allow(clippy::needless_range_loop, reason = "one for several arrays")]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN must fail")]
 
 mod contact;
 mod deviation;

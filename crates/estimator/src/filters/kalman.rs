@@ -105,18 +105,16 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
     }
 
-    /// Measurement update by an `innovation` with the row `h` of the measurement matrix and the
-    /// noise variance `r`; robust beyond `gate` standard deviations: see [`Self::correct`]. Returns
-    /// the innovation.
+    /// Measurement update by an innovation of this `size` with the row `h` of the measurement matrix
+    /// and the noise variance `r`, without a gate: see [`Self::correct`]. Returns the innovation.
     pub fn update<const K: usize>(
         &mut self,
         h: &[(usize, f64); K],
-        innovation: f64,
+        size: f64,
         r: f64,
-        gate: f64,
     ) -> Innovation {
         let projection = self.project(h);
-        self.correct(N, &projection, innovation, r, gate)
+        self.correct(N, &projection, size, r, f64::INFINITY)
     }
 
     /// Measurement update of the first `estimated` states, at most all but the consider states; the
@@ -210,7 +208,7 @@ mod tests {
             let row = [(0, h[0]), (2, h[1])];
             let full = Vector3::new(h[0], 0.0, h[1]);
             let x = Vector3::from(x);
-            let innovation = filter.update(&row, z - full.dot(&x), r, f64::INFINITY);
+            let innovation = filter.update(&row, z - full.dot(&x), r);
             prop_assert!((innovation.variance - (full.dot(&(p * full)) + r)).abs() < 1e-12 * (1.0 + innovation.variance));
 
             let information = p.try_inverse().expect("positive") + full * full.transpose() / r;
@@ -236,7 +234,7 @@ mod tests {
             let p = covariance(root);
             let x = [1.0, -2.0, 0.5];
             let mut filter: Kalman<3, 1> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
-            filter.update(&[(0, h[0]), (1, h[1]), (2, h[2])], z, r, f64::INFINITY);
+            filter.update(&[(0, h[0]), (1, h[1]), (2, h[2])], z, r);
 
             let h = Vector3::from(h);
             let mut k = p * h / (h.dot(&(p * h)) + r);
@@ -262,9 +260,12 @@ mod tests {
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let far = if sign { far } else { -far };
             let (mut outlier, mut noisy) = (before, before);
-            let innovation = outlier.update(&[(1, 1.0)], far, 0.1, 5.0);
+            let innovation = {
+                let seen = outlier.project(&[(1, 1.0)]);
+                outlier.correct(3, &seen, far, 0.1, 5.0)
+            };
             prop_assume!(innovation.nis() > 25.0);
-            noisy.update(&[(1, 1.0)], far, far * far / 25.0 - p[(1, 1)], f64::INFINITY);
+            noisy.update(&[(1, 1.0)], far, far * far / 25.0 - p[(1, 1)]);
             for i in 0..3 {
                 prop_assert!((outlier.x[i] - noisy.x[i]).abs() < 1e-9);
                 for j in 0..3 {
@@ -280,7 +281,8 @@ mod tests {
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             for (difference, r) in [(f64::NAN, 0.1), (0.1, f64::NAN), (f64::INFINITY, 0.1), (0.1, f64::INFINITY)] {
                 let mut filter = before;
-                filter.update(&[(1, 1.0)], difference, r, 5.0);
+                let seen = filter.project(&[(1, 1.0)]);
+                filter.correct(3, &seen, difference, r, 5.0);
                 prop_assert_eq!(filter, before);
             }
         }

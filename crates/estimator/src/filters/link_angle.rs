@@ -114,11 +114,9 @@ impl LinkAngleKalman {
     /// included, through its low pass.
     fn expect(&mut self, budget: &NoiseBudget, dt: f64, force_angle: f64) {
         let now = self.filter.x[ANGLE] + force_angle;
-        let weight = if budget.inclination_lag > 0.0 {
-            -libm::expm1(-dt / budget.inclination_lag)
-        } else {
-            1.0
-        };
+        let lag = budget.inclination_lag;
+        let follow = || -libm::expm1(-dt / lag);
+        let weight = if lag > 0.0 { follow() } else { 1.0 };
         self.expected += weight * (now - self.expected);
     }
 
@@ -177,8 +175,7 @@ impl LinkAngleKalman {
         let r = noise * noise + uncertain * uncertain + late * late;
         let before = self.filter.x[ANGLE];
         let difference = inclination - self.expected;
-        let h = [(ANGLE, 1.0)];
-        let innovation = self.filter.update(&h, difference, r, f64::INFINITY);
+        let innovation = self.filter.update(&[(ANGLE, 1.0)], difference, r);
         // The angle's error is older than the lag.
         self.expected += self.filter.x[ANGLE] - before;
         innovation

@@ -156,8 +156,7 @@ impl TorqueObserver {
             let rate = Self::IMPACT_TORQUE / SMOOTHING;
             self.filter.p[RATE][RATE] += rate * rate;
         }
-        let h = [(ANGLE, 1.0)];
-        Some(self.filter.update(&h, difference, r, f64::INFINITY))
+        Some(self.filter.update(&[(ANGLE, 1.0)], difference, r))
     }
 
     /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later,

@@ -105,10 +105,7 @@ impl Cells {
     /// A point relative to the nodes.
     pub fn between(number: i64) -> Between {
         let share = number.rem_euclid(NODE_EVERY) as f64 / NODE_EVERY as f64;
-        Between {
-            node: number.div_euclid(NODE_EVERY),
-            share,
-        }
+        (number.div_euclid(NODE_EVERY), share)
     }
 
     /// Puts an empty window around a place (m).

@@ -43,14 +43,8 @@ pub struct Lever {
     pub arm: f64,
 }
 
-/// A place between two nodes.
-#[derive(Clone, Copy, Debug)]
-pub struct Between {
-    /// The node behind.
-    pub node: i64,
-    /// Share of the way from it to the next one, 0 to 1.
-    pub share: f64,
-}
+/// A place by the node behind it, and its share of the way from there to the next.
+pub type Between = (i64, f64);
 
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,10 +161,10 @@ impl Drift {
         (error, self.misfit.min(1.0) * variance + bias)
     }
 
-    fn weights(place: Between) -> [(usize, f64); 2] {
+    fn weights((node, share): Between) -> [(usize, f64); 2] {
         [
-            (state_of(place.node), 1.0 - place.share),
-            (state_of(place.node.saturating_add(1)), place.share),
+            (state_of(node), 1.0 - share),
+            (state_of(node.saturating_add(1)), share),
         ]
     }
 

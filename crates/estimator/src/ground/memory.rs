@@ -276,7 +276,7 @@ impl GroundMemory {
     /// are left to later wheels.
     fn store(&mut self, number: i64, forward: bool, contact: &Contact, wheel: &mut LastContact) {
         let place = Cells::between(number);
-        let nodes = [place.node, place.node + 1];
+        let nodes = [place.0, place.0 + 1];
         let [behind, ahead] = if forward { nodes } else { [nodes[1], nodes[0]] };
         let beyond = |other: i64| (other > number) == forward;
         if !self.is_used(ahead, beyond) {

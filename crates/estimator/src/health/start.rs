@@ -110,7 +110,14 @@ impl Start {
         }
         let torque = 3.0 * mean(&step.torque);
         if self.moving == 0.0 {
-            self.begin(robot, angle, torque);
+            let RollingRobot { inertia, damping } = *robot;
+            let [delay, curvature, constant] = Self::PRIOR;
+            self.fit = Kalman::new(
+                [0.0, inertia, damping, 0.0, torque],
+                [delay, inertia, inertia / Self::LASTS, curvature, constant],
+            );
+            self.sums = [0.0; 3];
+            self.origin = angle;
         }
         self.stood = 0.0;
         self.moving += step.dt;
@@ -120,17 +127,6 @@ impl Start {
             self.judge(step.dt, robot);
             self.moving = 0.0;
         }
-    }
-
-    fn begin(&mut self, robot: &RollingRobot, angle: f64, torque: f64) {
-        let RollingRobot { inertia, damping } = *robot;
-        let [delay, curvature, constant] = Self::PRIOR;
-        self.fit = Kalman::new(
-            [0.0, inertia, damping, 0.0, torque],
-            [delay, inertia, inertia / Self::LASTS, curvature, constant],
-        );
-        self.sums = [0.0; 3];
-        self.origin = angle;
     }
 
     /// Adds the motion (rad/s^2, rad/s, rad) of one step and the sum of the torques (N m) of the
@@ -147,7 +143,7 @@ impl Start {
         let expected = j * acceleration + b * speed + k * angle + c - d * rate;
         let noise = Self::REFERENCE * Self::REFERENCE;
         let left = torque - expected;
-        let innovation = self.fit.update(&row, left, noise, f64::INFINITY);
+        let innovation = self.fit.update(&row, left, noise);
         let added = [innovation.nis(), 1.0, acceleration * acceleration];
         for (sum, added) in self.sums.iter_mut().zip(added) {
             *sum += added;

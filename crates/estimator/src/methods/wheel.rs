@@ -181,10 +181,8 @@ fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
     /// its other states.
     /// Guard.
     const LEAST: f64 = 5e-7;
-    let count = if budget.encoder_counts > 0.0 {
-        2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM
-    } else {
-        0.0
-    };
+    let exact = !(budget.encoder_counts > 0.0);
+    let count = 2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM;
+    let count = if exact { 0.0 } else { count };
     root_sum_square(count.max(LEAST), speed * budget.jitter)
 }

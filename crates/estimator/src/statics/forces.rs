@@ -76,10 +76,9 @@ impl Forces {
         if (0..6).all(|i| (0..i).all(|j| is_proper(i, j))) {
             return;
         }
-        for (i, row) in self.covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry = if i == j { variance[i] } else { 0.0 };
-            }
+        self.covariance = [[0.0; 6]; 6];
+        for k in 0..6 {
+            self.covariance[k][k] = variance[k];
         }
     }
 

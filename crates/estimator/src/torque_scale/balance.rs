@@ -100,7 +100,7 @@ impl WorkBalance {
         // Passages that share a part of the way count as one.
         let noise = height * height * Passage::OVERLAP;
         let left = w1 + w2 + w3 - passed.kinetic - expected;
-        let innovation = self.fit.update(&row, left, noise, f64::INFINITY);
+        let innovation = self.fit.update(&row, left, noise);
         let keep = 1.0 - 1.0 / Self::LASTS;
         let [squares, count] = self.left;
         self.left = [keep * squares + innovation.nis(), keep * count + 1.0];

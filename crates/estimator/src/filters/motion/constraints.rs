@@ -3,7 +3,7 @@
 //! angles; the inclinometers show the acceleration of the robot; the parity residual is zero.
 
 use super::filter::{
-    ACCELERATION, CONTACT_ANGLE, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, TORQUE_GAIN,
+    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, TORQUE_GAIN,
     TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::{self, GaussMarkov};
@@ -98,16 +98,6 @@ pub(crate) struct ParityResidual {
     pub variance: f64,
 }
 
-/// Result of the test of a parity residual against its predicted standard deviation.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ParityCheck {
-    /// Zero minus the residual, N, and its predicted variance before the correction, N^2.
-    pub innovation: Innovation,
-    /// Whether the residual lies within its gate. An outlier shows an impact, or an external load
-    /// on the robot.
-    pub within_gate: bool,
-}
-
 impl MotionFilter {
     /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last
     /// sample. Without `correct` the measurement rows contain the velocity only; states that are
@@ -193,7 +183,8 @@ impl MotionFilter {
             let of_angle =
                 GaussMarkov::new(velocity.smooth_speed * sigma, budget.contact_angle_time);
             let r = r + of_angle.white(dt);
-            self.filter.update(&[x, y], -velocity.away, r, GATE);
+            let seen = self.filter.project(&[x, y]);
+            self.filter.correct(COUNT, &seen, -velocity.away, r, GATE);
         }
         if !given {
             let angle = &mut self.filter.x[CONTACT_ANGLE + i];
@@ -423,7 +414,12 @@ impl MotionFilter {
     /// The variance of the unmodelled load becomes the larger of its decayed old value and
     /// `z^2 - (2 sigma)^2`, N^2; sigma is that without unmodelled load. A residual beyond the gate
     /// is an impact.
-    pub fn check_parity(&mut self, parity: &ParityResidual, dt: f64, correct: bool) -> ParityCheck {
+    pub fn check_parity(
+        &mut self,
+        parity: &ParityResidual,
+        dt: f64,
+        correct: bool,
+    ) -> (Innovation, bool) {
         let square = parity.value * parity.value;
         let h: [_; input::COUNT] = core::array::from_fn(|k| (INPUTS + k, parity.gradient[k]));
         let projection = self.filter.project(&h);
@@ -449,10 +445,7 @@ impl MotionFilter {
                 * (2.0 * tuning::FILTER_TIME / dt).max(1.0);
             self.correct(&projection, -parity.value, correlated, f64::INFINITY);
         }
-        ParityCheck {
-            innovation,
-            within_gate,
-        }
+        (innovation, within_gate)
     }
 }
 

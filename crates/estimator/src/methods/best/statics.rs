@@ -103,10 +103,10 @@ impl BestFilters {
         let before = self.motion.inputs();
         let correct = self.method.parity && instant.dt > 0.0;
         let dt = instant.dt.max(SHORTEST_STEP);
-        let check = self.motion.check_parity(&residual, dt, correct);
+        let (innovation, within_gate) = self.motion.check_parity(&residual, dt, correct);
 
         right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load);
-        if correct && check.within_gate {
+        if correct && within_gate {
             let after = self.motion.inputs();
             for (k, column) in right.sensitivity.iter().enumerate() {
                 right.value += column * (after[k] - before[k]);
@@ -114,12 +114,12 @@ impl BestFilters {
             right.tractions = self.tractions(instant.nominal);
         }
         let beyond = self.time_beyond_gate + instant.dt;
-        self.time_beyond_gate = if check.within_gate { 0.0 } else { beyond };
+        self.time_beyond_gate = if within_gate { 0.0 } else { beyond };
         let parity = Parity {
             value: residual.value,
-            sigma: libm::sqrt(check.innovation.variance),
+            sigma: libm::sqrt(innovation.variance),
         };
-        Some((parity, Flags::OUT_OF_RANGE.when(!check.within_gate)))
+        Some((parity, Flags::OUT_OF_RANGE.when(!within_gate)))
     }
 
     /// Adds what unmodelled angular accelerations of the links cost to the covariance of N:
