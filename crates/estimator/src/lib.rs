@@ -27,7 +27,7 @@
 //! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
 //! | sensitivity of eq. (8) to the filter's states | `statics/solve.rs` |
 //! | mu_n and mu_max, section 5 | `friction/` |
-//! | normal forces with their covariance, N >= 0 | `statics/solve.rs`, `statics/forces.rs` |
+//! | normal forces with their covariance, N >= 0 | `statics/solve.rs` |
 //!
 //! | folder | content |
 //! |---|---|

@@ -155,20 +155,17 @@ impl ContactDetector {
         self.air.update(change, Self::HOLD, dt);
 
         let mut slip = None;
-        match &evidence.rolling {
-            Some(rolling) if !self.air.on => {
-                slip = rolling
-                    .slip
-                    .filter(|slip| (slip.beyond_creep + slip.creep).is_finite());
-                self.update_two(rolling, evidence.angles, dt);
-                self.update_sliding(rolling.slip.as_ref(), evidence.ratio, dt);
-            }
-            _ => {
-                *self = Self {
-                    air: self.air,
-                    ..Self::default()
-                };
-            }
+        if let Some(rolling) = evidence.rolling.filter(|_| !self.air.on) {
+            slip = rolling
+                .slip
+                .filter(|slip| (slip.beyond_creep + slip.creep).is_finite());
+            self.update_two(&rolling, evidence.angles, dt);
+            self.update_sliding(rolling.slip.as_ref(), evidence.ratio, dt);
+        } else {
+            *self = Self {
+                air: self.air,
+                ..Self::default()
+            };
         }
         ContactEstimate {
             state: match (self.air.on, self.two.on) {

@@ -105,16 +105,11 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
     }
 
-    /// Measurement update by an innovation of this `size` with the row `h` of the measurement matrix
+    /// Measurement update by an innovation of the size `y` with the row `h` of the measurement matrix
     /// and the noise variance `r`, without a gate: see [`Self::correct`]. Returns the innovation.
-    pub fn update<const K: usize>(
-        &mut self,
-        h: &[(usize, f64); K],
-        size: f64,
-        r: f64,
-    ) -> Innovation {
+    pub fn update<const K: usize>(&mut self, h: &[(usize, f64); K], y: f64, r: f64) -> Innovation {
         let projection = self.project(h);
-        self.correct(N, &projection, size, r, f64::INFINITY)
+        self.correct(N, &projection, y, r, f64::INFINITY)
     }
 
     /// Measurement update of the first `estimated` states, at most all but the consider states; the

@@ -140,12 +140,7 @@ impl TorqueObserver {
         let r = parameters.encoder_sigma * parameters.encoder_sigma;
         if !self.started {
             self.started = true;
-            self.filter.x[ANGLE] = angle;
-            for i in 0..4 {
-                self.filter.p[ANGLE][i] = 0.0;
-                self.filter.p[i][ANGLE] = 0.0;
-            }
-            self.filter.p[ANGLE][ANGLE] = r;
+            self.filter.set(ANGLE, angle, parameters.encoder_sigma);
             return None;
         }
         let difference = angle - self.filter.x[ANGLE];

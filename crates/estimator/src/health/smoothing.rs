@@ -10,7 +10,7 @@ pub(crate) struct WheelReadings {
 }
 
 /// Smoothed torques and angles with their rates, all of the same instant.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Step {
     /// Time since the last step, s.
     pub dt: f64,
@@ -68,10 +68,8 @@ impl Smoothing {
         let mut step = Step {
             dt: after,
             torque: self.torque[1],
-            torque_rate: [0.0; 3],
             angle: self.angle[1],
-            speed: [0.0; 3],
-            acceleration: [0.0; 3],
+            ..Step::default()
         };
         if until > 0.0 {
             (step.torque_rate, _) = rates(&self.torque, after, until);

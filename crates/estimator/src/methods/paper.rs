@@ -5,7 +5,7 @@ use crate::estimate::{Estimate, EstimateError, Parity};
 use crate::filters::{ComplementaryFilter, TractionObserver};
 use crate::nominal::Instant;
 use crate::settings::{EstimatorSettings, PaperMethod};
-use crate::statics::{Arms, Forces, Loads};
+use crate::statics::{Arms, Equations, Forces, Loads};
 use robhaz_model::Robot;
 
 /// Filters of the links and wheels. Before its second reading a wheel counts as at rest.
@@ -86,13 +86,7 @@ impl PaperFilters {
         };
         let flags = instant.flags | nominal.unloaded(&forces.normal) | nominal.at_stop(angles);
         if nominal.settings.nonnegative {
-            // For rows of eq. (8) with equal errors: the metric of the bounded unweighted least squares.
-            let rows = &equations.inverse.rows;
-            for (i, row) in rows.iter().enumerate() {
-                for (j, other) in rows.iter().enumerate() {
-                    forces.covariance[2 * i + 1][2 * j + 1] = row.dot(other);
-                }
-            }
+            forces.covariance = unit_covariance(&equations);
             forces.bound();
         }
         let mut estimate = nominal.assemble(&equations, &forces, &right_side, contact_angle, flags);
@@ -102,4 +96,17 @@ impl PaperFilters {
         });
         Ok(estimate)
     }
+}
+
+/// Covariance of the forces for rows of eq. (8) with equal errors: the metric of the bounded
+/// unweighted least squares.
+fn unit_covariance(equations: &Equations) -> [[f64; 6]; 6] {
+    let rows = &equations.inverse.rows;
+    let mut covariance = [[0.0; 6]; 6];
+    for i in 0..3 {
+        for j in 0..3 {
+            covariance[2 * i + 1][2 * j + 1] = rows[i].dot(&rows[j]);
+        }
+    }
+    covariance
 }

@@ -60,11 +60,8 @@ impl Equilibrium {
         });
         let contacts = [0, 1, 2].map(|i| arms.axles[i] - perp(tangents[i]) * wheel_radius);
         let column = |i: usize, force: Vec2| {
-            column(
-                force,
-                cross(contacts[i], force) * inverse_lever,
-                carriers[i],
-            )
+            let moment = cross(contacts[i], force) * inverse_lever;
+            column(force, moment, carriers[i])
         };
         Some(Self {
             h_t: [0, 1, 2].map(|i| column(i, tangents[i])),

@@ -28,8 +28,7 @@ impl BestFilters {
         let rim_speeds = [0, 1, 2].map(rim_speed);
         let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
-        let [front, middle, rear] = self.last_traction;
-        let push = (front + middle + rear) / (3.0 * nominal.mean_load);
+        let push = self.last_traction.iter().sum::<f64>() / (3.0 * nominal.mean_load);
         let pushes = push.abs() > StandingDetector::PUSHES;
         let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
         let acceleration = nominal.robot.geometry.wheel_radius * spin / (3.0 * GRAVITY);
@@ -40,9 +39,7 @@ impl BestFilters {
         let standing = &mut self.standing;
         let stands = standing.update(link_angles, axles, rim_speeds, deviation, pushes, dt);
         if stands && !before {
-            let [front, middle, rear] = rim_speeds;
-            let spin = front + middle + rear;
-            self.motion.discard_motion(spin);
+            self.motion.discard_motion(rim_speeds.iter().sum());
             self.ground.end_section();
         } else if before && !stands {
             self.motion.reset_velocity_variance();
