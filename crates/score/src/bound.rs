@@ -89,13 +89,8 @@ impl SampleNoise {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let traction = (self.torque_gain * wheel.torque).hypot(self.torque) / radius;
             let pulled = equilibrium.h_t[i] * traction;
-            let turned = equilibrium.by_contact_angle(
-                i,
-                geometry.carriers[i],
-                radius,
-                wheels[i].normal_force,
-                wheels[i].traction,
-            ) * self.contact_angle;
+            let forces = [wheels[i].normal_force, wheels[i].traction];
+            let turned = equilibrium.by_contact_angle(i, geometry, forces) * self.contact_angle;
             r += pulled * pulled.transpose() + turned * turned.transpose();
             rub += equilibrium.h_t[i] * (self.gear_friction * wheel.omega.signum() / radius);
         }

@@ -296,7 +296,7 @@ fn only_a_velocity_away_from_the_ground_shows_an_edge() {
         wheel.rim_speed = None;
         let velocity = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
         motion.roll(&budget, &[Some(wheel), None, None], DT, true);
-        let (angle, sigma) = motion.input(input::CONTACT_ANGLE + 0);
+        let (angle, sigma) = motion.input(input::CONTACT_ANGLE);
         let change = libm::atan(0.5);
         if upwards {
             assert!(sigma > 0.3 * change, "{sigma}");
@@ -327,7 +327,7 @@ fn an_impact_changes_no_torque_offset() {
         let after = motion.filter.estimated(TORQUE_OFFSET);
         let unchanged = before.0.to_bits() == after.0.to_bits();
         assert_eq!(unchanged, is_after);
-        assert!(motion.input(input::CONTACT_ANGLE + 0).0.abs() > 1e-6);
+        assert!(motion.input(input::CONTACT_ANGLE).0.abs() > 1e-6);
     }
 }
 
@@ -390,7 +390,7 @@ fn mapped_terrain_corrects_a_contact_angle() {
     assert!((error + 0.25 * 0.03).abs() < 1e-12, "{error}");
     assert!((sigma * sigma - 0.75e-4).abs() < 1e-12, "{sigma}");
     assert_eq!(
-        motion.input(input::CONTACT_ANGLE + 0).0.to_bits(),
+        motion.input(input::CONTACT_ANGLE).0.to_bits(),
         0.0_f64.to_bits()
     );
 
