@@ -107,7 +107,7 @@ def transform(source):
     files[tuning] = re.sub(r"^pub const (\w+): (\w+) = ([^;]+);", process, files[tuning], flags=re.M)
     for path, text in files.items():
         if path.parent == tuning.parent and path != tuning:
-            text = re.sub(r"\btuning::([A-Z_]+)\b", r"tuning::\1()", text)
+            text = re.sub(r"\btuning::([A-Z_]+)\b(?!\()", r"tuning::\1()", text)
         path.write_text(text)
     (source / "factor.rs").write_text(FACTOR)
     library = source / "lib.rs"

@@ -218,7 +218,7 @@ struct WorkBalance {
 impl WorkBalance {
     /// Standard deviation of q before any reading.
     /// Chosen; held by `tests/check/torque_scale.rs`.
-    const PRIOR: f64 = 1.0;
+    const PRIOR_RATIO: f64 = 1.0;
     /// Angle by which posture and place err, rad: 0.1 deg, an error of height over the distance of the
     /// axles. What the fit leaves scales it.
     /// Chosen; held by `tests/check/torque_scale.rs`.
@@ -244,7 +244,7 @@ impl WorkBalance {
     /// relative error of each torque.
     pub fn new(between: f64, resisted: f64, gain: f64) -> Self {
         let of_way = resisted * between;
-        let sigma = [Self::PRIOR, of_way, gain, gain, gain];
+        let sigma = [Self::PRIOR_RATIO, of_way, gain, gain, gain];
         Self {
             passage: Passage::new(between),
             height: Self::ANGLE * between,
@@ -309,7 +309,7 @@ impl WorkBalance {
         let energy = of_squares - sum * sum / count.max(1.0);
         // No error is greater than that of the prior.
         let share = (scale * count * height * height / energy.max(0.0)).min(1.0);
-        let of_height = Self::PRIOR * share;
+        let of_height = Self::PRIOR_RATIO * share;
         let sum = variance * scale + of_speed * of_speed + of_height * of_height;
         (q, robhaz_model::sqrt(sum))
     }
