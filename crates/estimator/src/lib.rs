@@ -37,7 +37,7 @@
 //! | `ground/` | memory of the ground |
 //! | `friction/` | needed friction, onset of slip, bounds of the friction |
 //! | `health/` | whether the readings agree with each other |
-//! | `torque_scale/` | the torques against the weight: a scale, a payload |
+//! | `torque_scale.rs` | the torques against the weight: a scale, a payload |
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
