@@ -97,14 +97,10 @@ impl<'a> Clock<'a> {
 
     /// The finding.
     pub fn finding(&self) -> Finding {
-        let largest = self
-            .jumps
-            .iter()
-            .max_by(|a, b| a.back.abs().total_cmp(&b.back.abs()));
-        let Some(Jump { frame, back }) = largest else {
+        let sizes = |a: &&Jump, b: &&Jump| a.back.abs().total_cmp(&b.back.abs());
+        let Some(Jump { frame, back }) = self.jumps.iter().max_by(sizes) else {
             if self.tells {
-                let figure = "the wheels turn as the time stamps say";
-                return Finding::ok(TEST, CHANNEL, figure);
+                return Finding::ok(TEST, CHANNEL, "the wheels turn as the time stamps say");
             }
             let finding = Finding::ok(TEST, CHANNEL, "the wheels do not turn steadily");
             return finding.cannot_tell("record a drive at a steady speed");
@@ -130,7 +126,8 @@ fn steps(frames: &[SensorFrame]) -> impl Iterator<Item = f64> + '_ {
     frames.windows(2).map(|w| w[1].time - w[0].time)
 }
 
-fn length(part: &[SensorFrame]) -> f64 {
+/// Time from the first to the last frame, s.
+pub fn length(part: &[SensorFrame]) -> f64 {
     match part {
         [first, .., last] => last.time - first.time,
         _ => 0.0,

@@ -2,7 +2,7 @@
 
 use crate::check::motion::Motion;
 use crate::check::recording::Recording;
-use crate::check::signal::{smooth, zip};
+use crate::check::signal::{mean, smooth, zip};
 use robhaz_model::{Robot, Units, Vec2};
 
 /// Step of the path, m.
@@ -43,24 +43,21 @@ impl<'a> Course<'a> {
     /// way back from its end.
     pub fn new(motion: &Motion, robot: &'a Robot, inclination: &[Vec<f64>; 2]) -> Self {
         let (samples, is_back) = samples(motion, robot);
-        let along = |x: &[f64]| {
-            let mut along = mean_along(&samples, x);
-            if is_back {
-                along.reverse();
-            }
-            along
-        };
-        let inclination = inclination.each_ref().map(|x| along(x));
-        Self { robot, inclination }
+        let inclination = inclination.each_ref().map(|x| mean_along(&samples, x));
+        let course = Self { robot, inclination };
+        if is_back {
+            course.turned_round()
+        } else {
+            course
+        }
     }
 
     /// The same course driven the other way.
     pub fn turned_round(&self) -> Self {
-        let mut inclination = self.inclination.clone();
-        inclination.iter_mut().for_each(|x| x.reverse());
+        let reversed = |x: &Vec<f64>| x.iter().rev().copied().collect();
         Self {
             robot: self.robot,
-            inclination,
+            inclination: self.inclination.each_ref().map(reversed),
         }
     }
 
@@ -109,7 +106,7 @@ impl<'a> Course<'a> {
 /// or a high speed a sample takes several steps. And whether the way leads back.
 fn samples(motion: &Motion, robot: &Robot) -> (Vec<(usize, f64)>, bool) {
     let radius = robot.geometry.wheel_radius;
-    let spin = motion.while_driving(robot, &motion.middle_spin);
+    let spin = motion.while_driving(&motion.middle_spin);
     // Most of the way decides the direction.
     let net: f64 = spin.iter().filter(|s| s.is_finite()).sum();
     let direction = if net < 0.0 { -1.0 } else { 1.0 };
@@ -119,12 +116,9 @@ fn samples(motion: &Motion, robot: &Robot) -> (Vec<(usize, f64)>, bool) {
         if !advance.is_finite() {
             continue;
         }
-        loop {
-            let missing = STEP * samples.len() as f64 - distance;
-            if missing >= advance || samples.len() >= MOST_STEPS {
-                break;
-            }
-            samples.push((k, missing / advance));
+        let missing = |count: usize| STEP * count as f64 - distance;
+        while samples.len() < MOST_STEPS && missing(samples.len()) < advance {
+            samples.push((k, missing(samples.len()) / advance));
         }
         distance += advance;
     }
@@ -144,9 +138,7 @@ pub fn mean_along(samples: &[(usize, f64)], x: &[f64]) -> Vec<f64> {
         if to <= from + 1 {
             return 0.5 * (at(w[0]) + at(w[1]));
         }
-        let finite = || x[from..to].iter().filter(|v| v.is_finite());
-        let count = u32::try_from(finite().count()).unwrap_or(u32::MAX);
-        finite().sum::<f64>() / f64::from(count)
+        mean(&x[from..to]).unwrap_or(f64::NAN)
     });
     means.collect()
 }

@@ -17,11 +17,10 @@
 //! ```
 
 use crate::check::course::{Course, Links, STEP};
+use crate::check::readings::Readings;
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel, Tested};
-use crate::check::signal::{median, rms, zip};
-use robhaz_estimator::NoiseBudget;
-use robhaz_model::Robot;
+use crate::check::rewire::{Change, Channel};
+use crate::check::signal::{mean, median, rms, zip};
 
 /// Share of the rear difference that the front one explains.
 const EXPLAINED: f64 = 0.7;
@@ -53,25 +52,19 @@ const OWN: Links = [[1.0, 0.0], [0.0, 1.0]];
 /// the sign of pin Q.
 fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
     let [first, second] = [0, 1].map(Channel::Inclinometer);
-    let flip = |channel| Some(Change::Factor(channel, -1.0));
+    let (own, flip) = ((OWN, None), |channel| Some(Change::Factor(channel, -1.0)));
     match body_link {
-        Some(0) => vec![
-            (OWN, None),
-            ([[1.0, 0.0], [2.0, -1.0]], Some(Change::Pin(0))),
-        ],
-        Some(_) => vec![
-            (OWN, None),
-            ([[-1.0, 2.0], [0.0, 1.0]], Some(Change::Pin(1))),
-        ],
-        None => vec![
-            (OWN, None),
-            ([[-1.0, 0.0], [0.0, 1.0]], flip(first)),
-            ([[1.0, 0.0], [0.0, -1.0]], flip(second)),
-            (
-                [[0.0, 1.0], [1.0, 0.0]],
-                Some(Change::Exchange(first, second)),
-            ),
-        ],
+        Some(0) => vec![own, ([[1.0, 0.0], [2.0, -1.0]], Some(Change::Pin(0)))],
+        Some(_) => vec![own, ([[-1.0, 2.0], [0.0, 1.0]], Some(Change::Pin(1)))],
+        None => {
+            let exchange = Some(Change::Exchange(first, second));
+            vec![
+                own,
+                ([[-1.0, 0.0], [0.0, 1.0]], flip(first)),
+                ([[1.0, 0.0], [0.0, -1.0]], flip(second)),
+                ([[0.0, 1.0], [1.0, 0.0]], exchange),
+            ]
+        }
     }
 }
 
@@ -94,31 +87,20 @@ pub enum Signs {
     Unknown,
 }
 
-/// All findings, and what to change. `body_link`: see [`wirings`]; `is_forward`: whether the
-/// inclinometers show the acceleration of the wheels. The ground is the same for an inertial sensor
-/// that is mounted the other way round as for a pin that is.
-pub fn findings(
-    course: &Course<'_>,
-    (robot, budget): (&Robot, &NoiseBudget),
-    speed: f64,
-    body_link: Option<usize>,
-    is_forward: bool,
-) -> (Tested, Signs) {
-    let wirings = wirings(body_link);
-    let passings: Vec<_> = (wirings.iter().map(|(links, _)| passing(course, links))).collect();
-    let own = passings.first().copied().flatten();
-    let back = course.turned_round();
-    let back = wirings.iter().map(|(links, _)| passing(&back, links));
-    if let Some(finding) = direction(most(passings.iter().copied()), most(back)) {
-        return (
-            Tested {
-                findings: vec![finding],
-                changes: Vec::new(),
-            },
-            Signs::Unknown,
-        );
+/// All findings. `is_forward`: whether the inclinometers show the acceleration of the wheels. The
+/// ground is the same for an inertial sensor that is mounted the other way round as for a pin that
+/// is.
+pub fn findings(log: &Readings<'_>, is_forward: bool) -> (Vec<Finding>, Signs) {
+    let course = Course::new(&log.motion, log.stated.robot, &log.recording.inclination);
+    let wirings = wirings(log.stated.body_link());
+    let passings = |course: &Course<'_>| -> Vec<Option<Passing>> {
+        (wirings.iter().map(|(links, _)| passing(course, links))).collect()
+    };
+    let own = passings(&course);
+    if let Some(finding) = direction(most(&own), most(&passings(&course.turned_round()))) {
+        return (vec![finding], Signs::Unknown);
     }
-    let (mut finding, change) = signs(&wirings, &passings);
+    let (mut finding, change) = signs(&wirings, &own);
     if matches!(change, Some(Change::Pin(_))) && !is_forward {
         finding = finding.fault("turn round sign of reading.pin_angle, or those of body_inclination and body_rate: a start shows which");
     }
@@ -127,25 +109,24 @@ pub fn findings(
         (_, Some(Change::Factor(..))) => Signs::Different,
         _ => Signs::Equal,
     };
-    let mut findings = vec![finding];
-    if change.is_none() && course.is_even() {
-        findings.extend(offset(course, own, (robot, budget), speed));
-    }
     // Which of the two has the other sign, the gyroscopes know.
-    let changes = change
-        .filter(|_| signs != Signs::Different)
-        .into_iter()
-        .collect();
-    (Tested { findings, changes }, signs)
+    let mut findings = vec![finding.change(change.filter(|_| signs != Signs::Different))];
+    if change.is_none() && course.is_even() {
+        findings.extend(offset(&course, own[0], log));
+    }
+    (findings, signs)
 }
 
-fn share(passing: Option<Passing>) -> f64 {
-    passing.map_or(0.0, |passing| passing.explained)
+/// The share of each wiring.
+fn shares(passings: &[Option<Passing>]) -> impl Iterator<Item = f64> {
+    passings
+        .iter()
+        .map(|passing| passing.map_or(0.0, |p| p.explained))
 }
 
 /// The largest share of any wiring.
-fn most(passings: impl Iterator<Item = Option<Passing>>) -> f64 {
-    passings.map(share).fold(0.0, f64::max)
+fn most(passings: &[Option<Passing>]) -> f64 {
+    shares(passings).fold(0.0, f64::max)
 }
 
 /// A fault where the wheels pass the same ground in the other order, however the links are wired.
@@ -166,19 +147,18 @@ fn direction(own: f64, back: f64) -> Option<Finding> {
 }
 
 fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<Change>) {
-    let shares: Vec<f64> = passings.iter().map(|passing| share(*passing)).collect();
-    let own = shares.first().copied().unwrap_or(0.0);
-    let numbered = shares.iter().copied().enumerate();
-    let (best, most) = numbered.fold(
-        (0, own),
-        |best, now| if now.1 > best.1 { now } else { best },
-    );
+    let own = shares(passings).next().unwrap_or(0.0);
+    let (mut best, mut most) = (None, own);
+    for ((_, change), share) in wirings.iter().zip(shares(passings)) {
+        if share > most {
+            (best, most) = (*change, share);
+        }
+    }
     let mut figure = format!(
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    let change = (wirings.get(best).and_then(|(_, change)| *change))
-        .filter(|_| most > CERTAIN && most > own + BETTER);
+    let change = best.filter(|_| most > CERTAIN && most > own + BETTER);
     if change.is_some() {
         figure += &format!(", otherwise wired {:.0} %", 100.0 * most);
     }
@@ -197,12 +177,8 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
 }
 
 /// Difference of the means of the two curves, over what the inclinometers' biases make of it.
-fn offset(
-    course: &Course<'_>,
-    own: Option<Passing>,
-    (robot, budget): (&Robot, &NoiseBudget),
-    speed: f64,
-) -> Option<Finding> {
+fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Option<Finding> {
+    let (robot, budget) = (log.stated.robot, &log.stated.budget);
     let [front, rear] = course.heights(&OWN);
     // On level ground no distance shows, and none is needed.
     let is_level = |x: &[f64]| {
@@ -220,7 +196,7 @@ fn offset(
     let mean = median(difference)?;
     let angle = mean / course.spacings()[0];
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
-    let way = n as f64 * STEP;
+    let (way, speed) = (n as f64 * STEP, log.motion.speed(robot));
     let limit =
         OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * robot.gravity * way);
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
@@ -229,9 +205,11 @@ fn offset(
     let finding = Finding::ok(OFFSET, CHANNEL, figure).with("difference", angle, "deg");
     let remedy =
         "one of the inclinometers has an offset: zero both in the nominal pose on level ground";
-    Some(match angle.abs() <= limit {
-        true => finding,
-        false => finding.fault(remedy),
+    let is_right = angle.abs() <= limit;
+    Some(if is_right {
+        finding
+    } else {
+        finding.fault(remedy)
     })
 }
 
@@ -252,18 +230,19 @@ pub fn distance(fused: &Course<'_>) -> Finding {
         100.0 * own.explained
     );
     let finding = Finding::ok(SCALE, channel, figure);
-    if (own.scale - 1.0).abs() < SCALE_ERROR {
-        return finding.with("scale", own.scale, "-");
-    }
-    if own.explained < CERTAIN {
+    let is_right = (own.scale - 1.0).abs() < SCALE_ERROR;
+    if !is_right && own.explained < CERTAIN {
         let remedy = "drive without spinning wheels; if no wheel spins, wheel radius, counts a turn or the robot's geometry are wrong";
         return finding.cannot_tell(remedy);
     }
-    let remedy = format!(
+    let finding = finding.with("scale", own.scale, "-");
+    if is_right {
+        return finding;
+    }
+    finding.fault(format!(
         "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",
         own.scale
-    );
-    finding.fault(remedy).with("scale", own.scale, "-")
+    ))
 }
 
 /// Steps of the path in the distance of the front two axles, for encoders of a scale.
@@ -286,12 +265,8 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
         let back = (shift as f64 * behind / spacing) as usize;
         let n = count.checked_sub(shift + back);
         let n = n.filter(|n| *n > at(1.0) / 2)?;
-        let moved = |x: &[f64], by: usize, from: usize| {
-            zip(&x[from + by..from + by + n], &x[from..from + n], |a, b| {
-                a - b
-            })
-        };
-        Some((moved(&rear, shift, back), moved(&front, back, 0)))
+        let moved = |x: &[f64], by: usize| zip(&x[by..by + n], &x[..n], |a, b| a - b);
+        Some((moved(&rear[back..], shift), moved(&front, back)))
     };
     let explained = |shift: usize| {
         let (y, x) = sides(shift)?;
@@ -320,8 +295,6 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
 
 /// Root of the mean square of the deviations from the mean.
 fn deviation(x: &[f64]) -> f64 {
-    let finite = || x.iter().filter(|v| v.is_finite());
-    let count = u32::try_from(finite().count().max(1)).unwrap_or(u32::MAX);
-    let mean = finite().sum::<f64>() / f64::from(count);
+    let mean = mean(x).unwrap_or(0.0);
     rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
 }

@@ -2,12 +2,11 @@
 
 use crate::check::changes::{CERTAIN, Changes, FORWARD, LEAST_CHANGE, SPAN};
 use crate::check::delay::{self, Allowed, delay};
-use crate::check::motion::Motion;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::signal::{derivative, rms, smooth};
-use robhaz_model::{Carrier, Robot};
+use robhaz_model::Carrier;
 
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
@@ -21,88 +20,62 @@ const GYRO_DELAY: f64 = 0.005;
 const MARGIN: f64 = 0.005;
 
 /// The findings of both links, for right signs and units.
-pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
-    let Readings {
-        recording, motion, ..
-    } = log;
-    let acceleration =
-        (log.budget.specific_force).then(|| acceleration(recording, motion, log.robot));
-    let changes = Changes::of(recording, acceleration.as_deref(), &[]);
-    let of_link = |k| delay_of(recording, &changes, k);
-    (0..2).map(of_link).collect()
+pub fn findings(log: &Readings<'_>) -> [Finding; 2] {
+    let acceleration = (log.stated.budget.specific_force).then(|| acceleration(log));
+    let changes = Changes::of(&log.recording, acceleration.as_deref(), &[]);
+    [0, 1].map(|k| delay_of(&log.recording, &changes, k))
 }
 
 /// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
 /// measure the specific force: that of Q. 0 near the ends of the log, where it is not known.
-fn acceleration(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
-    let width = recording.steps(0.5 * FORWARD);
-    let speed = speed_of_q(recording, motion, robot, width);
-    let mut acceleration = derivative(&speed, width, recording.dt);
-    for value in &mut acceleration {
-        *value = if value.is_finite() {
-            *value / robot.gravity
-        } else {
-            0.0
-        };
-    }
-    acceleration
+fn acceleration(log: &Readings<'_>) -> Vec<f64> {
+    let width = log.recording.steps(0.5 * FORWARD);
+    let acceleration = derivative(&speed_of_q(log, width), width, log.recording.dt);
+    let over_g = acceleration.iter().map(|a| a / log.stated.robot.gravity);
+    over_g
+        .map(|a| if a.is_finite() { a } else { 0.0 })
+        .collect()
 }
 
 /// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls
 /// along its own direction, with the absolute spin of its wheels, and turns Q about the middle of
 /// its axles.
-fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usize) -> Vec<f64> {
-    let geometry = &robot.geometry;
+fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
+    let (recording, geometry) = (&log.recording, &log.stated.robot.geometry);
     let carriers = geometry.carriers.map(Carrier::index);
     let link = usize::from(carriers.iter().sum::<usize>() > 1);
-    let (inclination, rate) = (
-        smooth(&recording.inclination[link], width),
-        smooth(&recording.rate[link], width),
-    );
+    let of_link = [&recording.inclination[link], &recording.rate[link]];
+    let [inclination, rate] = of_link.map(|x| smooth(x, width));
     let on_link = (0..3).filter(|i| carriers[*i] == link);
     let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
     let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
-    let spins = motion.middle_spin.iter();
-    spins
-        .zip(inclination.iter().zip(&rate))
-        .map(|(spin, (inclination, rate))| {
-            (radius * (spin - rate) - arm * rate) * inclination.cos()
-        })
-        .collect()
+    let spins = log.motion.middle_spin.iter().zip(&rate).zip(&inclination);
+    let speed = |((spin, rate), inclination): ((&f64, &f64), &f64)| {
+        (radius * (spin - rate) - arm * rate) * inclination.cos()
+    };
+    spins.map(speed).collect()
 }
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
     let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
     let allowed = Allowed {
-        early: GYRO_DELAY + MARGIN,
-        late: INCLINOMETER_LAG + MARGIN,
+        early: GYRO_DELAY + MARGIN + 0.5 * recording.slowest,
+        late: INCLINOMETER_LAG + MARGIN + 0.5 * recording.slowest,
         explained: CERTAIN,
     };
-    let allowed = allowed.at_period(recording.slowest);
+    let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
+    let [longest, memory] = [LONGEST_DELAY, SPAN].map(|time| recording.steps(time));
     // All samples: those that fit best without a delay would hide it.
-    let found = Some(&changes.rate[k])
-        .filter(|rate| rms(rate) > LEAST_CHANGE)
-        .and_then(|rate| {
-            delay(
-                &changes.inclination[k],
-                &[rate],
-                recording.steps(LONGEST_DELAY),
-                recording.steps(SPAN),
-                recording.dt,
-                allowed,
-            )
-        })
+    let found = (rms(rate) > LEAST_CHANGE)
+        .then(|| delay(inclination, &[rate], longest, memory, recording.dt, allowed))
+        .flatten()
         .filter(|delay| delay.explained > EXPLAINED);
     let unknown = [
         "no common motion",
         "drive over an obstacle that turns the links by a few degrees",
     ];
-    delay::finding(&channel, found, &allowed, unknown, |found| {
-        let (late, offset) = if found.seconds > 0.0 {
-            ("its", -found.seconds)
-        } else {
-            ("the gyro's", found.seconds)
-        };
+    delay::finding(&channel, found, &allowed, unknown, |is_late, offset| {
+        let late = if is_late { "its" } else { "the gyro's" };
         format!(
             "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
         )

@@ -1,6 +1,7 @@
 //! Readings of a log on equal steps of time.
 
-use crate::check::clock::Clock;
+use crate::check::clock::{Clock, length};
+use crate::check::rewire::Channel;
 use crate::check::signal::{integral, median, zip};
 use robhaz_estimator::SensorFrame;
 
@@ -35,10 +36,10 @@ impl Recording {
     pub fn new(clock: &Clock<'_>) -> Option<Self> {
         let dt = clock.step?;
         let mut slowest = dt;
-        let mut channel = |value: &dyn Fn(&SensorFrame) -> Option<f64>| {
-            let of_part = |part: &&[SensorFrame]| Channel::of(part, value);
-            let parts: Vec<Channel> = clock.parts.iter().map(of_part).collect();
-            let period = median(parts.iter().flat_map(Channel::steps)).unwrap_or(dt);
+        let mut samples = |channel: Channel| {
+            let of_part = |part: &&[SensorFrame]| Part::of(part, channel);
+            let parts: Vec<Part> = clock.parts.iter().map(of_part).collect();
+            let period = median(parts.iter().flat_map(Part::steps)).unwrap_or(dt);
             slowest = slowest.max(period);
             let mut samples = Vec::new();
             for (i, part) in parts.iter().enumerate() {
@@ -52,13 +53,10 @@ impl Recording {
         };
         Some(Self {
             dt,
-            wheel_angle: [0, 1, 2].map(|i| channel(&|f| f.wheel_angle[i])),
-            torque: [0, 1, 2].map(|i| channel(&|f| f.motor_torque[i])),
-            inclination: [
-                channel(&|f| f.link1.inclination),
-                channel(&|f| f.link2.inclination),
-            ],
-            rate: [channel(&|f| f.link1.rate), channel(&|f| f.link2.rate)],
+            wheel_angle: [0, 1, 2].map(|i| samples(Channel::Encoder(i))),
+            torque: [0, 1, 2].map(|i| samples(Channel::Torque(i))),
+            inclination: [0, 1].map(|k| samples(Channel::Inclinometer(k))),
+            rate: [0, 1].map(|k| samples(Channel::Gyro(k))),
             slowest,
         })
     }
@@ -86,23 +84,22 @@ fn steps(time: f64, dt: f64) -> usize {
 }
 
 /// The readings of one channel in a part of a log.
-struct Channel {
+struct Part {
     /// Length of the part, s.
     length: f64,
     /// Time since the start of the part (s), and value.
     readings: Vec<(f64, f64)>,
 }
 
-impl Channel {
-    fn of(part: &[SensorFrame], value: impl Fn(&SensorFrame) -> Option<f64>) -> Self {
+impl Part {
+    fn of(part: &[SensorFrame], channel: Channel) -> Self {
         let start = part.first().map_or(0.0, |f| f.time);
-        let end = part.last().map_or(0.0, |f| f.time);
         let read = |f: &SensorFrame| {
-            let value = value(f).filter(|v| v.is_finite())?;
+            let value = channel.value(f).filter(|v| v.is_finite())?;
             Some((f.time - start, value))
         };
         Self {
-            length: end - start,
+            length: length(part),
             readings: part.iter().filter_map(read).collect(),
         }
     }
