@@ -8,7 +8,7 @@ use crate::messages::{
 };
 use crate::own_names;
 use crate::place::{no_table, table_in};
-use crate::plan::{Plan, TableFormat, TablePlace};
+use crate::plan::{Plan, TableFormat, stem};
 use crate::readings::{Reading, Values, frame};
 use crate::rows::Row;
 use mcap::records::MessageHeader;
@@ -79,8 +79,8 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
         channels: vec![own_names::readings(&table)?],
     };
     let (mut forces, mut warnings) = (Vec::new(), Vec::new());
-    for (name, path) in forces_in(folder)? {
-        match Forces::read(name, &path, &mut warnings) {
+    for (name, (path, format)) in forces_in(folder)? {
+        match Forces::read(name, &path, format, &mut warnings) {
             Ok(table) => forces.push(table),
             Err(error) => warnings.push(format!("left out: {error}")),
         }
@@ -109,11 +109,13 @@ fn read(
         let content = readings.channels[channel].content(&row.cells);
         add(row.stamp.seconds(), content.readings)
     })?;
-    let path = readings.channels[0].place.path();
+    let why = why.iter().flatten();
     Ok(Exported {
         rows,
         parts,
-        warnings: why.iter().flatten().map(|why| cut_off(path, why)).collect(),
+        warnings: why
+            .map(|why| cut_off(&readings.channels[0].path, why))
+            .collect(),
     })
 }
 
@@ -122,30 +124,34 @@ fn cut_off(path: &Path, why: &str) -> String {
 }
 
 /// The tables of forces in a folder, in order of their names: the truth and the estimates.
-fn forces_in(folder: &Path) -> Result<Vec<(String, PathBuf)>, LogError> {
-    let mut found: BTreeMap<String, PathBuf> = BTreeMap::new();
+fn forces_in(folder: &Path) -> Result<BTreeMap<String, (PathBuf, TableFormat)>, LogError> {
+    let mut found = BTreeMap::new();
     let entries = std::fs::read_dir(folder).map_err(LogError::io(folder))?;
     for entry in entries {
         let path = entry.map_err(LogError::io(folder))?.path();
-        let stem = TablePlace::stem(&path);
+        let stem = stem(&path);
         let name = match stem.strip_prefix(ESTIMATE) {
             Some(name) => name,
             None if stem == "truth" => "truth",
             None => continue,
         };
         // `estimate-best.parquet.partial` has another stem and no format.
-        if TableFormat::of(&path).is_some() {
-            found.entry(name.to_owned()).or_insert(path);
+        if let Some(format) = TableFormat::of(&path) {
+            found.entry(name.to_owned()).or_insert((path, format));
         }
     }
-    Ok(found.into_iter().collect())
+    Ok(found)
 }
 
 impl Forces {
     /// Reads a table, so that a fault in its middle is found before anything is written.
-    fn read(name: String, path: &Path, warnings: &mut Vec<String>) -> Result<Self, LogError> {
-        let place = TablePlace::new(path, mapped::time(None))?;
-        let found = place.format.columns(path)?;
+    fn read(
+        name: String,
+        path: &Path,
+        format: TableFormat,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, LogError> {
+        let found = format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
         for number in 0..NUMBERS {
             let (part, wheel) = (number / 3, number % 3 + 1);
@@ -158,7 +164,7 @@ impl Forces {
             }
         }
         let mut rows = Vec::new();
-        let why = place.read(&columns, &mut |row| {
+        let why = format.read(path, &mapped::time(None), &columns, &mut |row| {
             rows.push(row);
             Ok(())
         })?;
@@ -174,7 +180,7 @@ impl Forces {
 
     /// The cells of the row of a time (s), in the order of the columns; `None` where the table has
     /// none.
-    fn at(&mut self, time: f64) -> Option<&[Option<f64>]> {
+    fn at(&mut self, time: f64) -> Option<&[f64]> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;
         let late = self.rows[self.next..].iter();
@@ -188,7 +194,7 @@ impl Forces {
         let cells = self.at(time)?.to_vec();
         let mut numbers = [f64::NAN; NUMBERS];
         for (place, cell) in self.places.iter().zip(cells) {
-            numbers[*place] = cell.unwrap_or(f64::NAN);
+            numbers[*place] = cell;
         }
         Some(encode_forces(time, &numbers))
     }
@@ -324,14 +330,20 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
     let exported = read(readings, parts, |time, values| {
-        let readings = Reading::of_frame().map(|r| values[r.index()]);
-        let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(readings).collect();
+        let readings = Reading::of_frame().map(|r| values[r.index()].unwrap_or(f64::NAN));
+        let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
-            let none = vec![None; forces.columns.len()];
+            let none = vec![f64::NAN; forces.columns.len()];
             cells.extend_from_slice(forces.at(time).unwrap_or(&none));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
-        let text_of = |cell: &Option<f64>| cell.map_or(String::new(), |v| format!("{v:?}"));
+        let text_of = |v: &f64| {
+            if v.is_nan() {
+                String::new()
+            } else {
+                format!("{v:?}")
+            }
+        };
         let cells: Vec<String> = cells.iter().map(text_of).collect();
         writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))
     })?;

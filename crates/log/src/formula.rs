@@ -59,7 +59,7 @@ impl Formula {
     }
 
     /// The reading of a row's cells; `None` where a cell is missing or the direction has no length.
-    pub fn value(&self, cells: &[Option<f64>]) -> Option<f64> {
+    pub fn value(&self, cells: &[f64]) -> Option<f64> {
         match *self {
             Self::Cell {
                 cell,
@@ -88,7 +88,7 @@ impl Formula {
 }
 
 impl Upward {
-    fn direction(&self, cells: &[Option<f64>]) -> Option<[f64; 3]> {
+    fn direction(&self, cells: &[f64]) -> Option<[f64; 3]> {
         match *self {
             Self::SpecificForce(of) => all(cells, of),
             // The third row of the rotation matrix.
@@ -114,12 +114,9 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The values of cells; `None` where one is missing.
-fn all<const N: usize>(cells: &[Option<f64>], of: [usize; N]) -> Option<[f64; N]> {
-    let mut values = [0.0; N];
-    for (value, index) in values.iter_mut().zip(of) {
-        *value = (*cells.get(index)?)?;
-    }
-    Some(values)
+fn all<const N: usize>(cells: &[f64], of: [usize; N]) -> Option<[f64; N]> {
+    let values = of.map(|index| *cells.get(index).unwrap_or(&f64::NAN));
+    values.iter().all(|v| v.is_finite()).then_some(values)
 }
 
 /// Subtracting zero would change the sign of a zero.
@@ -134,10 +131,6 @@ mod tests {
     const X: [f64; 3] = [1.0, 0.0, 0.0];
     const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-    fn cells(values: &[f64]) -> Vec<Option<f64>> {
-        values.iter().copied().map(Some).collect()
-    }
-
     /// Closed form: an IMU with x forward and z up, nose up by 0.3 rad, that is -0.3 rad about its
     /// y axis, turning nose up at 0.2 rad/s.
     #[test]
@@ -149,11 +142,11 @@ mod tests {
             offset: 0.0,
         };
         let (sin, cos) = 0.3_f64.sin_cos();
-        let force = cells(&[9.81 * sin, 0.5, 9.81 * cos]);
+        let force = [9.81 * sin, 0.5, 9.81 * cos];
         let found = inclination(Upward::SpecificForce([0, 1, 2])).value(&force);
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
         let (sin, cos) = (-0.15_f64).sin_cos();
-        let turned = cells(&[0.0, sin, 0.0, cos]);
+        let turned = [0.0, sin, 0.0, cos];
         let found = inclination(Upward::Orientation([0, 1, 2, 3])).value(&turned);
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
         let rate = Formula::Rate {
@@ -162,7 +155,7 @@ mod tests {
             factor: 1.0,
             offset: 0.05,
         };
-        let found = rate.value(&cells(&[0.7, -0.2, 0.9]));
+        let found = rate.value(&[0.7, -0.2, 0.9]);
         assert!((found.unwrap() - 0.15).abs() < 1e-15);
     }
 
@@ -175,16 +168,16 @@ mod tests {
             up_axis: Z,
             offset: 0.0,
         };
-        assert_eq!(inclination.value(&cells(&[0.0; 3])), None);
-        assert_eq!(inclination.value(&[Some(1.0), None, Some(2.0)]), None);
-        assert_eq!(Formula::of_cell(1).value(&cells(&[1.0])), None);
+        assert_eq!(inclination.value(&[0.0; 3]), None);
+        assert_eq!(inclination.value(&[1.0, f64::NAN, 2.0]), None);
+        assert_eq!(Formula::of_cell(1).value(&[1.0]), None);
     }
 
     /// The bits of a cell stay, those of a negative zero too.
     #[test]
     fn a_cell_in_si_keeps_its_bits() {
         for value in [-0.0, 0.1 + 0.2, 5e-324, -1e300] {
-            let found = Formula::of_cell(0).value(&[Some(value)]);
+            let found = Formula::of_cell(0).value(&[value]);
             assert_eq!(found.map(f64::to_bits), Some(value.to_bits()));
         }
     }

@@ -49,12 +49,7 @@ impl Frames {
         let plan = &self.plan.channels[channel];
         let (row, columns) = (self.next[channel], plan.columns.len());
         self.next[channel] += 1;
-        let cells = &self.survey.channels[channel].cells[row * columns..(row + 1) * columns];
-        let cells: Vec<Option<f64>> = cells
-            .iter()
-            .map(|v| Some(*v).filter(|v| v.is_finite()))
-            .collect();
-        plan.content(&cells)
+        plan.content(&self.survey.channels[channel].cells[row * columns..(row + 1) * columns])
     }
 }
 
@@ -106,16 +101,19 @@ impl Source for Frames {
     /// What became of the rows so far.
     fn log_report(&self) -> Option<LogReport> {
         let present = Reading::all().filter(|r| self.plan.has(*r));
+        let missing = present.map(|r| (r.name().to_owned(), self.missing[r.index()]));
         let channels = self.survey.channels.iter();
-        let names = |readings: Vec<Reading>| readings.iter().map(|r| r.name().to_owned()).collect();
         Some(LogReport {
             source: self.plan.source.display().to_string(),
             start: self.survey.origin.seconds() + self.plan.channels[0].offset,
             channels: channels.map(|c| c.report.clone()).collect(),
-            missing: present
-                .map(|r| (r.name().to_owned(), self.missing[r.index()]))
+            missing: missing.collect(),
+            absent: self
+                .plan
+                .absent()
+                .iter()
+                .map(|r| r.name().to_owned())
                 .collect(),
-            absent: names(self.plan.absent()),
         })
     }
 }

@@ -7,7 +7,6 @@ use crate::own_names;
 use crate::pace::pace;
 use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
-use crate::readings::Reading;
 use crate::survey::{Survey, survey};
 use robhaz_model::BodyMount;
 use robhaz_run::{Run, RunDescription, Source};
@@ -69,9 +68,8 @@ impl Log {
         };
         let mut files: Vec<PathBuf> = Vec::new();
         for channel in &channels {
-            let file = channel.place.path().to_path_buf();
-            if !files.contains(&file) {
-                files.push(file);
+            if !files.contains(&channel.path) {
+                files.push(channel.path.clone());
             }
         }
         let mut plan = Plan {
@@ -90,9 +88,8 @@ impl Log {
             let robot = &choice.robot.robot;
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
             let (speed, period) = pace(&plan, &survey, robot);
-            choice.budget = choice
-                .budget
-                .of_body_sensors(robot, choice.pin, speed, period);
+            let budget = &choice.budget;
+            choice.budget = budget.of_body_sensors(robot, choice.pin, speed, period);
             mount
         });
         let record = record(&survey, &choice, &mut warnings);
@@ -112,12 +109,9 @@ impl Log {
 
     /// The run of its estimators.
     pub fn into_run(self) -> Run {
-        let description =
+        let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
-        let description = RunDescription {
-            has_truth: self.plan.channels.iter().any(|channel| channel.is_truth),
-            ..description
-        };
+        description.has_truth = self.survey.truth.is_some();
         Run::of(description, self.into_source())
     }
 
@@ -139,13 +133,20 @@ fn check_truth(
     survey: &Survey,
     compare_from: f64,
 ) -> Result<Option<String>, LogError> {
-    let of_truth = plan.channels.iter().enumerate().find(|(_, c)| c.is_truth);
+    let of_truth = plan
+        .channels
+        .iter()
+        .enumerate()
+        .find(|(_, c)| c.truth.is_some());
     let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
         return Ok(None);
     };
     let refused = |message: String| {
-        let path = channel.place.path();
-        Err(LogError::place(path, "the table of --truth", message))
+        Err(LogError::place(
+            &channel.path,
+            "the table of --truth",
+            message,
+        ))
     };
     let Some((first, last)) = truth.span else {
         let lacks = truth.lacks(&channel.columns);
@@ -177,10 +178,8 @@ fn use_contact_angles(
     options: &LogOptions,
 ) -> Result<Option<String>, LogError> {
     let refused = |message: String| Err(LogError::whole(&plan.source, message));
-    let (absent, others): (Vec<Reading>, Vec<Reading>) = plan
-        .absent()
-        .into_iter()
-        .partition(|r| r.is_contact_angle());
+    let absent = plan.absent().into_iter();
+    let (absent, others): (Vec<_>, Vec<_>) = absent.partition(|r| r.is_contact_angle());
     if let Some(reading) = others.first() {
         return refused(format!(
             "has no {}: every estimator needs it; allowed to be missing: contact angles",
@@ -190,10 +189,9 @@ fn use_contact_angles(
     let needing = choice.needing_contact_angles();
     if options.contact_angles == Some(true) && !absent.is_empty() && !needing.is_empty() {
         let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
+        let (absent, needing) = (absent.join(", "), needing.join(", "));
         return refused(format!(
-            "has no {}, which {} need; allowed: --contact-angles none, or a log with them",
-            absent.join(", "),
-            needing.join(", "),
+            "has no {absent}, which {needing} need; allowed: --contact-angles none, or a log with them"
         ));
     }
     if options.contact_angles.unwrap_or(absent.is_empty()) {
@@ -203,12 +201,9 @@ fn use_contact_angles(
     let left_out = choice
         .without_contact_angles(options.named_estimators)
         .map_err(|error| LogError::whole(&plan.source, error))?;
-    Ok((!left_out.is_empty()).then(|| {
-        format!(
-            "without contact angles {} cannot estimate and are left out",
-            left_out.join(", ")
-        )
-    }))
+    let names = left_out.join(", ");
+    let notice = format!("without contact angles {names} cannot estimate and are left out");
+    Ok((!left_out.is_empty()).then_some(notice))
 }
 
 fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> RecordChoice {

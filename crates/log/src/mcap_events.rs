@@ -1,8 +1,8 @@
 //! Topics of an MCAP file.
 
 use crate::error::{LogError, open_file};
-use crate::messages::{Decoded, MessageKind, Number};
-use crate::rows::{ColumnInfo, Place, Row};
+use crate::messages::{Decoded, MessageKind};
+use crate::rows::{ColumnInfo, Place, Row, finite};
 use crate::stamp::{Stamp, TimeUnit};
 use mcap::McapError;
 use mcap::records::Record;
@@ -24,17 +24,6 @@ pub enum Clock {
     Header,
     /// When the recorder received the message.
     Log,
-}
-
-/// A topic of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TopicPlace {
-    /// The file.
-    pub path: PathBuf,
-    /// The topic.
-    pub topic: String,
-    /// Its time.
-    pub clock: Clock,
 }
 
 /// A message of a file.
@@ -165,19 +154,28 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
     };
     while !found.as_deref().is_some_and(is_complete) {
         let next = messages.next(|messages, message| {
-            let (of, schema) = messages.topics.get(&message.channel)?;
-            (of == topic).then(|| columns_of(path, topic, schema, message.data))
-        })?;
-        let Some(columns) = next else {
-            break;
-        };
-        if let Some(columns) = columns {
+            let Some((_, schema)) = messages
+                .topics
+                .get(&message.channel)
+                .filter(|t| t.0 == topic)
+            else {
+                return Ok(());
+            };
             let known = found.get_or_insert_default();
-            for column in columns? {
+            for number in decode(path, topic, schema, message.data)?.numbers {
+                let column = ColumnInfo {
+                    name: number.column(),
+                    unit: None,
+                };
                 if !known.contains(&column) {
                     known.push(column);
                 }
             }
+            Ok(())
+        })?;
+        match next {
+            Some(result) => result?,
+            None => break,
         }
     }
     found.ok_or_else(|| {
@@ -191,20 +189,6 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
         );
         LogError::whole(path, message)
     })
-}
-
-fn columns_of(
-    path: &Path,
-    topic: &str,
-    schema: &str,
-    data: &[u8],
-) -> Result<Vec<ColumnInfo>, LogError> {
-    let decoded = decode(path, topic, schema, data)?;
-    let column = |number: &Number<'_>| ColumnInfo {
-        name: number.column(),
-        unit: None,
-    };
-    Ok(decoded.numbers.iter().map(column).collect())
 }
 
 fn decode<'a>(
@@ -233,7 +217,8 @@ fn decode<'a>(
 pub struct Wanted<'a> {
     /// Its number.
     pub channel: usize,
-    place: &'a TopicPlace,
+    topic: &'a str,
+    clock: Clock,
     columns: &'a [String],
     /// Messages so far.
     count: u64,
@@ -253,8 +238,8 @@ pub fn read(
         let Some((topic, schema)) = messages.topics.get(&message.channel) else {
             return Ok(());
         };
-        for wanted in channels.iter_mut().filter(|w| w.place.topic == *topic) {
-            for row in wanted.add(schema, &message)?.into_iter().flatten() {
+        for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
+            for row in wanted.add(path, schema, &message)?.into_iter().flatten() {
                 add(wanted.channel, row)?;
             }
         }
@@ -272,10 +257,11 @@ pub fn read(
 
 impl<'a> Wanted<'a> {
     /// A channel before its first message.
-    pub fn new(channel: usize, place: &'a TopicPlace, columns: &'a [String]) -> Self {
+    pub fn new(channel: usize, topic: &'a str, clock: Clock, columns: &'a [String]) -> Self {
         Self {
             channel,
-            place,
+            topic,
+            clock,
             columns,
             count: 0,
             open: None,
@@ -284,16 +270,16 @@ impl<'a> Wanted<'a> {
 
     /// Adds a message. Returns the rows that are complete then, in their order: one that was open,
     /// that of the message.
-    fn add(&mut self, schema: &str, message: &Message<'_>) -> Result<[Option<Row>; 2], LogError> {
-        let (path, topic) = (&self.place.path, &self.place.topic);
-        let decoded = decode(path, topic, schema, message.data)?;
+    fn add(
+        &mut self,
+        path: &Path,
+        schema: &str,
+        message: &Message<'_>,
+    ) -> Result<[Option<Row>; 2], LogError> {
+        let decoded = decode(path, self.topic, schema, message.data)?;
         self.count += 1;
         let number = |name: &String| decoded.numbers.iter().find(|number| number.is(name));
-        let found: Vec<Option<f64>> = self
-            .columns
-            .iter()
-            .map(|name| Some(number(name)?.value))
-            .collect();
+        let found: Vec<_> = self.columns.iter().map(number).collect();
         let has: Vec<bool> = found.iter().map(Option::is_some).collect();
         // A message of other joints.
         if !has.is_empty() && !has.contains(&true) {
@@ -302,22 +288,24 @@ impl<'a> Wanted<'a> {
         let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
         let row = Row {
             place: Place("message", self.count),
-            stamp: match self.place.clock {
+            stamp: match self.clock {
                 Clock::Header => decoded.stamp,
                 Clock::Log => TimeUnit::NANOSECOND
                     .of_whole(log_time)
                     .unwrap_or(Stamp::Nanoseconds(log_time)),
             },
             cells: found
-                .into_iter()
-                .map(|v| v.filter(|v| v.is_finite()))
+                .iter()
+                .map(|v| v.map_or(f64::NAN, |v| finite(v.value)))
                 .collect(),
         };
-        let before = self.open.take();
-        let (before, row, has) = match before {
+        let (before, row, has) = match self.open.take() {
             Some((open, known)) if open.stamp == row.stamp && are_apart(&known, &has) => {
-                let cells = open.cells.into_iter().zip(row.cells);
-                let cells = cells.map(|(a, b)| a.or(b)).collect();
+                let of_open = open.cells.iter().zip(&known);
+                let cells = of_open.zip(row.cells);
+                let cells = cells
+                    .map(|((a, known), b)| if *known { *a } else { b })
+                    .collect();
                 let has = known.iter().zip(&has).map(|(a, b)| *a || *b).collect();
                 (None, Row { cells, ..row }, has)
             }

@@ -47,12 +47,10 @@ impl Number<'_> {
 
     /// Whether it is the number of a column.
     pub fn is(&self, column: &str) -> bool {
+        let rest = column.strip_prefix(self.name);
         match self.part {
-            "" => column == self.name,
-            part => {
-                let name = column.strip_suffix(part).and_then(|c| c.strip_suffix('.'));
-                name == Some(self.name)
-            }
+            "" => rest == Some(""),
+            part => rest.and_then(|rest| rest.strip_prefix('.')) == Some(part),
         }
     }
 }
@@ -93,7 +91,7 @@ impl MessageKind {
 
 /// Stamp of `std_msgs/Header`.
 fn header(reader: &mut CdrReader<'_>) -> Option<Stamp> {
-    let (seconds, nanoseconds) = (reader.i32()?, reader.u32()?);
+    let (seconds, nanoseconds) = (reader.take().map(i32::from_le_bytes)?, reader.u32()?);
     reader.text()?;
     let whole = i64::from(seconds).checked_mul(1_000_000_000)?;
     TimeUnit::NANOSECOND.of_whole(whole.checked_add(i64::from(nanoseconds))?)
@@ -129,17 +127,12 @@ fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
 
 fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
     let stamp = TimeUnit::SECOND.of_float(reader.f64()?)?;
-    let numbers = Reading::of_frame().map(|reading| {
-        Some(Number {
-            name: reading.name(),
-            part: "",
-            value: reader.f64()?,
-        })
-    });
-    Some(Decoded {
-        stamp,
-        numbers: numbers.collect::<Option<_>>()?,
-    })
+    let mut numbers = Vec::new();
+    for reading in Reading::of_frame() {
+        let (name, part, value) = (reading.name(), "", reader.f64()?);
+        numbers.push(Number { name, part, value });
+    }
+    Some(Decoded { stamp, numbers })
 }
 
 /// Time in whole nanoseconds, of times since the start.
@@ -153,8 +146,10 @@ fn with_header(time: f64, frame: &str) -> CdrWriter {
     const SECOND: u64 = 1_000_000_000;
     let time = nanoseconds(time);
     let mut writer = CdrWriter::new();
-    writer.i32(i32::try_from(time / SECOND).unwrap_or(i32::MAX));
-    writer.u32(u32::try_from(time % SECOND).unwrap_or(0));
+    let seconds = i32::try_from(time / SECOND).unwrap_or(i32::MAX);
+    writer.put(seconds.to_le_bytes());
+    let rest = u32::try_from(time % SECOND).unwrap_or(0);
+    writer.put(rest.to_le_bytes());
     writer.text(frame);
     writer
 }
@@ -165,7 +160,7 @@ pub fn encode_readings(time: f64, values: &Values) -> Vec<u8> {
     writer.array(&[time]);
     let values = Reading::of_frame().map(|r| values[r.index()].unwrap_or(f64::NAN));
     writer.array(&values.collect::<Vec<f64>>());
-    writer.into_bytes()
+    writer.0
 }
 
 /// `JointState` of the wheels: `position` rad, `velocity` rad/s, `effort` N m.
@@ -177,30 +172,35 @@ pub fn encode_joints(
 ) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.count(3);
-    ["wheel1", "wheel2", "wheel3"]
-        .iter()
-        .for_each(|name| writer.text(name));
+    for name in ["wheel1", "wheel2", "wheel3"] {
+        writer.text(name);
+    }
     for part in [position, velocity, effort] {
         writer.sequence(part);
     }
-    writer.into_bytes()
+    writer.0
 }
 
 /// `Imu` of a link with x forward, y to the left, z up: inclination (rad) as orientation, rate
 /// (rad/s) about y. Acceleration was not measured, which -1 in its covariance states.
 pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8> {
     const UNKNOWN: [f64; 9] = [0.0; 9];
-    let none = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    const NONE: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut writer = with_header(time, link);
     // Nose up turns about y backwards.
     let (sin, cos) = (-0.5 * inclination).sin_cos();
-    writer.array(&[0.0, sin, 0.0, cos]);
-    writer.array(&UNKNOWN);
-    writer.array(&[0.0, -rate, 0.0]);
-    writer.array(&UNKNOWN);
-    writer.array(&[0.0; 3]);
-    writer.array(&none);
-    writer.into_bytes()
+    let (orientation, velocity) = ([0.0, sin, 0.0, cos], [0.0, -rate, 0.0]);
+    for part in [
+        &orientation[..],
+        &UNKNOWN,
+        &velocity,
+        &UNKNOWN,
+        &[0.0; 3],
+        &NONE,
+    ] {
+        writer.array(part);
+    }
+    writer.0
 }
 
 /// Name of the schema of forces.
@@ -213,5 +213,5 @@ pub fn encode_forces(time: f64, numbers: &[f64]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);
     writer.array(numbers);
-    writer.into_bytes()
+    writer.0
 }

@@ -27,11 +27,10 @@ pub fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
     let Some((channel, columns, formula)) = angles.into_iter().find_map(find) else {
         return (0.0, period);
     };
-    let value = |cells: &[f64]| {
-        let cells: Vec<Option<f64>> = cells.iter().map(|cell| Some(*cell)).collect();
-        formula.value(&cells)
-    };
-    let angles = channel.cells.chunks(columns.max(1)).map(value);
+    let angles = channel
+        .cells
+        .chunks(columns.max(1))
+        .map(|cells| formula.value(cells));
     let rows: Vec<(f64, f64)> = (channel.times.iter().zip(angles))
         .filter_map(|(time, angle)| Some((*time, angle?)))
         .collect();

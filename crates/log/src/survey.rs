@@ -52,10 +52,10 @@ struct Course {
 /// channels whose times have nothing in common.
 pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
-    let of_truth = plan.channels.iter().find(|channel| channel.is_truth);
+    let of_truth = plan.channels.iter().find(|channel| channel.truth.is_some());
     let mut truth = of_truth.map(|channel| TruthRows::new(&channel.columns));
     let cut_off = plan.read(|i, row| {
-        if let Some(truth) = truth.as_mut().filter(|_| plan.channels[i].is_truth) {
+        if let Some(truth) = truth.as_mut().filter(|_| plan.channels[i].truth.is_some()) {
             truth.add(row.stamp, &row.cells);
         }
         courses[i].add(&plan.channels[i], &row)
@@ -105,9 +105,7 @@ impl Course {
         match self.order.accept(row.stamp.since(first)) {
             Accept::Use => {
                 self.stamps.push(row.stamp);
-                let cells = row.cells.iter();
-                self.cells
-                    .extend(cells.map(|cell| cell.unwrap_or(f64::NAN)));
+                self.cells.extend(&row.cells);
                 self.last = Some(row.place);
             }
             Accept::Duplicate => report.duplicates += 1,
@@ -125,7 +123,7 @@ impl Course {
                 let message = format!(
                     "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
                 );
-                return Err(LogError::place(plan.place.path(), row.place, message));
+                return Err(LogError::place(&plan.path, row.place, message));
             }
         }
         Ok(())
@@ -146,25 +144,19 @@ impl Course {
             ..self.report
         };
         for (step, start) in steps().filter(|(step, _)| *step > GAP * period) {
-            note_gap(&mut report, step, start);
+            report.gaps += 1;
+            // The cast saturates; the number is positive.
+            let lost = (step / period).round() as u64;
+            report.lost += lost.saturating_sub(1);
+            if report.longest_gap.is_none_or(|longest| step > longest) {
+                (report.longest_gap, report.longest_gap_at) = (Some(step), Some(start));
+            }
         }
         Channel {
             times,
             cells: self.cells,
             report,
         }
-    }
-}
-
-/// Counts a gap of a channel that starts at `start` (s).
-fn note_gap(report: &mut ChannelReport, step: f64, start: f64) {
-    report.gaps += 1;
-    // The cast saturates; the number is positive.
-    let lost = (step / report.period).round() as u64;
-    report.lost += lost.saturating_sub(1);
-    if report.longest_gap.is_none_or(|longest| step > longest) {
-        report.longest_gap = Some(step);
-        report.longest_gap_at = Some(start);
     }
 }
 
@@ -177,16 +169,14 @@ fn empty(plan: &Plan, channel: usize, report: &ChannelReport) -> LogError {
 }
 
 fn problem(plan: &Plan, channel: usize, message: impl std::fmt::Display) -> LogError {
-    let ChannelPlan { name, place, .. } = &plan.channels[channel];
-    LogError::place(place.path(), format!("channel {name}"), message)
+    plan.channels[channel].problem(message)
 }
 
 impl Plan {
     /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first
     /// frame.
     pub fn time(&self, channel: usize, stamp: Stamp, origin: Stamp) -> f64 {
-        let offset = |i: usize| self.channels.get(i).map_or(0.0, |c| c.offset);
-        let difference = offset(channel) - offset(0);
+        let difference = self.channels[channel].offset - self.channels[0].offset;
         let time = stamp.since(origin);
         // Adding zero would change the sign of a zero.
         if difference == 0.0 {
