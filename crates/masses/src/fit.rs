@@ -52,10 +52,6 @@ pub struct Misfit {
     pub sum: f64,
     /// Number of readings of scales.
     pub readings: usize,
-    /// The reading with the largest residual: index of the posture, of the wheel (0 to 2), and the
-    /// residual (measured minus fitted, N) with its standard deviation (N). `None` if only the
-    /// weight was read.
-    pub worst: Option<(usize, usize, f64, f64)>,
 }
 
 /// Normal equations of Gauss and Newton: what the readings tell about the unknowns.
@@ -130,11 +126,10 @@ pub fn weigh(
     let mut unknowns = Unknowns::zeros();
     for _ in 0..MOST_STEPS {
         let (normal, _) = normal_equations(&prior, measurements, &unknowns)?;
-        let inverse = normal
-            .information
-            .cholesky()
-            .ok_or_else(WeighError::not_converged)?;
-        let step = inverse.solve(&normal.right);
+        let factor = normal.information.cholesky();
+        let step = factor
+            .ok_or_else(WeighError::not_converged)?
+            .solve(&normal.right);
         unknowns += step;
         if !unknowns.iter().all(|x| x.is_finite()) {
             return Err(WeighError::not_converged());
@@ -178,15 +173,14 @@ fn normal_equations(
     let mut residuals = Vec::with_capacity(measurements.readings.len());
     for reading in &measurements.readings {
         let predicted = prior.predict(unknowns, reading.inclinations);
+        let line = reading.line;
         let predicted = predicted.map_err(|error| {
-            let line = reading.line;
             WeighError::new(format!(
                 "line {line}: {error}; check the inclinations and the robot's pins"
             ))
         })?;
-        let residual = normal
-            .add(&predicted, &reading.forces)
-            .ok_or_else(WeighError::not_converged)?;
+        let residual = normal.add(&predicted, &reading.forces);
+        let residual = residual.ok_or_else(WeighError::not_converged)?;
         residuals.push([0, 1, 2].map(|i| (residual[i], predicted.covariance[(i, i)])));
     }
     if let Some(weight) = measurements.weight {
@@ -214,11 +208,8 @@ fn finish(
             "the readings lead to an impossible robot: {reason}"
         ))
     })?;
-    let covariance = normal
-        .information
-        .cholesky()
-        .ok_or_else(WeighError::not_converged)?
-        .inverse();
+    let factor = normal.information.cholesky();
+    let covariance = factor.ok_or_else(WeighError::not_converged)?.inverse();
     let part = covariance
         .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
         .into_owned();
@@ -266,28 +257,29 @@ fn misfit(
     residuals: &[[(f64, f64); 3]],
 ) -> Result<Misfit, WeighError> {
     let readings = measurements.count();
-    let mut worst: Option<(usize, usize, f64, f64)> = None;
-    for (k, (reading, posture)) in measurements.readings.iter().zip(residuals).enumerate() {
-        for i in 0..3 {
-            let (residual, sigma) = (posture[i].0, posture[i].1.sqrt());
-            let larger = worst.is_none_or(|(_, _, r, s)| (residual / sigma).abs() > (r / s).abs());
-            if reading.forces[i].is_some() && larger {
-                worst = Some((k, i, residual, sigma));
-            }
-        }
-    }
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly
     // Gaussian.
     let n = readings as f64;
     let variance = 2.0 / (9.0 * n);
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);
     if sum > most {
-        let worst = worst.map_or(String::new(), |(k, i, residual, sigma)| {
-            let line = measurements.readings[k].line;
+        let of_posture = |(reading, posture): (&Reading, &[(f64, f64); 3])| {
+            let (line, forces, posture) = (reading.line, reading.forces, *posture);
+            let read = (0..3).filter(move |i| forces[*i].is_some());
+            read.map(move |i| (line, i + 1, posture[i].0, posture[i].1.sqrt()))
+        };
+        let read = measurements
+            .readings
+            .iter()
+            .zip(residuals)
+            .flat_map(of_posture);
+        // The first of equal ones.
+        let size = |(_, _, residual, sigma): &(u64, usize, f64, f64)| (residual / sigma).abs();
+        let worst = read.min_by(|a, b| size(b).total_cmp(&size(a)));
+        let worst = worst.map_or(String::new(), |(line, wheel, residual, sigma)| {
             format!(
-                "; the worst reading is that of wheel{} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
-                 {sigma:.2} N; check this scale, and the order of wheels, signs and units",
-                i + 1
+                "; the worst reading is that of wheel{wheel} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
+                 {sigma:.2} N; check this scale, and the order of wheels, signs and units"
             )
         });
         return Err(WeighError::new(format!(
@@ -295,9 +287,5 @@ fn misfit(
              {most:.1} for {readings} readings{worst}"
         )));
     }
-    Ok(Misfit {
-        sum,
-        readings,
-        worst,
-    })
+    Ok(Misfit { sum, readings })
 }
