@@ -102,18 +102,13 @@ impl Source for Frames {
     fn log_report(&self) -> Option<LogReport> {
         let present = Reading::all().filter(|r| self.plan.has(*r));
         let missing = present.map(|r| (r.name().to_owned(), self.missing[r.index()]));
-        let channels = self.survey.channels.iter();
+        let (channels, absent) = (self.survey.channels.iter(), self.plan.absent());
         Some(LogReport {
             source: self.plan.source.display().to_string(),
             start: self.survey.origin.seconds() + self.plan.channels[0].offset,
             channels: channels.map(|c| c.report.clone()).collect(),
             missing: missing.collect(),
-            absent: self
-                .plan
-                .absent()
-                .iter()
-                .map(|r| r.name().to_owned())
-                .collect(),
+            absent: absent.iter().map(|r| r.name().to_owned()).collect(),
         })
     }
 }

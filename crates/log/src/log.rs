@@ -133,11 +133,8 @@ fn check_truth(
     survey: &Survey,
     compare_from: f64,
 ) -> Result<Option<String>, LogError> {
-    let of_truth = plan
-        .channels
-        .iter()
-        .enumerate()
-        .find(|(_, c)| c.truth.is_some());
+    let mut channels = plan.channels.iter().enumerate();
+    let of_truth = channels.find(|(_, channel)| channel.truth.is_some());
     let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
         return Ok(None);
     };
@@ -148,8 +145,8 @@ fn check_truth(
             message,
         ))
     };
+    let lacks = truth.lacks(&channel.columns);
     let Some((first, last)) = truth.span else {
-        let lacks = truth.lacks(&channel.columns);
         return refused(format!(
             "no row can be compared with: {lacks}; allowed: N and T of each wheel in a row, or no --truth"
         ));
@@ -165,10 +162,8 @@ fn check_truth(
         ));
     }
     let is_whole = truth.whole == truth.rows;
-    Ok((!is_whole).then(|| {
-        let lacks = truth.lacks(&channel.columns);
-        format!("the truth is compared with where it has N and T of each wheel: {lacks}")
-    }))
+    let notice = format!("the truth is compared with where it has N and T of each wheel: {lacks}");
+    Ok((!is_whole).then_some(notice))
 }
 
 /// Leaves out contact angles, or the estimators that need them. Returns what the user should know.
@@ -198,9 +193,8 @@ fn use_contact_angles(
         return Ok(None);
     }
     plan.drop_contact_angles();
-    let left_out = choice
-        .without_contact_angles(options.named_estimators)
-        .map_err(|error| LogError::whole(&plan.source, error))?;
+    let left_out = choice.without_contact_angles(options.named_estimators);
+    let left_out = left_out.map_err(|error| LogError::whole(&plan.source, error))?;
     let names = left_out.join(", ");
     let notice = format!("without contact angles {names} cannot estimate and are left out");
     Ok((!left_out.is_empty()).then_some(notice))

@@ -121,8 +121,8 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
 
 /// Whether a file is of topics, by its extension.
 pub fn is_mcap(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+    let extension = path.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
 }
 
 /// The channel of a name; the first for none. Names were checked when the description was read.

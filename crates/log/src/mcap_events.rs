@@ -1,9 +1,9 @@
 //! Topics of an MCAP file.
 
 use crate::error::{LogError, open_file};
-use crate::messages::{Decoded, MessageKind};
+use crate::messages::{Decoded, MessageKind, Number};
 use crate::rows::{ColumnInfo, Place, Row, finite};
-use crate::stamp::{Stamp, TimeUnit};
+use crate::stamp::Stamp;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -49,6 +49,9 @@ impl<'a> Message<'a> {
     }
 }
 
+/// Channels by number: topic and name of the schema.
+type Topics = HashMap<u16, (String, String)>;
+
 /// Messages of a file from its start to its end, also of one without an end.
 struct Messages {
     path: PathBuf,
@@ -56,13 +59,9 @@ struct Messages {
     reader: LinearReader,
     /// Schemas by number: name.
     schemas: HashMap<u16, String>,
-    /// Channels by number: topic and name of the schema.
-    topics: HashMap<u16, (String, String)>,
+    topics: Topics,
     cut_off: Option<String>,
-    /// The last record.
-    record: Vec<u8>,
     count: u64,
-    ended: bool,
 }
 
 impl Messages {
@@ -75,49 +74,45 @@ impl Messages {
             schemas: HashMap::new(),
             topics: HashMap::new(),
             cut_off: None,
-            record: Vec::new(),
             count: 0,
-            ended: false,
         })
     }
 
-    /// Hands the next message to `of`; `None` at the end.
-    fn next<T>(&mut self, of: impl FnOnce(&Self, Message<'_>) -> T) -> Result<Option<T>, LogError> {
-        while !self.ended {
-            let opcode = match self.reader.next_event() {
-                None => break,
-                Some(Ok(LinearReadEvent::ReadRequest(size))) => {
+    /// Hands the next message to `of`, with the topics so far; `None` at the end.
+    fn next<T>(
+        &mut self,
+        of: impl FnOnce(&Topics, Message<'_>) -> Result<T, LogError>,
+    ) -> Result<Option<T>, LogError> {
+        while let Some(event) = self.reader.next_event() {
+            let path = &self.path;
+            let damaged = |count: u64, error: McapError| {
+                LogError::format(path, "MCAP", format!("{error}, after message {count}"))
+            };
+            let (opcode, data) = match event {
+                Ok(LinearReadEvent::ReadRequest(size)) => {
                     let buffer = self.reader.insert(size.clamp(1, BLOCK));
-                    let read = self.file.read(buffer).map_err(LogError::io(&self.path))?;
+                    let read = self.file.read(buffer).map_err(LogError::io(path))?;
                     self.reader.notify_read(read);
                     continue;
                 }
-                // Copied, because the topics are changed.
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    self.record.clear();
-                    self.record.extend_from_slice(data);
-                    opcode
-                }
-                Some(Err(McapError::UnexpectedEof)) => {
+                Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data),
+                Err(McapError::UnexpectedEof) => {
                     let count = self.count;
                     self.cut_off = Some(format!(
                         "after message {count}: the file has no end, its recording was killed"
                     ));
                     break;
                 }
-                Some(Err(error)) => return Err(self.damaged(&error)),
+                Err(error) => return Err(damaged(self.count, error)),
             };
             if opcode == mcap::records::op::MESSAGE {
                 self.count += 1;
-                let record = std::mem::take(&mut self.record);
-                let message =
-                    Message::of(&record).ok_or_else(|| self.damaged(&McapError::UnexpectedEof))?;
-                let result = of(self, message);
-                self.record = record;
-                return Ok(Some(result));
+                let message = Message::of(data);
+                let message = message.ok_or_else(|| damaged(self.count, McapError::UnexpectedEof));
+                return of(&self.topics, message?).map(Some);
             }
-            let record = mcap::parse_record(opcode, &self.record);
-            match record.map_err(|e| self.damaged(&e))? {
+            let record = mcap::parse_record(opcode, data);
+            match record.map_err(|error| damaged(self.count, error))? {
                 Record::Schema { header, .. } => {
                     self.schemas.insert(header.id, header.name);
                 }
@@ -129,13 +124,7 @@ impl Messages {
                 _ => {}
             }
         }
-        self.ended = true;
         Ok(None)
-    }
-
-    fn damaged(&self, error: &McapError) -> LogError {
-        let reason = format!("{error}, after message {}", self.count);
-        LogError::format(&self.path, "MCAP", reason)
     }
 }
 
@@ -153,12 +142,9 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
         wanted.iter().all(has)
     };
     while !found.as_deref().is_some_and(is_complete) {
-        let next = messages.next(|messages, message| {
-            let Some((_, schema)) = messages
-                .topics
-                .get(&message.channel)
-                .filter(|t| t.0 == topic)
-            else {
+        let next = messages.next(|topics, message| {
+            let of_topic = topics.get(&message.channel).filter(|(of, _)| of == topic);
+            let Some((_, schema)) = of_topic else {
                 return Ok(());
             };
             let known = found.get_or_insert_default();
@@ -173,9 +159,8 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
             }
             Ok(())
         })?;
-        match next {
-            Some(result) => result?,
-            None => break,
+        if next.is_none() {
+            break;
         }
     }
     found.ok_or_else(|| {
@@ -234,8 +219,8 @@ pub fn read(
     add: &mut impl FnMut(usize, Row) -> Result<(), LogError>,
 ) -> Result<Option<String>, LogError> {
     let mut messages = Messages::open(path)?;
-    while let Some(added) = messages.next(|messages, message| {
-        let Some((topic, schema)) = messages.topics.get(&message.channel) else {
+    let mut take = |topics: &Topics, message: Message<'_>| -> Result<(), LogError> {
+        let Some((topic, schema)) = topics.get(&message.channel) else {
             return Ok(());
         };
         for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
@@ -244,9 +229,8 @@ pub fn read(
             }
         }
         Ok(())
-    })? {
-        added?;
-    }
+    };
+    while messages.next(&mut take)?.is_some() {}
     for wanted in channels {
         if let Some((row, _)) = wanted.open.take() {
             add(wanted.channel, row)?;
@@ -285,27 +269,21 @@ impl<'a> Wanted<'a> {
         if !has.is_empty() && !has.contains(&true) {
             return Ok([None, None]);
         }
+        let cell = |v: &Option<&Number<'_>>| v.map_or(f64::NAN, |v| finite(v.value));
         let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
         let row = Row {
             place: Place("message", self.count),
             stamp: match self.clock {
                 Clock::Header => decoded.stamp,
-                Clock::Log => TimeUnit::NANOSECOND
-                    .of_whole(log_time)
-                    .unwrap_or(Stamp::Nanoseconds(log_time)),
+                Clock::Log => Stamp::Nanoseconds(log_time),
             },
-            cells: found
-                .iter()
-                .map(|v| v.map_or(f64::NAN, |v| finite(v.value)))
-                .collect(),
+            cells: found.iter().map(cell).collect(),
         };
         let (before, row, has) = match self.open.take() {
             Some((open, known)) if open.stamp == row.stamp && are_apart(&known, &has) => {
-                let of_open = open.cells.iter().zip(&known);
-                let cells = of_open.zip(row.cells);
-                let cells = cells
-                    .map(|((a, known), b)| if *known { *a } else { b })
-                    .collect();
+                let cells = open.cells.iter().zip(&row.cells).zip(&known);
+                let cells = cells.map(|((a, b), known)| *if *known { a } else { b });
+                let cells = cells.collect();
                 let has = known.iter().zip(&has).map(|(a, b)| *a || *b).collect();
                 (None, Row { cells, ..row }, has)
             }

@@ -27,16 +27,12 @@ pub fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
     let Some((channel, columns, formula)) = angles.into_iter().find_map(find) else {
         return (0.0, period);
     };
-    let angles = channel
-        .cells
-        .chunks(columns.max(1))
-        .map(|cells| formula.value(cells));
-    let rows: Vec<(f64, f64)> = (channel.times.iter().zip(angles))
-        .filter_map(|(time, angle)| Some((*time, angle?)))
-        .collect();
+    let rows = channel.times.iter().zip(channel.cells.chunks(columns));
+    let angles = rows.filter_map(|(time, cells)| Some((*time, formula.value(cells)?)));
+    let angles: Vec<(f64, f64)> = angles.collect();
     // At least one row, and a whole number of them.
     let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
-    let pairs = rows.iter().zip(rows.iter().skip(step));
+    let pairs = angles.iter().zip(angles.iter().skip(step));
     let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
     let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > least));
     (speed.unwrap_or(0.0), period)

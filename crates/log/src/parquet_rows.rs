@@ -44,11 +44,10 @@ fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogErro
 /// Refuses a file whose columns are compressed with a codec that is not built in.
 fn check_codecs(path: &Path, metadata: &ParquetMetaData) -> Result<(), LogError> {
     let is_readable = |codec| !matches!(codec, Compression::BROTLI(_) | Compression::LZO);
-    let columns = metadata
-        .row_groups()
-        .iter()
-        .flat_map(|group| group.columns());
-    let mut codecs = columns.map(|column| column.compression());
+    let groups = metadata.row_groups().iter();
+    let mut codecs = groups
+        .flat_map(|group| group.columns())
+        .map(|column| column.compression());
     let Some(codec) = codecs.find(|codec| !is_readable(*codec)) else {
         return Ok(());
     };

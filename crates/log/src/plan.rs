@@ -32,10 +32,8 @@ impl TableFormat {
     /// The format of a file, by its extension; `None` for another one.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
-        let found = Self::ALL
-            .iter()
-            .find(|(e, _)| extension.eq_ignore_ascii_case(e));
-        found.map(|(_, format)| *format)
+        let mut formats = Self::ALL.into_iter();
+        Some(formats.find(|(e, _)| extension.eq_ignore_ascii_case(e))?.1)
     }
 
     /// The error of a file without such an extension.

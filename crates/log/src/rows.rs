@@ -55,12 +55,8 @@ impl ColumnInfo {
 /// without a name do not count.
 pub fn repeated<'a>(names: impl Iterator<Item = &'a String> + Clone) -> Option<(usize, String)> {
     let before = |i: usize, name| names.clone().take(i).position(|other| other == name);
-    let mut named = names
-        .clone()
-        .enumerate()
-        .filter(|(_, name)| !name.is_empty());
-    named.find_map(|(i, name)| {
-        let first = before(i, name)? + 1;
+    names.clone().enumerate().find_map(|(i, name)| {
+        let first = before(i, name).filter(|_| !name.is_empty())? + 1;
         let found = format!("found the name {name} again, allowed: each name once");
         Some((i + 1, format!("{found}; column {first} has it, too")))
     })

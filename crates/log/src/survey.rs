@@ -61,11 +61,14 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
         courses[i].add(&plan.channels[i], &row)
     })?;
     let mut spans = Vec::new();
-    for (i, (course, cut_off)) in courses.iter_mut().zip(cut_off).enumerate() {
-        course.report.cut_off = cut_off;
+    for ((course, cut_off), channel) in courses.iter_mut().zip(cut_off).zip(&plan.channels) {
         let ends = course.stamps.first().zip(course.stamps.last());
-        let (first, last) = ends.ok_or_else(|| empty(plan, i, &course.report))?;
+        let (first, last) = ends.ok_or_else(|| match &cut_off {
+            Some(why) => channel.problem(format!("has no complete row: cut off at {why}")),
+            None => channel.problem("has no row"),
+        })?;
         spans.push((*first, *last));
+        course.report.cut_off = cut_off;
     }
     let Some(&(origin, end)) = spans.first() else {
         return Err(LogError::whole(&plan.source, "has no channel"));
@@ -73,7 +76,7 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
     let duration = end.since(origin);
     if duration <= 0.0 {
         let message = "has one row only, allowed: at least two with different times";
-        return Err(problem(plan, 0, message));
+        return Err(plan.channels[0].problem(message));
     }
     let mut channels = Vec::new();
     for (i, course) in courses.into_iter().enumerate() {
@@ -85,7 +88,7 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
                 "has times from {from:.3} to {to:.3} s after the start of {base}, which lasts {duration:.3} s: no row in common; \
                  set the channel's `offset` if its clock differs"
             );
-            return Err(problem(plan, i, message));
+            return Err(plan.channels[i].problem(message));
         }
         channels.push(channel);
     }
@@ -158,18 +161,6 @@ impl Course {
             report,
         }
     }
-}
-
-fn empty(plan: &Plan, channel: usize, report: &ChannelReport) -> LogError {
-    let message = match &report.cut_off {
-        Some(why) => format!("has no complete row: cut off at {why}"),
-        None => "has no row".to_owned(),
-    };
-    problem(plan, channel, message)
-}
-
-fn problem(plan: &Plan, channel: usize, message: impl std::fmt::Display) -> LogError {
-    plan.channels[channel].problem(message)
 }
 
 impl Plan {

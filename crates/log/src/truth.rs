@@ -81,22 +81,13 @@ impl Row {
             (["", "loop_error"], &mut truth.loop_error),
         ];
         let bars = std::iter::once(&mut truth.body).chain(&mut truth.links);
-        for (kind, bar) in ["body_", "link1_", "link2_", "link3_"]
-            .into_iter()
-            .zip(bars)
-        {
+        let kinds = ["body_", "link1_", "link2_", "link3_"].into_iter();
+        for (kind, bar) in kinds.zip(bars) {
             let [[x, y]] = &mut bar.position.data.0;
             let [[vx, vy]] = &mut bar.velocity.data.0;
-            let (angle, rate) = (&mut bar.angle, &mut bar.rate);
-            let parts = [
-                ("x", x),
-                ("y", y),
-                ("vx", vx),
-                ("vy", vy),
-                ("angle", angle),
-                ("rate", rate),
-            ];
-            all.extend(parts.map(|(part, number)| ([kind, part], number)));
+            let numbers = [x, y, vx, vy, &mut bar.angle, &mut bar.rate];
+            let parts = ["x", "y", "vx", "vy", "angle", "rate"].into_iter();
+            all.extend(parts.map(|part| [kind, part]).zip(numbers));
         }
         let wheels = truth.wheels.iter_mut().zip(derived);
         for (kind, (wheel, derived)) in ["wheel1_", "wheel2_", "wheel3_"].into_iter().zip(wheels) {
@@ -120,10 +111,8 @@ impl Row {
             ];
             all.extend(parts.map(|(part, number)| ([kind, part], number)));
         }
-        for (kind, pin) in ["pin_p_", "pin_q_", "pin_r_", "pin_s_"]
-            .into_iter()
-            .zip(&mut truth.pins)
-        {
+        let kinds = ["pin_p_", "pin_q_", "pin_r_", "pin_s_"].into_iter();
+        for (kind, pin) in kinds.zip(&mut truth.pins) {
             let ([[x, y]], [[fx, fy]]) = (&mut pin.position.data.0, &mut pin.force.data.0);
             let parts = [("x", x), ("y", y), ("force_x", fx), ("force_y", fy)];
             all.extend(parts.map(|(part, number)| ([kind, part], number)));
@@ -140,11 +129,8 @@ impl Row {
         for (_, number) in row.numbers() {
             *number = f64::NAN;
         }
-        row.truth.time = f64::NAN;
-        for derived in &mut row.derived {
-            // A wheel with one contact that does not slide.
-            derived[2..].copy_from_slice(&[0.0, 1.0]);
-        }
+        // Wheels with one contact that does not slide.
+        row.derived = [[f64::NAN, f64::NAN, 0.0, 1.0]; 3];
         row
     }
 }
@@ -177,13 +163,11 @@ pub fn places(columns: &[String]) -> Vec<usize> {
 pub fn of_row(places: &[usize], cells: &[f64]) -> Option<Truth> {
     let mut row = Row::unknown();
     let mut numbers = row.numbers();
-    for (place, value) in places
+    let read = places
         .iter()
         .zip(cells)
-        .filter(|(_, value)| value.is_finite())
-    {
-        *numbers[*place].1 = *value;
-    }
+        .filter(|(_, value)| value.is_finite());
+    read.for_each(|(place, value)| *numbers[*place].1 = *value);
     for (wheel, derived) in row.truth.wheels.iter_mut().zip(row.derived) {
         if !(wheel.normal_force.is_finite() && wheel.traction.is_finite()) {
             return None;

@@ -116,9 +116,8 @@ impl Case {
                     parts.push(format!("exchange the columns of {a} and {b}"));
                 }
                 _ => {
-                    let takes = moved(order)
-                        .map(|i| format!("{} that of {}", reading(i), reading(order[i])));
-                    let takes: Vec<String> = takes.collect();
+                    let takes = |i| format!("{} that of {}", reading(i), reading(order[i]));
+                    let takes: Vec<String> = moved(order).map(takes).collect();
                     parts.push(format!("give other columns: {}", takes.join(", ")));
                 }
             }
@@ -272,10 +271,8 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let nis_of_own = of_own.map_or(REFUSED, |(_, nis)| *nis);
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
     judged.retain(|(case, _)| !is_other || *case != OWN);
-    let least = judged
-        .iter()
-        .map(|(_, nis)| *nis)
-        .fold(f64::INFINITY, f64::min);
+    let all = judged.iter().map(|(_, nis)| *nis);
+    let least = all.fold(f64::INFINITY, f64::min);
     // The first that fits as well as the best: the fewest changes.
     let fits = |(_, nis): &&(Case, f64)| *nis <= AS_WELL * least;
     let best = judged.iter().find(fits).map_or(OWN, |(case, _)| *case);
@@ -308,9 +305,9 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let finding = finding
         .with("as wired", nis_of_own, "-")
         .with("at best", least, "-");
-    let rewired = match finding.verdict == Verdict::Fault {
-        true => Judgement::of(frames, robot, settings, &best),
-        false => own,
+    let rewired = match finding.verdict {
+        Verdict::Fault => Judgement::of(frames, robot, settings, &best),
+        _ => own,
     };
     let contradiction = contradiction(&rewired, resolved);
     vec![torque_scale(&rewired, robot), finding, contradiction]
@@ -335,8 +332,8 @@ fn torque_scale(own: &Judgement, robot: &Robot) -> Finding {
     } else if scale.is_known() {
         finding
     } else {
-        finding
-            .cannot_tell("drive gently over a slope of some degrees that is longer than the robot")
+        let remedy = "drive gently over a slope of some degrees that is longer than the robot";
+        finding.cannot_tell(remedy)
     }
 }
 

@@ -245,10 +245,8 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
 /// The channels that a wiring changes.
 fn channels((order, signs): &Wiring) -> String {
     let torques = (0..3).filter(|i| order[*i] != *i || signs[*i] < 0.0);
-    let channels = torques
-        .map(Channel::Torque)
-        .chain(moved(order).map(Channel::Encoder));
-    names(channels).join(", ")
+    let encoders = moved(order).map(Channel::Encoder);
+    names(torques.map(Channel::Torque).chain(encoders)).join(", ")
 }
 
 /// What to do about a wiring, in words.

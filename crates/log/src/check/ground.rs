@@ -119,9 +119,8 @@ pub fn findings(log: &Readings<'_>, is_forward: bool) -> (Vec<Finding>, Signs) {
 
 /// The share of each wiring.
 fn shares(passings: &[Option<Passing>]) -> impl Iterator<Item = f64> {
-    passings
-        .iter()
-        .map(|passing| passing.map_or(0.0, |p| p.explained))
+    let share = |passing: &Option<Passing>| passing.map_or(0.0, |p| p.explained);
+    passings.iter().map(share)
 }
 
 /// The largest share of any wiring.

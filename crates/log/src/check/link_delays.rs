@@ -31,10 +31,14 @@ pub fn findings(log: &Readings<'_>) -> [Finding; 2] {
 fn acceleration(log: &Readings<'_>) -> Vec<f64> {
     let width = log.recording.steps(0.5 * FORWARD);
     let acceleration = derivative(&speed_of_q(log, width), width, log.recording.dt);
-    let over_g = acceleration.iter().map(|a| a / log.stated.robot.gravity);
-    over_g
-        .map(|a| if a.is_finite() { a } else { 0.0 })
-        .collect()
+    let over_g = |a: &f64| {
+        if a.is_finite() {
+            a / log.stated.robot.gravity
+        } else {
+            0.0
+        }
+    };
+    acceleration.iter().map(over_g).collect()
 }
 
 /// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls

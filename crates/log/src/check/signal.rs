@@ -43,18 +43,16 @@ pub fn derivative(x: &[f64], half: usize, dt: f64) -> Vec<f64> {
 /// Integral by the trapezoidal rule. A missing sample counts as 0, and is missing in the result.
 pub fn integral(x: &[f64], dt: f64) -> Vec<f64> {
     let (mut sum, mut last) = (0.0, 0.0);
-    x.iter()
-        .map(|value| {
-            if value.is_finite() {
-                sum += 0.5 * dt * (last + value);
-                last = *value;
-                sum
-            } else {
-                last = 0.0;
-                f64::NAN
-            }
-        })
-        .collect()
+    let mut of = |value: &f64| {
+        if !value.is_finite() {
+            last = 0.0;
+            return f64::NAN;
+        }
+        sum += 0.5 * dt * (last + value);
+        last = *value;
+        sum
+    };
+    x.iter().map(&mut of).collect()
 }
 
 /// The samples `lag` steps later (positive) or earlier: element i is `x[i - lag]`.

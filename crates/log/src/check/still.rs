@@ -161,10 +161,7 @@ fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Find
     let mut limit = most;
     for run in values.chunk_by(|a, b| a.to_bits() == b.to_bits()) {
         let (value, count) = (run[0], run.len());
-        if [least, most]
-            .iter()
-            .any(|end| value.to_bits() == end.to_bits())
-        {
+        if [least, most].map(f64::to_bits).contains(&value.to_bits()) {
             if count > at_end {
                 (at_end, limit) = (count, value);
             }

@@ -78,8 +78,8 @@ fn encoder(i: usize, parts: &[f64], torque: impl Fn() -> Option<usize>) -> Findi
 fn parts(ratio: &[f64]) -> Vec<f64> {
     let driving: Vec<f64> = ratio.iter().copied().filter(|r| r.is_finite()).collect();
     let length = (driving.len() / PARTS).max(LEAST_SAMPLES);
-    let medians = driving
-        .chunks_exact(length)
-        .map(|part| median(part.iter().copied()));
-    medians.flatten().collect()
+    let parts = driving.chunks_exact(length);
+    parts
+        .filter_map(|part| median(part.iter().copied()))
+        .collect()
 }
