@@ -11,7 +11,7 @@ use crate::loads::{self, ForceDeviation, WeighedValue};
 use crate::measurements::{Accuracy, Measurements, Reading};
 use crate::parameters::{CENTRES, PARAMETERS, Tolerances, names, values};
 use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{GRAVITY, Robot};
 
@@ -23,6 +23,15 @@ const CONVERGED: f64 = 1e-6;
 const MISFIT_LIMIT: f64 = 4.0;
 
 pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+
+/// The part of a covariance of all unknowns that is of the robot.
+pub(crate) fn of_robot(covariance: &Information) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into()
+}
+
+fn cholesky(information: Information) -> Result<Cholesky<f64, Const<UNKNOWNS>>, WeighError> {
+    information.cholesky().ok_or_else(WeighError::not_converged)
+}
 
 /// A robot that was weighed.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,10 +135,7 @@ pub fn weigh(
     let mut unknowns = Unknowns::zeros();
     for _ in 0..MOST_STEPS {
         let (normal, _) = normal_equations(&prior, measurements, &unknowns)?;
-        let factor = normal.information.cholesky();
-        let step = factor
-            .ok_or_else(WeighError::not_converged)?
-            .solve(&normal.right);
+        let step = cholesky(normal.information)?.solve(&normal.right);
         unknowns += step;
         if !unknowns.iter().all(|x| x.is_finite()) {
             return Err(WeighError::not_converged());
@@ -208,11 +214,8 @@ fn finish(
             "the readings lead to an impossible robot: {reason}"
         ))
     })?;
-    let factor = normal.information.cholesky();
-    let covariance = factor.ok_or_else(WeighError::not_converged)?.inverse();
-    let part = covariance
-        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
-        .into_owned();
+    let covariance = cholesky(normal.information)?.inverse();
+    let part = of_robot(&covariance);
     let after = loads::Deviations::new(prior, &robot, &part)?;
     let before = loads::Deviations::new(prior, &robot, &SMatrix::identity())?;
     let found = values(&robot);

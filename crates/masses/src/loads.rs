@@ -161,10 +161,8 @@ pub(crate) fn forces_by_unknowns(
     robot: &Robot,
 ) -> Result<Vec<ByParameters<3>>, WeighError> {
     let of = |angles| move |robot: &Robot| plate_forces(robot, angles, [0.0; 3]).map(Into::into);
-    let postures = drive_postures(robot).into_iter();
-    postures
-        .map(|angles| derivatives(prior, robot, of(angles)))
-        .collect()
+    let at = |angles| derivatives(prior, robot, of(angles));
+    drive_postures(robot).into_iter().map(at).collect()
 }
 
 /// The mean over wheels and postures of the variances that a covariance of the unknowns causes.
@@ -172,9 +170,8 @@ pub(crate) fn mean_variance(
     forces: &[ByParameters<3>],
     covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
 ) -> f64 {
-    let variances = forces
-        .iter()
-        .map(|by| (by * covariance * by.transpose()).trace());
+    let variance = |by: &ByParameters<3>| (by * covariance * by.transpose()).trace();
+    let variances = forces.iter().map(variance);
     variances.sum::<f64>() / (3 * forces.len()) as f64
 }
 

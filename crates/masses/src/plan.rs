@@ -6,10 +6,10 @@
 
 use crate::blocks::{Blocks, posture_on};
 use crate::error::WeighError;
-use crate::fit::{Information, Normal};
+use crate::fit::{Information, Normal, of_robot};
 use crate::loads::{forces_by_unknowns, mean_variance};
 use crate::measurements::Accuracy;
-use crate::parameters::{PARAMETERS, Tolerances};
+use crate::parameters::Tolerances;
 use crate::prior::{Prior, Unknowns};
 use robhaz_model::Robot;
 
@@ -73,12 +73,9 @@ pub fn plan(
         let add = |sum: Information, i: &usize| sum + candidates[*i].information;
         let information = chosen.iter().fold(Information::identity(), add);
         // The prior keeps it regular.
-        information.cholesky().map_or(f64::INFINITY, |c| {
-            let part = c
-                .inverse()
-                .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
-                .into_owned();
-            mean_variance(&forces, &part)
+        let factor = information.cholesky();
+        factor.map_or(f64::INFINITY, |c| {
+            mean_variance(&forces, &of_robot(&c.inverse()))
         })
     };
     let chosen = choose(candidates.len(), count, &variance);

@@ -47,11 +47,11 @@ impl<'a> Prior<'a> {
         tolerances: &Tolerances,
         accuracy: &Accuracy,
     ) -> Result<Self, WeighError> {
-        let check = |name: &str, found: f64, allowed: &str, is_allowed: bool| {
-            let message = || format!("the {name} is {found}; allowed: {allowed}");
-            is_allowed
-                .then_some(())
-                .ok_or_else(|| WeighError::new(message()))
+        let check = |name: &str, found: f64, allowed: &str, is_allowed: bool| match is_allowed {
+            true => Ok(()),
+            false => Err(WeighError::new(format!(
+                "the {name} is {found}; allowed: {allowed}"
+            ))),
         };
         let Tolerances { mass, centre, pin } = *tolerances;
         for (name, found, most, allowed) in [

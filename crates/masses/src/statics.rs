@@ -21,11 +21,12 @@ pub fn plate_forces(
 ) -> Result<[f64; 3], WeighError> {
     // The rows are consistent, so that their scale, the lever of 1 m, does not matter.
     let e = equilibrium(robot, angles, 1.0)?;
-    let found = e
-        .least_squares()
-        .map(|inverse| inverse.solve(&e.right_side(&horizontal)));
-    let found = found.filter(|forces| forces.iter().all(|n| n.is_finite()));
-    found.ok_or_else(WeighError::undetermined)
+    let inverse = e.least_squares().ok_or_else(WeighError::undetermined)?;
+    let found = inverse.solve(&e.right_side(&horizontal));
+    let is_finite = found.iter().all(|n| n.is_finite());
+    is_finite
+        .then_some(found)
+        .ok_or_else(WeighError::undetermined)
 }
 
 /// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N):
