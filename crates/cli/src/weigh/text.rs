@@ -14,18 +14,12 @@ pub fn weighed(of: &Weighed) -> String {
         .inclination_offsets
         .map(|(offset, sigma)| format!("{:+.2} ±{:.2}", offset.to_degrees(), sigma.to_degrees()));
     let is_unseen = |value: &&WeighedValue| value.deviation > NOT_SEEN * value.prior;
-    let unseen: Vec<_> = of
-        .values
-        .iter()
-        .filter(is_unseen)
-        .map(|v| v.name.as_str())
-        .collect();
-    let unseen = match unseen.as_slice() {
-        [] => "The readings determine every value better than the tolerances do.".to_owned(),
-        names => format!(
-            "Not observable from these readings, kept at their nominal values: {}.",
-            names.join(", ")
-        ),
+    let unseen = of.values.iter().filter(is_unseen).map(|v| v.name.as_str());
+    let unseen = match unseen.collect::<Vec<_>>().join(", ").as_str() {
+        "" => "The readings determine every value better than the tolerances do.".to_owned(),
+        names => {
+            format!("Not observable from these readings, kept at their nominal values: {names}.")
+        }
     };
     format!(
         "What the wheel forces depend on, with one standard deviation\n{}\n\
@@ -58,12 +52,9 @@ fn table_of(values: &[WeighedValue], digits: usize) -> String {
             let (value, sigma) = (factor * value, factor * sigma);
             format!("{value:.digits$} ±{sigma:.digits$}")
         };
-        table.row([
-            value.name.clone(),
-            shown(value.drawn, value.prior),
-            shown(value.found, value.deviation),
-            unit.to_owned(),
-        ]);
+        let drawn = shown(value.drawn, value.prior);
+        let found = shown(value.found, value.deviation);
+        table.row([value.name.clone(), drawn, found, unit.to_owned()]);
     }
     table.text(None)
 }
