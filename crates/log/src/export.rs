@@ -9,7 +9,7 @@ use crate::messages::{
 use crate::own_names;
 use crate::place::{no_table, table_in};
 use crate::plan::{Plan, TableFormat, stem};
-use crate::readings::{Reading, Values, frame};
+use crate::readings::{COUNT, Reading};
 use crate::rows::Row;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
@@ -89,33 +89,33 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
         ExportFormat::Mcap => write_mcap(&readings, &mut forces, out)?,
         ExportFormat::Csv => write_csv(&readings, &mut forces, out)?,
     };
-    warnings.append(&mut exported.warnings);
-    Ok(Exported {
-        warnings,
-        ..exported
-    })
+    // Those of the forces first.
+    exported.warnings.splice(0..0, warnings);
+    Ok(exported)
 }
 
-/// Hands all rows of readings to `add`: time (s) and values. Returns what was written, under the
+/// Readings of a row; not a number where one is missing.
+type Numbers = [f64; COUNT];
+
+/// Hands all rows of readings to `add`: time (s) and numbers. Returns what was written, under the
 /// names of its `parts`.
 fn read(
     readings: &Plan,
     parts: Vec<String>,
-    mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
+    mut add: impl FnMut(f64, Numbers) -> Result<(), LogError>,
 ) -> Result<Exported, LogError> {
     let mut rows = 0;
     let why = readings.read(|channel, row| {
         rows += 1;
-        let content = readings.channels[channel].content(&row.cells);
-        add(row.stamp.seconds(), content.readings)
+        let values = readings.channels[channel].content(&row.cells).readings;
+        add(row.stamp.seconds(), values.map(|v| v.unwrap_or(f64::NAN)))
     })?;
     let why = why.iter().flatten();
+    let warnings = why.map(|why| cut_off(&readings.channels[0].path, why));
     Ok(Exported {
         rows,
         parts,
-        warnings: why
-            .map(|why| cut_off(&readings.channels[0].path, why))
-            .collect(),
+        warnings: warnings.collect(),
     })
 }
 
@@ -260,31 +260,29 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
             .map_err(Topics::failed(out))?,
         topics: Vec::new(),
     };
-    let mut parts = Vec::new();
-    for (topic, kind) in [
+    let sensors = [
         (own_names::TOPIC, MessageKind::Readings),
         ("/joint_states", MessageKind::JointState),
         ("/imu/link1", MessageKind::Imu),
         ("/imu/link2", MessageKind::Imu),
-    ] {
+    ];
+    for (topic, kind) in sensors {
         topics.add(topic, kind.name(), kind.definition())?;
-        parts.push(topic.to_owned());
     }
+    let mut parts = sensors.map(|(topic, _)| topic.to_owned()).to_vec();
     for forces in &*forces {
         topics.add(&forces.topic(), FORCES, FORCES_DEFINITION)?;
         parts.push(forces.topic());
     }
     let mut last = None;
-    let exported = read(readings, parts, |time, values| {
-        let messages = sensor_messages(time, &values, last.replace((time, values)));
+    let exported = read(readings, parts, |time, now| {
+        let messages = sensor_messages(time, &now, last.replace((time, now)));
         let of_forces = forces.iter_mut().map(|forces| forces.message(time));
-        let all = messages.map(Some).into_iter().chain(of_forces);
-        for (topic, message) in all.enumerate() {
-            if let Some(message) = message {
-                topics.write(topic, time, &message)?;
-            }
-        }
-        Ok(())
+        let mut all = messages.map(Some).into_iter().chain(of_forces).enumerate();
+        all.try_for_each(|(topic, message)| match message {
+            Some(message) => topics.write(topic, time, &message),
+            None => Ok(()),
+        })
     })?;
     topics.writer.finish().map_err(Topics::failed(out))?;
     let mut writer = topics.writer.into_inner();
@@ -293,27 +291,20 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
 }
 
 /// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
-fn sensor_messages(time: f64, values: &Values, last: Option<(f64, Values)>) -> [Vec<u8>; 4] {
-    let now = frame(time, values, None);
-    let or_nan = |values: [Option<f64>; 3]| values.map(|v| v.unwrap_or(f64::NAN));
-    let position = or_nan(now.wheel_angle);
+fn sensor_messages(time: f64, now: &Numbers, last: Option<(f64, Numbers)>) -> [Vec<u8>; 4] {
+    let of_wheels = |part: usize| [now[part], now[part + 3], now[part + 6]];
+    let (position, torque) = (of_wheels(0), of_wheels(1));
     // No sensor measures the speed: it is the difference of the last two angles.
-    let velocity = match last {
-        Some((before, values)) => {
-            let last = or_nan(frame(before, &values, None).wheel_angle);
-            [0, 1, 2].map(|i| (position[i] - last[i]) / (time - before))
-        }
-        None => [f64::NAN; 3],
-    };
-    let imu = |link: &str, reading: robhaz_estimator::LinkReading| {
-        let inclination = reading.inclination.unwrap_or(f64::NAN);
-        encode_imu(time, link, inclination, reading.rate.unwrap_or(f64::NAN))
-    };
+    let velocity = [0, 1, 2].map(|i| {
+        last.map_or(f64::NAN, |(before, last)| {
+            (position[i] - last[3 * i]) / (time - before)
+        })
+    });
     [
-        encode_readings(time, values),
-        encode_joints(time, &position, &velocity, &or_nan(now.motor_torque)),
-        imu("link1", now.link1),
-        imu("link2", now.link2),
+        encode_readings(time, now),
+        encode_joints(time, &[position, velocity, torque]),
+        encode_imu(time, "link1", now[9], now[10]),
+        encode_imu(time, "link2", now[11], now[12]),
     ]
 }
 
@@ -330,7 +321,7 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
     let exported = read(readings, parts, |time, values| {
-        let readings = Reading::of_frame().map(|r| values[r.index()].unwrap_or(f64::NAN));
+        let readings = Reading::of_frame().map(|r| values[r.index()]);
         let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
             let none = vec![f64::NAN; forces.columns.len()];

@@ -1,14 +1,15 @@
 //! A log that is ready to be estimated.
 
+use crate::check::median;
 use crate::error::LogError;
 use crate::frames::Frames;
 use crate::mapped;
 use crate::own_names;
-use crate::pace::pace;
 use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
 use crate::survey::{Survey, survey};
-use robhaz_model::BodyMount;
+use robhaz_estimator::DRIVING_SPEED;
+use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source};
 use robhaz_scene::{LogChoice, RecordChoice};
 use robhaz_sim::random::Fnv1a;
@@ -16,6 +17,9 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::PathBuf;
+
+/// Time over which a speed is measured, s: counts of an encoder may be coarse.
+const STEP: f64 = 0.1;
 
 /// How a log is read.
 #[derive(Clone, Debug, Default)]
@@ -138,13 +142,8 @@ fn check_truth(
     let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
         return Ok(None);
     };
-    let refused = |message: String| {
-        Err(LogError::place(
-            &channel.path,
-            "the table of --truth",
-            message,
-        ))
-    };
+    let table = "the table of --truth";
+    let refused = |message: String| Err(LogError::place(&channel.path, table, message));
     let lacks = truth.lacks(&channel.columns);
     let Some((first, last)) = truth.span else {
         return refused(format!(
@@ -209,16 +208,41 @@ fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> Re
         ));
         compare_from = 0.0;
     }
+    let rate = 1.0 / survey.channels[0].report.period;
     RecordChoice {
         duration: survey.duration,
-        rate: rounded(1.0 / survey.channels[0].report.period),
+        // To six digits: steps between time stamps are rounded.
+        rate: format!("{rate:.5e}").parse().unwrap_or(rate),
         compare_from,
     }
 }
 
-/// To six digits: steps between time stamps are rounded.
-fn rounded(rate: f64) -> f64 {
-    format!("{rate:.5e}").parse().unwrap_or(rate)
+/// Median speed of a wheel while it drives (m/s), of the first one that the log has, and the period
+/// of the pin's angle, s; 0 where the log has none.
+fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
+    let radius = robot.geometry.wheel_radius;
+    let least = DRIVING_SPEED * Units::of(robot).speed();
+    let find = |name: &str| {
+        plan.channels.iter().enumerate().find_map(|(i, channel)| {
+            let mut readings = channel.readings.iter();
+            let (_, formula) = readings.find(|(r, _)| r.name() == name)?;
+            Some((&survey.channels[i], channel.columns.len(), formula))
+        })
+    };
+    let period = find("pin_angle").map_or(0.0, |(channel, ..)| channel.report.period);
+    let angles = ["wheel1_angle", "wheel2_angle", "wheel3_angle"];
+    let Some((channel, columns, formula)) = angles.into_iter().find_map(find) else {
+        return (0.0, period);
+    };
+    let rows = channel.times.iter().zip(channel.cells.chunks(columns));
+    let angles = rows.filter_map(|(time, cells)| Some((*time, formula.value(cells)?)));
+    let angles: Vec<(f64, f64)> = angles.collect();
+    // At least one row, and a whole number of them.
+    let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
+    let pairs = angles.iter().zip(angles.iter().skip(step));
+    let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
+    let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > least));
+    (speed.unwrap_or(0.0), period)
 }
 
 /// Hash of the files and of the description.

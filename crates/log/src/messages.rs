@@ -2,7 +2,7 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::readings::{Reading, Values};
+use crate::readings::{COUNT, Reading};
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_model::named;
 
@@ -155,27 +155,22 @@ fn with_header(time: f64, frame: &str) -> CdrWriter {
 }
 
 /// `Readings`: all readings to the bit; not a number where one is missing.
-pub fn encode_readings(time: f64, values: &Values) -> Vec<u8> {
+pub fn encode_readings(time: f64, values: &[f64; COUNT]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);
-    let values = Reading::of_frame().map(|r| values[r.index()].unwrap_or(f64::NAN));
+    let values = Reading::of_frame().map(|r| values[r.index()]);
     writer.array(&values.collect::<Vec<f64>>());
     writer.0
 }
 
-/// `JointState` of the wheels: `position` rad, `velocity` rad/s, `effort` N m.
-pub fn encode_joints(
-    time: f64,
-    position: &[f64; 3],
-    velocity: &[f64; 3],
-    effort: &[f64; 3],
-) -> Vec<u8> {
+/// `JointState` of the wheels: position rad, velocity rad/s, effort N m.
+pub fn encode_joints(time: f64, parts: &[[f64; 3]; 3]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.count(3);
     for name in ["wheel1", "wheel2", "wheel3"] {
         writer.text(name);
     }
-    for part in [position, velocity, effort] {
+    for part in parts {
         writer.sequence(part);
     }
     writer.0

@@ -225,16 +225,13 @@ impl Plan {
 
     /// Whether readings of the body stand in place of those of the links.
     pub fn is_of_body(&self) -> bool {
-        Reading::all().any(|r| r.is_of_body() && self.has(r))
+        Reading::all().any(|r| r.is_of_body() == Some(true) && self.has(r))
     }
 
     /// The readings that no channel has, of those that are needed.
     pub fn absent(&self) -> Vec<Reading> {
-        let of_body = self.is_of_body();
-        let needed = Reading::all().filter(|r| match of_body {
-            true => !r.is_of_link(),
-            false => !r.is_of_body(),
-        });
+        let other = Some(!self.is_of_body());
+        let needed = Reading::all().filter(|r| r.is_of_body() != other);
         needed.filter(|r| !self.has(*r)).collect()
     }
 }

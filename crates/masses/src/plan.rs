@@ -38,10 +38,8 @@ pub struct PlannedPosture {
     pub after: f64,
 }
 
-struct Candidate {
-    planned: PlannedPosture,
-    information: Information,
-}
+/// A posture, and what its readings tell.
+type Candidate = (PlannedPosture, Information);
 
 /// The `count` postures that tell most, with scales under all wheels and blocks of the heights
 /// `heights` (m) or none under each wheel.
@@ -70,7 +68,7 @@ pub fn plan(
     }
     let forces = forces_by_unknowns(&prior, nominal).map_err(WeighError::of_nominal)?;
     let variance = |chosen: &[usize]| {
-        let add = |sum: Information, i: &usize| sum + candidates[*i].information;
+        let add = |sum: Information, i: &usize| sum + candidates[*i].1;
         let information = chosen.iter().fold(Information::identity(), add);
         // The prior keeps it regular.
         let factor = information.cholesky();
@@ -81,7 +79,7 @@ pub fn plan(
     let chosen = choose(candidates.len(), count, &variance);
     let posture = |k: usize| PlannedPosture {
         after: variance(&chosen[..=k]).sqrt(),
-        ..candidates[chosen[k]].planned
+        ..candidates[chosen[k]].0
     };
     Ok(Plan {
         postures: (0..chosen.len()).map(posture).collect(),
@@ -112,15 +110,13 @@ fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, Weig
                 let forces: [f64; 3] = predicted.forces.into();
                 let added = normal.add(&predicted, &forces.map(Some));
                 added.ok_or_else(WeighError::not_converged)?;
-                found.push(Candidate {
-                    planned: PlannedPosture {
-                        blocks,
-                        angles,
-                        forces,
-                        after: f64::NAN,
-                    },
-                    information: normal.information - Information::identity(),
-                });
+                let planned = PlannedPosture {
+                    blocks,
+                    angles,
+                    forces,
+                    after: f64::NAN,
+                };
+                found.push((planned, normal.information - Information::identity()));
             }
         }
     }

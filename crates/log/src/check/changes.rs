@@ -126,7 +126,7 @@ fn forward(log: &Readings<'_>) -> Vec<f64> {
     let (recording, robot) = (&log.recording, log.stated.robot);
     let width = recording.steps(0.5 * FORWARD);
     let lever = robot.geometry.wheel_radius / robot.gravity;
-    let acceleration = derivative(&log.motion.middle_spin, width, recording.dt);
+    let acceleration = derivative(&recording.middle_spin, width, recording.dt);
     let angle = |a: &f64| if a.is_finite() { lever * a } else { 0.0 };
     acceleration.iter().map(angle).collect()
 }

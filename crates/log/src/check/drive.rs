@@ -12,15 +12,13 @@
 
 use crate::check::delay::{self, Allowed, delay};
 use crate::check::readings::Readings;
-use crate::check::recording::Recording;
+use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, names};
 use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 
-/// Time over which torques are averaged, s: as spin speeds.
-const SMOOTHING: f64 = 0.05;
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
 /// Differences between the torques over what noise and gains of the budget make that show
@@ -85,7 +83,7 @@ impl Signals {
         Self {
             torque: smoothed(&recording.torque),
             angle: smoothed(&recording.wheel_angle),
-            speed: log.motion.spin.each_ref().map(|x| high_pass(x, span)),
+            speed: recording.spin.each_ref().map(|x| high_pass(x, span)),
         }
     }
 

@@ -16,12 +16,25 @@
 //! (y_2 - y_3)(s + lambda) - (y_2 - y_3)(s) = (y_1 - y_2)(s) - (y_1 - y_2)(s - mu)
 //! ```
 
-use crate::check::course::{Course, Links, STEP};
 use crate::check::readings::Readings;
+use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel};
-use crate::check::signal::{mean, median, rms, zip};
+use crate::check::signal::{mean, median, rms, smooth, zip};
+use robhaz_model::{Robot, Units, Vec2};
 
+/// Step of the path, m.
+const STEP: f64 = 0.002;
+/// Least RMS of the differences of height of robot A that shows something, m: 2 mm.
+const LEAST_HEIGHT: f64 = 0.002;
+/// Largest number of steps of a path: 1 km. What follows shows nothing new.
+const MOST_STEPS: usize = 500_000;
+/// Relative difference of the two distances between the axles up to which they count as equal.
+const EQUAL_SPACING: f64 = 0.02;
+
+/// Time over which inclinometers count in [`fused`], s: an acceleration of the robot does not last
+/// as long.
+const SLOW: f64 = 1.0;
 /// Share of the rear difference that the front one explains.
 const EXPLAINED: f64 = 0.7;
 /// Larger share with other signs that is a fault.
@@ -41,6 +54,9 @@ const CHANNEL: &str = "inclinometer 1, inclinometer 2";
 const OFFSET_GATE: f64 = 5.0;
 
 const OFFSET: &str = "zero on the ground";
+
+/// The angles that are used for links 1 and 2: parts of the inclinations of both.
+type Links = [[f64; 2]; 2];
 
 /// Wirings of the two inclinometers: what each link takes of both, and what makes it that of the
 /// log.
@@ -91,7 +107,7 @@ pub enum Signs {
 /// ground is the same for an inertial sensor that is mounted the other way round as for a pin that
 /// is.
 pub fn findings(log: &Readings<'_>, is_forward: bool) -> (Vec<Finding>, Signs) {
-    let course = Course::new(&log.motion, log.stated.robot, &log.recording.inclination);
+    let course = Course::new(log, &log.recording.inclination);
     let wirings = wirings(log.stated.body_link());
     let passings = |course: &Course<'_>| -> Vec<Option<Passing>> {
         (wirings.iter().map(|(links, _)| passing(course, links))).collect()
@@ -195,7 +211,9 @@ fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Opti
     let mean = median(difference)?;
     let angle = mean / course.spacings()[0];
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
-    let (way, speed) = (n as f64 * STEP, log.motion.speed(robot));
+    let spin = log.recording.while_driving(&log.recording.middle_spin);
+    let speed = robot.geometry.wheel_radius * median(spin).unwrap_or(0.0).abs();
+    let way = n as f64 * STEP;
     let limit =
         OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * robot.gravity * way);
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
@@ -212,10 +230,20 @@ fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Opti
     })
 }
 
+/// Angles of links 1 and 2, rad: inclinometers over long times, gyroscopes over short ones. For
+/// readings that agree.
+fn fused(recording: &Recording) -> [Vec<f64>; 2] {
+    [0, 1].map(|k| {
+        let (turned, drift) = recording.turned(k);
+        let drift = smooth(&drift, recording.steps(0.5 * SLOW));
+        zip(&turned, &drift, |a, b| a + b)
+    })
+}
+
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together:
 /// accelerations do not disturb them.
-pub fn distance(fused: &Course<'_>) -> Finding {
-    let own = passing(fused, &OWN);
+pub fn distance(log: &Readings<'_>) -> Finding {
+    let own = passing(&Course::new(log, &fused(&log.recording)), &OWN);
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
@@ -296,4 +324,117 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
 fn deviation(x: &[f64]) -> f64 {
     let mean = mean(x).unwrap_or(0.0);
     rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
+}
+
+/// The inclinations of a log along the path of the robot.
+struct Course<'a> {
+    robot: &'a Robot,
+    /// Inclination of links 1 and 2 at each step, rad.
+    inclination: [Vec<f64>; 2],
+}
+
+impl<'a> Course<'a> {
+    /// The course of a robot, for angles of links 1 and 2 (rad), in the order of the places: on the
+    /// way back from its end.
+    fn new(log: &Readings<'a>, inclination: &[Vec<f64>; 2]) -> Self {
+        let (samples, is_back) = samples(log);
+        let inclination = inclination.each_ref().map(|x| mean_along(&samples, x));
+        let robot = log.stated.robot;
+        let course = Self { robot, inclination };
+        if is_back {
+            course.turned_round()
+        } else {
+            course
+        }
+    }
+
+    /// The same course driven the other way.
+    fn turned_round(&self) -> Self {
+        let reversed = |x: &Vec<f64>| x.iter().rev().copied().collect();
+        Self {
+            robot: self.robot,
+            inclination: self.inclination.each_ref().map(reversed),
+        }
+    }
+
+    /// Number of steps.
+    fn len(&self) -> usize {
+        self.inclination[0].len()
+    }
+
+    /// Distances between front and middle, and middle and rear axle, m.
+    fn spacings(&self) -> [f64; 2] {
+        let axles = &self.robot.geometry.axles;
+        [axles[0].x - axles[1].x, axles[1].x - axles[2].x]
+    }
+
+    /// Least RMS of the differences of height that shows something, m.
+    fn least_height(&self) -> f64 {
+        LEAST_HEIGHT * Units::of(self.robot).length
+    }
+
+    /// Whether both are the same.
+    fn is_even(&self) -> bool {
+        let [front, rear] = self.spacings();
+        (front - rear).abs() <= EQUAL_SPACING * front
+    }
+
+    /// Heights of an axle above the next one behind it, m: front above middle, middle above rear,
+    /// at each step.
+    fn heights(&self, links: &Links) -> [Vec<f64>; 2] {
+        let geometry = &self.robot.geometry;
+        let height = |i: usize, k: usize| {
+            let [a, b] = links[geometry.carriers[i].index()];
+            let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
+            let angle = a * self.inclination[0][k] + b * self.inclination[1][k];
+            let (sin, cos) = angle.sin_cos();
+            arm.x * sin + arm.y * cos
+        };
+        let steps = 0..self.len();
+        [
+            steps.clone().map(|k| height(0, k) - height(1, k)).collect(),
+            steps.map(|k| height(1, k) - height(2, k)).collect(),
+        ]
+    }
+}
+
+/// The sample at each step of the path, and the fraction from there to the next one: at a low rate
+/// or a high speed a sample takes several steps. And whether the way leads back.
+fn samples(log: &Readings<'_>) -> (Vec<(usize, f64)>, bool) {
+    let (recording, radius) = (&log.recording, log.stated.robot.geometry.wheel_radius);
+    let spin = recording.while_driving(&recording.middle_spin);
+    // Most of the way decides the direction.
+    let net: f64 = spin.iter().filter(|s| s.is_finite()).sum();
+    let direction = if net < 0.0 { -1.0 } else { 1.0 };
+    let (mut samples, mut distance) = (vec![(0, 0.0)], 0.0);
+    for (k, (spin, slope)) in spin.iter().zip(&recording.slope).enumerate() {
+        let advance = direction * radius * spin * slope.cos() * recording.dt;
+        if !advance.is_finite() {
+            continue;
+        }
+        let missing = |count: usize| STEP * count as f64 - distance;
+        while samples.len() < MOST_STEPS && missing(samples.len()) < advance {
+            samples.push((k, missing(samples.len()) / advance));
+        }
+        distance += advance;
+    }
+    (samples, direction < 0.0)
+}
+
+/// Values of a signal along the path: means over the samples of a step, and between samples on a
+/// straight line.
+fn mean_along(samples: &[(usize, f64)], x: &[f64]) -> Vec<f64> {
+    let at = |(k, part): (usize, f64)| {
+        let here = x.get(k).copied().unwrap_or(f64::NAN);
+        let next = x.get(k + 1).copied().unwrap_or(here);
+        here + (next - here) * part
+    };
+    let means = samples.windows(2).map(|w| {
+        let (from, to) = (w[0].0, w[1].0);
+        if to <= from + 1 {
+            return 0.5 * (at(w[0]) + at(w[1]));
+        }
+        mean(&x[from..to]).unwrap_or(f64::NAN)
+    });
+    means.collect()
 }

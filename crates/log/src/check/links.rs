@@ -1,4 +1,4 @@
-//! Gyroscopes against inclinometers: sign, unit, exchange between the links.
+//! Gyroscopes against inclinometers: sign, unit, exchange between the links, delay.
 //!
 //! Over half a second an inclination changes by the integral of its link's rate, and by the
 //! acceleration over g that an inclinometer measures when the robot starts or stops. The
@@ -6,17 +6,30 @@
 //! follows the other link's gyroscope exchanged channels. That of the second is the scale of the
 //! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::check::changes::{Changes, Coefficients, DEGREE, GATE, LEAST_CHANGE, SPAN};
+use crate::check::changes::{
+    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN,
+};
+use crate::check::delay::{self, Allowed, delay};
 use crate::check::fit::robust_fit;
 use crate::check::ground::Signs;
 use crate::check::readings::Readings;
+use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel};
-use crate::check::signal::{high_pass, rms};
+use crate::check::signal::{derivative, high_pass, rms, smooth};
+use robhaz_model::Carrier;
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
+/// Longest delay that is looked for, s.
+const LONGEST_DELAY: f64 = 0.15;
+/// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
+const INCLINOMETER_LAG: f64 = 0.025;
+/// Delay of a gyroscope behind the inclinometer that is a fault, s.
+const GYRO_DELAY: f64 = 0.005;
+/// Error of a delay by accelerations of the robot that the encoders do not show, s.
+const MARGIN: f64 = 0.005;
 /// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than
 /// impacts make.
 const SCALE_ERROR: f64 = 0.25;
@@ -39,7 +52,7 @@ pub fn noise_while_driving(log: &Readings<'_>) -> Vec<Finding> {
     let of_link = |k: usize| {
         let (_, drift) = log.recording.turned(k);
         let fast = high_pass(&drift, half);
-        let error = log.motion.while_driving(&fast);
+        let error = log.recording.while_driving(&fast);
         error.iter().find(|x| x.is_finite())?;
         let stated = log.stated.budget.inclination_noise;
         let [noise, stated] = [rms(&error), stated].map(|x| x / DEGREE);
@@ -294,4 +307,76 @@ fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (
          SENSORS.toml"
     );
     (wrong, remedy)
+}
+
+/// Delays between the gyroscope and the inclinometer of each link, for right signs and units.
+pub fn delays(log: &Readings<'_>) -> [Finding; 2] {
+    let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
+    let changes = Changes::of(&log.recording, acceleration.as_deref(), &[]);
+    [0, 1].map(|k| delay_of(&log.recording, &changes, k))
+}
+
+/// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
+/// measure the specific force: that of Q. 0 near the ends of the log, where it is not known.
+fn specific_force(log: &Readings<'_>) -> Vec<f64> {
+    let width = log.recording.steps(0.5 * FORWARD);
+    let acceleration = derivative(&speed_of_q(log, width), width, log.recording.dt);
+    let over_g = |a: &f64| {
+        if a.is_finite() {
+            a / log.stated.robot.gravity
+        } else {
+            0.0
+        }
+    };
+    acceleration.iter().map(over_g).collect()
+}
+
+/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls
+/// along its own direction, with the absolute spin of its wheels, and turns Q about the middle of
+/// its axles.
+fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
+    let (recording, geometry) = (&log.recording, &log.stated.robot.geometry);
+    let carriers = geometry.carriers.map(Carrier::index);
+    let link = usize::from(carriers.iter().sum::<usize>() > 1);
+    let of_link = [&recording.inclination[link], &recording.rate[link]];
+    let [inclination, rate] = of_link.map(|x| smooth(x, width));
+    let on_link = (0..3).filter(|i| carriers[*i] == link);
+    let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
+    let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
+    let spins = log
+        .recording
+        .middle_spin
+        .iter()
+        .zip(&rate)
+        .zip(&inclination);
+    let speed = |((spin, rate), inclination): ((&f64, &f64), &f64)| {
+        (radius * (spin - rate) - arm * rate) * inclination.cos()
+    };
+    spins.map(speed).collect()
+}
+
+fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
+    let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
+    let allowed = Allowed {
+        early: GYRO_DELAY + MARGIN + 0.5 * recording.slowest,
+        late: INCLINOMETER_LAG + MARGIN + 0.5 * recording.slowest,
+        explained: CERTAIN,
+    };
+    let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
+    let [longest, memory] = [LONGEST_DELAY, SPAN].map(|time| recording.steps(time));
+    // All samples: those that fit best without a delay would hide it.
+    let found = (rms(rate) > LEAST_CHANGE)
+        .then(|| delay(inclination, &[rate], longest, memory, recording.dt, allowed))
+        .flatten()
+        .filter(|delay| delay.explained > EXPLAINED);
+    let unknown = [
+        "no common motion",
+        "drive over an obstacle that turns the links by a few degrees",
+    ];
+    delay::finding(&channel, found, &allowed, unknown, |is_late, offset| {
+        let late = if is_late { "its" } else { "the gyro's" };
+        format!(
+            "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
+        )
+    })
 }

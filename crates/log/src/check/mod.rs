@@ -6,7 +6,7 @@
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
-//! | `changes`, `links`, `link_delays` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
+//! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
@@ -20,14 +20,11 @@
 mod agreement;
 mod changes;
 mod clock;
-mod course;
 mod delay;
 mod drive;
 mod fit;
 mod ground;
-mod link_delays;
 mod links;
-mod motion;
 mod readings;
 mod recording;
 mod report;
@@ -43,8 +40,6 @@ pub use report::{Finding, Report, Verdict};
 pub(crate) use signal::median;
 
 use self::clock::Clock;
-use self::course::Course;
-use self::motion::Motion;
 use self::readings::Readings;
 use self::recording::Recording;
 use robhaz_estimator::SensorFrame;
@@ -53,14 +48,13 @@ use std::borrow::Cow;
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let clock = Clock::of(frames);
-    let Some(recording) = Recording::new(&clock) else {
+    let Some(recording) = Recording::new(&clock, stated.robot) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let mut log = Readings {
         stated,
         frames: Cow::Borrowed(frames),
-        motion: Motion::of(&recording, stated.robot),
         recording,
         findings: vec![clock.finding()],
     };
@@ -89,12 +83,10 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         log.take(links::noise_while_driving(&log));
         // The rate of pin Q is that of a filter.
         if !stated.of_body {
-            log.take(link_delays::findings(&log));
+            log.take(links::delays(&log));
         }
     }
-    let fused = course::fused(&log.recording);
-    let fused = Course::new(&log.motion, stated.robot, &fused);
-    log.findings.push(ground::distance(&fused));
+    log.take([ground::distance(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
@@ -130,7 +122,7 @@ const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {
-    let spin = log.motion.while_driving(&log.motion.middle_spin);
+    let spin = log.recording.while_driving(&log.recording.middle_spin);
     let spin = signal::median(spin.iter().map(|spin| spin.abs()));
     spin.unwrap_or(0.0) * log.recording.slowest
 }

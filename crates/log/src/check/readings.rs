@@ -1,7 +1,6 @@
-//! What is stated of a log, its readings and its motion, and what was found so far.
+//! What is stated of a log, its readings, and what was found so far.
 
 use crate::check::clock::Clock;
-use crate::check::motion::Motion;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
@@ -39,7 +38,6 @@ pub struct Readings<'a> {
     pub stated: &'a Stated<'a>,
     pub frames: Cow<'a, [SensorFrame]>,
     pub recording: Recording,
-    pub motion: Motion,
     pub findings: Vec<Finding>,
 }
 
@@ -56,8 +54,7 @@ impl Readings<'_> {
             let changes = found.iter().flat_map(|finding| &finding.changes);
             changes.for_each(|change| change.of(frame));
         }
-        if let Some(recording) = Recording::new(&Clock::of(&self.frames)) {
-            self.motion = Motion::of(&recording, self.stated.robot);
+        if let Some(recording) = Recording::new(&Clock::of(&self.frames), self.stated.robot) {
             self.recording = recording;
         }
     }

@@ -7,6 +7,7 @@
 
 use crate::check::fit::fit;
 use crate::check::readings::Readings;
+use crate::check::recording::SMOOTHING;
 use crate::check::report::Finding;
 use crate::check::rest::rest;
 use crate::check::rewire::{Change, Channel};
@@ -15,8 +16,6 @@ use crate::check::signal::smooth;
 /// Time from the first motion on that counts as the start, and as much rest before it as there is,
 /// s.
 const START: f64 = 1.0;
-/// Time over which torques are averaged, s: as spin speeds.
-const SMOOTHING: f64 = 0.05;
 /// Share of a torque's change that the acceleration explains at a start on even ground.
 const EXPLAINED: f64 = 0.5;
 /// Time for which residuals are correlated, s.
@@ -29,12 +28,12 @@ const TEST: &str = "sign at the start";
 /// All findings, for encoders of one sign. `forward` is that of the acceleration by the
 /// inclinometers.
 pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
-    let (recording, motion) = (&log.recording, &log.motion);
+    let recording = &log.recording;
     let end = rest(recording);
     let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
     let range = end.saturating_sub(before)..(end + after).min(recording.len());
     let half = recording.steps(0.5 * SMOOTHING);
-    let acceleration = motion.derivative(recording, &motion.middle_spin);
+    let acceleration = recording.derivative(&recording.middle_spin);
     let (acceleration, constant) = (&acceleration[range.clone()], vec![1.0; range.len()]);
     let correlated = (recording.steps(CORRELATED) as f64).sqrt();
     let coefficients = [0, 1, 2].map(|i| {

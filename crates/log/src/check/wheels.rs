@@ -17,16 +17,16 @@ const TEST: &str = "sign and counts";
 
 /// All findings.
 pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
-    let (recording, motion) = (&log.recording, &log.motion);
+    let recording = &log.recording;
     let ratios = |spin: &[f64]| {
-        let ratio = zip(spin, &motion.middle_spin, |a, b| a / b);
-        parts(&motion.while_driving(&ratio))
+        let ratio = zip(spin, &recording.middle_spin, |a, b| a / b);
+        parts(&recording.while_driving(&ratio))
     };
     let torque_turns = |j: &usize| {
-        let spin = motion.derivative(recording, &recording.torque[*j]);
+        let spin = recording.derivative(&recording.torque[*j]);
         median(ratios(&spin)).is_some_and(is_right)
     };
-    [0, 1, 2].map(|i| encoder(i, &ratios(&motion.spin[i]), || (0..3).find(torque_turns)))
+    [0, 1, 2].map(|i| encoder(i, &ratios(&recording.spin[i]), || (0..3).find(torque_turns)))
 }
 
 /// Whether a wheel turns as fast as the others.
