@@ -18,14 +18,12 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
     Ok(names.into_iter().map(column).collect())
 }
 
-fn not_a_table(path: &Path, reason: &str) -> LogError {
-    let allowed = "the names of the columns in the first line, after comments with #, UTF-8";
-    LogError::format(path, "CSV", format!("{reason}; allowed: {allowed}"))
-}
-
 /// A file after its first row, and the names in it.
 fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
-    let not_a_table = |reason: &str| not_a_table(path, reason);
+    let not_a_table = |reason: &str| {
+        let allowed = "the names of the columns in the first line, after comments with #, UTF-8";
+        LogError::format(path, "CSV", format!("{reason}; allowed: {allowed}"))
+    };
     let unread = |error: io::Error| not_a_table(&error.to_string());
     let mut table = TextTable::open(open_file(path)?).map_err(unread)?;
     let mut first = TextRow::default();

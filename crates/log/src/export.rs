@@ -3,8 +3,7 @@
 use crate::error::LogError;
 use crate::mapped;
 use crate::messages::{
-    FORCES, FORCES_DEFINITION, MessageKind, encode_forces, encode_imu, encode_joints,
-    encode_readings, nanoseconds,
+    FORCES, FORCES_DEFINITION, MessageKind, encode_imu, encode_joints, encode_numbers, nanoseconds,
 };
 use crate::own_names;
 use crate::place::{no_table, table_in};
@@ -107,7 +106,7 @@ fn read(
     let mut rows = 0;
     let why = readings.read(|channel, row| {
         rows += 1;
-        let values = readings.channels[channel].content(&row.cells).readings;
+        let values = readings.channels[channel].content(&row.cells).0;
         add(row.stamp.seconds(), values.map(|v| v.unwrap_or(f64::NAN)))
     })?;
     let why = why.iter().flatten();
@@ -196,7 +195,7 @@ impl Forces {
         for (place, cell) in self.places.iter().zip(cells) {
             numbers[*place] = cell;
         }
-        Some(encode_forces(time, &numbers))
+        Some(encode_numbers(time, &numbers))
     }
 
     fn topic(&self) -> String {
@@ -292,6 +291,7 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
 
 /// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
 fn sensor_messages(time: f64, now: &Numbers, last: Option<(f64, Numbers)>) -> [Vec<u8>; 4] {
+    let of_frame: Vec<f64> = Reading::of_frame().map(|r| now[r.index()]).collect();
     let of_wheels = |part: usize| [now[part], now[part + 3], now[part + 6]];
     let (position, torque) = (of_wheels(0), of_wheels(1));
     // No sensor measures the speed: it is the difference of the last two angles.
@@ -301,7 +301,7 @@ fn sensor_messages(time: f64, now: &Numbers, last: Option<(f64, Numbers)>) -> [V
         })
     });
     [
-        encode_readings(time, now),
+        encode_numbers(time, &of_frame),
         encode_joints(time, &[position, velocity, torque]),
         encode_imu(time, "link1", now[9], now[10]),
         encode_imu(time, "link2", now[11], now[12]),

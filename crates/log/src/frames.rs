@@ -3,7 +3,7 @@
 //! A reading belongs to a frame if it is new since the last frame. Of several new ones the newest
 //! counts.
 
-use crate::plan::{Content, Plan};
+use crate::plan::Plan;
 use crate::readings::{self, Reading, Values, frame};
 use crate::survey::Survey;
 use robhaz_model::BodyMount;
@@ -45,7 +45,7 @@ impl Frames {
     }
 
     /// Goes past the next row of a channel.
-    fn take(&mut self, channel: usize) -> Content {
+    fn take(&mut self, channel: usize) -> (Values, Option<Truth>) {
         let plan = &self.plan.channels[channel];
         let (row, columns) = (self.next[channel], plan.columns.len());
         self.next[channel] += 1;
@@ -60,10 +60,9 @@ impl Source for Frames {
         };
         let is_first = self.next[0] == 0;
         let (mut values, mut truth) = (Values::default(), None);
-        let mut add = |content: Content| {
-            let found = content.truth.map(|found| Truth { time, ..found });
+        let mut add = |(readings, found): (Values, Option<Truth>)| {
             truth = found.or(truth);
-            for (own, new) in values.iter_mut().zip(content.readings) {
+            for (own, new) in values.iter_mut().zip(readings) {
                 *own = new.or(*own);
             }
         };
@@ -88,7 +87,7 @@ impl Source for Frames {
         }
         Ok(Some(Sample {
             time,
-            truth,
+            truth: truth.map(|truth| Truth { time, ..truth }),
             sensors: frame(time, &values, self.mount.as_mut()),
             is_record: true,
         }))

@@ -1,7 +1,7 @@
 //! Channels of a log whose description says which column is which reading.
 
 use crate::error::LogError;
-use crate::formula::{Formula, Upward, across};
+use crate::formula::{Formula, Source, Upward, across};
 use crate::mcap_events::Clock;
 use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
@@ -37,8 +37,8 @@ pub fn channels(
     }
     for reading in &mapping.readings {
         let channel = named(&mut channels, &reading.channel);
-        let formula = Formula::Cell {
-            cell: channel.cell(&reading.column),
+        let formula = Formula {
+            source: Source::Cell(channel.cell(&reading.column)),
             factor: reading.factor,
             offset: reading.offset,
         };
@@ -155,15 +155,14 @@ impl ChannelPlan {
                 Upward::Orientation(orientation.map(|c| self.cell(c)))
             }
         };
-        let inclination = Formula::Inclination {
-            up,
-            forward_axis: imu.forward,
-            up_axis: imu.up,
+        let inclination = Formula {
+            source: Source::Inclination(up, [imu.forward, imu.up]),
+            factor: 1.0,
             offset: imu.inclination_offset,
         };
-        let rate = Formula::Rate {
-            cells: imu.angular_velocity.each_ref().map(|c| self.cell(c)),
-            axis: across(imu.forward, imu.up),
+        let velocity = imu.angular_velocity.each_ref().map(|c| self.cell(c));
+        let rate = Formula {
+            source: Source::Rate(velocity, across(imu.forward, imu.up)),
             factor: imu.rate_factor,
             offset: imu.rate_offset,
         };

@@ -148,7 +148,7 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
                 return Ok(());
             };
             let known = found.get_or_insert_default();
-            for number in decode(path, topic, schema, message.data)?.numbers {
+            for number in decode(path, topic, schema, message.data)?.1 {
                 let column = ColumnInfo {
                     name: number.column(),
                     unit: None,
@@ -260,9 +260,9 @@ impl<'a> Wanted<'a> {
         schema: &str,
         message: &Message<'_>,
     ) -> Result<[Option<Row>; 2], LogError> {
-        let decoded = decode(path, self.topic, schema, message.data)?;
+        let (stamp, numbers) = decode(path, self.topic, schema, message.data)?;
         self.count += 1;
-        let number = |name: &String| decoded.numbers.iter().find(|number| number.is(name));
+        let number = |name: &String| numbers.iter().find(|number| number.is(name));
         let found: Vec<_> = self.columns.iter().map(number).collect();
         let has: Vec<bool> = found.iter().map(Option::is_some).collect();
         // A message of other joints.
@@ -274,7 +274,7 @@ impl<'a> Wanted<'a> {
         let row = Row {
             place: Place("message", self.count),
             stamp: match self.clock {
-                Clock::Header => decoded.stamp,
+                Clock::Header => stamp,
                 Clock::Log => Stamp::Nanoseconds(log_time),
             },
             cells: found.iter().map(cell).collect(),

@@ -2,7 +2,7 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::readings::{COUNT, Reading};
+use crate::readings::Reading;
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_model::named;
 
@@ -19,13 +19,8 @@ named! {
     }
 }
 
-/// A message, decoded.
-pub struct Decoded<'a> {
-    /// Its time in the header, or, of `Readings`, its exact time.
-    pub stamp: Stamp,
-    /// Its numbers.
-    pub numbers: Vec<Number<'a>>,
-}
+/// A message, decoded: its time in the header, or, of `Readings`, its exact time, and its numbers.
+pub type Decoded<'a> = (Stamp, Vec<Number<'a>>);
 
 /// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not
 /// joined for each message.
@@ -81,11 +76,14 @@ impl MessageKind {
     pub fn decode(self, message: &[u8]) -> Option<Decoded<'_>> {
         let mut reader = CdrReader::new(message)?;
         let header = header(&mut reader)?;
-        match self {
-            Self::JointState => joint_state(&mut reader, header),
-            Self::Imu => imu(&mut reader, header),
-            Self::Readings => readings(&mut reader),
-        }
+        Some(match self {
+            Self::JointState => (header, joint_state(&mut reader)?),
+            Self::Imu => (header, imu(&mut reader)?),
+            Self::Readings => {
+                let time = TimeUnit::SECOND.of_float(reader.f64()?)?;
+                (time, readings(&mut reader)?)
+            }
+        })
     }
 }
 
@@ -93,11 +91,12 @@ impl MessageKind {
 fn header(reader: &mut CdrReader<'_>) -> Option<Stamp> {
     let (seconds, nanoseconds) = (reader.take().map(i32::from_le_bytes)?, reader.u32()?);
     reader.text()?;
-    let whole = i64::from(seconds).checked_mul(1_000_000_000)?;
-    TimeUnit::NANOSECOND.of_whole(whole.checked_add(i64::from(nanoseconds))?)
+    // Far below the largest number.
+    let whole = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
+    Some(Stamp::Nanoseconds(whole))
 }
 
-fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+fn joint_state<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
     let count = reader.u32()?;
     let names: Vec<&str> = (0..count).map(|_| reader.text()).collect::<Option<_>>()?;
     let mut numbers = Vec::with_capacity(3 * names.len());
@@ -107,10 +106,10 @@ fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'
         let named = names.iter().zip(values);
         numbers.extend(named.map(|(name, value)| Number { name, part, value }));
     }
-    Some(Decoded { stamp, numbers })
+    Some(numbers)
 }
 
-fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+fn imu<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
     let mut numbers = Vec::with_capacity(10);
     for (name, parts) in IMU {
         for part in parts {
@@ -122,17 +121,15 @@ fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
             reader.f64()?;
         }
     }
-    Some(Decoded { stamp, numbers })
+    Some(numbers)
 }
 
-fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
-    let stamp = TimeUnit::SECOND.of_float(reader.f64()?)?;
-    let mut numbers = Vec::new();
-    for reading in Reading::of_frame() {
+fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
+    let mut number = |reading: Reading| {
         let (name, part, value) = (reading.name(), "", reader.f64()?);
-        numbers.push(Number { name, part, value });
-    }
-    Some(Decoded { stamp, numbers })
+        Some(Number { name, part, value })
+    };
+    Reading::of_frame().map(&mut number).collect()
 }
 
 /// Time in whole nanoseconds, of times since the start.
@@ -154,12 +151,12 @@ fn with_header(time: f64, frame: &str) -> CdrWriter {
     writer
 }
 
-/// `Readings`: all readings to the bit; not a number where one is missing.
-pub fn encode_readings(time: f64, values: &[f64; COUNT]) -> Vec<u8> {
+/// `Readings` or `WheelForces`: the numbers in the order of the definition, to the bit; not a number
+/// where one is missing.
+pub fn encode_numbers(time: f64, numbers: &[f64]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);
-    let values = Reading::of_frame().map(|r| values[r.index()]);
-    writer.array(&values.collect::<Vec<f64>>());
+    writer.array(numbers);
     writer.0
 }
 
@@ -202,11 +199,3 @@ pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8>
 pub const FORCES: &str = "robhaz_msgs/msg/WheelForces";
 /// Its definition.
 pub const FORCES_DEFINITION: &str = include_str!("definitions/WheelForces.msg");
-
-/// `WheelForces`: the numbers in the order of the definition.
-pub fn encode_forces(time: f64, numbers: &[f64]) -> Vec<u8> {
-    let mut writer = with_header(time, "");
-    writer.array(&[time]);
-    writer.array(numbers);
-    writer.0
-}

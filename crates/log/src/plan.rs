@@ -111,15 +111,6 @@ pub struct ChannelPlan {
     pub truth: Option<Vec<usize>>,
 }
 
-/// What a row of a channel gives.
-#[derive(Clone, Debug, Default)]
-pub struct Content {
-    /// Readings.
-    pub readings: Values,
-    /// Truth.
-    pub truth: Option<Truth>,
-}
-
 impl ChannelPlan {
     /// A channel that reads nothing yet.
     pub fn new(name: String, path: &Path, rows: Rows) -> Self {
@@ -153,16 +144,17 @@ impl ChannelPlan {
         LogError::place(&self.path, format!("channel {}", self.name), message)
     }
 
-    /// What a row's cells give.
-    pub fn content(&self, cells: &[f64]) -> Content {
-        let mut content = Content::default();
-        if let Some(places) = &self.truth {
-            content.truth = truth::of_row(places, cells);
-        }
+    /// What a row's cells give: readings, truth.
+    pub fn content(&self, cells: &[f64]) -> (Values, Option<Truth>) {
+        let mut values = Values::default();
         for (reading, formula) in &self.readings {
-            content.readings[reading.index()] = formula.value(cells);
+            values[reading.index()] = formula.value(cells);
         }
-        content
+        let places = self.truth.as_ref();
+        (
+            values,
+            places.and_then(|places| truth::of_row(places, cells)),
+        )
     }
 }
 

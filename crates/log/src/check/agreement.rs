@@ -9,7 +9,7 @@
 use crate::check::readings::{Readings, Stated};
 use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet_torque;
-use crate::check::rewire::{Channel, names};
+use crate::check::rewire::{Channel, moved, names};
 use robhaz_estimator::{
     Channels, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, TorqueScale,
 };
@@ -127,11 +127,6 @@ impl Case {
         }
         parts.join("; ")
     }
-}
-
-/// The wheels whose channel is that of another one.
-fn moved(order: [usize; 3]) -> impl Iterator<Item = usize> {
-    (0..3).filter(move |i| order[*i] != *i)
 }
 
 /// What `best` says of a log.

@@ -182,16 +182,11 @@ fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
 
 /// Least change of each encoder, rad: its count, if it is coarse.
 fn resolution(turns: &[Turn]) -> [f64; 3] {
-    let mut least = [f64::INFINITY; 3];
-    for (i, least) in least.iter_mut().enumerate() {
-        let changes = turns
-            .windows(2)
-            .map(|w| (w[1].angle[i] - w[0].angle[i]).abs());
-        *least = changes
-            .filter(|change| *change > 0.0)
-            .fold(*least, f64::min);
-    }
-    least
+    [0, 1, 2].map(|i| {
+        let change = |w: &[Turn]| (w[1].angle[i] - w[0].angle[i]).abs();
+        let changes = turns.windows(2).map(change);
+        changes.filter(|c| *c > 0.0).fold(f64::INFINITY, f64::min)
+    })
 }
 
 /// By how much the three wheels have turned longer than the time stamps say in the middle step of a

@@ -14,7 +14,7 @@ use crate::check::delay::{self, Allowed, delay};
 use crate::check::readings::Readings;
 use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel, names};
+use crate::check::rewire::{Change, Channel, moved, names};
 use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
@@ -53,13 +53,8 @@ fn wirings() -> Vec<Wiring> {
     let of = |bits: u32| [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 });
     let all = (0..8).flat_map(|bits| PAIRINGS.map(|order| (order, of(bits))));
     let mut all: Vec<Wiring> = all.collect();
-    all.sort_by_key(|(order, signs)| moved(order).count() + turned(signs).count());
+    all.sort_by_key(|(order, signs)| moved(*order).count() + turned(signs).count());
     all
-}
-
-/// The wheels to whose encoders the torques of others belong.
-fn moved(order: &[usize; 3]) -> impl Iterator<Item = usize> {
-    (0..3).filter(|i| order[*i] != *i)
 }
 
 /// The torques of the wrong sign.
@@ -68,43 +63,37 @@ fn turned(signs: &[f64; 3]) -> impl Iterator<Item = usize> {
 }
 
 /// Torques, spin angles and spin speeds, averaged, less their means over [`SPAN`].
-struct Signals {
-    torque: [Vec<f64>; 3],
-    angle: [Vec<f64>; 3],
-    speed: [Vec<f64>; 3],
+type Signals = [[Vec<f64>; 3]; 3];
+
+fn signals(recording: &Recording) -> Signals {
+    let half = recording.steps(0.5 * SMOOTHING);
+    let span = recording.steps(0.5 * SPAN);
+    let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
+    let speed = recording.spin.each_ref().map(|x| high_pass(x, span));
+    [
+        smoothed(&recording.torque),
+        smoothed(&recording.wheel_angle),
+        speed,
+    ]
 }
 
-impl Signals {
-    fn of(log: &Readings<'_>) -> Self {
-        let recording = &log.recording;
-        let half = recording.steps(0.5 * SMOOTHING);
-        let span = recording.steps(0.5 * SPAN);
-        let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
-        Self {
-            torque: smoothed(&recording.torque),
-            angle: smoothed(&recording.wheel_angle),
-            speed: recording.spin.each_ref().map(|x| high_pass(x, span)),
+/// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay
+/// bridges.
+fn joined([torque, angle, speed]: &Signals, gap: usize, (order, signs): &Wiring) -> [Vec<f64>; 3] {
+    let joined = |x: [&Vec<f64>; 3], signs: [f64; 3]| {
+        let mut all = Vec::new();
+        for (i, sign) in signs.iter().enumerate() {
+            let mean = |k: usize| (0..3).map(|i| signs[i] * x[i][k]).sum::<f64>() / 3.0;
+            all.extend((0..x[i].len()).map(|k| sign * x[i][k] - mean(k)));
+            all.extend(std::iter::repeat_n(f64::NAN, gap));
         }
-    }
-
-    /// Differences from the mean over the wheels: one wheel after the other, with gaps that no
-    /// delay bridges.
-    fn joined(&self, gap: usize, (order, signs): &Wiring) -> [Vec<f64>; 3] {
-        let joined = |x: [&Vec<f64>; 3], signs: [f64; 3]| {
-            let mut all = Vec::new();
-            for (i, sign) in signs.iter().enumerate() {
-                let mean = |k: usize| (0..3).map(|i| signs[i] * x[i][k]).sum::<f64>() / 3.0;
-                all.extend((0..x[i].len()).map(|k| sign * x[i][k] - mean(k)));
-                all.extend(std::iter::repeat_n(f64::NAN, gap));
-            }
-            all
-        };
-        [
-            joined(self.torque.each_ref(), *signs),
-            joined(order.map(|i| &self.angle[i]), [1.0; 3]),
-            joined(order.map(|i| &self.speed[i]), [1.0; 3]),
-        ]
-    }
+        all
+    };
+    [
+        joined(torque.each_ref(), *signs),
+        joined(order.map(|i| &angle[i]), [1.0; 3]),
+        joined(order.map(|i| &speed[i]), [1.0; 3]),
+    ]
 }
 
 /// Sums of the products of all signals: torques 0 to 2, angles 3 to 5, speeds 6 to 8.
@@ -116,13 +105,11 @@ struct Moments {
 impl Moments {
     fn of(signals: &Signals) -> Self {
         let (mut sums, mut count) = (SMatrix::zeros(), 0.0);
-        for k in 0..signals.torque[0].len() {
-            let all = [&signals.torque, &signals.angle, &signals.speed];
-            let row = SVector::<f64, 9>::from_fn(|i, _| all[i / 3][i % 3][k]);
-            if row.iter().all(|v| v.is_finite()) {
-                sums += row * row.transpose();
-                count += 1.0;
-            }
+        let row = |k: usize| SVector::<f64, 9>::from_fn(|i, _| signals[i / 3][i % 3][k]);
+        let is_whole = |row: &SVector<f64, 9>| row.iter().all(|v| v.is_finite());
+        for row in (0..signals[0][0].len()).map(row).filter(is_whole) {
+            sums += row * row.transpose();
+            count += 1.0;
         }
         Self { sums, count }
     }
@@ -174,7 +161,7 @@ impl Moments {
 /// All findings, and the encoders to which the torques belong, if these show it.
 pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
     let (recording, budget) = (&log.recording, &log.stated.budget);
-    let signals = Signals::of(log);
+    let signals = signals(recording);
     let moments = Moments::of(&signals);
     let (size, common) = (moments.size(), moments.common());
     let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
@@ -232,7 +219,7 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
         .with("difference", size, "N m")
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
-    let joined = signals.joined(recording.steps(LONGEST_DELAY) + 2, &best);
+    let joined = joined(&signals, recording.steps(LONGEST_DELAY) + 2, &best);
     let (order, signs) = best;
     let turned = turned(&signs).filter(|_| known);
     let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
@@ -243,14 +230,14 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
 /// The channels that a wiring changes.
 fn channels((order, signs): &Wiring) -> String {
     let torques = (0..3).filter(|i| order[*i] != *i || signs[*i] < 0.0);
-    let encoders = moved(order).map(Channel::Encoder);
+    let encoders = moved(*order).map(Channel::Encoder);
     names(torques.map(Channel::Torque).chain(encoders)).join(", ")
 }
 
 /// What to do about a wiring, in words.
 fn words((order, signs): &Wiring) -> String {
     let (torque, encoder) = (Channel::Torque, |i: usize| Channel::Encoder(order[i]));
-    let belongs = moved(order).map(|i| format!("{} belongs to {}", torque(i), encoder(i)));
+    let belongs = moved(*order).map(|i| format!("{} belongs to {}", torque(i), encoder(i)));
     let belongs = belongs.collect::<Vec<_>>().join(", ");
     let wrong = names(turned(signs).map(torque)).join(" and ");
     let signs = format!("change the sign of {wrong}, or of its encoder");

@@ -74,21 +74,12 @@ impl<'a> AtRest<'a> {
         mean(self.values).unwrap_or(0.0)
     }
 
-    /// What noise makes of the mean of so few readings.
-    fn mean_by_chance(&self) -> f64 {
-        CHANCE * self.noise / self.count().sqrt()
-    }
-
-    /// Standard deviation of white noise, from the differences of neighbours.
-    fn deviation(&self) -> f64 {
-        let steps: Vec<f64> = self.values.windows(2).map(|w| w[1] - w[0]).collect();
-        rms(&steps) / std::f64::consts::SQRT_2
-    }
-
     /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what
     /// to do about a larger one.
     fn zero(&self, limit: f64, judge: impl Fn(Finding, f64) -> Finding) -> Finding {
-        let (mean, limit) = (self.mean(), limit + self.mean_by_chance());
+        // What noise makes of the mean of so few readings.
+        let by_chance = CHANCE * self.noise / self.count().sqrt();
+        let (mean, limit) = (self.mean(), limit + by_chance);
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
         let finding = Finding::ok(ZERO, &self.name, figure);
         let finding = finding.with("mean", self.factor * mean, self.unit);
@@ -145,14 +136,13 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         findings.push(x.zero(level_zero, |finding, mean| inclination(finding, mean, key)));
     }
     let of_torque = |finding: Finding, mean: f64| {
-        match level {
-        true => finding.fault(format!(
-            "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
-        )),
-        false => {
-            finding.cannot_tell("the robot stands on a slope: record a rest on level ground")
+        if !level {
+            let remedy = "the robot stands on a slope: record a rest on level ground";
+            return finding.cannot_tell(remedy);
         }
-    }
+        finding.fault(format!(
+            "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
+        ))
     };
     findings.extend(torques.iter().map(|x| x.zero(torque_zero, of_torque)));
     let of_links = gyros.iter().chain(&inclinometers);
@@ -191,7 +181,9 @@ pub fn has_quiet_torque(findings: &[Finding]) -> bool {
 }
 
 fn noise(x: &AtRest<'_>) -> Finding {
-    let deviation = x.deviation();
+    // Of white noise, from the differences of neighbours.
+    let steps: Vec<f64> = x.values.windows(2).map(|w| w[1] - w[0]).collect();
+    let deviation = rms(&steps) / std::f64::consts::SQRT_2;
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let finding = Finding::ok(NOISE, &x.name, figure).with("noise", x.factor * deviation, x.unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.

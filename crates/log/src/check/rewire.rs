@@ -82,6 +82,11 @@ impl fmt::Display for Channel {
     }
 }
 
+/// The wheels that are not at their own place in an order.
+pub fn moved(order: [usize; 3]) -> impl Iterator<Item = usize> {
+    (0..3).filter(move |i| order[*i] != *i)
+}
+
 /// The names of channels.
 pub fn names(channels: impl Iterator<Item = Channel>) -> Vec<String> {
     channels.map(|channel| channel.to_string()).collect()

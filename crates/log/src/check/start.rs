@@ -28,7 +28,7 @@ const TEST: &str = "sign at the start";
 /// All findings, for encoders of one sign. `forward` is that of the acceleration by the
 /// inclinometers.
 pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
-    let recording = &log.recording;
+    let (recording, robot) = (&log.recording, log.stated.robot);
     let end = rest(recording);
     let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
     let range = end.saturating_sub(before)..(end + after).min(recording.len());
@@ -48,18 +48,16 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
     });
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
     if forward < 0.0 || is_backwards && forward > 0.0 {
-        let finding = common(is_backwards, forward);
-        return vec![match log.stated.body_link().filter(|_| !is_backwards) {
+        let mut finding = common(is_backwards, forward);
+        if let Some(body) = log.stated.body_link().filter(|_| !is_backwards) {
             // The sign of the body's readings alone.
-            Some(body) => finding.change([Change::Pin(body)]).fault("the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques"),
-            None => finding,
-        }];
+            let remedy = "the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques";
+            finding = finding.change([Change::Pin(body)]).fault(remedy);
+        }
+        return vec![finding];
     }
     // Rotor, wheel, and a third of the robot.
-    let (mass, radius) = (
-        &log.stated.robot.mass,
-        log.stated.robot.geometry.wheel_radius,
-    );
+    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
     let expected = mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0;
     let of_torque = |i: usize| {
         let torque = Channel::Torque(i);
