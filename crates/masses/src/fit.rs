@@ -166,17 +166,18 @@ fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<(), WeighError> 
     Ok(())
 }
 
-/// Residuals of the scales of each posture, N, with their variances.
-type Residuals = Vec<[(f64, f64); 3]>;
+/// A reading of a scale: its line and wheel (from 1), its residual (measured minus fitted, N) and
+/// the standard deviation of that, N.
+type Residual = (u64, usize, f64, f64);
 
 /// The normal equations at `unknowns`, and the residuals.
 fn normal_equations(
     prior: &Prior<'_>,
     measurements: &Measurements,
     unknowns: &Unknowns,
-) -> Result<(Normal, Residuals), WeighError> {
+) -> Result<(Normal, Vec<Residual>), WeighError> {
     let mut normal = Normal::prior(unknowns);
-    let mut residuals = Vec::with_capacity(measurements.readings.len());
+    let mut residuals = Vec::new();
     for reading in &measurements.readings {
         let predicted = prior.predict(unknowns, reading.inclinations);
         let line = reading.line;
@@ -187,7 +188,10 @@ fn normal_equations(
         })?;
         let residual = normal.add(&predicted, &reading.forces);
         let residual = residual.ok_or_else(WeighError::not_converged)?;
-        residuals.push([0, 1, 2].map(|i| (residual[i], predicted.covariance[(i, i)])));
+        for i in (0..3).filter(|i| reading.forces[*i].is_some()) {
+            let sigma = predicted.covariance[(i, i)].sqrt();
+            residuals.push((line, i + 1, residual[i], sigma));
+        }
     }
     if let Some(weight) = measurements.weight {
         let mut by = Unknowns::zeros();
@@ -205,9 +209,9 @@ fn finish(
     measurements: &Measurements,
     unknowns: &Unknowns,
     normal: &Normal,
-    residuals: &[[(f64, f64); 3]],
+    residuals: &[Residual],
 ) -> Result<Weighed, WeighError> {
-    let misfit = misfit(measurements, normal.sum, residuals)?;
+    let misfit = misfit(measurements.count(), normal.sum, residuals)?;
     let robot = prior.robot(unknowns);
     check_robot(&robot).map_err(|reason| {
         WeighError::new(format!(
@@ -254,31 +258,16 @@ fn check_robot(robot: &Robot) -> Result<(), String> {
 }
 
 /// Whether the readings fit.
-fn misfit(
-    measurements: &Measurements,
-    sum: f64,
-    residuals: &[[(f64, f64); 3]],
-) -> Result<Misfit, WeighError> {
-    let readings = measurements.count();
+fn misfit(readings: usize, sum: f64, residuals: &[Residual]) -> Result<Misfit, WeighError> {
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly
     // Gaussian.
     let n = readings as f64;
     let variance = 2.0 / (9.0 * n);
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);
     if sum > most {
-        let of_posture = |(reading, posture): (&Reading, &[(f64, f64); 3])| {
-            let (line, forces, posture) = (reading.line, reading.forces, *posture);
-            let read = (0..3).filter(move |i| forces[*i].is_some());
-            read.map(move |i| (line, i + 1, posture[i].0, posture[i].1.sqrt()))
-        };
-        let read = measurements
-            .readings
-            .iter()
-            .zip(residuals)
-            .flat_map(of_posture);
         // The first of equal ones.
-        let size = |(_, _, residual, sigma): &(u64, usize, f64, f64)| (residual / sigma).abs();
-        let worst = read.min_by(|a, b| size(b).total_cmp(&size(a)));
+        let size = |(_, _, residual, sigma): &Residual| (residual / sigma).abs();
+        let worst = residuals.iter().min_by(|a, b| size(b).total_cmp(&size(a)));
         let worst = worst.map_or(String::new(), |(line, wheel, residual, sigma)| {
             format!(
                 "; the worst reading is that of wheel{wheel} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
