@@ -328,12 +328,9 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
             cells.extend_from_slice(forces.at(time).unwrap_or(&none));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
-        let text_of = |v: &f64| {
-            if v.is_nan() {
-                String::new()
-            } else {
-                format!("{v:?}")
-            }
+        let text_of = |v: &f64| match v.is_nan() {
+            true => String::new(),
+            false => format!("{v:?}"),
         };
         let cells: Vec<String> = cells.iter().map(text_of).collect();
         writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))

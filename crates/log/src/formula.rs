@@ -58,13 +58,9 @@ impl Formula {
             }
             Source::Rate(of, axis) => dot(all(cells, of)?, axis),
         };
-        let value = found * self.factor;
+        let (value, offset) = (found * self.factor, self.offset);
         // Subtracting zero would change the sign of a zero.
-        Some(if self.offset == 0.0 {
-            value
-        } else {
-            value - self.offset
-        })
+        Some(if offset == 0.0 { value } else { value - offset })
     }
 }
 

@@ -183,19 +183,13 @@ fn decode<'a>(
     data: &'a [u8],
 ) -> Result<Decoded<'a>, LogError> {
     let refused = |message: String| LogError::place(path, format!("topic {topic}"), message);
-    let kind = MessageKind::of_schema(schema).ok_or_else(|| {
-        let allowed: Vec<_> = MessageKind::ALL.iter().map(|kind| kind.name()).collect();
-        refused(format!(
-            "found messages of the type {schema:?}, allowed: {}",
-            allowed.join(", ")
-        ))
-    })?;
-    kind.decode(data).ok_or_else(|| {
-        refused(format!(
-            "found bytes that are no {} in CDR encoding",
-            kind.name()
-        ))
-    })
+    let Some(kind) = MessageKind::of_schema(schema) else {
+        let allowed = MessageKind::ALL.map(MessageKind::name).join(", ");
+        let message = format!("found messages of the type {schema:?}, allowed: {allowed}");
+        return Err(refused(message));
+    };
+    let other = || format!("found bytes that are no {} in CDR encoding", kind.name());
+    kind.decode(data).ok_or_else(|| refused(other()))
 }
 
 /// A channel of a topic while it is read.

@@ -181,17 +181,12 @@ pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8>
     let mut writer = with_header(time, link);
     // Nose up turns about y backwards.
     let (sin, cos) = (-0.5 * inclination).sin_cos();
-    let (orientation, velocity) = ([0.0, sin, 0.0, cos], [0.0, -rate, 0.0]);
-    for part in [
-        &orientation[..],
-        &UNKNOWN,
-        &velocity,
-        &UNKNOWN,
-        &[0.0; 3],
-        &NONE,
-    ] {
-        writer.array(part);
-    }
+    writer.array(&[0.0, sin, 0.0, cos]);
+    writer.array(&UNKNOWN);
+    writer.array(&[0.0, -rate, 0.0]);
+    writer.array(&UNKNOWN);
+    writer.array(&[0.0; 3]);
+    writer.array(&NONE);
     writer.0
 }
 

@@ -46,10 +46,8 @@ impl TableFormat {
             ""
         };
         let endings = endings.join(", ");
-        LogError::whole(
-            path,
-            format!("is no table, allowed endings: {endings}{killed}"),
-        )
+        let message = format!("is no table, allowed endings: {endings}{killed}");
+        LogError::whole(path, message)
     }
 
     /// The columns of a file.

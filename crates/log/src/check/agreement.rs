@@ -81,17 +81,13 @@ impl Case {
     }
 
     fn of(&self, frame: &SensorFrame) -> SensorFrame {
-        let (link1, link2) = match self.links {
-            true => (frame.link2, frame.link1),
-            false => (frame.link1, frame.link2),
-        };
-        SensorFrame {
-            wheel_angle: self.encoders.map(|i| frame.wheel_angle[i]),
-            motor_torque: self.torques.map(|i| frame.motor_torque[i]),
-            link1,
-            link2,
-            ..*frame
+        let mut wired = *frame;
+        wired.wheel_angle = self.encoders.map(|i| frame.wheel_angle[i]);
+        wired.motor_torque = self.torques.map(|i| frame.motor_torque[i]);
+        if self.links {
+            std::mem::swap(&mut wired.link1, &mut wired.link2);
         }
+        wired
     }
 
     /// The channels that it changes.
@@ -130,6 +126,7 @@ impl Case {
 }
 
 /// What `best` says of a log.
+#[derive(Default)]
 struct Judgement {
     faulty: Channels,
     /// Time of the first contradiction, s.
@@ -156,14 +153,8 @@ impl Judgement {
     ) -> Self {
         let mut estimator = Estimator::new(robot, *settings);
         let mut found = Self {
-            faulty: Channels::NONE,
-            first: None,
-            scale: None,
-            largest: 0.0,
             of: "all",
-            nis: 0.0,
-            absurd: 0.0,
-            refused: 0.0,
+            ..Self::default()
         };
         for frame in frames {
             let Ok(estimate) = estimator.update(&case.of(frame)) else {

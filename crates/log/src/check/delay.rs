@@ -66,14 +66,15 @@ pub struct Delay {
 pub const TEST: &str = "delay";
 
 /// The finding of a delay. `none` and `remedy` say why there is none to judge and which log would
-/// show it, `fault` what to do about one: for whether the later one is late, and the offset (s) that
-/// the late one needs.
+/// show it, `fault` what to do about one: for whose readings are late, those of the later channel or
+/// of the other one, and the offset (s) that they need.
 pub fn finding(
     channel: &str,
     delay: Option<Delay>,
     allowed: &Allowed,
     [none, remedy]: [&str; 2],
-    fault: impl Fn(bool, f64) -> String,
+    [later, other]: [&str; 2],
+    fault: impl Fn(&str, f64) -> String,
 ) -> Finding {
     let Some(delay) = delay else {
         return Finding::ok(TEST, channel, none).cannot_tell(remedy);
@@ -88,7 +89,10 @@ pub fn finding(
     let finding = match allowed.judge(&delay) {
         Verdict::Ok => finding,
         Verdict::CannotTell => return finding.cannot_tell(remedy),
-        Verdict::Fault => finding.fault(fault(delay.seconds > 0.0, -delay.seconds.abs())),
+        Verdict::Fault => {
+            let late = if delay.seconds > 0.0 { later } else { other };
+            finding.fault(fault(late, -delay.seconds.abs()))
+        }
     };
     let finding = finding.with("delay", delay.seconds, "s");
     finding.with("deviation", delay.sigma, "s")

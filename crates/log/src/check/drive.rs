@@ -69,12 +69,9 @@ fn signals(recording: &Recording) -> Signals {
     let half = recording.steps(0.5 * SMOOTHING);
     let span = recording.steps(0.5 * SPAN);
     let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
+    let [torque, angle] = [&recording.torque, &recording.wheel_angle].map(smoothed);
     let speed = recording.spin.each_ref().map(|x| high_pass(x, span));
-    [
-        smoothed(&recording.torque),
-        smoothed(&recording.wheel_angle),
-        speed,
-    ]
+    [torque, angle, speed]
 }
 
 /// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay
@@ -268,14 +265,10 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Findin
         "torques do not follow the encoders",
         "drive under speed control over an obstacle, so that the wheels' torques differ",
     ];
-    delay::finding(LATE, found, &allowed, unknown, |is_late, offset| {
-        let what = if is_late {
-            "the torques'"
-        } else {
-            "the encoders'"
-        };
+    let whose = ["the torques'", "the encoders'"];
+    delay::finding(LATE, found, &allowed, unknown, whose, |late, offset| {
         format!(
-            "{what} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
+            "{late} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
         )
     })
 }

@@ -220,14 +220,12 @@ fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Opti
     let figure =
         format!("wheels that pass the same ground differ by {angle:.2} deg, at most {limit:.2}");
     let finding = Finding::ok(OFFSET, CHANNEL, figure).with("difference", angle, "deg");
+    if angle.abs() <= limit {
+        return Some(finding);
+    }
     let remedy =
         "one of the inclinometers has an offset: zero both in the nominal pose on level ground";
-    let is_right = angle.abs() <= limit;
-    Some(if is_right {
-        finding
-    } else {
-        finding.fault(remedy)
-    })
+    Some(finding.fault(remedy))
 }
 
 /// Angles of links 1 and 2, rad: inclinometers over long times, gyroscopes over short ones. For
@@ -337,15 +335,11 @@ impl<'a> Course<'a> {
     /// The course of a robot, for angles of links 1 and 2 (rad), in the order of the places: on the
     /// way back from its end.
     fn new(log: &Readings<'a>, inclination: &[Vec<f64>; 2]) -> Self {
-        let (samples, is_back) = samples(log);
+        let (samples, back) = samples(log);
         let inclination = inclination.each_ref().map(|x| mean_along(&samples, x));
         let robot = log.stated.robot;
         let course = Self { robot, inclination };
-        if is_back {
-            course.turned_round()
-        } else {
-            course
-        }
+        if back { course.turned_round() } else { course }
     }
 
     /// The same course driven the other way.

@@ -129,10 +129,8 @@ pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
 fn encoder_unit(scale: f64) -> (String, f64) {
     for (unit, name) in [(1.0 / DEGREE, "deg"), (1.0 / TAU, "turns")] {
         if (scale / unit - 1.0).abs() < SCALE_ERROR {
-            return (
-                format!("the angles are in another unit: state unit = \"{name}\""),
-                1.0 / unit,
-            );
+            let remedy = format!("the angles are in another unit: state unit = \"{name}\"");
+            return (remedy, 1.0 / unit);
         }
     }
     let remedy = format!(
@@ -184,12 +182,10 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
     let all_move = changes.inclination.iter().all(|x| moves(x));
     let crossed = (0..2).all(|k| other[k] > EXPLAINED && own[k] < 0.5 * other[k]);
     (all_move && crossed).then(|| {
+        let shares = |x: [f64; 2]| format!("{:.0} and {:.0} %", 100.0 * x[0], 100.0 * x[1]);
+        let (by_other, by_own) = (shares(other), shares(own));
         let figure = format!(
-            "each inclination follows the other link's rate: {:.0} and {:.0} % of its changes, its own {:.0} and {:.0} %",
-            100.0 * other[0],
-            100.0 * other[1],
-            100.0 * own[0],
-            100.0 * own[1],
+            "each inclination follows the other link's rate: {by_other} of its changes, its own {by_own}"
         );
         let remedy = if on_ground == Signs::Equal {
             "exchange gyro 1 and gyro 2: the inclinometers are right, by the ground that the wheels pass"
@@ -321,13 +317,8 @@ pub fn delays(log: &Readings<'_>) -> [Finding; 2] {
 fn specific_force(log: &Readings<'_>) -> Vec<f64> {
     let width = log.recording.steps(0.5 * FORWARD);
     let acceleration = derivative(&speed_of_q(log, width), width, log.recording.dt);
-    let over_g = |a: &f64| {
-        if a.is_finite() {
-            a / log.stated.robot.gravity
-        } else {
-            0.0
-        }
-    };
+    let g = log.stated.robot.gravity;
+    let over_g = |a: &f64| if a.is_finite() { a / g } else { 0.0 };
     acceleration.iter().map(over_g).collect()
 }
 
@@ -343,16 +334,11 @@ fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
     let on_link = (0..3).filter(|i| carriers[*i] == link);
     let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
     let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
-    let spins = log
-        .recording
-        .middle_spin
-        .iter()
-        .zip(&rate)
-        .zip(&inclination);
+    let spins = recording.middle_spin.iter().zip(&rate);
     let speed = |((spin, rate), inclination): ((&f64, &f64), &f64)| {
         (radius * (spin - rate) - arm * rate) * inclination.cos()
     };
-    spins.map(speed).collect()
+    spins.zip(&inclination).map(speed).collect()
 }
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
@@ -373,8 +359,8 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
         "no common motion",
         "drive over an obstacle that turns the links by a few degrees",
     ];
-    delay::finding(&channel, found, &allowed, unknown, |is_late, offset| {
-        let late = if is_late { "its" } else { "the gyro's" };
+    let whose = ["its", "the gyro's"];
+    delay::finding(&channel, found, &allowed, unknown, whose, |late, offset| {
         format!(
             "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
         )

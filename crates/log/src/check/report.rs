@@ -69,21 +69,16 @@ impl Finding {
 
     /// The log does not show it. `remedy` says which log would.
     #[must_use]
-    pub fn cannot_tell(self, remedy: impl Into<String>) -> Self {
-        Self {
-            verdict: Verdict::CannotTell,
-            remedy: Some(remedy.into()),
-            ..self
-        }
+    pub fn cannot_tell(mut self, remedy: impl Into<String>) -> Self {
+        (self.verdict, self.remedy) = (Verdict::CannotTell, Some(remedy.into()));
+        self
     }
 
     /// The readings are wrong. `remedy` says what to do.
     #[must_use]
-    pub fn fault(self, remedy: impl Into<String>) -> Self {
-        Self {
-            verdict: Verdict::Fault,
-            ..self.cannot_tell(remedy)
-        }
+    pub fn fault(mut self, remedy: impl Into<String>) -> Self {
+        (self.verdict, self.remedy) = (Verdict::Fault, Some(remedy.into()));
+        self
     }
 
     /// With what corrects the readings.
@@ -127,12 +122,7 @@ impl Report {
         let mut findings: Vec<&Finding> = self.findings.iter().collect();
         findings.sort_by_key(|finding| finding.verdict);
         for finding in findings {
-            let Finding {
-                test,
-                channel,
-                figure,
-                ..
-            } = finding;
+            let (test, channel, figure) = (finding.test, &finding.channel, &finding.figure);
             let verdict = match finding.verdict {
                 Verdict::Ok => "ok",
                 Verdict::CannotTell => "cannot tell",

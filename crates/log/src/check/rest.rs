@@ -83,10 +83,10 @@ impl<'a> AtRest<'a> {
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
         let finding = Finding::ok(ZERO, &self.name, figure);
         let finding = finding.with("mean", self.factor * mean, self.unit);
-        match mean.abs() <= limit {
-            true => finding,
-            false => judge(finding, mean),
+        if mean.abs() <= limit {
+            return finding;
         }
+        judge(finding, mean)
     }
 
     fn shown(&self, value: f64) -> String {

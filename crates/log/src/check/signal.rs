@@ -33,11 +33,9 @@ pub fn difference(x: &[f64], half: usize) -> Vec<f64> {
 /// Derivative of smoothed samples: difference of the means of `2 half + 1` samples before and
 /// after, over the time between (`dt` is the step, s).
 pub fn derivative(x: &[f64], half: usize, dt: f64) -> Vec<f64> {
-    let mut slope = difference(&smooth(x, half), half);
-    for value in &mut slope {
-        *value /= 2.0 * half as f64 * dt;
-    }
-    slope
+    let time = 2.0 * half as f64 * dt;
+    let change = difference(&smooth(x, half), half);
+    change.iter().map(|change| change / time).collect()
 }
 
 /// Integral by the trapezoidal rule. A missing sample counts as 0, and is missing in the result.
