@@ -3,7 +3,7 @@
 
 use crate::blocks::{Blocks, simulate};
 use crate::error::WeighError;
-use crate::fit::weigh;
+use crate::fit::{Weighed, weigh};
 use crate::measurements::{Accuracy, Measurements};
 use crate::parameters::Tolerances;
 use crate::plan::plan;
@@ -84,13 +84,13 @@ impl ModelError {
     /// [`ModelErrorTooLarge`] when the result is not a valid robot, or the robot cannot be weighed.
     pub fn nominal(&self, robot: &Robot, seed: u64) -> Result<NominalRobot, ModelErrorTooLarge> {
         let drawn = self.drawn_robot(robot, seed)?;
-        match self.scales > 0.0 {
-            true => self.weighed(robot, &drawn, seed),
-            false => Ok(NominalRobot {
-                robot: drawn,
-                loads: None,
-            }),
+        if self.scales > 0.0 {
+            let weighed = self.weighed(robot, &drawn, seed)?;
+            let (robot, loads) = (weighed.robot, Some(weighed.covariance));
+            return Ok(NominalRobot { robot, loads });
         }
+        let (robot, loads) = (drawn, None);
+        Ok(NominalRobot { robot, loads })
     }
 
     /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are
@@ -100,7 +100,7 @@ impl ModelError {
         robot: &Robot,
         drawn: &Robot,
         seed: u64,
-    ) -> Result<NominalRobot, ModelErrorTooLarge> {
+    ) -> Result<Weighed, ModelErrorTooLarge> {
         let nominal = Tolerances::NOMINAL;
         let tolerances = Tolerances {
             mass: nominal.mass.max(self.link_masses),
@@ -115,11 +115,7 @@ impl ModelError {
         let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
         let measured = simulated_weighing(robot, &blocks, &accuracy, seed)
             .map_err(|error| ModelErrorTooLarge(error.to_string()))?;
-        let weighed = weigh(drawn, &measured, &tolerances, &accuracy)?;
-        Ok(NominalRobot {
-            robot: weighed.robot,
-            loads: Some(weighed.covariance),
-        })
+        Ok(weigh(drawn, &measured, &tolerances, &accuracy)?)
     }
 
     fn drawn_robot(&self, robot: &Robot, seed: u64) -> Result<Robot, ModelErrorTooLarge> {
