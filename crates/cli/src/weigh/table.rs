@@ -132,9 +132,8 @@ fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(),
         let value = decimal(&cell).map(|v| v * column.to_si);
         let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| {
             let message = || format!("found {cell:?}, allowed: {allowed}, or an empty cell");
-            value
-                .filter(|value| range.contains(value))
-                .ok_or_else(|| refuse(message()))
+            let value = value.filter(|value| range.contains(value));
+            value.ok_or_else(|| refuse(message()))
         };
         match column.content {
             Content::Link(i) => {
