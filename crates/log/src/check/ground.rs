@@ -43,6 +43,12 @@ const BETTER: f64 = 0.2;
 const SCALE_ERROR: f64 = 0.09;
 /// Share of the rear curve that the front one explains where no wheel has spun in place.
 const CERTAIN: f64 = 0.9;
+/// Inclination of a link from which on its wheels climb a face, rad: there a wheel rolls further
+/// than the line between the axles, or spins. Smooth ground of the scenes stays below 16 deg,
+/// stairs are beyond it on 7 % of the way.
+const STEEP: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Share of the way on such faces that makes the distance uncertain.
+const SHARE_OF_FACES: f64 = 0.01;
 /// Range of the scale that is looked for.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
@@ -241,7 +247,8 @@ fn fused(recording: &Recording) -> [Vec<f64>; 2] {
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together:
 /// accelerations do not disturb them.
 pub fn distance(log: &Readings<'_>) -> Finding {
-    let own = passing(&Course::new(log, &fused(&log.recording)), &OWN);
+    let course = Course::new(log, &fused(&log.recording));
+    let own = passing(&course, &OWN);
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
@@ -258,6 +265,11 @@ pub fn distance(log: &Readings<'_>) -> Finding {
     let is_right = (own.scale - 1.0).abs() < SCALE_ERROR;
     if !is_right && own.explained < CERTAIN {
         let remedy = "drive without spinning wheels; if no wheel spins, wheel radius, counts a turn or the robot's geometry are wrong";
+        return finding.cannot_tell(remedy);
+    }
+    if own.scale > 1.0 + SCALE_ERROR && course.climbs_faces() {
+        let remedy =
+            "drive where no wheel climbs a riser: there it rolls further than the robot, or spins";
         return finding.cannot_tell(remedy);
     }
     let finding = finding.with("scale", own.scale, "-");
@@ -365,6 +377,13 @@ impl<'a> Course<'a> {
     /// Least RMS of the differences of height that shows something, m.
     fn least_height(&self) -> f64 {
         LEAST_HEIGHT * Units::of(self.robot).length
+    }
+
+    /// Whether wheels climb faces that are steeper than [`STEEP`].
+    fn climbs_faces(&self) -> bool {
+        let steps = SHARE_OF_FACES * self.len() as f64;
+        let is_beyond = |x: &[f64]| x.iter().filter(|x| x.abs() > STEEP).count() as f64 > steps;
+        self.inclination.iter().any(|x| is_beyond(x))
     }
 
     /// Whether both are the same.
