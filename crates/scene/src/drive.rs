@@ -54,9 +54,8 @@ keys! {
     /// what kind friction-test does
     friction_test ("each wheel in turn"): Table {
         words: "a table {wheels, start, rate, both_ways}",
-        is_hidden: |plan| *plan == FrictionTestPlan::default(),
         ..section(FRICTION_TEST)
-    } => control.friction_test;
+    } => control.friction_test if |s| s.control.friction_test != FrictionTestPlan::default();
 
     /// times in which single wheels have another set speed; those of one wheel must not overlap
     scaling ("none"): List {

@@ -1,7 +1,6 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{Form, KeyReference, word};
-use crate::json::items;
+use crate::form::{About, Form, KeyReference, items, word};
 use crate::key::{self, Key, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
@@ -219,8 +218,8 @@ impl Form for Estimators {
         value.is_empty().then(|| "[]".to_owned())
     }
 
-    fn allowed(&self) -> String {
-        "an array of tables, each headed [[estimator]]".to_owned()
+    fn about(&self) -> About {
+        About::new("an array of tables, each headed [[estimator]]")
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {

@@ -15,7 +15,7 @@
 //! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `schema`, `json` | files, tables of keys and JSON Schema from the declarations |
+//! | `write`, `schema` | files, tables of keys and JSON Schema from the declarations |
 //! | `reader`, `error`, `suggest` | problems and their messages |
 
 mod checks;
@@ -27,7 +27,6 @@ mod error;
 mod estimators;
 mod explicit_step;
 mod form;
-mod json;
 mod key;
 mod load;
 mod log;

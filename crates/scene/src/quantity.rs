@@ -2,7 +2,7 @@
 //! `"20 cm/s"` carries its own unit.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, array};
+use crate::form::{About, Array, Form};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
 use robhaz_model::Vec2;
@@ -265,13 +265,13 @@ impl Form for Number {
         Some(format!("{value:?}"))
     }
 
-    fn allowed(&self) -> String {
-        self.allowed_in_full()
-    }
-
-    fn allowed_values(&self) -> String {
+    fn about(&self) -> About {
         let range = self.range.to_string();
-        range.trim_start_matches("of ").to_owned()
+        About {
+            allowed: self.allowed_in_full(),
+            values: range.trim_start_matches("of ").to_owned(),
+            units: self.unit.names,
+        }
     }
 
     /// A number in its range, or a text of a number and a unit. The range of such a text is not in
@@ -282,10 +282,6 @@ impl Form for Number {
             true => bare,
             false => json!({"anyOf": [bare, with_unit(self.unit)]}),
         }
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.unit.names
     }
 }
 
@@ -319,7 +315,13 @@ pub(crate) type Point = Array<Number, Vec2>;
 
 /// A point in a range, SI.
 pub(crate) const fn point(number: Number) -> Point {
-    array("[x, y], each {}", number)
+    Array {
+        item: number,
+        words: "[x, y], each {}",
+        count: [2; 2],
+        items: |point| point.as_mut_slice(),
+        written: |_| 2,
+    }
 }
 
 /// A text of a number, as the reader takes it, and a unit.

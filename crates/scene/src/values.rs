@@ -2,7 +2,7 @@
 //! covariances.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, Plain, Word, array, word};
+use crate::form::{About, Array, Form, Plain, Word, array, word};
 use crate::quantity::{NONE, Number, at_least, number};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
@@ -166,8 +166,8 @@ impl Form for Covariance {
         )
     }
 
-    fn allowed(&self) -> String {
-        Self::ROWS.allowed()
+    fn about(&self) -> About {
+        Self::ROWS.about()
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {

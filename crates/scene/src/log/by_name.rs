@@ -1,7 +1,6 @@
 //! Tables by the names of what they describe.
 
-use crate::form::{Form, KeyReference};
-use crate::json::object;
+use crate::form::{Form, KeyReference, object};
 use crate::quantity::{Range, at_least};
 use crate::reader::{Reader, join};
 use crate::source::Node;

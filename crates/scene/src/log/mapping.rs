@@ -4,8 +4,7 @@ use super::by_name::ANY;
 use super::imu::ImuChoice;
 use super::reading::{READINGS, ReadingChoice, is_of_body};
 use crate::error::Problem;
-use crate::form::{Form, quoted, word};
-use crate::json::items;
+use crate::form::{About, Form, items, quoted, word};
 use crate::key::{List, keys};
 use crate::quantity::{TIME, number};
 use crate::reader::{Reader, join};
@@ -108,8 +107,8 @@ impl Form for Missing {
         }
     }
 
-    fn allowed(&self) -> String {
-        "an array of names of readings".to_owned()
+    fn about(&self) -> About {
+        About::new("an array of names of readings")
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {

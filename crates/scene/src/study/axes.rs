@@ -2,8 +2,7 @@
 
 use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
-use crate::form::{Form, Plain, read_only};
-use crate::json::items;
+use crate::form::{About, Form, Plain, items, read_only};
 use crate::key::{self, keys};
 use crate::load::reference;
 use crate::reader::{Reader, join};
@@ -182,8 +181,8 @@ impl Form for Axes {
         }
     }
 
-    fn allowed(&self) -> String {
-        "one table [[axis]] or several".to_owned()
+    fn about(&self) -> About {
+        About::new("one table [[axis]] or several")
     }
 
     fn schema(&self, _defaults: Option<&mut Vec<Axis>>) -> Json {

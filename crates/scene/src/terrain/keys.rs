@@ -3,8 +3,7 @@
 use super::TerrainChoice;
 use super::ground::{DEFAULT, Ground, KINDS};
 use super::points::{self, COLUMN, FILE, HASH, Points};
-use crate::form::{Form, KeyReference, Maybe, word};
-use crate::json::{items, object};
+use crate::form::{About, Form, KeyReference, Maybe, items, object, word};
 use crate::key::{self, Key, List, keys, properties, required};
 use crate::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
 use crate::reader::{Reader, join};
@@ -445,8 +444,8 @@ impl Form for Parts {
         }
     }
 
-    fn allowed(&self) -> String {
-        "1 to 100 tables, each headed [[terrain.part]]".to_owned()
+    fn about(&self) -> About {
+        About::new("1 to 100 tables, each headed [[terrain.part]]")
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {

@@ -2,8 +2,7 @@
 
 use super::track::Track;
 use crate::error::Problem;
-use crate::form::{Form, Plain};
-use crate::json::items;
+use crate::form::{About, Form, Plain, items};
 use crate::quantity::{LENGTH, Point, at_least, number, point};
 use crate::reader::{Reader, join};
 use crate::source::{self, Node, Origin, Source, Value};
@@ -62,9 +61,10 @@ impl Form for Points {
         (!lines.is_empty()).then(|| format!("[\n{}]", lines.concat()))
     }
 
-    fn allowed(&self) -> String {
-        "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing"
-            .to_owned()
+    fn about(&self) -> About {
+        About::new(
+            "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing",
+        )
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
