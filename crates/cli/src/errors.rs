@@ -57,10 +57,14 @@ fn snippet(
     let label = error.labels()?.next()?;
     let source = error.source_code()?;
     let lines = source.read_span(label.inner(), 1, 1).ok()?;
-    let lines = Some(lines).filter(|lines| lines.data().len() <= LONGEST)?;
+    let shown = lines.data().strip_suffix(b"\n").unwrap_or(lines.data());
+    let shown = shown.strip_suffix(b"\r").unwrap_or(shown);
+    if shown.len() > LONGEST {
+        return None;
+    }
     // The renderer replaces all control characters but these, which are as long as a middle dot.
     let is_control = |c: char| ('\u{80}'..='\u{9f}').contains(&c);
-    let text = String::from_utf8_lossy(lines.data()).replace(is_control, "\u{b7}");
+    let text = String::from_utf8_lossy(shown).replace(is_control, "\u{b7}");
     let start = label.offset().checked_sub(lines.span().offset())?;
     let place = start.min(text.len())..(start + label.len()).min(text.len());
     let snippet = Snippet::source(text).line_start(lines.line() + 1);

@@ -92,7 +92,7 @@ impl Reader {
 
     /// Whether no problem lies under one of these keys.
     pub fn is_clean(&self, keys: &[&str]) -> bool {
-        let under = |problem: &Problem| keys.iter().any(|k| problem.key().starts_with(k));
+        let under = |problem: &Problem| keys.iter().any(|k| problem.key.starts_with(k));
         self.hidden == 0 && !self.problems.iter().any(under)
     }
 
@@ -134,11 +134,7 @@ impl Reader {
     fn finish<T>(self, value: Option<T>) -> Result<T, SceneError> {
         let mut problems = self.problems;
         let count = problems.len() + self.hidden;
-        let place = |p: &Problem| {
-            let line = p.line();
-            (line.is_none(), p.file().to_owned(), line)
-        };
-        problems.sort_by_cached_key(place);
+        problems.sort_by_cached_key(|p| (p.line.is_none(), p.file.clone(), p.line));
         problems.truncate(SHOWN);
         let first = match (problems.first(), value) {
             (None, Some(value)) => return Ok(value),
@@ -147,10 +143,10 @@ impl Reader {
         };
         if count > SHOWN {
             let message = format!("and {} more problems", grouped(count - SHOWN));
-            let more = Problem::unread(first.file(), message);
+            let more = Problem::unread(&first.file, message);
             problems.push(more);
         }
-        Err(SceneError::new(problems, count))
+        Err(SceneError { problems, count })
     }
 }
 

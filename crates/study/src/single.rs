@@ -193,9 +193,9 @@ fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
 
 /// The problems of a scene without the names of files, which differ between machines.
 fn of_scene(error: &SceneError) -> String {
-    let problems = error.problems().map(|p| match p.key() {
-        "" => p.message().to_owned(),
-        key => format!("{key}: {}", p.message()),
+    let problems = error.problems.iter().map(|p| match p.key.as_str() {
+        "" => p.message.clone(),
+        key => format!("{key}: {}", p.message),
     });
     problems.collect::<Vec<_>>().join("; ")
 }

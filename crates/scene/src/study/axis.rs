@@ -79,10 +79,7 @@ impl AxisValue {
             Value::Float(number) if number.is_finite() => Self::Number(*number),
             Value::Text(text) => Self::Text(text.clone()),
             Value::Boolean(value) => Self::Boolean(*value),
-            Value::Array(_) | Value::Table(_) => {
-                let text = node.origin.source.text.get(node.origin.span.clone());
-                Self::Toml(text?.to_owned())
-            }
+            Value::Array(_) | Value::Table(_) => Self::Toml(node.origin.text().to_owned()),
             Value::Integer(None, _) | Value::Float(_) | Value::Other(_) => return None,
         })
     }

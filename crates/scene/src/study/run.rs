@@ -47,8 +47,7 @@ impl BaseScene {
         let text = source::read_toml(&path).map_err(|error| {
             let shown = path.display();
             let message = format!("{shown} {error}; allowed: a scene file in TOML, UTF-8");
-            let problem = Problem::at(&study.base.1, "scene", message);
-            SceneError::new(vec![problem], 1)
+            Problem::at(&study.base.1, "scene", message)
         })?;
         Ok(Self { text, path })
     }
@@ -68,11 +67,17 @@ impl BaseScene {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let shown = self.path.display().to_string();
         Scene::parse(&self.text, &shown, folder, &overrides).map_err(|error| {
-            let moved = error.problems().map(|p| match place(study, settings, p) {
-                Some(origin) => p.moved_to(origin),
-                None => p.clone(),
-            });
-            SceneError::new(moved.collect(), error.count())
+            let moved = error
+                .problems
+                .into_iter()
+                .map(|p| match place(study, settings, &p) {
+                    Some(origin) => p.moved_to(origin),
+                    None => p,
+                });
+            SceneError {
+                problems: moved.collect(),
+                count: error.count,
+            }
         })
     }
 }
@@ -84,8 +89,8 @@ fn place<'a>(
     settings: &[Setting],
     problem: &Problem,
 ) -> Option<&'a Origin> {
-    let source = &problem.origin()?.source.name;
-    let is_it = |text: &str| *source == format!("--set {text}");
+    let source = problem.origin.as_ref()?.source.text.name();
+    let is_it = |text: &str| source.strip_prefix("--set ") == Some(text);
     // The last one of equal texts has the effect.
     if let Some(setting) = settings.iter().rev().find(|s| is_it(&s.as_override())) {
         return Some(study.axes.get(setting.axis)?.origin_of(setting.item));
