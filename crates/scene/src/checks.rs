@@ -2,7 +2,7 @@
 
 use crate::conflict::{Conflict, conflict, named, valued};
 use crate::contact;
-use crate::control;
+use crate::drive;
 use crate::error::Problem;
 use crate::explicit_step;
 use crate::quantity::short;
@@ -27,7 +27,7 @@ type Rules = (&'static [&'static str], fn(&Scene) -> Vec<Conflict>);
 const RULES: &[Rules] = &[
     (&["contact."], contact::conflicts),
     (&["record."], record),
-    (&["drive.", "sensors.", "robot."], control::conflicts),
+    (&["drive.", "sensors.", "robot."], drive::conflicts),
     (&["record.", "sensors."], sensors),
     (&["record.", "engine."], engine),
     (&["record.", "drive."], friction_test),

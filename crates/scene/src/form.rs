@@ -1,8 +1,7 @@
 //! Forms: what the value of a key may be. Each reads, writes and describes values of one type.
 
-use crate::reader::{Reader, refusal};
+use crate::reader::{Reader, nearest, refusal};
 use crate::source::{Node, Value};
-use crate::suggest::nearest;
 use crate::write::{Out, quote};
 use serde_json::{Map, Value as Json, json};
 

@@ -12,16 +12,15 @@
 //! | `form`, `values`, `quantity` | what a value may be: read, written, described; single values; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
-//! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
+//! | `overrides`, `checks`, `conflict`, `explicit_step` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
 //! | `write`, `schema` | files, tables of keys and JSON Schema from the declarations |
-//! | `reader`, `error`, `suggest` | problems and their messages |
+//! | `reader`, `error` | problems and their messages |
 
 mod checks;
 mod conflict;
 mod contact;
-mod control;
 mod drive;
 mod error;
 mod estimators;
@@ -40,7 +39,6 @@ mod schema;
 mod sensors;
 mod source;
 mod study;
-mod suggest;
 mod terrain;
 mod values;
 mod write;

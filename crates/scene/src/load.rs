@@ -11,7 +11,7 @@ use crate::source::Node;
 use crate::terrain::Terrain;
 use crate::values::{NAME, SEED, from_stem};
 use crate::write::Out;
-use crate::{checks, contact, control, drive, overrides, robot, sensors};
+use crate::{checks, contact, drive, overrides, robot, sensors};
 use robhaz_masses::ModelError;
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
@@ -126,7 +126,7 @@ impl Scene {
             }
             sensors::drop_keys_of_other_grades(&mut root);
             contact::drop_keys_of_other_laws(&mut root);
-            Some(read(reader, &root, source_name))
+            read(reader, &root, source_name)
         })
     }
 
@@ -154,8 +154,8 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     let seed = root.get("seed").and_then(Node::whole);
     reader.seed = seed.and_then(|s| u64::try_from(s).ok()).unwrap_or_default();
     reader.table(SCENE, root, "", &mut scene);
-    control::choose_estimator(reader, root, &mut scene);
-    control::choose_rate(root, &mut scene);
+    drive::choose_estimator(reader, root, &mut scene);
+    drive::choose_rate(root, &mut scene);
     checks::check(reader, root, &scene);
     scene
 }

@@ -88,14 +88,8 @@ fn put(
             let count = items.len();
             match items.get_mut(*index) {
                 Some(item) => {
-                    put(
-                        reader,
-                        item,
-                        &format!("{path}[{index}]"),
-                        rest,
-                        origin,
-                        value,
-                    );
+                    let path = format!("{path}[{index}]");
+                    put(reader, item, &path, rest, origin, value);
                 }
                 None => {
                     let message = match count {

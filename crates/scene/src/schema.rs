@@ -5,7 +5,8 @@ use crate::load::SCENE;
 use crate::log::{LOG, LogChoice};
 use crate::robot::{GEOMETRY, MASSES};
 use crate::scene::Scene;
-use crate::{study, terrain};
+use crate::study::STUDY;
+use crate::terrain;
 use serde_json::{Value, json};
 
 /// A kind of file.
@@ -33,7 +34,7 @@ pub fn schema(kind: SchemaKind) -> Value {
             scene["definitions"] = json!({"part": terrain::part_schema()});
             ("Scene of robhaz", scene)
         }
-        SchemaKind::Study => ("Study of robhaz", study::schema()),
+        SchemaKind::Study => ("Study of robhaz", key::schema(STUDY, None)),
         SchemaKind::Geometry => (
             "Geometry of a robot for robhaz",
             key::schema(GEOMETRY, None),

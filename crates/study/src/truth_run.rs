@@ -36,7 +36,7 @@ impl TruthRun {
 
     /// The same; `stop` is asked at every sample.
     pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
-        let found = (scene.record_count() - 1) * scene.samples_per_record() + 1;
+        let found = (scene.record.count() - 1) * scene.samples_per_record() + 1;
         if found > MOST_KEPT {
             let (of, who) = ("samples", "a study");
             return Err(RunError::TooLong { found, of, who });

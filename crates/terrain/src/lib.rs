@@ -39,12 +39,10 @@ pub use heights::{Heights, Interpolation, Overshoot};
 pub use jump::Jump;
 pub use profile::{Course, Profile};
 pub use ramp::Ramp;
+pub use robhaz_model::Vec2;
 pub use rough::{Rough, RoughClass, RoughSettings};
 pub use sine::Sine;
 pub use stairs::Stairs;
 pub use survey::Surveyed;
 pub use terrain::{Hint, Terrain};
 pub use track::{Column, TrackError, TrackFormat, read_track};
-
-/// A point or direction in the plane (x forward, y up).
-pub type Vec2 = nalgebra::Vector2<f64>;

@@ -6,6 +6,7 @@ use crate::shape::{Piece, SPACING, Shape};
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
+use robhaz_model::named;
 use std::f64::consts::TAU;
 
 /// Number of waves in the sum. The band of frequencies is divided into as many parts of equal
@@ -14,33 +15,23 @@ const WAVES: u32 = 64;
 /// Reference spatial frequency n0 of ISO 8608, cycles/m.
 const N0: f64 = 0.1;
 
-/// A class of ISO 8608, from very good roads (A) to ground that no road vehicle crosses (H).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "ISO 8608 names them by their letters")]
-pub enum RoughClass {
-    A,
-    B,
-    C,
-    D,
-    E,
-    F,
-    G,
-    H,
+named! {
+    /// A class of ISO 8608, from very good roads (A) to ground that no road vehicle crosses (H).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[expect(missing_docs, reason = "ISO 8608 names them by their letters")]
+    pub enum RoughClass {
+        A = "A",
+        B = "B",
+        C = "C",
+        D = "D",
+        E = "E",
+        F = "F",
+        G = "G",
+        H = "H",
+    }
 }
 
 impl RoughClass {
-    /// All classes, from smooth to rough.
-    pub const ALL: [Self; 8] = [
-        Self::A,
-        Self::B,
-        Self::C,
-        Self::D,
-        Self::E,
-        Self::F,
-        Self::G,
-        Self::H,
-    ];
-
     /// Gd(n0): the power spectral density of the height at 0.1 cycles/m, m^3. The geometric mean of
     /// the class.
     pub fn density(self) -> f64 {

@@ -2,9 +2,9 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, PRESETS};
+use crate::reader::nearest;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
-use crate::suggest::nearest;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
 use robhaz_masses::ModelErrorTooLarge;
 use robhaz_sim::sensors::ImuPlace;

@@ -1,12 +1,13 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
-use super::by_name::ByName;
+use super::reading::ByName;
 use crate::form::{Array, Plain, array, word};
-use crate::key::{self, keys};
+use crate::key::keys;
 use crate::quantity::{ANGLE, ANGULAR_RATE, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::Node;
 use crate::values::text;
+use robhaz_model::named;
 use std::f64::consts::PI;
 
 /// An inertial measurement unit on a link.
@@ -36,13 +37,15 @@ pub struct ImuChoice {
     pub rate_offset: f64,
 }
 
-/// What the inclination of a link follows from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InclinationSource {
-    /// Direction of the specific force.
-    Acceleration,
-    /// Orientation.
-    Orientation,
+named! {
+    /// What the inclination of a link follows from.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum InclinationSource {
+        /// Direction of the specific force.
+        Acceleration = "acceleration",
+        /// Orientation.
+        Orientation = "orientation",
+    }
 }
 
 /// The axes of the sensor, as [`AXIS_NAMES`].
@@ -78,9 +81,7 @@ keys! {
     up: word(&AXES, axis_name) => up;
 
     /// what the inclination follows from: the direction of the specific force, or the orientation
-    inclination: word(&[InclinationSource::Acceleration, InclinationSource::Orientation], |source| {
-        ["acceleration", "orientation"][source as usize]
-    }) => inclination;
+    inclination: word(&InclinationSource::ALL, InclinationSource::name) => inclination;
 
     /// columns of the specific force: at rest the axis that points up reads +g; any unit
     acceleration ("linear_acceleration.x .y .z"): XYZ => acceleration;
@@ -106,20 +107,17 @@ keys! {
 pub(super) const IMUS: ByName<ImuChoice> = ByName {
     names: &["link1", "link2", "body"],
     placeholder: "LINK",
-    read: imu,
-    schema: || key::schema(KEYS, Some(&mut ImuChoice::standard(""))),
-    rows: |rows, path| key::rows(rows, KEYS, path, &mut ImuChoice::standard("")),
+    keys: KEYS,
+    start: ImuChoice::standard,
+    check,
 };
 
-fn imu(reader: &mut Reader, link: &'static str, node: &Node, path: &str) -> ImuChoice {
-    let mut imu = ImuChoice::standard(link);
-    reader.table(KEYS, node, path, &mut imu);
+fn check(reader: &mut Reader, node: &Node, path: &str, imu: &mut ImuChoice) {
     let along: f64 = imu.forward.iter().zip(imu.up).map(|(a, b)| a * b).sum();
     if along.abs() > 0.5 {
         let at = node.get("up").or(node.get("forward")).unwrap_or(node);
         reader.refuse(at, &join(path, "up"), "another axis than forward");
     }
-    imu
 }
 
 impl ImuChoice {

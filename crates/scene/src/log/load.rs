@@ -41,9 +41,7 @@ impl LogChoice {
     ) -> Result<Self, SceneError> {
         // Keys of one section do not exist in another.
         let reader = Reader::new(base_dir.to_owned(), |_| None);
-        reader.read(source_name, text, |reader, root| {
-            Some(read(reader, &root, base))
-        })
+        reader.read(source_name, text, |reader, root| read(reader, &root, base))
     }
 
     /// The choice after the user's descriptions of the sensors and of the robot. Where neither
@@ -119,16 +117,14 @@ impl LogChoice {
                         reader.entry(BUDGET, entry, "budget", self);
                     }
                 }
-                let drive = root
-                    .get("drive")
-                    .and_then(Node::entries)
-                    .unwrap_or_default();
-                let damping = drive.iter().find(|entry| entry.key == "viscous_damping");
-                if let Some(entry) = damping.filter(|_| !self.states_damping) {
+                let drive = root.get("drive").and_then(Node::entries);
+                let mut drive = drive.unwrap_or_default().iter();
+                if !self.states_damping
+                    && let Some(entry) = drive.find(|entry| entry.key == "viscous_damping")
+                {
                     self.states_damping = true;
                     reader.entry(DRIVE, entry, "drive", self);
                 }
-                Some(())
             })
         })
     }
@@ -160,14 +156,15 @@ impl RobotChoice {
         Reader::load(path, ROBOT_FILE, |text, shown, folder| {
             let reader = Reader::new(folder.to_owned(), |_| None);
             reader.read(shown, text, |reader, root| {
-                let Some(section) = root.get("robot") else {
-                    let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
-                    reader.push(Problem::unread(shown, message));
-                    return None;
-                };
                 let mut robot = Self::default();
-                ROBOT.read(reader, section, "robot", &mut robot);
-                Some(robot)
+                match root.get("robot") {
+                    Some(section) => ROBOT.read(reader, section, "robot", &mut robot),
+                    None => {
+                        let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
+                        reader.push(Problem::unread(shown, message));
+                    }
+                }
+                robot
             })
         })
     }

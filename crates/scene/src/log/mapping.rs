@@ -1,8 +1,7 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::by_name::ANY;
 use super::imu::ImuChoice;
-use super::reading::{READINGS, ReadingChoice, is_of_body};
+use super::reading::{ANY, READINGS, ReadingChoice, is_of_body};
 use crate::error::Problem;
 use crate::form::{About, Form, items, quoted, word};
 use crate::key::{List, keys};

@@ -7,7 +7,6 @@
 //! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
 //! | `load` | from a file; as a file |
 
-mod by_name;
 mod choice;
 mod imu;
 mod keys;

@@ -1,16 +1,63 @@
 //! `[reading.NAME]`: readings that are numbers in a column.
 
-use super::by_name::{ANY, ByName};
-use crate::form::{dependent, word};
-use crate::key::{self, keys};
+use crate::form::{Form, KeyReference, dependent, object, word};
+use crate::key::{self, Key, keys};
 use crate::quantity::{
-    ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number, with_unit,
+    ANGLE, ANGULAR_RATE, Dimension, NONE, Range, TORQUE, above, at_least, number, with_unit,
 };
 use crate::reader::{Reader, join};
 use crate::source::Node;
 use crate::values::text;
-use serde_json::json;
+use serde_json::{Value as Json, json};
 use std::f64::consts::TAU;
+
+/// Any number that is not absurd.
+pub(super) const ANY: Range = at_least(-1e12).at_most(1e12);
+
+/// Tables by the names of what they describe.
+pub(super) struct ByName<C: 'static> {
+    pub names: &'static [&'static str],
+    /// Stands for a name in tables of keys.
+    pub placeholder: &'static str,
+    pub keys: &'static [Key<C>],
+    /// What has a name, before its keys are read.
+    pub start: fn(&'static str) -> C,
+    /// Checks and completes it.
+    pub check: fn(&mut Reader, &Node, &str, &mut C),
+}
+
+impl<C> Form for ByName<C> {
+    type Value = Vec<C>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<C>) {
+        for entry in reader.entries(node, path) {
+            match self.names.iter().find(|name| **name == entry.key) {
+                Some(name) => {
+                    let (path, mut value) = (join(path, name), (self.start)(name));
+                    reader.table(self.keys, &entry.node, &path, &mut value);
+                    (self.check)(reader, &entry.node, &path, &mut value);
+                    into.push(value);
+                }
+                None => reader.unknown(entry, path, self.names),
+            }
+        }
+    }
+
+    fn schema(&self, _defaults: Option<&mut Vec<C>>) -> Json {
+        let table = key::schema(self.keys, Some(&mut (self.start)("")));
+        let table = |name: &&str| ((*name).to_owned(), table.clone());
+        object(self.names.iter().map(table).collect(), &[])
+    }
+
+    fn is_section(&self) -> bool {
+        true
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<C>) {
+        let path = join(path, self.placeholder);
+        key::rows(rows, self.keys, &path, &mut (self.start)(""));
+    }
+}
 
 /// A reading that is a number in a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +72,14 @@ pub struct ReadingChoice {
     pub factor: f64,
     /// Subtracted after that, SI.
     pub offset: f64,
+    // The values of its keys.
+    sign: f64,
+    scale: f64,
+    gear_ratio: f64,
+    counts: f64,
+    torque_constant: f64,
+    /// Unit and offset, whose allowed values depend on the reading.
+    of_reading: (),
 }
 
 /// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
@@ -54,36 +109,8 @@ pub fn is_of_body(name: &str) -> Option<bool> {
     (of_body || name.starts_with("link")).then_some(of_body)
 }
 
-/// The values of the keys of a reading.
-struct ReadingKeys {
-    channel: String,
-    column: String,
-    sign: f64,
-    scale: f64,
-    gear_ratio: f64,
-    counts: f64,
-    torque_constant: f64,
-    /// Unit and offset, whose allowed values depend on the reading.
-    of_reading: (),
-}
-
-impl ReadingKeys {
-    fn standard() -> Self {
-        Self {
-            channel: String::new(),
-            column: String::new(),
-            sign: 1.0,
-            scale: 1.0,
-            gear_ratio: 1.0,
-            counts: 0.0,
-            torque_constant: 0.0,
-            of_reading: (),
-        }
-    }
-}
-
 keys! {
-    READING_KEYS: ReadingKeys;
+    READING_KEYS: ReadingChoice;
 
     /// name of its channel; the first by default
     channel: text("a text") => channel;
@@ -126,9 +153,21 @@ keys! {
 pub(super) const READING: ByName<ReadingChoice> = ByName {
     names: &READINGS,
     placeholder: "NAME",
-    read: reading,
-    schema: || key::schema(READING_KEYS, Some(&mut ReadingKeys::standard())),
-    rows: |rows, path| key::rows(rows, READING_KEYS, path, &mut ReadingKeys::standard()),
+    keys: READING_KEYS,
+    start: |name| ReadingChoice {
+        name,
+        channel: String::new(),
+        column: String::new(),
+        factor: 1.0,
+        offset: 0.0,
+        sign: 1.0,
+        scale: 1.0,
+        gear_ratio: 1.0,
+        counts: 0.0,
+        torque_constant: 0.0,
+        of_reading: (),
+    },
+    check,
 };
 
 /// Dimension of a reading, and its further units with their factors.
@@ -140,9 +179,8 @@ fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
     }
 }
 
-fn reading(reader: &mut Reader, name: &'static str, node: &Node, path: &str) -> ReadingChoice {
-    let mut keys = ReadingKeys::standard();
-    reader.table(READING_KEYS, node, path, &mut keys);
+fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoice) {
+    let name = reading.name;
     let (dimension, units) = dimension(name);
     let unit = node
         .get("unit")
@@ -162,24 +200,23 @@ fn reading(reader: &mut Reader, name: &'static str, node: &Node, path: &str) -> 
             reader.refuse(found, &join(path, key), &allowed);
         }
     };
-    needs("counts", keys.counts, unit == "counts");
-    needs("torque_constant", keys.torque_constant, unit.ends_with('A'));
+    needs("counts", reading.counts, unit == "counts");
+    needs(
+        "torque_constant",
+        reading.torque_constant,
+        unit.ends_with('A'),
+    );
     let is_of_motor =
         name.ends_with("_angle") && !name.contains("contact") || name.ends_with("_motor_torque");
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
         reader.refuse(found, &join(path, "gear_ratio"), allowed);
     }
-    ReadingChoice {
-        name,
-        factor: factor(unit, &keys),
-        offset: offset.unwrap_or(0.0),
-        channel: keys.channel,
-        column: keys.column,
-    }
+    reading.factor = factor(unit, reading);
+    reading.offset = offset.unwrap_or(0.0);
 }
 
-fn factor(unit: &str, keys: &ReadingKeys) -> f64 {
+fn factor(unit: &str, keys: &ReadingChoice) -> f64 {
     let gear = keys.gear_ratio;
     let of_unit = match unit {
         "deg" => 1.0_f64.to_radians() / gear,

@@ -5,16 +5,16 @@ use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
 use crate::form::{Form, Plain, read_only, word};
-use crate::key::{self, keys, section};
+use crate::key::{keys, section};
 use crate::reader::Reader;
 use crate::source::{Node, Origin};
 use crate::values::{NAME, SEED, from_stem, text};
-use serde_json::{Value as Json, json};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 keys! {
     /// The keys of a study file.
-    STUDY: StudyChoice;
+    pub(crate) STUDY: StudyChoice;
 
     /// name of the study and of the default folder
     name ("the file's name"): NAME => name;
@@ -51,11 +51,6 @@ keys! {
     /// each axis has one sample in each of count equally likely intervals (the default); or
     /// independent draws
     method: word(&DrawMethod::ALL, DrawMethod::name) => method;
-}
-
-/// JSON Schema of a study file.
-pub(crate) fn schema() -> Json {
-    key::schema(STUDY, None)
 }
 
 /// The base scene and where it was written.
@@ -115,7 +110,7 @@ impl StudyChoice {
     pub fn parse(text: &str, source_name: &str) -> Result<Self, SceneError> {
         let reader = Reader::new(PathBuf::new(), |_| None);
         reader.read(source_name, text, |reader, root| {
-            Some(read(reader, &root, text, source_name))
+            read(reader, &root, text, source_name)
         })
     }
 }

@@ -15,5 +15,5 @@ mod run;
 
 pub use axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 pub use choice::{DrawMethod, Draws, StudyChoice, StudyTables};
-pub(crate) use load::schema;
+pub(crate) use load::STUDY;
 pub use run::{BaseScene, Setting};

@@ -191,7 +191,7 @@ keys! {
     seed ("the scene's `seed`"): Maybe(SEED) => seed;
 
     /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
-    class: word(&RoughClass::ALL, class_name) => rough.class;
+    class: word(&RoughClass::ALL, RoughClass::name) => rough.class;
 
     /// kind rough only: shortest wavelength
     shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => rough.shortest;
@@ -205,10 +205,6 @@ keys! {
     /// kind rough only: length over which the height rises from zero at the start and falls to zero
     /// at the end, at most half of extent
     fade: number(LENGTH, above(0.0).at_most(500.0)) => rough.fade;
-}
-
-fn class_name(class: RoughClass) -> &'static str {
-    ["A", "B", "C", "D", "E", "F", "G", "H"][class as usize]
 }
 
 keys! {
@@ -235,15 +231,11 @@ keys! {
 
     /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or
     /// straight pieces with corners
-    interpolation: word(&Interpolation::ALL, interpolation_name) => interpolation;
+    interpolation: word(&Interpolation::ALL, Interpolation::name) => interpolation;
 
     /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no
     /// smoothing
     smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => smoothing;
-}
-
-fn interpolation_name(interpolation: Interpolation) -> &'static str {
-    ["monotone", "spline", "corners"][interpolation as usize]
 }
 
 keys! {
@@ -261,11 +253,7 @@ fn check_stretch(
     stretch: &mut Stretch,
     before: &[Stretch],
 ) {
-    let mut refuse = |key: &str, rule: String| {
-        if let Some(node) = node.get(key) {
-            reader.refuse(node, &join(path, key), &rule);
-        }
-    };
+    let mut refuse = |key: &str, rule: String| reader.refuse_key(node, path, key, &rule);
     if stretch.to <= stretch.from {
         refuse("to", format!("above from, {} m", stretch.from));
     }

@@ -6,6 +6,7 @@ mod smoothing;
 use crate::Vec2;
 use crate::edge::{Edge, Knot};
 use crate::shape::{Piece, SPACING, Shape};
+use robhaz_model::named;
 use std::sync::Arc;
 
 /// Edges of a curve are no shorter than this, m, unless its points are: below it no wheel can touch
@@ -15,24 +16,21 @@ const SHORTEST: f64 = 1e-3;
 /// force.
 const STRAIGHT: f64 = 1e-10;
 
-/// How the ground goes from point to point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Interpolation {
-    /// Polynomials of fifth degree, each between the heights of its two points and monotone: no
-    /// summit where there is no point. Height, slope and curvature are continuous, also where the
-    /// level ground joins.
-    #[default]
-    Monotone,
-    /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0 at
-    /// both ends. It swings beyond its points where they jump.
-    Spline,
-    /// Straight, with a corner at every point.
-    Corners,
-}
-
-impl Interpolation {
-    /// All, the default first.
-    pub const ALL: [Self; 3] = [Self::Monotone, Self::Spline, Self::Corners];
+named! {
+    /// How the ground goes from point to point.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+    pub enum Interpolation {
+        /// Polynomials of fifth degree, each between the heights of its two points and monotone: no
+        /// summit where there is no point. Height, slope and curvature are continuous, also where
+        /// the level ground joins.
+        #[default]
+        Monotone = "monotone",
+        /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0
+        /// at both ends. It swings beyond its points where they jump.
+        Spline = "spline",
+        /// Straight, with a corner at every point.
+        Corners = "corners",
+    }
 }
 
 /// Ground through points. Its height counts from the first point, so that it joins the level ground

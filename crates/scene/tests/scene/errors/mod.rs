@@ -348,7 +348,10 @@ fn the_report_shows_the_place_of_every_problem() {
     assert!(error.source_code().is_some());
     assert_eq!(error.related().unwrap().count(), 2);
     for (problem, (line, key)) in error.problems.iter().zip([(2, "kp"), (3, "ki"), (4, "kx")]) {
-        assert_eq!((problem.file.as_str(), problem.line), ("x.toml", Some(line)));
+        assert_eq!(
+            (problem.file.as_str(), problem.line),
+            ("x.toml", Some(line))
+        );
         assert_eq!(problem.key, format!("drive.{key}"));
         let label = problem.labels().unwrap().next().unwrap();
         assert!(label.len() == 2);
