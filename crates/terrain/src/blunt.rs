@@ -7,6 +7,7 @@
 //! force would appear at nearly its full size, with energy from nothing in its spring. A parabola
 //! tangent to both sides leaves one contact, which moves from one side to the other.
 
+use crate::Vec2;
 use crate::edge::{Edge, Knot, append};
 
 /// Angle below which a concave corner is blunt, rad (9 deg): `r (1 - cos a)` is then 1.2 mm for r =
@@ -15,9 +16,6 @@ const BLUNT: f64 = 0.157;
 /// Radius of curvature of the rounding over the wheel's radius: above 1, so that there is one
 /// contact, and otherwise small. For r = 0.1 m the ground changes by 0.4 mm at most, over 20 mm.
 const RADIUS: f64 = 1.25;
-
-/// An interval of x (m) that a parabola replaces.
-type Cut = [f64; 2];
 
 /// Replaces each blunt concave corner of a chain by a parabola tangent to both sides, for wheels of
 /// a radius (m). A chain without such corners stays as it is.
@@ -59,9 +57,9 @@ pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
     rounded
 }
 
-/// The intervals to be replaced, from rear to front. Neighbours do not overlap: each takes at most
+/// The intervals of x (m) that parabolas replace, from rear to front. Neighbours do not overlap: each takes at most
 /// half the way to the next corner.
-fn cuts(edges: &[Edge], radius: f64) -> Vec<Cut> {
+fn cuts(edges: &[Edge], radius: f64) -> Vec<[f64; 2]> {
     let corners: Vec<usize> = (1..edges.len())
         .filter(|&i| edges[i].run != edges[i - 1].run)
         .collect();
@@ -93,10 +91,7 @@ fn cuts(edges: &[Edge], radius: f64) -> Vec<Cut> {
 }
 
 fn knot(edge: &Edge, x: f64) -> Knot {
-    Knot {
-        x,
-        at: edge.eval(x),
-    }
+    (x, edge.eval(x))
 }
 
 /// Appends the part of an edge between two x (m); outside of the edge they stand for its ends.
@@ -105,9 +100,10 @@ fn part(rounded: &mut Vec<Edge>, edge: &Edge, from: f64, to: f64) {
         return append(rounded, edge.clone());
     }
     let [start, end] = [from.max(edge.from.x), to.min(edge.to.x)].map(|x| knot(edge, x));
-    if start.x < end.x {
-        let left = match edge.is_line() {
-            true => Edge::line(start.point(), end.point()),
+    if start.0 < end.0 {
+        let [from, to] = [start, end].map(|(x, at)| Vec2::new(x, at[0]));
+        let left = match edge.straight {
+            true => Edge::line(from, to),
             false => Edge::curve(start, end),
         };
         append(rounded, left);
@@ -115,17 +111,15 @@ fn part(rounded: &mut Vec<Edge>, edge: &Edge, from: f64, to: f64) {
 }
 
 /// The parabola between two knots: its second derivative is constant.
-fn parabola(mut from: Knot, mut to: Knot) -> Edge {
-    let second = (to.at[1] - from.at[1]) / (to.x - from.x);
-    from.at[2] = second;
-    to.at[2] = second;
-    Edge::curve(from, to)
+fn parabola((from, [y0, m0, _]): Knot, (to, [y1, m1, _]): Knot) -> Edge {
+    let second = (m1 - m0) / (to - from);
+    Edge::curve((from, [y0, m0, second]), (to, [y1, m1, second]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Heights, Interpolation, Profile, Ramp, Terrain, Vec2};
+    use crate::{Heights, Interpolation, Profile, Ramp, Terrain};
 
     fn ramp_for(degrees: f64, wheel_radius: f64) -> Terrain {
         let ramp = Ramp {
@@ -151,7 +145,7 @@ mod tests {
             let parabola = terrain
                 .edges()
                 .iter()
-                .find(|e| !e.is_line())
+                .find(|e| !e.straight)
                 .expect("a parabola");
             assert!((parabola.from.x - (0.7 - half)).abs() < 1e-12);
             assert!((parabola.to.x - (0.7 + half)).abs() < 1e-12);
@@ -201,7 +195,7 @@ mod tests {
             assert_eq!(rounded.len(), terrain.edges().len());
         }
         // 9.5 deg is sharp.
-        assert!(ramp(9.5).edges().iter().all(Edge::is_line));
+        assert!(ramp(9.5).edges().iter().all(|e| e.straight));
     }
 
     /// Equivalence: points on the straight sides do not change the rounding. Corners closer than
@@ -235,7 +229,7 @@ mod tests {
             assert!((a - b).abs() < 1e-12, "{x}: {a} {b}");
         }
         let close = track(&[(0.5, 0.0), (1.0, 0.0), (1.002, 0.0002), (1.4, 0.08)]);
-        let mut edges = close.edges().iter().filter(|e| !e.is_line());
+        let mut edges = close.edges().iter().filter(|e| !e.straight);
         let [first, second] = [edges.next(), edges.next()].map(|e| e.expect("a parabola"));
         assert!((first.to.x - 1.001).abs() < 1e-12 && (second.from.x - 1.001).abs() < 1e-12);
     }

@@ -1,7 +1,7 @@
 //! Converts a profile into a chain of edges.
 
 use crate::blunt;
-use crate::edge::{Edge, Knot, append};
+use crate::edge::{Edge, append};
 use crate::profile::Part;
 use crate::shape::Piece;
 use crate::{Profile, Vec2};
@@ -12,15 +12,18 @@ pub(crate) const REACH: f64 = 1.0e5;
 /// The edges of a profile from rear to front; the first and the last are level ground. Blunt
 /// concave corners are rounded for wheels of a radius (m).
 pub(crate) fn chain(profile: &Profile, wheel_radius: f64) -> Vec<Edge> {
-    let alone;
+    let mut alone = None;
     let parts = match profile {
         Profile::Course(course) => course.parts(),
-        one => {
-            alone = [Part::new(one.clone(), 0.0)];
-            &alone
-        }
+        one => std::slice::from_ref(alone.insert(Part::new(one.clone(), 0.0))),
     };
-    let mut chain = Chain::from(parts.first());
+    let first = parts.first();
+    let start = first.map_or(Vec2::zeros(), |p| p.profile.pieces().0);
+    let mut chain = Chain {
+        at: start - Vec2::new(REACH, 0.0),
+        edges: Vec::new(),
+    };
+    chain.line(start);
     for part in parts {
         chain.append(part);
     }
@@ -36,17 +39,6 @@ struct Chain {
 }
 
 impl Chain {
-    /// Starts with the level ground before the first part.
-    fn from(first: Option<&Part>) -> Self {
-        let start = first.map_or(Vec2::zeros(), |p| p.profile.pieces().0);
-        let mut chain = Self {
-            at: start - Vec2::new(REACH, 0.0),
-            edges: Vec::new(),
-        };
-        chain.line(start);
-        chain
-    }
-
     fn push(&mut self, edge: Edge) {
         self.at = edge.to;
         append(&mut self.edges, edge);
@@ -54,10 +46,9 @@ impl Chain {
 
     /// Appends a straight edge to a point (m), unless it would have no length.
     fn line(&mut self, to: Vec2) {
-        if to == self.at {
-            return;
+        if to != self.at {
+            self.push(Edge::line(self.at, to));
         }
-        self.push(Edge::line(self.at, to));
     }
 
     /// Appends a part's curve up to `to_x` (m), in edges of equal length in x, at most `spacing`
@@ -70,18 +61,13 @@ impl Chain {
         let count = ((to_x - from_x) / spacing).ceil().max(1.0);
         let knot = |i: f64| {
             let x = from_x + (to_x - from_x) * i / count;
-            Knot {
-                x,
-                at: part.eval(x),
-            }
+            (x, part.eval(x))
         };
         let mut from = knot(0.0);
-        let mut i = 1.0;
-        while i <= count {
-            let to = knot(i);
+        for i in 1..=count as u64 {
+            let to = knot(i as f64);
             self.push(Edge::curve(from, to));
             from = to;
-            i += 1.0;
         }
     }
 

@@ -8,41 +8,26 @@
 //! other crates, too.
 
 mod blunt;
-mod bumps;
 mod chain;
-mod contact;
-mod cosbump;
-mod ditch;
 mod edge;
-mod error;
 mod grid;
 mod heights;
-mod jump;
-mod presets;
+mod kinds;
 mod profile;
-mod ramp;
 mod rough;
 mod shape;
-mod sine;
-mod stairs;
 mod survey;
 mod terrain;
 pub mod text_table;
 mod track;
 
-pub use bumps::Bump;
-pub use contact::Contact;
-pub use cosbump::CosBump;
-pub use ditch::Ditch;
-pub use error::ProfileError;
+pub use edge::{Contact, Jump};
 pub use heights::{Heights, Interpolation, Overshoot};
-pub use jump::Jump;
+pub use kinds::{Bump, CosBump, Ditch, Ramp, Sine, Stairs};
 pub use profile::{Course, Profile};
-pub use ramp::Ramp;
 pub use robhaz_model::Vec2;
 pub use rough::{Rough, RoughClass, RoughSettings};
-pub use sine::Sine;
-pub use stairs::Stairs;
+pub use shape::ProfileError;
 pub use survey::Surveyed;
 pub use terrain::{Hint, Terrain};
 pub use track::{Column, TrackError, TrackFormat, read_track};

@@ -1,8 +1,7 @@
 //! Random ground by the classes of ISO 8608.
 
 use crate::Vec2;
-use crate::error::ProfileError;
-use crate::shape::{Piece, SPACING, Shape};
+use crate::shape::{Piece, ProfileError, SPACING, Shape};
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
@@ -56,6 +55,21 @@ pub struct RoughSettings {
     pub fade: f64,
     /// Seed of the waves' phases and frequencies.
     pub seed: u64,
+}
+
+impl Default for RoughSettings {
+    /// Class C, wavelengths from 0.2 m to 10 m; 10 m long from x = 0.7 m, with fades of 1 m.
+    fn default() -> Self {
+        Self {
+            class: RoughClass::C,
+            shortest: 0.2,
+            longest: 10.0,
+            start: 0.7,
+            extent: 10.0,
+            fade: 1.0,
+            seed: 0,
+        }
+    }
 }
 
 impl RoughSettings {

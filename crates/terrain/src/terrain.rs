@@ -1,10 +1,8 @@
 //! The ground as a chain of edges, and the contacts of a wheel with it.
 
 use crate::chain::{REACH, chain};
-use crate::contact::Contact;
-use crate::edge::Edge;
+use crate::edge::{Contact, Edge, Jump};
 use crate::grid::{Grid, Near};
-use crate::jump::Jump;
 use crate::{Profile, Vec2};
 use std::sync::Arc;
 
@@ -177,7 +175,7 @@ impl Terrain {
                     return Some(joint);
                 }
                 last = index - 1;
-                edge.newton_x_from(centre)
+                edge.newton_x(centre, 0)
             } else {
                 if index == last {
                     return None;
@@ -186,7 +184,7 @@ impl Terrain {
                     return Some(joint);
                 }
                 first = index + 1;
-                edge.newton_x_to(centre)
+                edge.newton_x(centre, 1)
             };
             if first > last {
                 return None;

@@ -4,7 +4,7 @@ mod monotone;
 mod smoothing;
 
 use crate::Vec2;
-use crate::edge::{Edge, Knot};
+use crate::edge::Edge;
 use crate::shape::{Piece, SPACING, Shape};
 use robhaz_model::named;
 use std::sync::Arc;
@@ -183,10 +183,7 @@ impl Shape for Heights {
         let (a, b) = (points[to - 1], points[to]);
         let (bend_a, bend_b) = match &self.data.curve {
             Curve::Quintic(ends) => {
-                let knot = |p: Vec2, [slope, bend]: [f64; 2]| Knot {
-                    x: p.x,
-                    at: [p.y - first.y, slope, bend],
-                };
+                let knot = |p: Vec2, [slope, bend]: [f64; 2]| (p.x, [p.y - first.y, slope, bend]);
                 return Edge::curve(knot(a, ends[to - 1]), knot(b, ends[to])).eval(x);
             }
             Curve::Cubic(bends) => (bends[to - 1], bends[to]),

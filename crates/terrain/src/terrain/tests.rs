@@ -214,7 +214,7 @@ fn edges_follow_their_curves() {
     ] {
         let terrain = Terrain::new(profile.clone());
         let (mut height_error, mut slope_error) = (0.0_f64, 0.0_f64);
-        for edge in terrain.ground.edges.iter().filter(|e| !e.is_line()) {
+        for edge in terrain.ground.edges.iter().filter(|e| !e.straight) {
             for i in 1..8 {
                 let x = edge.from.x + (edge.to.x - edge.from.x) * f64::from(i) / 8.0;
                 let [y, m, _] = profile.eval(x);
