@@ -114,7 +114,7 @@ impl Args {
                 );
             }
             let study = Study::load(&self.file)?;
-            let named = || PathBuf::from("runs").join(&study.choice().name);
+            let named = || PathBuf::from("runs").join(&study.choice.name);
             let folder = self.out.clone().unwrap_or_else(named);
             return Ok((study, Some(folder)));
         }
@@ -132,7 +132,7 @@ impl Args {
 /// Computes the runs that are missing, and reports.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let (study, folder) = args.study()?;
-    let name = &study.choice().name;
+    let name = &study.choice.name;
     let warnings = study.warnings();
     warnings.iter().for_each(|warning| warn_of(name, warning));
     let shard = args.shard.unwrap_or(Shard::ALL);
@@ -201,7 +201,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 /// Adds to the document what was computed, and where it is.
 fn add_call(document: &mut Value, study: &Study, folder: Option<&Path>, done: Option<&Done>) {
     let dataset = done.and_then(|done| done.dataset.as_deref());
-    document["name"] = json!(study.choice().name);
+    document["name"] = json!(study.choice.name);
     document["folder"] = json!(folder.map(shown));
     document["dataset"] = json!(dataset.map(shown));
     document["computed"] = json!(done.map_or(study.runs(), |done| done.computed));
@@ -260,7 +260,7 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
     if count > LISTED {
         let _ = writeln!(text, "... and {} more", count - LISTED);
     }
-    let durations = study.scenes().iter().map(|scene| scene.record.duration);
+    let durations = study.scenes.iter().map(|scene| scene.record.duration);
     let shortest = durations.clone().fold(f64::INFINITY, f64::min);
     let longest = durations.fold(0.0, f64::max);
     let each = match longest > shortest {

@@ -2,9 +2,8 @@
 
 use crate::dataset;
 use crate::error::{StudyError, io_error};
-use crate::folder::{DATASET, Folder};
+use crate::folder::{DATASET, Folder, Shard};
 use crate::journal::{Journal, RunRecord, scan};
-use crate::shard::Shard;
 use crate::single::{self, SharedTruth};
 use crate::study::Study;
 use rayon::ThreadPoolBuilder;
@@ -64,8 +63,8 @@ pub struct Done {
 /// [`StudyError`]; [`StudyError::Stopped`] when the caller stopped it. Finished runs stay in the
 /// folder.
 pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, StudyError> {
-    let folder = Folder::open(job.folder, study.identity())?;
-    let (shard, dataset, hash) = (job.shard, folder.dataset(), &study.identity().sha256);
+    let folder = Folder::open(job.folder, &study.identity)?;
+    let (shard, dataset, hash) = (job.shard, folder.dataset(), &study.identity.sha256);
     let runs = shard.count(study.runs());
     let done = |computed, damaged, dataset| Done {
         runs,
@@ -179,7 +178,7 @@ impl Work<'_> {
 
     /// Computes the pending runs of one truth. Returns how many.
     fn of_truth(&self, truth: u64) -> u64 {
-        let plan = self.study.plan();
+        let plan = &self.study.plan;
         let runs = || (0..plan.runs_of_truth()).map(|place| plan.run(truth, place));
         let mut pending = runs().filter(|run| (self.is_pending)(*run));
         let (Some(first), second) = (pending.next(), pending.next()) else {
@@ -206,7 +205,7 @@ impl Work<'_> {
         if stop().is_some() {
             return false;
         }
-        let keeps = self.study.choice().tables.keeps(run);
+        let keeps = self.study.choice.tables.keeps(run);
         let tables = keeps.then(|| self.folder.tables(run));
         let computed = single::compute(self.study, run, truth, tables.as_deref(), &stop);
         let kept = computed.and_then(|record| {

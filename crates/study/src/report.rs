@@ -1,8 +1,7 @@
 //! The result of a study, as a table and as JSON.
 
-use crate::consistency::{Consistency, CovarianceVerdict};
 use crate::error::StudyError;
-use crate::statistics::{LEAST_RUNS, Mean};
+use crate::statistics::{Consistency, CovarianceVerdict, LEAST_RUNS, Mean};
 use crate::study::Study;
 use robhaz_record::{Dataset, Grid};
 use robhaz_scene::Scene;
@@ -139,7 +138,7 @@ impl Report {
         let only_seeds = study.driven().is_some();
         let labels = data.estimators().into_iter();
         let estimators: Vec<Rows<'_>> = labels.map(|label| Rows { data, label }).collect();
-        let name = &study.choice().name;
+        let name = &study.choice.name;
         let failed = |reason: String| StudyError::Failed {
             scene: name.clone(),
             reason,
@@ -147,7 +146,7 @@ impl Report {
         if let (true, Some((reason, ..))) = (only_seeds, failures.first()) {
             return Err(failed((*reason).to_owned()));
         }
-        let scenes = study.scenes();
+        let scenes = &study.scenes;
         let compare_from_s = common(scenes.iter().map(|scene| scene.record.compare_from));
         let samples = count(&estimators, |rows| rows.counted());
         let left_out = count(&estimators, |rows| rows.of("no_equivalent"));
@@ -324,7 +323,7 @@ impl Line {
         let verdict = self
             .parity_verdict
             .filter(|v| matches!(v, Cautious | Overconfident))?;
-        let (name, words) = (&self.name, verdict.words());
+        let (name, words) = (&self.name, verdict.name());
         Some(format!(
             "{name}: the expected variance of the parity residual is {words} (NIS {nis:.2})."
         ))
@@ -350,9 +349,7 @@ impl Line {
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
             number(c.map(|c| c.nees.mean), 2),
             number(c.and_then(|c| c.nis).map(|m| m.mean), 2),
-            self.verdict
-                .map_or("-", CovarianceVerdict::words)
-                .to_owned(),
+            self.verdict.map_or("-", CovarianceVerdict::name).to_owned(),
         ]
     }
 }

@@ -1,17 +1,74 @@
-//! One run and its scores.
+//! The truth of a scene, which several runs may share; one run and its scores.
 
 use crate::error::{StudyError, io_error};
-use crate::files;
+use crate::folder::{partial, settle};
 use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
-use crate::truth_run::{TruthRun, bound, rule};
 use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
-use robhaz_run::{Frame, Run, RunError, Sink, SinkError, Stop, in_one_line};
-use robhaz_scene::{Scene, SceneError};
-use robhaz_score::{Bound, Inclusion, Rule};
+use robhaz_run::{
+    DrivenPlant, Frame, MOST_KEPT, Run, RunError, Sink, SinkError, Stop, in_one_line,
+};
+use robhaz_scene::{PlantFailure, Scene, SceneError};
+use robhaz_score::{Bound, Inclusion, Rule, SampleNoise};
+use robhaz_sim::Truth;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Which samples of a scene count.
+pub(crate) fn rule(scene: &Scene) -> Rule {
+    Rule {
+        compare_from: scene.record.compare_from,
+    }
+}
+
+/// The Cramer-Rao bound of the estimators of a scene, before its first sample.
+pub(crate) fn bound(scene: &Scene) -> Bound {
+    let noise = SampleNoise::of(&scene.sensors.spec, scene.drive.gear_friction);
+    Bound::new(noise, scene.robot.robot.clone())
+}
+
+/// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds:
+/// without a control that takes readings it does not depend on sensor noise; with one it is the run
+/// of the scene's own seed, which other seeds observe without driving.
+#[derive(Clone, Debug)]
+pub struct TruthRun(Arc<[Truth]>);
+
+impl TruthRun {
+    /// Simulates a scene with its engine.
+    ///
+    /// # Errors
+    /// [`RunError`]: it is too long, cannot start or does not reach its end.
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
+        Self::simulate(scene, &|| None)
+    }
+
+    /// The same; `stop` is asked at every sample.
+    pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
+        let found = (scene.record.count() - 1) * scene.samples_per_record() + 1;
+        if found > MOST_KEPT {
+            let (of, who) = ("samples", "a study");
+            return Err(RunError::TooLong { found, of, who });
+        }
+        let mut plant = DrivenPlant::new(scene, &scene.plant_setup())?;
+        let next = |_| match stop() {
+            Some(cause) => Err(RunError::Stopped { cause }),
+            None => Ok(plant.next_truth().map_err(PlantFailure::from)?),
+        };
+        Ok(Self((0..found).map(next).collect::<Result<_, _>>()?))
+    }
+
+    /// The samples, for [`robhaz_run::Run::observing`].
+    pub(crate) fn shared(&self) -> Arc<[Truth]> {
+        Arc::clone(&self.0)
+    }
+
+    /// Every sample.
+    pub fn samples(&self) -> impl Iterator<Item = &Truth> {
+        self.0.iter()
+    }
+}
 
 /// What the runs of one truth share.
 #[derive(Debug)]
@@ -125,7 +182,7 @@ fn outcome(
                 return Err(cannot(std::io::Error::other(error)));
             }
             Err(RunError::Stopped { .. }) => {}
-            _ => files::settle(temporary, folder)?,
+            _ => settle(temporary, folder)?,
         }
     }
     let summary = summary.summary().map_err(|error| in_one_line(&error));
@@ -158,7 +215,7 @@ impl Sink for BoundSink {
 
 /// An empty folder for the tables of a run, with its scene and tracks.
 fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, StudyError> {
-    let temporary = files::partial(folder);
+    let temporary = partial(folder);
     for old in [folder, &temporary] {
         // Of a run that was killed before its line was in the journal.
         if old.exists() {
@@ -166,7 +223,7 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, Study
         }
     }
     fs::create_dir_all(&temporary).map_err(io_error("create", &temporary))?;
-    let version = &study.identity().version;
+    let version = &study.identity.version;
     let text = scene.to_toml(version).into_bytes();
     let tracks = scene.terrain.tracks.iter();
     let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
