@@ -7,7 +7,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
-use robhaz_study::{Done, Job, Report, RunRecord, Shard, Study, Watch, compute, compute_dataset};
+use robhaz_study::{Done, Report, RunRecord, Shard, Study, Watch, compute, compute_dataset};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
@@ -30,8 +30,21 @@ const LINE_TIME: Duration = Duration::from_secs(60);
 pub struct Args {
     /// Scene file, which is simulated once and observed with many seeds, or study file (TOML).
     file: PathBuf,
-    #[command(flatten)]
-    scene: SceneArgs,
+    /// Number of seeds of a scene, from its own on; 10 without it. Fewer than 5 give no verdict.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: Option<u64>,
+    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be
+    /// repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
+    #[arg(long, value_name = "KIND")]
+    engine: Option<String>,
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`.
+    /// From the fourth on each has one method more than the one above. The last two are given no
+    /// contact angles.
+    #[arg(long)]
+    ladder: bool,
     /// Folder of the dataset, in which a study that was stopped goes on. Without it, that of a
     /// study file is `runs/NAME`, and a scene writes nothing.
     #[arg(long, value_name = "DIR")]
@@ -50,26 +63,6 @@ pub struct Args {
     /// An option of earlier versions.
     #[arg(long, hide = true)]
     force: bool,
-}
-
-/// What a study file says itself.
-#[derive(clap::Args)]
-struct SceneArgs {
-    /// Number of seeds of a scene, from its own on; 10 without it. Fewer than 5 give no verdict.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    seeds: Option<u64>,
-    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be
-    /// repeated.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
-    #[arg(long, value_name = "KIND")]
-    engine: Option<String>,
-    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`.
-    /// From the fourth on each has one method more than the one above. The last two are given no
-    /// contact angles.
-    #[arg(long)]
-    ladder: bool,
 }
 
 /// `2/8`
@@ -93,12 +86,6 @@ fn is_study(path: &Path) -> bool {
 impl Args {
     /// The study, and the folder of its dataset.
     fn study(&self) -> Result<(Study, Option<PathBuf>)> {
-        let SceneArgs {
-            seeds,
-            set,
-            engine,
-            ladder,
-        } = &self.scene;
         if self.force || self.out.as_ref().and_then(|out| out.extension()) == Some("json".as_ref())
         {
             bail!(
@@ -107,7 +94,9 @@ impl Args {
             );
         }
         if is_study(&self.file) {
-            if seeds.is_some() || engine.is_some() || *ladder || !set.is_empty() {
+            // What a study file says itself.
+            let of_scene = self.seeds.is_some() || self.engine.is_some() || self.ladder;
+            if of_scene || !self.set.is_empty() {
                 bail!(
                     "{} is a study file: its axes and its key set say what --seeds, --set, --engine and --ladder say of a scene",
                     self.file.display()
@@ -121,10 +110,10 @@ impl Args {
         if self.shard.is_some() && self.out.is_none() {
             bail!("the shard of a scene needs a folder: --out DIR");
         }
-        let mut overrides = set.clone();
-        overrides.extend(engine.iter().map(|kind| format!("engine.kind={kind}")));
+        let mut overrides = self.set.clone();
+        overrides.extend(self.engine.iter().map(|kind| format!("engine.kind={kind}")));
         let scene = Scene::load(&self.file, &overrides)?;
-        let study = Study::of_scene(&scene, seeds.unwrap_or(10), *ladder)?;
+        let study = Study::of_scene(&scene, self.seeds.unwrap_or(10), self.ladder)?;
         Ok((study, self.out.clone()))
     }
 }
@@ -162,19 +151,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         let Some(folder) = folder.as_deref() else {
             return Ok((None, Some(compute_dataset(&study, jobs, &watch)?)));
         };
-        let done = compute(
-            &study,
-            &Job {
-                folder,
-                shard,
-                jobs,
-            },
-            &watch,
-        )?;
-        let dataset = done
-            .dataset
-            .as_ref()
-            .filter(|_| study.runs() <= MOST_REPORTED);
+        let done = compute(&study, folder, shard, jobs, &watch)?;
+        let dataset = done.dataset.as_ref();
+        let dataset = dataset.filter(|_| study.runs() <= MOST_REPORTED);
         let data = dataset.map(|path| Dataset::read(path)).transpose();
         Ok((Some(done), data.into_diagnostic()?))
     };

@@ -4,7 +4,7 @@
 use crate::conflict::{Conflict, conflict, named, valued};
 use crate::estimators;
 use crate::explicit_step::floor;
-use crate::form::{Plain, did_you_mean, quoted, word};
+use crate::form::{Plain, did_you_mean, quote, quoted, word};
 use crate::key::{List, Table, keys, section};
 use crate::quantity::{
     LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
@@ -13,7 +13,6 @@ use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
 use crate::values::{NAME, SWITCH, WHEEL_LIST, WHEEL_SET};
-use crate::write::quote;
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_sim::scaling::SpeedScaling;
@@ -70,7 +69,11 @@ keys! {
         // Each evaluation of the drive looks them up.
         most: 100,
         start: || SpeedScaling { wheels: [false; 3], from: 0.0, to: 0.0, factor: 1.0 },
-        check: check_scaling,
+        check: |reader, node, path, scaling, others| {
+            if let Err((key, rule)) = checked(scaling, others) {
+                reader.refuse_key(node, path, key, &rule);
+            }
+        },
     } => drive.scalings;
 }
 
@@ -115,30 +118,23 @@ keys! {
     factor (required): number(NONE, at_least(-100.0).at_most(100.0)) => factor;
 }
 
-fn check_scaling(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    scaling: &mut SpeedScaling,
-    others: &[SpeedScaling],
-) {
-    let mut refuse = |key: &str, rule: &str| reader.refuse_key(node, path, key, rule);
-    if scaling.to <= scaling.from {
-        return refuse("to", &format!("above from, {} s", scaling.from));
+/// The key at fault and what is allowed.
+fn checked(scaling: &SpeedScaling, others: &[SpeedScaling]) -> Result<(), (&'static str, String)> {
+    let SpeedScaling { from, to, .. } = scaling;
+    if to <= from {
+        return Err(("to", format!("above from, {from} s")));
     }
     for (i, other) in others.iter().enumerate() {
         let shared = (0..3).find(|wheel| scaling.wheels[*wheel] && other.wheels[*wheel]);
-        let overlap = scaling.from < other.to && other.from < scaling.to;
-        if let (Some(wheel), true) = (shared, overlap) {
+        if let Some(wheel) = shared.filter(|_| *from < other.to && other.from < *to) {
+            let (from, to, wheel) = (other.from, other.to, wheel + 1);
             let rule = format!(
-                "a time outside of that of drive.scaling[{i}], {} to {} s, which has wheel {} too",
-                other.from,
-                other.to,
-                wheel + 1
+                "a time outside of that of drive.scaling[{i}], {from} to {to} s, which has wheel {wheel} too"
             );
-            return refuse("from", &rule);
+            return Err(("from", rule));
         }
     }
+    Ok(())
 }
 
 /// The estimators that a control gets if none is named, the first one that the scene has.

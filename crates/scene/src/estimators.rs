@@ -1,12 +1,11 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{About, Form, KeyReference, items, word};
+use crate::form::{About, Form, KeyReference, Out, items, word};
 use crate::key::{self, Key, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::values::{NAME, SWITCH};
-use crate::write::Out;
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,
 };
@@ -165,19 +164,16 @@ pub(crate) fn defaults() -> Vec<EstimatorChoice> {
 
 /// That list as a node, which overrides can change.
 pub(crate) fn default_node(origin: &Origin) -> Node {
-    let entry = |(key, word): &(&str, &str)| Entry {
-        key: (*key).to_owned(),
-        origin: origin.clone(),
-        node: Node::text(origin, word),
+    let entry = |(key, word): &(&str, &str)| Entry::new(key, origin, Node::text(origin, word));
+    let table = |words: &[_]| {
+        let entries = words.iter().map(entry).collect();
+        Node::new(origin, Value::Table(entries))
     };
-    let table = |words: &[_]| Node::table(origin, words.iter().map(entry).collect());
     let preset = |name: &&'static str| table(&[("name", name)]);
     let (best, label) = (("name", PRESETS[BEST]), ("label", WITHOUT_ANGLES));
     let without_angles = table(&[best, label, ("contact_angles", "none")]);
-    Node {
-        origin: origin.clone(),
-        value: Value::Array(PRESETS.iter().map(preset).chain([without_angles]).collect()),
-    }
+    let list = PRESETS.iter().map(preset).chain([without_angles]);
+    Node::new(origin, Value::Array(list.collect()))
 }
 
 /// The list of estimators; an empty one means no estimator. Defaults are those of the preset.

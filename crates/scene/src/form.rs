@@ -2,11 +2,10 @@
 
 use crate::reader::{Reader, nearest, refusal};
 use crate::source::{Node, Value};
-use crate::write::{Out, quote};
 use serde_json::{Map, Value as Json, json};
 
 /// A key of scene files.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct KeyReference {
     /// Full dotted key; `[]` stands for an index.
     pub key: String,
@@ -336,4 +335,39 @@ pub(crate) fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
 /// JSON Schema of a list of at least `least` and at most `most` items.
 pub(crate) fn items(item: Json, least: usize, most: usize) -> Json {
     json!({"type": "array", "items": item, "minItems": least, "maxItems": most})
+}
+
+/// A TOML file being written: every choice with its unit, from the declarations of the keys.
+#[derive(Default)]
+pub(crate) struct Out(pub String);
+
+impl Out {
+    /// A line.
+    pub fn line(&mut self, line: &str) {
+        self.0.push_str(line);
+        self.0.push('\n');
+    }
+
+    /// The heading of a table.
+    pub fn head(&mut self, head: &str, comment: &str) {
+        self.line("");
+        self.line(&with_comment(head, comment));
+    }
+
+    /// A key with its value.
+    pub fn key(&mut self, name: &str, value: &str, comment: &str) {
+        self.line(&with_comment(&format!("{name} = {value}"), comment));
+    }
+}
+
+fn with_comment(text: &str, comment: &str) -> String {
+    match comment {
+        "" => text.to_owned(),
+        _ => format!("{text} # {comment}"),
+    }
+}
+
+/// A text in quotes, as TOML writes it.
+pub(crate) fn quote(value: &str) -> String {
+    toml::Value::String(value.to_owned()).to_string()
 }

@@ -6,11 +6,10 @@
 //! holds the field.
 
 use crate::error::Problem;
-use crate::form::{About, Form, KeyReference, items, object};
+use crate::form::{About, Form, KeyReference, Out, items, object, quote};
 use crate::quantity::short;
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
-use crate::write::{Out, quote};
 use serde_json::{Map, Value as Json, json};
 
 /// A key of a table that sets a field of `T`.

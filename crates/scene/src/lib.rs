@@ -9,13 +9,13 @@
 //! |---|---|
 //! | `source` | a file or an override as a tree of values with their places |
 //! | `key` | keys: name, meaning, form, field; each declared once; tables of keys |
-//! | `form`, `values`, `quantity` | what a value may be: read, written, described; single values; numbers with unit and range |
+//! | `form`, `values`, `quantity` | what a value may be: read, written into files, described; single values; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
 //! | `overrides`, `checks`, `conflict`, `explicit_step` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `schema` | files, tables of keys and JSON Schema from the declarations |
+//! | `schema` | JSON Schema from the declarations |
 //! | `reader`, `error` | problems and their messages |
 
 mod checks;
@@ -41,7 +41,6 @@ mod source;
 mod study;
 mod terrain;
 mod values;
-mod write;
 
 pub use error::{Problem, SceneError, harmless};
 pub use estimators::EstimatorChoice;

@@ -2,7 +2,7 @@
 
 use crate::error::SceneError;
 use crate::estimators::Estimators;
-use crate::form::{KeyReference, word};
+use crate::form::{KeyReference, Out, word};
 use crate::key::{self, keys, section};
 use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
 use crate::reader::Reader;
@@ -10,7 +10,6 @@ use crate::scene::{Scene, SensorChoice};
 use crate::source::Node;
 use crate::terrain::Terrain;
 use crate::values::{NAME, SEED, from_stem};
-use crate::write::Out;
 use crate::{checks, contact, drive, overrides, robot, sensors};
 use robhaz_masses::ModelError;
 use robhaz_sim::{EngineKind, StartKind};

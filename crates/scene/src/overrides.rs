@@ -77,11 +77,7 @@ fn put(
                 return;
             };
             put(reader, &mut child, &path, rest, origin, value);
-            let entry = Entry {
-                key: (*key).to_owned(),
-                origin: origin.clone(),
-                node: child,
-            };
+            let entry = Entry::new(key, origin, child);
             entries.insert(at.unwrap_or(entries.len()), entry);
         }
         (Step::Index(index), Value::Array(items)) => {
@@ -137,7 +133,7 @@ fn before(
         }
         (Some(present), _) => Some(present),
         (None, _) if path == estimators::PATH => Some(estimators::default_node(origin)),
-        (None, _) => Some(Node::table(origin, Vec::new())),
+        (None, _) => Some(Node::new(origin, Value::Table(Vec::new()))),
     }
 }
 

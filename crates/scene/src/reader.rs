@@ -1,8 +1,7 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
-use crate::source::{self, Entry, Node, Origin, Source, Value, document};
-use crate::write::grouped;
+use crate::source::{self, Entry, Node, Origin, Source, Value, document, grouped};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

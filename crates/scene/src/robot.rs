@@ -2,7 +2,7 @@
 
 use crate::error::Problem;
 use crate::form::{
-    About, Array, Form, KeyReference, Maybe, Plain, array, did_you_mean, quoted, word,
+    About, Array, Form, KeyReference, Maybe, Out, Plain, array, did_you_mean, quoted, word,
 };
 use crate::key::{self, Key, Table, keys, section};
 use crate::quantity::{
@@ -12,7 +12,6 @@ use crate::quantity::{
 use crate::reader::{Reader, join};
 use crate::source::{self, Entry, Node, Origin, Source, Value};
 use crate::values::TEXT;
-use crate::write::Out;
 use robhaz_model::{
     Bar, Carrier, GRAVITY, Geometry, GeometryError, Outline, Pin, Robot, StanceError, Suspension,
     Vec2, named,
@@ -361,12 +360,9 @@ impl Part {
         let name = name.strip_suffix(CHANGED).unwrap_or(&name);
         let mut entries: Vec<Entry> = node.entries().unwrap_or_default().to_vec();
         entries.retain(|e| e.key != "name");
-        entries.push(Entry {
-            key: "name".to_owned(),
-            origin: origin.clone(),
-            node: Node::text(origin, &format!("{name}{CHANGED}")),
-        });
-        Some(Node::table(&node.origin, entries))
+        let name = Node::text(origin, &format!("{name}{CHANGED}"));
+        entries.push(Entry::new("name", origin, name));
+        Some(Node::new(&node.origin, Value::Table(entries)))
     }
 }
 

@@ -1,7 +1,6 @@
 //! Files up to a size limit; a file or an override as a tree of nodes with their places in the
 //! text.
 
-use crate::write::grouped;
 use miette::NamedSource;
 use std::collections::HashSet;
 use std::fs::File;
@@ -217,21 +216,24 @@ pub(crate) struct Entry {
     pub node: Node,
 }
 
+impl Entry {
+    /// A key at a place with its value.
+    pub fn new(key: &str, origin: &Origin, node: Node) -> Self {
+        let (key, origin) = (key.to_owned(), origin.clone());
+        Self { key, origin, node }
+    }
+}
+
 impl Node {
-    /// A text node that is not in the source.
-    pub fn text(origin: &Origin, text: &str) -> Self {
-        Self {
-            origin: origin.clone(),
-            value: Value::Text(text.to_owned()),
-        }
+    /// A value at a place.
+    pub fn new(origin: &Origin, value: Value) -> Self {
+        let origin = origin.clone();
+        Self { origin, value }
     }
 
-    /// A table node that is not in the source.
-    pub fn table(origin: &Origin, entries: Vec<Entry>) -> Self {
-        Self {
-            origin: origin.clone(),
-            value: Value::Table(entries),
-        }
+    /// A text at a place.
+    pub fn text(origin: &Origin, text: &str) -> Self {
+        Self::new(origin, Value::Text(text.to_owned()))
     }
 
     /// The type of the value in words.
@@ -323,7 +325,8 @@ pub(crate) fn document(
             refuse(&origin, error.message());
         }
     }
-    let node = || Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
+    let value = || Value::Table(place.entries(table.get_ref()));
+    let node = || Node::new(&place.origin(table.span()), value());
     errors.is_empty().then(node)
 }
 
@@ -364,19 +367,15 @@ impl Place<'_> {
             }
             DeValue::Table(table) => Value::Table(self.entries(table)),
         };
-        Node {
-            origin: self.origin(span),
-            value,
-        }
+        Node::new(&self.origin(span), value)
     }
 
     fn entries(&self, table: &DeTable<'_>) -> Vec<Entry> {
         let mut entries: Vec<_> = table
             .iter()
-            .map(|(key, value)| Entry {
-                key: key.get_ref().to_string(),
-                origin: self.origin(key.span()),
-                node: self.node(value.get_ref(), value.span()),
+            .map(|(key, value)| {
+                let node = self.node(value.get_ref(), value.span());
+                Entry::new(key.get_ref(), &self.origin(key.span()), node)
             })
             .collect();
         // The parser sorts by name.
@@ -389,4 +388,17 @@ fn whole(integer: &DeInteger<'_>) -> Value {
     let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok();
     let float = value.map_or(f64::INFINITY, |v| v as f64);
     Value::Integer(value, float)
+}
+
+/// A count with a space between groups of three digits.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
 }

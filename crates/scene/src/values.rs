@@ -2,11 +2,10 @@
 //! covariances.
 
 use crate::error::Problem;
-use crate::form::{About, Array, Form, Plain, Word, array, word};
+use crate::form::{About, Array, Form, Plain, Word, array, quote, word};
 use crate::quantity::{NONE, Number, at_least, number};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
-use crate::write::quote;
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use serde_json::{Value as Json, json};
 

@@ -211,7 +211,7 @@ impl RowBuilder {
 #[cfg(test)]
 mod tests {
     use crate::single::BoundSink;
-    use crate::{Job, Shard, Study, Watch, compute};
+    use crate::{Shard, Study, Watch, compute};
     use arrow_array::cast::AsArray as _;
     use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
     use arrow_array::{Array as _, RecordBatch};
@@ -233,12 +233,8 @@ mod tests {
         fs::write(dir.path().join("scene.toml"), SCENE)?;
         fs::write(dir.path().join("study.toml"), STUDY)?;
         let study = Study::load(&dir.path().join("study.toml"))?;
-        let job = Job {
-            folder: &dir.path().join("out"),
-            shard: Shard::ALL,
-            jobs: 2,
-        };
-        let done = compute(&study, &job, &Watch::SILENT)?;
+        let out = dir.path().join("out");
+        let done = compute(&study, &out, Shard::ALL, 2, &Watch::SILENT)?;
         let file = File::open(done.dataset.ok_or("no dataset")?)?;
         let reader = ParquetRecordBatchReaderBuilder::try_new(file)?;
         let metadata = reader.metadata().file_metadata().key_value_metadata();

@@ -34,7 +34,7 @@ mod statistics;
 mod study;
 
 pub use ablation::ladder;
-pub use compute::{Done, Job, Watch, compute, compute_dataset};
+pub use compute::{Done, Watch, compute, compute_dataset};
 pub use error::StudyError;
 pub use folder::{DATASET, Shard};
 pub use journal::{Row, RunRecord};

@@ -16,19 +16,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which samples of a scene count.
-pub(crate) fn rule(scene: &Scene) -> Rule {
-    Rule {
-        compare_from: scene.record.compare_from,
-    }
-}
-
-/// The Cramer-Rao bound of the estimators of a scene, before its first sample.
-pub(crate) fn bound(scene: &Scene) -> Bound {
-    let noise = SampleNoise::of(&scene.sensors.spec, scene.drive.gear_friction);
-    Bound::new(noise, scene.robot.robot.clone())
-}
-
 /// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds:
 /// without a control that takes readings it does not depend on sensor noise; with one it is the run
 /// of the scene's own seed, which other seeds observe without driving.
@@ -57,11 +44,6 @@ impl TruthRun {
             None => Ok(plant.next_truth().map_err(PlantFailure::from)?),
         };
         Ok(Self((0..found).map(next).collect::<Result<_, _>>()?))
-    }
-
-    /// The samples, for [`robhaz_run::Run::observing`].
-    pub(crate) fn shared(&self) -> Arc<[Truth]> {
-        Arc::clone(&self.0)
     }
 
     /// Every sample.
@@ -104,13 +86,10 @@ impl SharedTruth {
 
     /// The run of a scene.
     fn run(&self, scene: &Scene) -> Result<Run, RunError> {
+        let is_it = |seen: &Scene| *seen == seen_by_plant(scene);
         match self {
-            Self::Kept(truth, seen)
-                if seen
-                    .as_ref()
-                    .is_none_or(|seen| **seen == seen_by_plant(scene)) =>
-            {
-                Run::observing(scene, truth.shared())
+            Self::Kept(truth, seen) if seen.as_deref().is_none_or(is_it) => {
+                Run::observing(scene, Arc::clone(&truth.0))
             }
             _ => Run::new(scene),
         }
@@ -135,10 +114,10 @@ pub fn compute(
     }));
     Ok(match computed {
         Ok(outcome) => match outcome? {
-            Ok(outcome) => Some(RunRecord {
+            Ok(rows) => Some(RunRecord {
                 run,
                 error: None,
-                rows: rows(&outcome.0, outcome.1),
+                rows,
             }),
             Err(_) if stop().is_some() => None,
             Err(reason) => Some(RunRecord::failed(run, reason)),
@@ -150,14 +129,14 @@ pub fn compute(
     })
 }
 
-/// Summary and Cramer-Rao bound of a run, or why it has no scores.
+/// The scores of a run, or why it has none.
 fn outcome(
     study: &Study,
     run: u64,
     truth: &SharedTruth,
     tables: Option<&Path>,
     stop: Stop<'_>,
-) -> Result<Result<(Summary, Option<f64>), String>, StudyError> {
+) -> Result<Result<Vec<Row>, String>, StudyError> {
     if let SharedTruth::Failed(reason) = truth {
         return Ok(Err(reason.clone()));
     }
@@ -187,7 +166,7 @@ fn outcome(
     }
     let summary = summary.summary().map_err(|error| in_one_line(&error));
     Ok(match ended {
-        Ok(_) => summary.map(|summary| (summary, bound.0.nrmse())),
+        Ok(_) => summary.map(|summary| rows(&summary, bound.0.nrmse())),
         Err(error) => Err(in_one_line(&error)),
     })
 }
@@ -198,7 +177,10 @@ pub struct BoundSink(pub Bound, Rule);
 impl BoundSink {
     /// For a run of a scene.
     pub fn new(scene: &Scene) -> Self {
-        Self(bound(scene), rule(scene))
+        let compare_from = scene.record.compare_from;
+        let noise = SampleNoise::of(&scene.sensors.spec, scene.drive.gear_friction);
+        let bound = Bound::new(noise, scene.robot.robot.clone());
+        Self(bound, Rule { compare_from })
     }
 }
 

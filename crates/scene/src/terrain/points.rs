@@ -2,12 +2,11 @@
 
 use super::track::Track;
 use crate::error::Problem;
-use crate::form::{About, Form, Plain, items};
+use crate::form::{About, Form, Plain, items, quote};
 use crate::quantity::{LENGTH, Point, at_least, number, point};
 use crate::reader::{Reader, join};
-use crate::source::{self, Node, Origin, Source, Value};
+use crate::source::{self, Node, Origin, Source, Value, grouped};
 use crate::values::text;
-use crate::write::{grouped, quote};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
