@@ -17,6 +17,10 @@ fn io_error<T>(action: &str, path: &Path, done: io::Result<T>) -> Result<T> {
         .wrap_err_with(|| format!("{action} {}", path.display()))
 }
 
+fn remove(folder: &Path) -> Result<()> {
+    io_error("cannot remove", folder, fs::remove_dir_all(folder))
+}
+
 /// Something that is never replaced, not even with `--force`.
 fn left_alone(what: String) -> Report {
     miette!(help = ELSEWHERE, "{what}: it is left alone")
@@ -85,7 +89,7 @@ impl OutputFolder {
                     partial.display()
                 );
             }
-            io_error("cannot remove", &partial, fs::remove_dir_all(&partial))?;
+            remove(&partial)?;
         }
         if let Some(parent) = partial.parent().filter(|p| !p.as_os_str().is_empty()) {
             io_error("cannot create", parent, fs::create_dir_all(parent))?;
@@ -128,11 +132,7 @@ impl OutputFolder {
                 }
                 check_replaceable(&self.target)?;
             }
-            io_error(
-                "cannot remove",
-                &self.target,
-                fs::remove_dir_all(&self.target),
-            )?;
+            remove(&self.target)?;
         }
         self.remove_lock();
         let renamed = fs::rename(&self.partial, &self.target);
@@ -142,11 +142,7 @@ impl OutputFolder {
 
     /// Removes the folder of a run that was stopped before its first record.
     pub fn discard(self) -> Result<()> {
-        io_error(
-            "cannot remove",
-            &self.partial,
-            fs::remove_dir_all(&self.partial),
-        )
+        remove(&self.partial)
     }
 
     /// Marks the end of a run that broke off: its folder is no longer being written.

@@ -86,14 +86,11 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(folder) = &args.out {
         write_path(folder, format, &setup, &report).into_diagnostic()?;
     }
-    tell(
-        &report.text(),
-        &serde_json::to_value(&report).into_diagnostic()?,
-    )?;
-    if report.go {
-        Ok(())
-    } else {
-        bail!("{}: no-go", scene.name)
+    let document = serde_json::to_value(&report).into_diagnostic()?;
+    tell(&report.text(), &document)?;
+    match report.go {
+        true => Ok(()),
+        false => bail!("{}: no-go", scene.name),
     }
 }
 

@@ -44,10 +44,7 @@ pub struct Args {
 /// The resolved scene in the folder of a run.
 const SCENE: &str = "scene.toml";
 
-const PICTURE: Format = Format {
-    what: "pictures",
-    extension: "png",
-};
+const PICTURE: Format = ("pictures", "png");
 
 /// Opens the viewer with the runs or the scene, or saves a picture.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {

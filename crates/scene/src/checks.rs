@@ -110,11 +110,8 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
 }
 
 fn sensors(scene: &Scene) -> Vec<Conflict> {
-    let (jitter, rate, record_rate) = (
-        scene.sensors.spec.jitter,
-        scene.sensors.rate,
-        scene.record.rate,
-    );
+    let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
+    let record_rate = scene.record.rate;
     let sensors_rate = || valued("sensors.rate", rate);
     let mut found = Vec::new();
     if !is_whole(rate / record_rate) {
@@ -124,12 +121,9 @@ fn sensors(scene: &Scene) -> Vec<Conflict> {
     }
     if jitter * rate > MOST_JITTER {
         let most = short(MOST_JITTER / rate);
-        let rule =
-            format!("sensors.jitter at most {most} s, {MOST_JITTER} of the time between samples");
-        found.push(conflict(
-            [valued("sensors.jitter", jitter), sensors_rate()],
-            rule,
-        ));
+        let most = format!("{most} s, {MOST_JITTER} of the time between samples");
+        let keys = [valued("sensors.jitter", jitter), sensors_rate()];
+        found.push(conflict(keys, format!("sensors.jitter at most {most}")));
     }
     found
 }

@@ -44,18 +44,15 @@ impl Problem {
     }
 
     /// The same problem at another place.
-    pub(crate) fn moved_to(&self, origin: &Origin) -> Self {
-        Self {
-            whole: self.whole,
-            ..Self::at(origin, &self.key, self.message.clone())
-        }
+    pub(crate) fn moved_to(self, origin: &Origin) -> Self {
+        let mut moved = Self::at(origin, &self.key, self.message);
+        moved.whole = self.whole;
+        moved
     }
 
-    pub(crate) fn whole(self) -> Self {
-        Self {
-            whole: true,
-            ..self
-        }
+    pub(crate) fn whole(mut self) -> Self {
+        self.whole = true;
+        self
     }
 }
 

@@ -180,12 +180,10 @@ impl Plan {
     /// Those of one list.
     fn of_list(&self, list: &List) -> Vec<u64> {
         match list.axis.map(|axis| &self.axes[axis].values) {
-            None => self
-                .samples
-                .iter()
-                .flatten()
-                .flat_map(Samples::extremes)
-                .collect(),
+            None => {
+                let samples = self.samples.iter().flatten();
+                samples.flat_map(Samples::extremes).collect()
+            }
             Some(AxisValues::List(_)) => (1..list.length).map(|item| item * list.stride).collect(),
             Some(_) => vec![(list.length - 1) * list.stride],
         }

@@ -238,11 +238,8 @@ impl Report {
     /// of the others.
     fn without_two_contacts(&self) -> Option<String> {
         let of = |line: &Line| {
-            Some(format!(
-                "{} {}",
-                line.name,
-                percent(line.nrmse_at_one_contact?)
-            ))
+            let error = percent(line.nrmse_at_one_contact?);
+            Some(format!("{} {error}", line.name))
         };
         let errors: Vec<String> = self.estimators.iter().filter_map(of).collect();
         let is_of_interest = self.two_contacts != Some(0) && !errors.is_empty();
@@ -320,9 +317,8 @@ impl Line {
     fn wrong_parity(&self) -> Option<String> {
         use CovarianceVerdict::{Cautious, Overconfident};
         let nis = self.consistency?.nis?.mean;
-        let verdict = self
-            .parity_verdict
-            .filter(|v| matches!(v, Cautious | Overconfident))?;
+        let verdict = self.parity_verdict;
+        let verdict = verdict.filter(|v| matches!(v, Cautious | Overconfident))?;
         let (name, words) = (&self.name, verdict.name());
         Some(format!(
             "{name}: the expected variance of the parity residual is {words} (NIS {nis:.2})."
@@ -335,16 +331,13 @@ impl Line {
             Some(value) => format!("{value:.digits$}"),
             None => "-".to_owned(),
         };
-        let stated = self.stated;
+        let stated = self.stated.map(|m| 100.0 * m.mean);
         [
             self.name.clone(),
             self.nrmse.map_or_else(|| "-".to_owned(), percent),
             number(self.error_over_floor, 2),
             number(self.traction_rmse_n.map(|m| m.mean), 2),
-            number(
-                stated.map(|m| 100.0 * m.mean),
-                stated.as_ref().map_or(0, digits),
-            ),
+            number(stated, self.stated.as_ref().map_or(0, digits)),
             number(self.error_over_stated.map(|m| m.mean), 2),
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
             number(c.map(|c| c.nees.mean), 2),
@@ -356,20 +349,14 @@ impl Line {
 
 /// The seeds of all runs, each once, from the least on.
 fn seeds(data: &Dataset, scenes: &[Scene]) -> Vec<u64> {
-    let mut varied: Vec<u64> = data
-        .numbers("seed")
-        .iter()
-        .flatten()
-        .map(|s| *s as u64)
-        .collect();
+    let varied = data.numbers("seed").iter().flatten();
+    let mut varied: Vec<u64> = varied.map(|s| *s as u64).collect();
     varied.sort_unstable();
     varied.dedup();
-    match varied.is_empty() {
-        true => common(scenes.iter().map(|scene| scene.seed))
-            .into_iter()
-            .collect(),
-        false => varied,
+    if varied.is_empty() {
+        varied.extend(common(scenes.iter().map(|scene| scene.seed)));
     }
+    varied
 }
 
 /// A fraction in %, with its standard error where there is one.

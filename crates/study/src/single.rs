@@ -219,8 +219,7 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, Study
 fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
     let row = |estimator: Option<&EstimatorSummary>| Row {
         estimator: estimator.map(|e| e.name.clone()),
-        scores: ScoreColumn::all()
-            .iter()
+        scores: (ScoreColumn::all().iter())
             .map(|column| column.value(run, bound, estimator))
             .collect(),
     };

@@ -14,7 +14,7 @@ pub(crate) const REACH: f64 = 1.0e5;
 pub(crate) fn chain(profile: &Profile, wheel_radius: f64) -> Vec<Edge> {
     let mut alone = None;
     let parts = match profile {
-        Profile::Course(course) => course.parts(),
+        Profile::Course(course) => &course.parts,
         one => std::slice::from_ref(alone.insert(Part::new(one.clone(), 0.0))),
     };
     let first = parts.first();

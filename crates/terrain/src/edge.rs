@@ -151,12 +151,11 @@ impl Edge {
     pub fn second_derivative_bounds(&self) -> (f64, f64) {
         let h = self.to.x - self.from.x;
         let [c3, c4, _] = self.higher;
-        let (b0, b1) = (self.second_derivatives[0], self.second_derivatives[1]);
+        let [b0, b1] = self.second_derivatives;
         let first = b0 + 2.0 * h * c3;
         let second = b0 + 4.0 * h * (c3 + h * c4);
         let low = b0.min(first).min(second).min(b1);
-        let high = b0.max(first).max(second).max(b1);
-        (low, high)
+        (low, b0.max(first).max(second).max(b1))
     }
 
     /// Tangents at both ends, directed along the edge; not unit vectors.
@@ -266,12 +265,8 @@ impl Edge {
             [y, slope, half_second, sixth_third] = self.series(s);
         }
         let foot = Vec2::new(s, y);
-        Contact::on_edge(
-            self.from + foot,
-            Vec2::new(1.0, slope),
-            2.0 * half_second,
-            -(arm + foot),
-        )
+        let (point, tangent) = (self.from + foot, Vec2::new(1.0, slope));
+        Contact::on_edge(point, tangent, 2.0 * half_second, -(arm + foot))
     }
 
     /// A place within some micrometres of the foot on a curve, as distance in x from `from`, m: a

@@ -123,10 +123,8 @@ impl Sine {
 
 impl Shape for Sine {
     fn check(&self) -> Result<(), ProfileError> {
-        let (length, most) = (
-            self.length(),
-            "at most 1000 m in all: periods times wavelength",
-        );
+        let length = self.length();
+        let most = "at most 1000 m in all: periods times wavelength";
         ProfileError::unless(length <= LONGEST, "the length of the waves", length, most)
     }
 
@@ -263,14 +261,10 @@ pub struct Ditch {
 
 impl Shape for Ditch {
     fn pieces(&self) -> (Vec2, Vec<Piece>) {
-        let corner = |x, y| Piece::Line(Vec2::new(self.start + x, y));
-        let walls = [
-            (0.0, -self.depth),
-            (self.width, -self.depth),
-            (self.width, 0.0),
-        ];
-        let start = Vec2::new(self.start, 0.0);
-        (start, walls.map(|(x, y)| corner(x, y)).to_vec())
+        let corner = |(x, y)| Piece::Line(Vec2::new(self.start + x, y));
+        let (bottom, width) = (-self.depth, self.width);
+        let walls = [(0.0, bottom), (width, bottom), (width, 0.0)];
+        (Vec2::new(self.start, 0.0), walls.map(corner).to_vec())
     }
 }
 

@@ -133,7 +133,7 @@ impl Profile {
 /// the last one ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
 }
 
 /// A profile at its place in a course.
@@ -191,10 +191,6 @@ impl Course {
     /// The profiles from rear to front.
     pub fn profiles(&self) -> impl Iterator<Item = &Profile> {
         self.parts.iter().map(|p| &p.profile)
-    }
-
-    pub(crate) fn parts(&self) -> &[Part] {
-        &self.parts
     }
 }
 

@@ -47,12 +47,8 @@ impl Surveyed {
 impl Terrain {
     /// x at which the level ground before the profile ends and that behind it starts, m.
     pub fn extent(&self) -> (f64, f64) {
-        let edges = self.edges();
-        let (first, last) = (edges.first(), edges.last());
-        (
-            first.map_or(0.0, |e| e.to.x),
-            last.map_or(0.0, |e| e.from.x),
-        )
+        let start = self.edges().first().map_or(0.0, |e| e.to.x);
+        (start, self.edges().last().map_or(0.0, |e| e.from.x))
     }
 
     /// Points along the ground from `from` to `to`: both ends of every straight piece, and points
@@ -65,11 +61,8 @@ impl Terrain {
                 points.push(point);
             }
         };
-        let within = self
-            .edges()
-            .iter()
-            .filter(|e| e.to.x >= from && e.from.x <= to);
-        for edge in within {
+        let edges = self.edges().iter();
+        for edge in edges.filter(|e| e.to.x >= from && e.from.x <= to) {
             if edge.is_riser() {
                 for end in [edge.from, edge.to] {
                     add(Surveyed {

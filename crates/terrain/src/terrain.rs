@@ -28,9 +28,7 @@ pub struct Hint {
 ///
 /// Clones share the data.
 #[derive(Clone)]
-pub struct Terrain {
-    ground: Arc<Ground>,
-}
+pub struct Terrain(Arc<Ground>);
 
 struct Ground {
     profile: Profile,
@@ -50,31 +48,28 @@ impl Terrain {
     pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
         let edges = chain(&profile, wheel_radius);
         let grid = Grid::new(&edges, wheel_radius);
-        Self {
-            ground: Arc::new(Ground {
-                profile,
-                edges,
-                grid,
-            }),
-        }
+        Self(Arc::new(Ground {
+            profile,
+            edges,
+            grid,
+        }))
     }
 
     /// The profile from which the terrain was built.
     pub fn profile(&self) -> &Profile {
-        &self.ground.profile
+        &self.0.profile
     }
 
     pub(crate) fn edges(&self) -> &[Edge] {
-        &self.ground.edges
+        &self.0.edges
     }
 
     /// Whether the ground has corners: joints where the tangent turns by more than 0.01 rad (0.6
     /// deg). There the contact force of a wheel can rise within less than a millisecond.
     pub fn has_corners(&self) -> bool {
-        let pairs = self.ground.edges.windows(2);
-        pairs
-            .map(|pair| pair[0].turn_to(&pair[1]))
-            .any(|turn| turn.abs() > 0.01)
+        let pairs = self.0.edges.windows(2);
+        let mut turns = pairs.map(|pair| pair[0].turn_to(&pair[1]));
+        turns.any(|turn| turn.abs() > 0.01)
     }
 
     /// All contacts of a wheel from rear to front: points of the ground within `radius` (m) of
@@ -96,7 +91,7 @@ impl Terrain {
         out: &mut Vec<Contact>,
     ) {
         out.clear();
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         match grid.near(centre, radius) {
             Near::Single(range) => {
                 // The usual case: the place is still on the edge of the hint.
@@ -121,7 +116,7 @@ impl Terrain {
     /// The contacts of a wheel of any size anywhere. `out` is empty.
     #[inline(never)]
     fn search(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         let mut found = Found::new(centre, radius, out);
         let Some(reach) = grid.within(centre, radius, edges) else {
             return;
@@ -149,7 +144,7 @@ impl Terrain {
         centre: Vec2,
         hint: Option<&mut Hint>,
     ) -> Option<Place> {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         let mut index = match &hint {
             Some(hint) if (first..=last).contains(&hint.edge) => hint.edge,
             _ => grid.edge_at(edges, centre.x).clamp(first, last),
@@ -201,7 +196,7 @@ impl Terrain {
     /// Places where the curvature jumps by more than `least` (1/m) and the tangent does not, from
     /// rear to front: the ends of bumps and parts, and knots of curves that are not smooth enough.
     pub fn curvature_jumps(&self, least: f64) -> Vec<Jump> {
-        let pairs = self.ground.edges.windows(2);
+        let pairs = self.0.edges.windows(2);
         pairs
             .filter(|pair| pair[0].run == pair[1].run && !pair[0].is_riser())
             .map(|pair| Jump::at_joint(&pair[0], &pair[1]))
@@ -211,14 +206,14 @@ impl Terrain {
 
     /// Height of the ground at x (m), m; on a riser that of one of its ends.
     pub fn height(&self, x: f64) -> f64 {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         edges[grid.edge_at(edges, x)].height(x)
     }
 
     /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None`
     /// on a riser.
     pub fn jump_at(&self, x: f64) -> Option<Jump> {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         let edge = &edges[grid.edge_at(edges, x)];
         let [height, slope, _] = edge.eval(x);
         slope.is_finite().then(|| Jump {
@@ -234,10 +229,8 @@ impl Terrain {
         let mut radius = 0.1;
         while radius < 2.0 * REACH {
             self.contacts(centre, radius, &mut found);
-            if let Some(best) = found
-                .iter()
-                .min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()))
-            {
+            let far = |a: &&Contact, b: &&Contact| a.distance.abs().total_cmp(&b.distance.abs());
+            if let Some(best) = found.iter().min_by(far) {
                 return Some(*best);
             }
             radius *= 2.0;
@@ -249,7 +242,7 @@ impl Terrain {
     /// points on curves at most `spacing` (m) apart in x.
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
         let mut points = Vec::new();
-        let edges = self.ground.edges.iter();
+        let edges = self.0.edges.iter();
         for edge in edges.filter(|e| e.to.x >= from && e.from.x <= to) {
             // The start of an edge is the end of the one before.
             let known = usize::from(!points.is_empty());
@@ -285,10 +278,8 @@ struct Place {
 impl Place {
     /// The joint of two edges if the distance from `centre` has a local minimum there.
     fn joint(before: &Edge, after: &Edge, centre: Vec2) -> Option<Self> {
-        let (falls, rises) = (
-            before.distance_rates(centre)[1],
-            after.distance_rates(centre)[0],
-        );
+        let falls = before.distance_rates(centre)[1];
+        let rises = after.distance_rates(centre)[0];
         (falls <= 0.0 && rises >= 0.0).then(|| Self::at_joint(before, after, centre))
     }
 

@@ -132,10 +132,8 @@ impl LogChoice {
     /// writes it.
     pub fn to_toml(&self, version: &str) -> String {
         let comment = "What was known of a log, with every choice written out. SI units.";
-        let mut written = Self {
-            mapping: None,
-            ..self.clone()
-        };
+        let mut written = self.clone();
+        written.mapping = None;
         Out::file(comment, version, LOG, &mut written)
     }
 }

@@ -126,10 +126,8 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
     }
     for name in READINGS {
-        let readings = mapping
-            .readings
-            .iter()
-            .map(|r| (r.name == name, "reading", name));
+        let readings = mapping.readings.iter();
+        let readings = readings.map(|r| (r.name == name, "reading", name));
         let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
         let found = readings.chain(imus).filter(|(is_it, ..)| *is_it);
         let mut places: Vec<String> = found.map(|(_, table, of)| join(table, of)).collect();
@@ -143,10 +141,8 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
             [_] => {}
             [first, ..] => {
                 let node = root.find(first).unwrap_or(root);
-                let message = format!(
-                    "{name} is in {}, allowed: one of them",
-                    places.join(" and ")
-                );
+                let places = places.join(" and ");
+                let message = format!("{name} is in {places}, allowed: one of them");
                 reader.complain(&node.origin, first, || message);
             }
         }

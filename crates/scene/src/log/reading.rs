@@ -182,14 +182,12 @@ fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
 fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoice) {
     let name = reading.name;
     let (dimension, units) = dimension(name);
-    let unit = node
-        .get("unit")
-        .and_then(|n| reader.word(units, n, &join(path, "unit")));
+    let unit = node.get("unit");
+    let unit = unit.and_then(|n| reader.word(units, n, &join(path, "unit")));
     let unit = units[unit.unwrap_or(0)];
     let number = number(dimension, ANY);
-    let offset = node
-        .get("offset")
-        .and_then(|n| reader.number(&number, n, &join(path, "offset")));
+    let offset = node.get("offset");
+    let offset = offset.and_then(|n| reader.number(&number, n, &join(path, "offset")));
     let mut needs = |key: &str, value: f64, needed: bool| {
         if needed && value <= 0.0 {
             let at = node.get(key).or(node.get("unit")).unwrap_or(node);
@@ -201,11 +199,8 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
         }
     };
     needs("counts", reading.counts, unit == "counts");
-    needs(
-        "torque_constant",
-        reading.torque_constant,
-        unit.ends_with('A'),
-    );
+    let is_current = unit.ends_with('A');
+    needs("torque_constant", reading.torque_constant, is_current);
     let is_of_motor =
         name.ends_with("_angle") && !name.contains("contact") || name.ends_with("_motor_torque");
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {

@@ -20,7 +20,6 @@ const WAYS: [&str; 6] = [
     "normal",
     "whole",
 ];
-const ONE_WAY: &str = "one of values, count, uniform, log_uniform, normal, whole";
 
 /// Largest number of runs of a study.
 pub(super) const MOST_RUNS: u64 = 100_000_000;
@@ -30,9 +29,8 @@ pub(super) const RUNS: Plain<u64> = Plain {
     words: "a whole number from 1 to 100000000",
     schema: || json!({"type": "integer", "minimum": 1, "maximum": MOST_RUNS}),
     read: |node| {
-        u64::try_from(node.whole()?)
-            .ok()
-            .filter(|n| (1..=MOST_RUNS).contains(n))
+        let runs = u64::try_from(node.whole()?).ok();
+        runs.filter(|n| (1..=MOST_RUNS).contains(n))
     },
     text: |count| Some(count.to_string()),
 };
@@ -200,16 +198,14 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
     let (mark, mut raw) = (reader.mark(), Raw::default());
     reader.table(AXIS, node, path, &mut raw);
     node.entries()?;
-    let given: Vec<&str> = WAYS
-        .into_iter()
-        .filter(|way| node.get(way).is_some())
-        .collect();
+    let mut given = WAYS.to_vec();
+    given.retain(|way| node.get(way).is_some());
     let [way] = given.as_slice() else {
         let found = match given.is_empty() {
             true => "nothing".to_owned(),
             false => given.join(" and "),
         };
-        let message = format!("found {found}, allowed: {ONE_WAY}");
+        let message = format!("found {found}, allowed: one of {}", WAYS.join(", "));
         reader.push(Problem::at(&node.origin, path, message).whole());
         return None;
     };

@@ -79,9 +79,8 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
         Some(name) => (!name.trim().is_empty()).then(|| Some(Column::Name(name.to_owned()))),
         None => {
             let number = usize::try_from(node.whole()?).ok()?;
-            (1..=100_000)
-                .contains(&number)
-                .then_some(Some(Column::Number(number)))
+            let column = Some(Column::Number(number));
+            (1..=100_000).contains(&number).then_some(column)
         }
     },
     text: |column| {

@@ -39,9 +39,7 @@ named! {
 /// Where a spline starts or ends with a slope, that makes a corner with the level ground. Copies
 /// share the points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heights {
-    data: Arc<Data>,
-}
+pub struct Heights(Arc<Data>);
 
 #[derive(Clone, Debug, PartialEq)]
 struct Data {
@@ -90,42 +88,39 @@ impl Heights {
             Interpolation::Spline => Curve::Cubic(natural_bends(through)),
             Interpolation::Corners => Curve::Straight,
         };
-        let data = Data {
+        Self(Arc::new(Data {
             given: points,
             interpolation,
             smoothing,
             smooth,
             curve,
-        };
-        Self {
-            data: Arc::new(data),
-        }
+        }))
     }
 
     /// The points as they were given, m.
     pub fn points(&self) -> &[Vec2] {
-        &self.data.given
+        &self.0.given
     }
 
     /// How the ground goes from point to point.
     pub fn interpolation(&self) -> Interpolation {
-        self.data.interpolation
+        self.0.interpolation
     }
 
     /// Length of the waves that the smoothing halves, m; 0 for none.
     pub fn smoothing(&self) -> f64 {
-        self.data.smoothing
+        self.0.smoothing
     }
 
     /// The points that the ground goes through, m.
     fn through(&self) -> &[Vec2] {
-        self.data.smooth.as_ref().unwrap_or(&self.data.given)
+        self.0.smooth.as_ref().unwrap_or(&self.0.given)
     }
 
     /// Where the curve leaves the heights of two neighbouring points most; `None` where it never
     /// does.
     pub fn overshoot(&self) -> Option<Overshoot> {
-        let Curve::Cubic(bends) = &self.data.curve else {
+        let Curve::Cubic(bends) = &self.0.curve else {
             return None;
         };
         let points = self.through();
@@ -181,7 +176,7 @@ impl Shape for Heights {
         let to = points.partition_point(|p| p.x < x);
         let to = to.clamp(1, points.len() - 1);
         let (a, b) = (points[to - 1], points[to]);
-        let (bend_a, bend_b) = match &self.data.curve {
+        let (bend_a, bend_b) = match &self.0.curve {
             Curve::Quintic(ends) => {
                 let knot = |p: Vec2, [slope, bend]: [f64; 2]| (p.x, [p.y - first.y, slope, bend]);
                 return Edge::curve(knot(a, ends[to - 1]), knot(b, ends[to])).eval(x);
@@ -207,7 +202,7 @@ impl Shape for Heights {
         let Some(first) = points.first() else {
             return (Vec2::zeros(), Vec::new());
         };
-        let pieces = match self.data.interpolation {
+        let pieces = match self.0.interpolation {
             // One polynomial to a piece, and enough edges for its bend.
             Interpolation::Monotone | Interpolation::Spline => {
                 let gaps = points.windows(2);

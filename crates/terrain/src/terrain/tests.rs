@@ -214,7 +214,7 @@ fn edges_follow_their_curves() {
     ] {
         let terrain = Terrain::new(profile.clone());
         let (mut height_error, mut slope_error) = (0.0_f64, 0.0_f64);
-        for edge in terrain.ground.edges.iter().filter(|e| !e.straight) {
+        for edge in terrain.0.edges.iter().filter(|e| !e.straight) {
             for i in 1..8 {
                 let x = edge.from.x + (edge.to.x - edge.from.x) * f64::from(i) / 8.0;
                 let [y, m, _] = profile.eval(x);
@@ -335,7 +335,7 @@ fn no_contact_is_missed() {
     let one = |(profile, sunk, radius): (Profile, f64, f64)| {
         prop_assume!(profile.check().is_ok());
         let terrain = Terrain::new(profile);
-        let Ground { edges, grid, .. } = &*terrain.ground;
+        let Ground { edges, grid, .. } = &*terrain.0;
         for x in (0..70).map(|i| -0.2 + 0.041 * f64::from(i)) {
             // Height at which the wheel just touches the ground; the centre is then lowered or
             // raised.

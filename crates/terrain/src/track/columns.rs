@@ -60,14 +60,9 @@ impl Columns {
         if count < 2 {
             return Err("one column".to_owned());
         }
-        let x = place("x_column", format.x.as_ref(), X, &names, count)?;
-        let height = place(
-            "height_column",
-            format.height.as_ref(),
-            HEIGHT,
-            &names,
-            count,
-        )?;
+        let (x, height) = (format.x.as_ref(), format.height.as_ref());
+        let x = place("x_column", x, X, &names, count)?;
+        let height = place("height_column", height, HEIGHT, &names, count)?;
         let (x, height) = match (x, height) {
             (Some(x), Some(height)) => (x, height),
             // Two columns of any names are x and height, unless the names say otherwise.
@@ -128,16 +123,13 @@ fn place(
             let is = |name: &str| name.to_lowercase() == wanted || split(name).0 == wanted;
             match named(&is).as_slice() {
                 [one] => Ok(Some(*one)),
-                found => Err(format!(
-                    "{} of the name \"{}\" of {key} ({})",
-                    if found.is_empty() {
-                        "no column"
-                    } else {
-                        "several columns"
-                    },
-                    short(&wanted),
-                    unclear(names, count)
-                )),
+                found => {
+                    let columns = ["several columns", "no column"][usize::from(found.is_empty())];
+                    let (wanted, unclear) = (short(&wanted), unclear(names, count));
+                    Err(format!(
+                        "{columns} of the name \"{wanted}\" of {key} ({unclear})"
+                    ))
+                }
             }
         }
         None => {
@@ -156,11 +148,8 @@ fn unclear(names: &[String], count: usize) -> String {
     if names.is_empty() {
         return format!("{count} columns without names");
     }
-    let shown: Vec<String> = names
-        .iter()
-        .take(MOST)
-        .map(|n| format!("\"{}\"", short(n)))
-        .collect();
+    let shown = names.iter().take(MOST);
+    let shown: Vec<String> = shown.map(|n| format!("\"{}\"", short(n))).collect();
     let more = if names.len() > MOST { ", ..." } else { "" };
     format!("the columns {}{more}", shown.join(", "))
 }
@@ -168,11 +157,8 @@ fn unclear(names: &[String], count: usize) -> String {
 /// Whether a comment is a header of several columns with a unit in brackets, such as
 /// `# x [mm], height [mm]`.
 pub(super) fn is_header_with_units(comment: &str, separator: char) -> bool {
-    let cells: Vec<&str> = comment
-        .trim_start_matches('#')
-        .split(separator)
-        .map(str::trim)
-        .collect();
+    let cells = comment.trim_start_matches('#').split(separator);
+    let cells: Vec<&str> = cells.map(str::trim).collect();
     let has_unit = |cell: &&str| {
         cell.ends_with([']', ')']) && split(cell).1.is_some_and(|unit| per_metre(&unit).is_some())
     };

@@ -34,7 +34,7 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
     let unread = |error: std::io::Error| whole(error.to_string());
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut table = TextTable::open(bytes).map_err(unread)?;
-    let separator = table.separator_name();
+    let (byte, separator) = table.separator;
     let (mut points, mut columns) = (Vec::<Vec2>::new(), None);
     let mut row = TextRow::default();
     while table.read(&mut row).map_err(unread)? {
@@ -49,7 +49,7 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
                     columns = Some(found);
                     continue;
                 }
-                Ok(_) if has_commented_header(bytes, table.separator()) => {
+                Ok(_) if has_commented_header(bytes, char::from(byte)) => {
                     return Err(refused(format!(
                         "found a header with units in a comment above, allowed: that header without \"#\"; {HEADER_RULE}"
                     )));
@@ -121,10 +121,8 @@ fn point(columns: &Columns, row: &TextRow, separator: &str) -> Result<Vec2, Stri
             )
         })
     };
-    Ok(Vec2::new(
-        coordinate(columns.x)?,
-        coordinate(columns.height)?,
-    ))
+    let x = coordinate(columns.x)?;
+    Ok(Vec2::new(x, coordinate(columns.height)?))
 }
 
 /// Sorts by x; points of equal x become one at their mean height.
