@@ -1,6 +1,6 @@
 //! How errors are shown: message, place in the file, causes and help, as compilers show them.
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 use miette::{Diagnostic, ReportHandler};
 use robhaz_scene::harmless;
 use std::fmt;
@@ -44,16 +44,12 @@ fn group(error: &dyn Diagnostic) -> Group<'static> {
         group = group.element(Level::NOTE.message(error.to_string()));
         cause = error.source();
     }
-    let help = error
-        .help()
-        .map(|help| Level::HELP.message(help.to_string()));
-    group.elements(help)
+    let help = error.help();
+    group.elements(help.map(|help| Level::HELP.message(help.to_string())))
 }
 
 /// The lines around the place of an error.
-fn snippet(
-    error: &dyn Diagnostic,
-) -> Option<Snippet<'static, annotate_snippets::Annotation<'static>>> {
+fn snippet(error: &dyn Diagnostic) -> Option<Snippet<'static, Annotation<'static>>> {
     let label = error.labels()?.next()?;
     let source = error.source_code()?;
     let lines = source.read_span(label.inner(), 1, 1).ok()?;

@@ -53,10 +53,8 @@ impl OutputFolder {
             target = io_error("cannot follow", &target, fs::canonicalize(&target))?;
         }
         let Some(name) = target.file_name() else {
-            bail!(
-                "{} is not the name of a folder to write into",
-                target.display()
-            );
+            let shown = target.display();
+            bail!("{shown} is not the name of a folder to write into");
         };
         let mut name = name.to_owned();
         name.push(".partial");
@@ -261,10 +259,8 @@ fn is_of_a_run(name: &str, scene: &str) -> bool {
     let table = TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end));
     let is_table = table.is_some_and(|t| ["truth", "sensors", "terrain", "commands"].contains(&t));
     // Copies of the files that the ground comes from: the scene names them.
-    let is_track = name.starts_with("track")
-        && scene
-            .lines()
-            .any(|line| line.contains(&format!("\"{name}\"")));
+    let quoted = format!("\"{name}\"");
+    let is_track = name.starts_with("track") && scene.lines().any(|line| line.contains(&quoted));
     fixed.contains(&name) || is_table || is_track || estimator(name).is_some()
 }
 

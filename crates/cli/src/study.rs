@@ -7,7 +7,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
-use robhaz_study::{Done, Report, RunRecord, Shard, Study, Watch, compute, compute_dataset};
+use robhaz_study::{Done, Report, RunRecord, Shard, Study, Watch, compute_dataset};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
@@ -132,13 +132,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     // A thread without a run is of no use.
     let runs = usize::try_from(shard.count(study.runs())).unwrap_or(usize::MAX);
     let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
-    info!(
-        study = name,
-        runs = study.runs(),
-        truths = study.truths(),
-        jobs,
-        "study"
-    );
+    let (all, truths) = (study.runs(), study.truths());
+    info!(study = name, runs = all, truths, jobs, "study");
     interrupt.listen()?;
     let progress = Progress::new(Output::get().quiet);
     let watch = Watch {
@@ -147,17 +142,17 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         stop: &|| interrupt.cause(),
     };
     let start = Instant::now();
-    let all = || -> Result<(Option<Done>, Option<Dataset>)> {
+    let compute = || -> Result<(Option<Done>, Option<Dataset>)> {
         let Some(folder) = folder.as_deref() else {
             return Ok((None, Some(compute_dataset(&study, jobs, &watch)?)));
         };
-        let done = compute(&study, folder, shard, jobs, &watch)?;
+        let done = robhaz_study::compute(&study, folder, shard, jobs, &watch)?;
         let dataset = done.dataset.as_ref();
         let dataset = dataset.filter(|_| study.runs() <= MOST_REPORTED);
         let data = dataset.map(|path| Dataset::read(path)).transpose();
         Ok((Some(done), data.into_diagnostic()?))
     };
-    let computed = all();
+    let computed = compute();
     progress.bar.finish_and_clear();
     let (done, data) = computed?;
     let wall = start.elapsed().as_secs_f64();
@@ -226,10 +221,8 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
         let settings = study.settings(run);
         settings.iter().map(Setting::as_override).collect()
     };
-    let listed: Vec<(u64, Vec<String>)> = runs
-        .take(LISTED as usize)
-        .map(|run| (run, overrides(run)))
-        .collect();
+    let listed = runs.take(LISTED as usize).map(|run| (run, overrides(run)));
+    let listed: Vec<(u64, Vec<String>)> = listed.collect();
     let mut text = String::new();
     for (run, overrides) in &listed {
         // Writing into a text cannot fail.

@@ -1,9 +1,8 @@
 //! `[drive]`: eq. (2), motors, their speed control and its friction tests; the estimator that the
 //! control gets, and what does not go with it.
 
-use crate::conflict::{Conflict, conflict, named, valued};
+use crate::conflict::{Conflict, conflict, floor, named, valued};
 use crate::estimators;
-use crate::explicit_step::floor;
 use crate::form::{Plain, did_you_mean, quote, quoted, word};
 use crate::key::{List, Table, keys, section};
 use crate::quantity::{

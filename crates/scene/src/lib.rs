@@ -11,8 +11,8 @@
 //! | `key` | keys: name, meaning, form, field; each declared once; tables of keys |
 //! | `form`, `values`, `quantity` | what a value may be: read, written into files, described; single values; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
-//! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
-//! | `overrides`, `checks`, `conflict`, `explicit_step` | overrides of the command line; rules over several keys |
+//! | `robot`, `terrain`, `contact`, `drive`, `estimators` | its sections |
+//! | `overrides`, `checks`, `conflict` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
 //! | `schema` | JSON Schema from the declarations |
@@ -24,7 +24,6 @@ mod contact;
 mod drive;
 mod error;
 mod estimators;
-mod explicit_step;
 mod form;
 mod key;
 mod load;
@@ -36,7 +35,6 @@ mod reader;
 mod robot;
 mod scene;
 mod schema;
-mod sensors;
 mod source;
 mod study;
 mod terrain;

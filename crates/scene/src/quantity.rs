@@ -18,8 +18,7 @@ pub(crate) struct Dimension {
 
 // Sub-units divide: 35 cm is then exactly the double 0.35, which 35 * 0.01 is not.
 macro_rules! dimension {
-    ($(#[$doc:meta])* $name:ident: $si:literal $(, $unit:literal => $to_si:expr)*) => {
-        $(#[$doc])*
+    ($name:ident: $si:literal $(, $unit:literal => $to_si:expr)*) => {
         pub(crate) const $name: &Dimension = &Dimension {
             names: &[$si $(, $unit)*],
             to_si: &[|v| v $(, $to_si)*],
@@ -49,10 +48,8 @@ dimension!(DAMPING: "N s/m", "N s/mm" => |v| v * 1e3);
 dimension!(ROTARY_DAMPING: "N m s", "mN m s" => |v| v / 1e3);
 dimension!(STOP_STIFFNESS: "N m/rad", "N m/deg" => f64::to_degrees);
 dimension!(STOP_DAMPING: "N m s/rad", "N m s/deg" => f64::to_degrees);
-dimension!(
-    /// Its unit depends on the exponent n, so that no other one is offered.
-    CONTACT_STIFFNESS: "N/m^n"
-);
+// Its unit depends on the exponent n, so that no other one is offered.
+dimension!(CONTACT_STIFFNESS: "N/m^n");
 
 /// Longest text that is parsed as a unit, bytes.
 const LONGEST_UNIT: usize = 200;
@@ -254,13 +251,10 @@ impl Reader {
     pub fn number(&mut self, number: &Number, node: &Node, path: &str) -> Option<f64> {
         let value = match &node.value {
             Value::Float(value) | Value::Integer(_, value) => *value,
-            Value::Text(text) => match number.parse(text, &node.origin.found()) {
-                Ok(value) => value,
-                Err(message) => {
-                    self.push(Problem::at(&node.origin, path, message));
-                    return None;
-                }
-            },
+            Value::Text(text) => {
+                let value = number.parse(text, &node.origin.found());
+                self.keep(value.map_err(|message| Problem::at(&node.origin, path, message)))?
+            }
             _ => {
                 self.refuse(node, path, &number.allowed_in_full());
                 return None;

@@ -119,6 +119,11 @@ impl Reader {
         self.problems.push(problem);
     }
 
+    /// A value, or none after a problem, which is added.
+    pub fn keep<T>(&mut self, found: Result<T, Problem>) -> Option<T> {
+        found.map_err(|problem| self.push(problem)).ok()
+    }
+
     /// Adds a problem: the value at a node is not allowed.
     pub fn refuse(&mut self, node: &Node, path: &str, allowed: &str) {
         self.complain(&node.origin, path, || refusal(node, allowed));

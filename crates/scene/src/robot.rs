@@ -23,9 +23,6 @@ use std::path::Path;
 /// Largest deviation of an axle's height from the wheel radius in the nominal pose, m.
 const LEVEL: f64 = 1e-4;
 
-const DEFAULT_GEOMETRY: &str = "A";
-const DEFAULT_MASS: &str = "caption";
-
 /// A robot file that is compiled into the program: its name, path and text.
 type BuiltIn = (&'static str, &'static str, &'static str);
 
@@ -176,7 +173,7 @@ impl RobotChoice {
 impl Default for RobotChoice {
     /// Geometry A with the masses of the captions.
     fn default() -> Self {
-        let [geometry, mass] = [DEFAULT_GEOMETRY, DEFAULT_MASS].map(str::to_owned);
+        let [geometry, mass] = [&GEOMETRY_PART, &MASS_PART].map(|p| p.builtins[0].0.to_owned());
         Self::new(geometry, mass, Robot::default_a())
     }
 }
@@ -303,18 +300,13 @@ impl Part {
         }
         let path = reader.base_dir.join(name);
         let shown = path.display().to_string();
-        match source::read_toml(&path) {
-            Ok(text) => reader.document(&Source::file(&shown, &text)),
-            Err(error) => {
-                let message = format!(
-                    "found {}, but {shown} {error}; allowed: {}",
-                    node.origin.found(),
-                    self.allowed()
-                );
-                reader.push(Problem::at(&node.origin, self.path, message));
-                None
-            }
-        }
+        let text = source::read_toml(&path).map_err(|error| {
+            let (found, allowed) = (node.origin.found(), self.allowed());
+            let message = format!("found {found}, but {shown} {error}; allowed: {allowed}");
+            Problem::at(&node.origin, self.path, message)
+        });
+        let text = reader.keep(text)?;
+        reader.document(&Source::file(&shown, &text))
     }
 
     /// The name and the table that `chosen`, or the default, stands for, and the table's key; an

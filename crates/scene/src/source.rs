@@ -99,11 +99,6 @@ impl Source {
         Self::new(true, &format!("--set {text}"), text)
     }
 
-    /// The line of a byte, from 1.
-    pub fn line_of(&self, byte: usize) -> usize {
-        self.line_starts.partition_point(|start| *start <= byte)
-    }
-
     /// The bytes of a line (from 1) without its line break; `None` where there is no such line.
     pub fn line_span(&self, line: usize) -> Option<Range<usize>> {
         let (starts, text) = (&self.line_starts, self.text.inner());
@@ -131,7 +126,8 @@ impl Origin {
 
     /// The line, from 1.
     pub fn line(&self) -> usize {
-        self.source.line_of(self.span.start)
+        let starts = &self.source.line_starts;
+        starts.partition_point(|start| *start <= self.span.start)
     }
 
     pub fn is_override(&self) -> bool {

@@ -118,6 +118,14 @@ pub(crate) const SWITCH: Word<bool> = word(&[false, true], |on| match on {
     true => "on",
 });
 
+/// What inclinometers measure: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off
+/// and on.
+pub(crate) const MEASURED: Word<bool> =
+    word(&[false, true], |specific_force| match specific_force {
+        false => "gravity",
+        true => "specific-force",
+    });
+
 /// Rows of a covariance of the load parameters, SI.
 pub(crate) struct Covariance;
 

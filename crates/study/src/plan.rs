@@ -235,15 +235,10 @@ impl Samples {
             AxisValue::Number(number) => number,
             _ => f64::NAN,
         };
-        let numbers = (0..self.draws.count).map(|sample| (sample, number(sample)));
         let (mut least, mut largest) = ((0, f64::INFINITY), (0, f64::NEG_INFINITY));
-        for (sample, value) in numbers {
-            if value < least.1 {
-                least = (sample, value);
-            }
-            if value > largest.1 {
-                largest = (sample, value);
-            }
+        for next in (0..self.draws.count).map(|sample| (sample, number(sample))) {
+            least = if next.1 < least.1 { next } else { least };
+            largest = if next.1 > largest.1 { next } else { largest };
         }
         [least.0, largest.0]
     }

@@ -210,13 +210,8 @@ impl Report {
             ));
         }
         lines.extend(self.estimators.iter().filter_map(Line::wrong_parity));
-        for Line {
-            name,
-            missing,
-            counted,
-            ..
-        } in self.estimators.iter().filter(|l| l.missing > 0)
-        {
+        for line in self.estimators.iter().filter(|l| l.missing > 0) {
+            let (name, missing, counted) = (&line.name, line.missing, line.counted);
             lines.push(format!(
                 "{name}: no estimate in {missing} of {counted} samples of all {each}; these do not count."
             ));
@@ -272,14 +267,11 @@ impl Report {
             Some(n) => format!("{n} of them with two contacts of a wheel, "),
             None => "some of them with two contacts of a wheel, ".to_owned(),
         };
-        let left_out = match self.left_out {
-            Some(0) => "none".to_owned(),
-            Some(n) => n.to_string(),
-            None => "some".to_owned(),
-        };
-        let why = match self.left_out {
-            Some(0) => "",
-            _ => " because the contacts of a wheel have no equivalent single contact",
+        let why = " because the contacts of a wheel have no equivalent single contact";
+        let (left_out, why) = match self.left_out {
+            Some(0) => ("none".to_owned(), ""),
+            Some(n) => (n.to_string(), why),
+            None => ("some".to_owned(), why),
         };
         format!(
             "{}: {runs}{seeds}; engine {engine}, sensors {sensors}; {samples}, {two_contacts}{left_out} left out{why}.",

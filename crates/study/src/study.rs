@@ -247,10 +247,6 @@ fn hash<'a>(identity: &Identity, scenes: impl Iterator<Item = &'a Scene>) -> Str
 
 /// The program and the libraries of its engines.
 fn version() -> String {
-    let engines = EngineKind::ALL.map(EngineKind::library);
-    format!(
-        "robhaz {}, {}",
-        env!("CARGO_PKG_VERSION"),
-        engines.join(", ")
-    )
+    let engines = EngineKind::ALL.map(EngineKind::library).join(", ");
+    format!("robhaz {}, {engines}", env!("CARGO_PKG_VERSION"))
 }

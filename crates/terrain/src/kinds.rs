@@ -291,7 +291,7 @@ mod tests {
         for profile in [
             Profile::smooth(),
             Profile::cosbump(),
-            Profile::sine(),
+            Profile::Sine(crate::Sine::default()),
             Profile::rough(0),
         ] {
             for i in 0..400 {
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn waves_are_two_amplitudes_high_and_end_level() {
-        let profile = Profile::sine();
+        let profile = Profile::Sine(crate::Sine::default());
         for (x, y) in [
             (0.7, 0.0),
             (0.95, 0.02),

@@ -7,7 +7,6 @@
 //! force. [`read_track`] reads measured points; [`text_table`] is the reader of text tables for all
 //! other crates, too.
 
-mod blunt;
 mod chain;
 mod edge;
 mod grid;

@@ -112,16 +112,6 @@ impl Profile {
         Self::Stairs(Stairs::default())
     }
 
-    /// Profile `sine`: [`Sine::default`].
-    pub fn sine() -> Self {
-        Self::Sine(Sine::default())
-    }
-
-    /// Profile `ditch`: [`Ditch::default`].
-    pub fn ditch() -> Self {
-        Self::Ditch(Ditch::default())
-    }
-
     /// Profile `rough`: [`RoughSettings::default`] with a seed.
     pub fn rough(seed: u64) -> Self {
         let settings = RoughSettings::default();

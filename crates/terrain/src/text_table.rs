@@ -118,15 +118,11 @@ fn is_blank(row: &ByteRecord) -> bool {
 #[derive(Default)]
 pub struct TextRow {
     cells: ByteRecord,
-    line: u64,
+    /// The line on which it starts, from 1.
+    pub line: u64,
 }
 
 impl TextRow {
-    /// The line on which it starts, from 1.
-    pub fn line(&self) -> u64 {
-        self.line
-    }
-
     /// Number of its cells.
     pub fn count(&self) -> usize {
         self.cells.len()
@@ -186,7 +182,7 @@ mod tests {
                 let mut table = TextTable::open(text.as_bytes())?;
                 let (mut row, mut found) = (TextRow::default(), Vec::new());
                 while table.read(&mut row)? {
-                    found.push((row.line(), row.texts().join("|")));
+                    found.push((row.line, row.texts().join("|")));
                 }
                 let expected = [(2, "x|y"), (4, "1,5|2"), (7, "3|4"), (9, "5|6")];
                 assert_eq!(found, expected.map(|(line, row)| (line, row.to_owned())));

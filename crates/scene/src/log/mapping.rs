@@ -1,7 +1,6 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::imu::ImuChoice;
-use super::reading::{ANY, READINGS, ReadingChoice, is_of_body};
+use super::reading::{ANY, ImuChoice, READINGS, ReadingChoice, is_of_body};
 use crate::error::Problem;
 use crate::form::{About, Form, items, quoted, word};
 use crate::key::{List, keys};

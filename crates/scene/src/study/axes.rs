@@ -1,6 +1,6 @@
 //! Reads the axes of a study.
 
-use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
+use super::choice::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
 use crate::form::{About, Form, Plain, items, read_only};
 use crate::key::{self, keys};
@@ -54,16 +54,34 @@ keys! {
     key: KEY => keys;
 
     /// keys of the scene that vary together
-    keys: KEY_LIST => keys;
+    keys: read_only(
+        "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
+        || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
+        |node| {
+            let keys: Vec<String> = node.array()?.iter().map(key_of).collect::<Option<_>>()?;
+            let different = keys.iter().collect::<HashSet<_>>().len();
+            (different > 0 && different == keys.len()).then_some(keys)
+        },
+    ) => keys;
 
     /// names of the values, which the dataset shows in place of the values of the first key
-    names: NAMES => names;
+    names: read_only(
+        "a list of different texts, one a value",
+        || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
+        |node| node.array()?.iter().map(text("").read).collect(),
+    ) => names;
 
     /// the first of count whole numbers
-    first ("0"): FIRST => first;
+    first ("0"): read_only(
+        "a whole number of at least 0 and below 2^63",
+        || json!({"type": "integer", "minimum": 0}), index,
+    ) => first;
 
     /// a list; with keys a list of lists with one value a key
-    values: VALUES => values;
+    values: read_only(
+        "a list of at least one value", || json!({"type": "array", "minItems": 1}),
+        |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
+    ) => values;
 
     /// as many whole numbers
     count: RUNS => count;
@@ -101,30 +119,6 @@ const KEY: Plain<Vec<String>> = read_only(
     "a key of the scene, such as \"drive.speed\"",
     key_schema,
     |node| Some(vec![key_of(node)?]),
-);
-const KEY_LIST: Plain<Vec<String>> = read_only(
-    "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
-    || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
-    |node| {
-        let keys: Vec<String> = node.array()?.iter().map(key_of).collect::<Option<_>>()?;
-        let different = keys.iter().collect::<HashSet<_>>().len();
-        (different > 0 && different == keys.len()).then_some(keys)
-    },
-);
-const NAMES: Plain<Vec<String>> = read_only(
-    "a list of different texts, one a value",
-    || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
-    |node| node.array()?.iter().map(text("").read).collect(),
-);
-const FIRST: Plain<i64> = read_only(
-    "a whole number of at least 0 and below 2^63",
-    || json!({"type": "integer", "minimum": 0}),
-    index,
-);
-const VALUES: Plain<Vec<Node>> = read_only(
-    "a list of at least one value",
-    || json!({"type": "array", "minItems": 1}),
-    |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
 );
 /// A distribution by two numbers.
 const fn drawn(

@@ -46,15 +46,7 @@ keys! {
     STRETCHES: Ground;
 
     /// friction stretches, from rear to front; they must not overlap
-    stretch ("none"): List {
-        keys: STRETCH,
-        words: "up to 1000 tables, each headed [[terrain.stretch]]",
-        least: 0,
-        // Each contact looks them up.
-        most: 1000,
-        start: || Stretch { from: 0.0, to: 0.0, mu_s: 0.0, mu_d: 0.0 },
-        check: check_stretch,
-    } => stretches;
+    stretch ("none"): STRETCH_LIST => stretches;
 }
 
 keys! {
@@ -245,25 +237,33 @@ keys! {
     part (required): Parts => parts;
 }
 
-fn check_stretch(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    stretch: &mut Stretch,
-    before: &[Stretch],
-) {
-    let mut refuse = |key: &str, rule: String| reader.refuse_key(node, path, key, &rule);
-    if stretch.to <= stretch.from {
-        refuse("to", format!("above from, {} m", stretch.from));
-    }
-    if stretch.mu_d > stretch.mu_s {
-        refuse("mu_d", format!("not above mu_s, {}", stretch.mu_s));
-    }
-    if let Some(before) = before.last().filter(|b| stretch.from < b.to) {
-        let rule = format!("not below the end of the stretch before, {} m", before.to);
-        refuse("from", rule);
-    }
-}
+/// `[[terrain.stretch]]`
+const STRETCH_LIST: List<Stretch> = List {
+    keys: STRETCH,
+    words: "up to 1000 tables, each headed [[terrain.stretch]]",
+    least: 0,
+    // Each contact looks them up.
+    most: 1000,
+    start: || Stretch {
+        from: 0.0,
+        to: 0.0,
+        mu_s: 0.0,
+        mu_d: 0.0,
+    },
+    check: |reader, node, path, stretch, before| {
+        let mut refuse = |key: &str, rule: String| reader.refuse_key(node, path, key, &rule);
+        if stretch.to <= stretch.from {
+            refuse("to", format!("above from, {} m", stretch.from));
+        }
+        if stretch.mu_d > stretch.mu_s {
+            refuse("mu_d", format!("not above mu_s, {}", stretch.mu_s));
+        }
+        if let Some(before) = before.last().filter(|b| stretch.from < b.to) {
+            let rule = format!("not below the end of the stretch before, {} m", before.to);
+            refuse("from", rule);
+        }
+    },
+};
 
 /// A ground.
 pub(crate) struct Terrain {
@@ -445,9 +445,4 @@ impl Form for Parts {
             Terrain { is_part: true }.write(out, path, part);
         }
     }
-}
-
-/// JSON Schema of a part, which the schema of scenes defines under `part`.
-pub(crate) fn part_schema() -> Json {
-    Terrain { is_part: true }.schema(None)
 }

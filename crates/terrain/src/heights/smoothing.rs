@@ -9,19 +9,15 @@ const WIDTH: f64 = 0.366_063_256_638;
 /// down with more than 1.1 %.
 const PASSES: usize = 3;
 
-/// Points whose heights are the mean over a window about each, three times over.
+/// Points whose heights are the mean over a window about each, three times over; `length` above 0, m.
 ///
 /// Between points the ground is straight, before the first and after the last it is level. A wave
 /// of wavelength l comes back with (sin(a)/a)^3 of its amplitude, a = pi w/l: a half at l =
 /// `length`, 85 % at twice it, 3 % at half of it.
 pub(crate) fn smoothed(points: &[Vec2], length: f64) -> Vec<Vec2> {
-    let mut smooth = points.to_vec();
-    if length > 0.0 {
-        for _ in 0..PASSES {
-            smooth = averaged(&smooth, 0.5 * WIDTH * length);
-        }
-    }
-    smooth
+    (0..PASSES).fold(points.to_vec(), |smooth, _| {
+        averaged(&smooth, 0.5 * WIDTH * length)
+    })
 }
 
 /// Means over `half` to both sides of each point.

@@ -59,7 +59,7 @@ fn a_wheel_against_a_riser_touches_riser_and_tread() {
 
 #[test]
 fn a_wheel_rests_on_both_corners_of_a_narrow_ditch_but_on_the_bottom_of_a_wide_one() {
-    let terrain = Terrain::new(Profile::ditch());
+    let terrain = Terrain::new(Profile::Ditch(crate::Ditch::default()));
     let hanging = 0.0999_f64.powi(2) - 0.06_f64.powi(2);
     let found = contacts(&terrain, 0.76, hanging.sqrt(), 0.1);
     assert_eq!(found.len(), 2);
@@ -207,7 +207,7 @@ fn edges_follow_their_curves() {
     for (name, profile, height, slope) in [
         ("smooth", Profile::smooth(), 5e-12, 5e-9),
         ("cosbump", Profile::cosbump(), 1e-12, 5e-10),
-        ("sine", Profile::sine(), 3e-12, 1e-9),
+        ("sine", Profile::Sine(crate::Sine::default()), 3e-12, 1e-9),
         ("rough C", Profile::rough(0), 5e-11, 2e-8),
         ("rough D", rough(crate::RoughClass::D, 0.2), 1e-10, 3e-8),
         ("rough H", rough(crate::RoughClass::H, 0.05), 1e-9, 1e-6),
@@ -378,7 +378,7 @@ proptest! {
     /// lies on its normal.
     #[test]
     fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
-        let profile = [Profile::smooth(), Profile::cosbump(), Profile::sine(), Profile::rough(0)][which].clone();
+        let profile = [Profile::smooth(), Profile::cosbump(), Profile::Sine(crate::Sine::default()), Profile::rough(0)][which].clone();
         let terrain = Terrain::new(profile.clone());
         let [y, slope, _] = profile.eval(x);
         let up = Vec2::new(-slope, 1.0).normalize();
