@@ -11,7 +11,6 @@ mod live;
 mod new;
 mod output;
 mod output_file;
-mod pace;
 mod path;
 mod progress;
 mod report;

@@ -132,7 +132,7 @@ impl OutputFolder {
             }
             remove(&self.target)?;
         }
-        self.remove_lock();
+        self.release();
         let renamed = fs::rename(&self.partial, &self.target);
         io_error("cannot rename", &self.partial, renamed)?;
         Ok(self.target)
@@ -143,13 +143,9 @@ impl OutputFolder {
         remove(&self.partial)
     }
 
-    /// Marks the end of a run that broke off: its folder is no longer being written.
-    pub fn release(self) {
-        self.remove_lock();
-    }
-
-    /// Removes the lock file. One that stays does no harm: the lock itself ends with the process.
-    fn remove_lock(&self) {
+    /// Removes the lock file: the folder is no longer being written. One that stays does no harm:
+    /// the lock itself ends with the process.
+    pub fn release(&self) {
         let _ = fs::remove_file(self.partial.join(LOCK));
     }
 }

@@ -135,7 +135,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let (all, truths) = (study.runs(), study.truths());
     info!(study = name, runs = all, truths, jobs, "study");
     interrupt.listen()?;
-    let progress = Progress::new(Output::get().quiet);
+    let progress = Progress::new();
     let watch = Watch {
         begin: &|done, runs| progress.begin(done, runs),
         finished: &|record| progress.finished(record),
@@ -261,22 +261,20 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
 /// A bar on a terminal, else a line a minute.
 struct Progress {
     bar: ProgressBar,
-    quiet: bool,
     failed: AtomicU64,
     /// Time of the last line; `None` on a terminal.
     line: Mutex<Option<Instant>>,
 }
 
 impl Progress {
-    fn new(quiet: bool) -> Self {
+    fn new() -> Self {
         let bar = ProgressBar::hidden();
-        let terminal = std::io::stderr().is_terminal();
+        let (terminal, quiet) = (std::io::stderr().is_terminal(), Output::get().quiet);
         if terminal && !quiet {
             bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         Self {
             bar,
-            quiet,
             failed: AtomicU64::new(0),
             line: Mutex::new((!terminal && !quiet).then(Instant::now)),
         }
@@ -291,7 +289,7 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template(style) {
             self.bar.set_style(style);
         }
-        if done > 0 && done < runs && !self.quiet {
+        if done > 0 && done < runs && !Output::get().quiet {
             self.bar
                 .suspend(|| eprintln!("{done} of {runs} runs are done already."));
         }

@@ -3,8 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
-use crate::pace::{Pace, PaceSink};
-use crate::progress::Progress;
+use crate::progress::{Pace, PaceSink, Progress};
 use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};

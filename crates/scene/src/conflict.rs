@@ -16,9 +16,8 @@ pub(crate) struct Conflict {
 impl Conflict {
     /// What was found and what is allowed.
     pub fn message(&self) -> String {
-        let found: Vec<String> = self
-            .keys
-            .iter()
+        let keys = self.keys.iter();
+        let found: Vec<String> = keys
             .map(|(key, value)| format!("{key} = {value}"))
             .collect();
         format!("found {}, allowed: {}", found.join(" and "), self.rule)

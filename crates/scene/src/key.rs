@@ -41,6 +41,24 @@ pub(crate) enum Absent {
 /// path in the table's type, `self` for a section of it, or a closure in brackets. A key that is not
 /// always written has a condition.
 macro_rules! keys {
+    (@absent) => {
+        crate::key::Absent::Default
+    };
+    (@absent required) => {
+        crate::key::Absent::Required
+    };
+    (@absent $words:literal) => {
+        crate::key::Absent::Words($words)
+    };
+    (@at self) => {
+        |it| it
+    };
+    (@at ($at:expr)) => {
+        $at
+    };
+    (@at $($field:tt).+) => {
+        |it| &mut it.$($field).+
+    };
     ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
         $(#[doc = $meaning:literal])+
         $name:ident $(($($absent:tt)+))?: $form:expr => $($at:tt).+ $(if $is_written:expr)?;
@@ -49,9 +67,9 @@ macro_rules! keys {
         $vis const $table: &[crate::key::Key<$t>] = &[$(crate::key::Key {
             name: stringify!($name),
             meaning: concat!($($meaning),+).trim_ascii(),
-            absent: crate::key::absent!($($($absent)+)?),
+            absent: crate::key::keys!(@absent $($($absent)+)?),
             field: &crate::key::At::<$t, _> {
-                at: crate::key::at!($($at).+),
+                at: crate::key::keys!(@at $($at).+),
                 form: $form,
                 // The condition, if there is one, comes before that which always holds.
                 is_written: [$($is_written as fn(&$t) -> bool,)? |_: &$t| true][0],
@@ -59,30 +77,7 @@ macro_rules! keys {
         }),+];
     };
 }
-macro_rules! absent {
-    () => {
-        crate::key::Absent::Default
-    };
-    (required) => {
-        crate::key::Absent::Required
-    };
-    ($words:literal) => {
-        crate::key::Absent::Words($words)
-    };
-}
-macro_rules! at {
-    (self) => {
-        |it| it
-    };
-    (($at:expr)) => {
-        $at
-    };
-    ($($field:tt).+) => {
-        |it| &mut it.$($field).+
-    };
-}
-
-pub(crate) use {absent, at, keys};
+pub(crate) use keys;
 
 /// A form of values at a field of `T`.
 pub(crate) struct At<T: 'static, F: Form> {

@@ -283,13 +283,11 @@ fn chosen_grade(root: &Node) -> Grade {
 
 /// Removes the file's values of keys that a grade sets, where an override chooses the grade.
 fn drop_keys_of_other_grades(root: &mut Node) {
-    let grade = root.find("sensors.grade");
-    if grade.is_some_and(|g| g.origin.is_override()) {
-        let is_set =
-            |key: &str| !["grade", "rate"].contains(&key) && key::names(SENSORS).contains(&key);
-        root.drop_keys("sensors", is_set);
-        root.drop_keys("model_error", |key| key == "viscous_damping");
-    }
+    const GRADE: &str = "sensors.grade";
+    let is_kept = |key: &str| ["grade", "rate"].contains(&key);
+    let is_set = |key: &str| !is_kept(key) && key::names(SENSORS).contains(&key);
+    root.drop_keys(GRADE, "sensors", is_set);
+    root.drop_keys(GRADE, "model_error", |key| key == "viscous_damping");
 }
 
 /// Every key that a scene file can have, section by section.

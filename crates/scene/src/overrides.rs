@@ -124,9 +124,8 @@ fn before(
     rest: &[Step<'_>],
     origin: &Origin,
 ) -> Option<Node> {
-    let part = [&GEOMETRY_PART, &MASS_PART]
-        .into_iter()
-        .find(|p| p.path == path);
+    let mut parts = [&GEOMETRY_PART, &MASS_PART].into_iter();
+    let part = parts.find(|p| p.path == path);
     match (present, part) {
         (present, Some(part)) if !rest.is_empty() => {
             part.written_out(reader, present.as_ref(), origin)

@@ -293,9 +293,10 @@ impl Node {
         path.split('.').try_fold(self, |node, key| node.get(key))
     }
 
-    /// Removes keys of a section that come from the file, not from overrides.
-    pub fn drop_keys(&mut self, section: &str, which: impl Fn(&str) -> bool) {
-        let Value::Table(sections) = &mut self.value else {
+    /// Where an override sets the key `by`, removes keys of a section that come from the file.
+    pub fn drop_keys(&mut self, by: &str, section: &str, which: impl Fn(&str) -> bool) {
+        let is_override = self.find(by).is_some_and(|n| n.origin.is_override());
+        let (true, Value::Table(sections)) = (is_override, &mut self.value) else {
             return;
         };
         for entry in sections.iter_mut().filter(|e| e.key == section) {

@@ -24,7 +24,7 @@ const RUNS_AT_ONCE: usize = 50_000;
 pub fn write(study: &Study, folder: &Folder) -> Result<(), StudyError> {
     let (hash, journals) = (&study.identity.sha256, folder.journals()?);
     let mut rows = RowBuilder::new(&study.plan, &notes(&study.identity));
-    let mut file = TableFile::create(&folder.0, TableFormat::Parquet, TABLE, rows.schema(), true)?;
+    let mut file = TableFile::create(&folder.0, TableFormat::Parquet, TABLE, &rows.schema, true)?;
     for first in (0..study.runs()).step_by(RUNS_AT_ONCE) {
         let range = first..first + RUNS_AT_ONCE as u64;
         let mut records = BTreeMap::new();
@@ -37,7 +37,7 @@ pub fn write(study: &Study, folder: &Folder) -> Result<(), StudyError> {
         }
         for (run, record) in records {
             rows.push(&record, &study.settings(run));
-            if rows.rows() >= GROUP_ROWS {
+            if rows.columns[0].len() >= GROUP_ROWS {
                 file.write(&rows.take()?)?;
             }
         }
@@ -157,16 +157,6 @@ impl RowBuilder {
             columns: vec![Vec::new(); fields.len()],
             schema: schema(fields, notes),
         }
-    }
-
-    /// Names, types and metadata of the columns.
-    fn schema(&self) -> &SchemaRef {
-        &self.schema
-    }
-
-    /// Number of rows since the last batch.
-    fn rows(&self) -> usize {
-        self.columns.first().map_or(0, Vec::len)
     }
 
     /// Adds the rows of a run with its settings.

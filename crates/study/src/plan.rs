@@ -39,16 +39,13 @@ impl List {
 impl Plan {
     /// The runs of a study. Until [`Self::share`] each has a truth of its own.
     pub fn new(study: &StudyChoice) -> Self {
-        let samples = study
-            .axes
-            .iter()
-            .map(|axis| match (&axis.values, study.draws) {
-                (AxisValues::Drawn(distribution), Some(draws)) => {
-                    let key = axis.keys.first()?;
-                    Some(Samples::new(key, *distribution, draws))
-                }
-                _ => None,
-            });
+        let samples = |axis: &Axis| match (&axis.values, study.draws) {
+            (AxisValues::Drawn(distribution), Some(draws)) => {
+                let key = axis.keys.first()?;
+                Some(Samples::new(key, *distribution, draws))
+            }
+            _ => None,
+        };
         let of_axes = study.axes.iter().enumerate();
         let of_axes = of_axes.filter_map(|(i, axis)| Some((Some(i), axis.length()?)));
         let sample_count = study.draws.map_or(1, |draws| draws.count);
@@ -68,7 +65,7 @@ impl Plan {
             stride *= list.length;
         }
         Self {
-            samples: samples.collect(),
+            samples: study.axes.iter().map(samples).collect(),
             axes: study.axes.clone(),
             lists,
         }
@@ -117,11 +114,8 @@ impl Plan {
     /// Notes which lists leave the truth as it is: those for which `same` says so of the first run
     /// and each of the [`Self::representatives`] of the list.
     pub fn share(&mut self, same: impl Fn(u64) -> bool) {
-        let found: Vec<bool> = self
-            .lists
-            .iter()
-            .map(|list| self.of_list(list).into_iter().all(&same))
-            .collect();
+        let is_same = |list: &List| self.of_list(list).into_iter().all(&same);
+        let found: Vec<bool> = self.lists.iter().map(is_same).collect();
         for (list, same) in self.lists.iter_mut().zip(found) {
             list.changes_truth = !same;
         }

@@ -1,4 +1,4 @@
-//! The ground as a chain of edges, and the contacts of a wheel with it.
+//! The ground as a chain of edges, the contacts of a wheel with it, and its points as rows of numbers.
 
 use crate::chain::{REACH, chain};
 use crate::edge::{Contact, Edge, Jump};
@@ -14,6 +14,8 @@ const SAME_NORMAL: f64 = 0.14;
 /// Distance of two nearest points below which they count as one contact, m: at a smooth joint,
 /// rounding can find one on each edge.
 const SAME_POINT: f64 = 1.0e-6;
+/// Tangents and curvatures of two edges that differ by less, of their size, are the same: rounding.
+const SAME: f64 = 1e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
 
@@ -248,6 +250,81 @@ impl Terrain {
             let known = usize::from(!points.is_empty());
             let places = edge.places(from, to, spacing).skip(known);
             points.extend(places.map(|x| Vec2::new(x, edge.height(x))));
+        }
+        points
+    }
+}
+
+/// A point of the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surveyed {
+    /// m
+    pub x: f64,
+    /// m
+    pub height: f64,
+    /// dy/dx, -; `None` on a riser, which is upright.
+    pub slope: Option<f64>,
+    /// y''/(1 + y'^2)^(3/2), 1/m, positive in hollows; `None` on a riser.
+    pub curvature: Option<f64>,
+}
+
+impl Surveyed {
+    fn on(edge: &Edge, x: f64) -> Self {
+        let [height, slope, bend] = edge.eval(x);
+        Self {
+            x,
+            height,
+            slope: Some(slope),
+            curvature: Some(bend / (1.0 + slope * slope).powf(1.5)),
+        }
+    }
+
+    /// The same point with the same tangent and curvature.
+    #[expect(clippy::float_cmp, reason = "the same point of the chain")]
+    fn is_same(&self, other: &Self) -> bool {
+        let near = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => (a - b).abs() <= SAME * (1.0 + a.abs().max(b.abs())),
+            (a, b) => a == b,
+        };
+        self.x == other.x
+            && self.height == other.height
+            && near(self.slope, other.slope)
+            && near(self.curvature, other.curvature)
+    }
+}
+
+impl Terrain {
+    /// x at which the level ground before the profile ends and that behind it starts, m.
+    pub fn extent(&self) -> (f64, f64) {
+        let start = self.edges().first().map_or(0.0, |e| e.to.x);
+        (start, self.edges().last().map_or(0.0, |e| e.from.x))
+    }
+
+    /// Points along the ground from `from` to `to`: both ends of every straight piece, and points
+    /// on curves no more than `spacing` apart; m. Where tangent or curvature jump there are two
+    /// points at the same x, one for each side.
+    pub fn survey(&self, from: f64, to: f64, spacing: f64) -> Vec<Surveyed> {
+        let mut points: Vec<Surveyed> = Vec::new();
+        let mut add = |point: Surveyed| {
+            if points.last().is_none_or(|last| !last.is_same(&point)) {
+                points.push(point);
+            }
+        };
+        let edges = self.edges().iter();
+        for edge in edges.filter(|e| e.to.x >= from && e.from.x <= to) {
+            if edge.is_riser() {
+                for end in [edge.from, edge.to] {
+                    add(Surveyed {
+                        x: end.x,
+                        height: end.y,
+                        slope: None,
+                        curvature: None,
+                    });
+                }
+                continue;
+            }
+            edge.places(from, to, spacing)
+                .for_each(|x| add(Surveyed::on(edge, x)));
         }
         points
     }

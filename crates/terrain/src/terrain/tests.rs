@@ -398,3 +398,41 @@ proptest! {
         prop_assert!(contact.distance <= dense + 1e-10 && contact.distance > dense - 5e-8);
     }
 }
+
+/// Equivalence: on a curve the survey is what the profile says, with the curvature of a plane
+/// curve. Edges are polynomials through the profile's derivatives: 1e-9 m, 1e-7 and 1e-4 1/m
+/// are ten times what was found.
+#[test]
+fn curves_are_surveyed_as_they_are() {
+    let terrain = Terrain::new(Profile::smooth());
+    let points = terrain.survey(0.0, 4.0, 0.005);
+    assert!(points.len() >= 800);
+    assert!(points.windows(2).all(|p| p[1].x - p[0].x <= 0.005 + 1e-12));
+    for p in &points {
+        let [height, slope, bend] = terrain.profile().eval(p.x);
+        assert!((p.height - height).abs() < 1e-9);
+        assert!(p.slope.is_some_and(|s| (s - slope).abs() < 1e-7));
+        let curvature = bend / (1.0 + slope * slope).powf(1.5);
+        assert!(p.curvature.is_some_and(|c| (c - curvature).abs() < 1e-4));
+    }
+}
+
+#[test]
+fn risers_have_no_slope_and_corners_two() {
+    let points = Terrain::new(Profile::step()).survey(-1.0, 2.0, 0.005);
+    let rows: Vec<_> = points.iter().map(|p| (p.x, p.height, p.slope)).collect();
+    let expected = [
+        (-1.0, 0.0, Some(0.0)),
+        (0.7, 0.0, Some(0.0)),
+        (0.7, 0.0, None),
+        (0.7, 0.05, None),
+        (0.7, 0.05, Some(0.0)),
+        (2.0, 0.05, Some(0.0)),
+    ];
+    assert_eq!(rows, expected);
+    let ramp = Terrain::new(Profile::ramp()).survey(-1.0, 2.0, 0.005);
+    let slopes: Vec<_> = ramp.iter().filter_map(|p| p.slope).collect();
+    assert_eq!(slopes.len(), 6);
+    let incline = 15.0_f64.to_radians().tan();
+    assert!((slopes[2] - incline).abs() < 1e-12 && (slopes[3] - incline).abs() < 1e-12);
+}
