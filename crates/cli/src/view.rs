@@ -3,8 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
-use crate::pace::{Pace, PaceSink};
-use crate::progress::Progress;
+use crate::progress::{Pace, PaceSink, Progress};
 use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};
@@ -44,10 +43,7 @@ pub struct Args {
 /// The resolved scene in the folder of a run.
 const SCENE: &str = "scene.toml";
 
-const PICTURE: Format = Format {
-    what: "pictures",
-    extension: "png",
-};
+const PICTURE: Format = ("pictures", "png");
 
 /// Opens the viewer with the runs or the scene, or saves a picture.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {

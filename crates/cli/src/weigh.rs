@@ -93,14 +93,8 @@ impl Errors {
     }
 }
 
-const TABLES: Format = Format {
-    what: "tables of a weighing",
-    extension: "csv",
-};
-const ROBOTS: Format = Format {
-    what: "robots",
-    extension: "toml",
-};
+const TABLES: Format = ("tables of a weighing", "csv");
+const ROBOTS: Format = ("robots", "toml");
 
 /// Weighs, or plans a weighing.
 pub fn run(args: &Args) -> Result<()> {

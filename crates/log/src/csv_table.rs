@@ -30,7 +30,7 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     if !table.read(&mut first).map_err(unread)? {
         return Err(not_a_table("it is empty"));
     }
-    let (names, line) = (first.texts(), first.line());
+    let (names, line) = (first.texts(), first.line);
     if names.iter().any(|name| name.contains('\u{fffd}')) {
         return Err(not_a_table("its first line is no UTF-8"));
     }
@@ -71,7 +71,7 @@ pub fn read(
     let mut has_row = read(&mut row)?;
     while has_row {
         has_row = read(&mut ahead)?;
-        let (found, expected, line) = (row.count(), names.len(), row.line());
+        let (found, expected, line) = (row.count(), names.len(), row.line);
         if !has_row && (found < expected || !ends_with_line) {
             let why = match found < expected {
                 true => format!("it has {found} of {expected} cells"),

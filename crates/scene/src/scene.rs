@@ -364,9 +364,4 @@ impl Scene {
         let samples = (self.sensors.rate / self.record.rate).round() as u64;
         samples.max(1)
     }
-
-    /// Number of records: see [`RecordChoice::count`].
-    pub fn record_count(&self) -> u64 {
-        self.record.count()
-    }
 }

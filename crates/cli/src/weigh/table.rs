@@ -54,7 +54,7 @@ pub fn read_table(path: &Path) -> Result<Measurements> {
     let columns = columns(&text).map_err(of_header)?;
     let mut measurements = Measurements::default();
     while next(&mut text)? {
-        let of_row = |message| miette!("{shown}, line {}{message}", text.line());
+        let of_row = |message| miette!("{shown}, line {}{message}", text.line);
         row(&columns, &text, &mut measurements).map_err(of_row)?;
     }
     if measurements.count() == 0 {
@@ -152,7 +152,7 @@ fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(),
     match (angles, forces) {
         (_, [None, None, None]) => {}
         ([Some(a), Some(b)], forces) => into.readings.push(Reading {
-            line: row.line(),
+            line: row.line,
             inclinations: [a, b],
             forces,
         }),

@@ -26,7 +26,7 @@ impl Run {
 
     /// The same; [`RunError::Stopped`] where `stop` names a cause.
     pub(super) fn until(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
-        let found = scene.record_count();
+        let found = scene.record.count();
         if found > MOST_KEPT {
             let (of, who) = ("records", "verify");
             return Err(RunError::TooLong { found, of, who });
