@@ -11,7 +11,7 @@ use crate::survey::{Survey, survey};
 use robhaz_estimator::DRIVING_SPEED;
 use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source};
-use robhaz_scene::{LogChoice, RecordChoice};
+use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice};
 use robhaz_sim::random::Fnv1a;
 use std::fmt::Write as _;
 use std::fs::File;
@@ -83,7 +83,7 @@ impl Log {
         warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
         if let Some(truth) = &options.truth {
             let channels = choice.mapping.iter().flat_map(|m| &m.channels);
-            let clock = channels.into_iter().find(|c| c.name == mapped::TRUTH);
+            let clock = channels.into_iter().find(|c| c.name == ChannelChoice::TRUTH);
             plan.channels.push(own_names::truth(truth, clock)?);
             files.push(truth.clone());
         }

@@ -10,9 +10,6 @@ use crate::stamp::TimeUnit;
 use robhaz_scene::{ChannelChoice, ImuChoice, InclinationSource, Mapping};
 use std::path::{Path, PathBuf};
 
-/// Name of the channel that states the clock of the table of the truth.
-pub const TRUTH: &str = "truth";
-
 /// The channels of a log; the first is the time base.
 ///
 /// # Errors
@@ -31,7 +28,7 @@ pub fn channels(
         channels.push(empty(table, stem(table), None)?);
     }
     // The channel of this name states the clock of the truth.
-    for choice in mapping.channels.iter().filter(|c| c.name != TRUTH) {
+    for choice in mapping.channels.iter().filter(|c| c.name != ChannelChoice::TRUTH) {
         let path = file(log, table, choice)?;
         channels.push(empty(&path, choice.name.clone(), Some(choice))?);
     }

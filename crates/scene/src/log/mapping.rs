@@ -46,6 +46,9 @@ pub struct ChannelChoice {
 const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
 
 impl ChannelChoice {
+    /// Name of the channel that states the clock of the table of the truth.
+    pub const TRUTH: &str = "truth";
+
     /// Units of the time column in a second.
     pub fn time_units_per_second(&self) -> i64 {
         [1, 1_000, 1_000_000, 1_000_000_000][self.time_unit]
@@ -153,7 +156,12 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         );
         reader.push(Problem::at(&root.origin, "reading", message).whole());
     }
-    let names: Vec<&str> = mapping.channels.iter().map(|c| c.name.as_str()).collect();
+    let names = mapping.channels.iter().map(|c| c.name.as_str());
+    let names: Vec<&str> = names.filter(|name| *name != ChannelChoice::TRUTH).collect();
+    if names.is_empty() && !mapping.channels.is_empty() {
+        let message = "found that of the truth alone, allowed: one of the readings, too";
+        reader.push(Problem::at(&root.origin, "channel", message.to_owned()).whole());
+    }
     let channel = |table: &str, of: &str, channel| (format!("{table}.{of}.channel"), channel);
     let readings = mapping.readings.iter();
     let readings = readings.map(|r| channel("reading", r.name, r.channel.as_str()));
