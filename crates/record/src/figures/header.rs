@@ -1,8 +1,6 @@
 //! Title, subtitle and key over the panels of a figure.
 
-use super::area::{Area, Drawn, write};
-use super::style::{line, text, units};
-use plotters::element::DashedPathElement;
+use super::style::{Area, Drawn, line, path, text, units, write};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -24,52 +22,25 @@ const SAMPLE: f64 = 26.0;
 const SAMPLE_GAP: f64 = 6.0;
 const ENTRY_GAP: f64 = 20.0;
 
-/// A sample in the key.
+/// A sample in the key: a line, and whether it is dashed.
 #[derive(Clone, Copy)]
-pub struct Mark {
-    style: ShapeStyle,
-    is_dashed: bool,
-}
+pub struct Mark(ShapeStyle, bool);
 
 impl Mark {
     /// A line.
     pub fn line(style: ShapeStyle) -> Self {
-        Self {
-            style,
-            is_dashed: false,
-        }
+        Self(style, false)
     }
 
     /// A dashed line.
     pub fn dashed(style: ShapeStyle) -> Self {
-        Self {
-            style,
-            is_dashed: true,
-        }
+        Self(style, true)
     }
 
     /// An area.
     pub fn area(color: RGBColor) -> Self {
         Self::line(line(color, 12.0))
     }
-
-    fn draw(self, page: &Area<'_>, (x, y): (f64, f64)) -> Drawn {
-        let ends = [(units(x), units(y)), (units(x + SAMPLE), units(y))];
-        if self.is_dashed {
-            page.draw(&dashed(ends.to_vec(), self.style))?;
-        } else {
-            page.draw(&PathElement::new(ends, self.style))?;
-        }
-        Ok(())
-    }
-}
-
-/// A dashed line, by the drawing library's own element.
-pub fn dashed<Coord: Clone>(
-    points: Vec<Coord>,
-    style: ShapeStyle,
-) -> DashedPathElement<std::vec::IntoIter<Coord>, i32> {
-    DashedPathElement::new(points, units(7.0), units(4.0), style)
 }
 
 /// Samples with one label.
@@ -118,14 +89,14 @@ impl Header {
     fn rows(&self) -> Vec<Vec<&Entry>> {
         let room = f64::from(WIDTH) - 2.0 * MARGIN;
         let mut rows: Vec<Vec<&Entry>> = Vec::new();
-        let mut x = f64::INFINITY;
+        let mut x = 0.0;
         for entry in &self.key {
-            if x + entry.width() > room {
-                rows.push(Vec::new());
-                x = 0.0;
-            }
-            if let Some(row) = rows.last_mut() {
-                row.push(entry);
+            match rows.last_mut() {
+                Some(row) if x + entry.width() <= room => row.push(entry),
+                _ => {
+                    rows.push(vec![entry]);
+                    x = 0.0;
+                }
             }
             x += entry.width() + ENTRY_GAP;
         }
@@ -147,8 +118,9 @@ impl Header {
             let mut x = MARGIN;
             for entry in row {
                 let end = x + entry.width() + ENTRY_GAP;
-                for mark in &entry.marks {
-                    mark.draw(page, (x, y))?;
+                for Mark(style, is_dashed) in &entry.marks {
+                    let ends = [x, x + SAMPLE].map(|x| (units(x), units(y)));
+                    page.draw(&path(ends.to_vec(), *style, *is_dashed))?;
                     x += SAMPLE + SAMPLE_GAP;
                 }
                 write(page, &entry.label, (x, y), plain())?;

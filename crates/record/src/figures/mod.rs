@@ -1,9 +1,5 @@
 //! Figures of a run: Figs. 5 to 8 of the paper, all estimators, and the robot on the ground.
 
-mod area;
-mod clip;
-mod comparison;
-mod files;
 mod ground;
 mod header;
 mod page;
@@ -11,16 +7,14 @@ mod panel;
 mod paper;
 mod path;
 mod run;
-mod strip;
 pub mod style;
 mod trace;
 
 pub use crate::quantile::extremes;
-pub use files::write_figure;
 pub use header::{Entry, Header, Mark};
-pub use page::{Column, Page, Scale};
+pub use page::{Column, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
-pub use strip::{SPACING, Strip};
+pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
@@ -109,7 +103,7 @@ impl FigureSink {
             }
         }
         if run.has_truth() && !run.estimators.is_empty() {
-            figures.push(("comparison".to_owned(), comparison::comparison(run)));
+            figures.push(("comparison".to_owned(), paper::comparison(run)));
         }
         for (k, e) in run.estimators.iter().enumerate() {
             let points = run.terrains.compared(k, run.ground.as_ref());

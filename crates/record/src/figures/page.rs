@@ -1,11 +1,15 @@
 //! A figure: a header, and below it columns of panels over a common axis.
 
-use super::area::{Area, Drawn};
-use super::clip::TAIL;
 use super::header::{Header, MARGIN, WIDTH};
-use super::panel::{Axis, PANEL_TITLE, Panel, X_LABELS};
-use super::style::units;
+use super::panel::{Axis, PANEL_TITLE, Panel, TAIL, X_LABELS};
+use super::style::{Area, Drawn, SCALE, units};
+use crate::error::{RecordError, io_error};
+use plotters::drawing::IntoDrawingArea;
+use plotters::prelude::{SVGBackend, WHITE};
+use std::error::Error;
 use std::ops::Range;
+use std::path::Path;
+use std::slice::from_ref;
 
 /// Distance between columns, px.
 const GAP: f64 = 12.0;
@@ -38,15 +42,11 @@ impl Column {
 
     /// The range of each panel, in the unit of the data.
     fn ranges(&self, axis: &Axis) -> Vec<Range<f64>> {
-        let tail = if self.scale == Scale::Whole {
-            0.0
-        } else {
-            TAIL
-        };
         let range = |panel: &Panel| {
-            let with = match self.scale {
-                Scale::Common => &self.panels[..],
-                Scale::Own | Scale::Whole => std::slice::from_ref(panel),
+            let (with, tail) = match self.scale {
+                Scale::Common => (&self.panels[..], TAIL),
+                Scale::Own => (from_ref(panel), TAIL),
+                Scale::Whole => (from_ref(panel), 0.0),
             };
             let own = || Panel::shared_range(with, axis, tail);
             panel.range.clone().unwrap_or_else(own)
@@ -72,7 +72,7 @@ pub struct Page {
 
 impl Page {
     /// Width and height, px.
-    pub fn size(&self) -> (u32, u32) {
+    fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
         let height = self.header.bottom() + panels + 0.5 * MARGIN;
         // The height of a picture.
@@ -80,10 +80,7 @@ impl Page {
     }
 
     /// Draws it on a white page of its size.
-    ///
-    /// # Errors
-    /// The error of the drawing library.
-    pub fn draw(&self, page: &Area<'_>) -> Drawn {
+    fn draw(&self, page: &Area<'_>) -> Drawn {
         self.header.draw(page)?;
         let part = |left: f64, top: f64, width: f64, height: f64| {
             let corner = (units(left), units(top));
@@ -110,4 +107,32 @@ impl Page {
         }
         Ok(())
     }
+}
+
+/// Writes a figure into a folder as `stem.svg`.
+///
+/// # Errors
+/// [`RecordError`] of the file system and of the drawing library.
+pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result<(), RecordError> {
+    let path = folder.join(format!("{stem}.svg"));
+    let text = svg(page).map_err(|error| io_error("draw", &path)(error.to_string()))?;
+    std::fs::write(&path, text).map_err(io_error("write", &path))
+}
+
+fn svg(figure: &Page) -> Result<String, Box<dyn Error>> {
+    let (width, height) = figure.size();
+    let drawn = (SCALE * width, SCALE * height);
+    let mut inner = String::new();
+    let page = SVGBackend::with_string(&mut inner, drawn).into_drawing_area();
+    page.fill(&WHITE)?;
+    figure.draw(&page)?;
+    page.present()?;
+    drop(page);
+    // The drawing is larger by the scale: an outer element gives it its nominal size and what its
+    // lines inherit.
+    Ok(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {} {}\" stroke-linejoin=\"round\">\n{inner}</svg>\n",
+        drawn.0, drawn.1
+    ))
 }

@@ -1,10 +1,12 @@
-//! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
+//! Figs. 5 to 8 of the paper, figures of the same form for any estimator, and all estimators in one.
 
 use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
-use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, truth_line};
+use super::style::{
+    LINKAGE, START, WHEELS, band_color, estimate_line, estimator as look_of, line, truth_line,
+};
 use super::trace::{Estimated, Trace};
 use plotters::style::RGBColor;
 use robhaz_score::ForceErrors;
@@ -16,7 +18,7 @@ const HEIGHT: f64 = 138.0;
 const NORMAL_FORCE: &str = "normal force N (N)";
 
 /// A figure over time.
-pub fn page(
+fn page(
     run: &RunTraces,
     title: &str,
     subtitle: String,
@@ -39,7 +41,7 @@ pub fn page(
 }
 
 /// The entry of the key that explains the shaded time before errors count, if there is any.
-pub fn start_entry(run: &RunTraces) -> Option<Entry> {
+fn start_entry(run: &RunTraces) -> Option<Entry> {
     let from = run.rule.compare_from;
     let label = format!("start, not compared (before {from} s)");
     (from > 0.0).then(|| Entry::new(Mark::area(START), label))
@@ -139,6 +141,50 @@ pub fn needed_friction(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     )
 }
 
+/// Errors of N of every estimator: RMS over the wheels, and each wheel's own.
+pub fn comparison(run: &RunTraces) -> Page {
+    let (label, rms) = ("error of N (N)", means(run, |e| &e.rms_error).collect());
+    let rms = Panel {
+        logarithmic: true,
+        ..Panel::new("RMS over the three wheels", label, (0.0, 210.0), rms)
+    };
+    let wheels = (0..3).map(|i| {
+        let mut errors = vec![Layer::level(0.0, &(0.0..run.end))];
+        errors.extend(means(run, |e| &e.error[i].line));
+        wheel_panel(i, label, 0.2, errors)
+    });
+    let estimators = run.estimators.iter().enumerate();
+    let key = estimators.map(|(place, estimator)| {
+        let (color, is_dashed) = look_of(place);
+        let mark = if is_dashed { Mark::dashed } else { Mark::line };
+        let rmse = match estimator.score.normal_force() {
+            Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
+            None => "no true forces".to_owned(),
+        };
+        let label = format!("{}: {rmse}", estimator.name);
+        Entry::new(mark(line(color, 1.8)), label)
+    });
+    let interval = 1e3 * run.interval;
+    page(
+        run,
+        "Errors of the normal forces, all estimators",
+        format!("estimated minus true; means over {interval:.0} ms"),
+        key.chain(start_entry(run)).collect(),
+        vec![Column::new(Scale::Own, std::iter::once(rms).chain(wheels))],
+    )
+}
+
+/// The means of a trace of every estimator.
+fn means(
+    run: &RunTraces,
+    trace: impl Fn(&EstimatorTraces) -> &Trace,
+) -> impl Iterator<Item = Layer> {
+    run.estimators.iter().enumerate().map(move |(place, e)| {
+        let (color, is_dashed) = look_of(place);
+        Layer::mean(trace(e), color, is_dashed)
+    })
+}
+
 /// The estimator that Figs. 5 and 6 show.
 fn shown(run: &RunTraces) -> Option<&EstimatorTraces> {
     run.shown.as_ref().map(|s| &run.estimators[s.index])
@@ -149,12 +195,7 @@ fn has_band(estimator: &EstimatorTraces) -> bool {
 }
 
 /// A panel of a wheel.
-pub fn wheel_panel(
-    wheel: usize,
-    y_label: &'static str,
-    least_span: f64,
-    layers: Vec<Layer>,
-) -> Panel {
+fn wheel_panel(wheel: usize, y_label: &'static str, least_span: f64, layers: Vec<Layer>) -> Panel {
     Panel::new(WHEEL_TITLES[wheel], y_label, (least_span, HEIGHT), layers)
 }
 
@@ -174,7 +215,10 @@ fn force_panel(
 /// Truth and estimate.
 fn layers(truth: &Trace, estimate: Option<&Estimated>, color: RGBColor) -> Vec<Layer> {
     let estimate = estimate.map(|estimate| Layer::estimate(estimate, color));
-    [Layer::truth(truth)].into_iter().chain(estimate).collect()
+    [Layer::peaks(truth, truth_line())]
+        .into_iter()
+        .chain(estimate)
+        .collect()
 }
 
 /// The key to panels of truth and one estimator.

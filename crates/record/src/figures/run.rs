@@ -88,7 +88,7 @@ impl RunTraces {
             compare_from: run.record.compare_from,
         };
         // Records of an interval.
-        let interval = Trace::new(records).stride() as f64 / run.record.rate;
+        let interval = Trace::new(records).stride as f64 / run.record.rate;
         Self {
             rule,
             end: 0.0,
@@ -197,7 +197,7 @@ impl EstimatorTraces {
                 .map(|(n, c)| n - c.wheels[i].normal_force);
             let sigma = estimate.and_then(|e| e.sigma_normal(i));
             self.normal_force[i].add(time, normal, sigma);
-            self.error[i].add_error(time, error, sigma);
+            self.error[i].add_around(time, error, Some(0.0), sigma);
             let needed = estimate.and_then(|e| estimated_needed_friction(e, i));
             let sigma = needed.and_then(|(_, sigma)| sigma);
             self.needed[i].add(time, needed.map(|(value, _)| value), sigma);
