@@ -1,11 +1,10 @@
 //! The results of a run as one page of HTML that needs no other file.
 
-use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
 use crate::figures::NAMES;
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, health, means};
-use crate::report::remarks;
+use crate::report::{comparison_cells, remarks};
 use crate::summary::{EstimatorSummary, Summary};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

@@ -4,10 +4,8 @@ use crate::batch::BatchBuilder;
 use crate::columns::Table;
 use crate::error::{RecordError, check_name, create_folder};
 use crate::estimated_terrain::EstimatedTerrains;
-use crate::format::TableFormat;
-use crate::ground_table::ground_batches;
-use crate::table_file::{GROUP_ROWS, TableFile, start_columns, write_table};
-use crate::terrain_table::terrain_batch;
+use crate::point_table::ground_tables;
+use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -44,7 +42,7 @@ impl RowTable {
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         self.rows.push_all(frames);
         match &mut self.file {
-            Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
+            Some(file) if self.rows.rows >= GROUP_ROWS => file.write(&self.rows.take()?),
             _ => Ok(()),
         }
     }
@@ -53,7 +51,7 @@ impl RowTable {
     fn finish(mut self) -> Result<Option<(String, RecordBatch)>, RecordError> {
         let Some(mut file) = self.file else {
             let batch = self.rows.take()?;
-            return Ok(Some((self.rows.name().to_owned(), batch)));
+            return Ok(Some((self.rows.table.name, batch)));
         };
         file.write(&self.rows.take()?)?;
         file.finish(false).map(|()| None)
@@ -93,7 +91,7 @@ impl TableSink {
         for table in Table::all(run) {
             let rows = BatchBuilder::new(table, &metadata);
             let create = |(folder, format): &(PathBuf, TableFormat)| {
-                TableFile::create(folder, *format, rows.name(), rows.schema(), false)
+                TableFile::create(folder, *format, &rows.table.name, &rows.schema, false)
             };
             let file = self.folder.as_ref().map(create).transpose()?;
             self.tables.push(RowTable { rows, file });
@@ -130,10 +128,7 @@ impl TableSink {
             return Ok(());
         };
         grounds.finish(end);
-        let metadata = metadata(&run);
-        let terrain = terrain_batch(&run, &metadata)?;
-        let found = ground_batches(&run, &grounds, &metadata)?;
-        for (name, batch) in terrain.into_iter().chain(found) {
+        for (name, batch) in ground_tables(&run, &grounds, &metadata(&run))? {
             match &self.folder {
                 Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
                 None => self.in_memory.push((name, batch)),

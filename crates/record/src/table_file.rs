@@ -1,7 +1,6 @@
 //! Files of tables: the one way from Arrow batches to Parquet or comma-separated text.
 
 use crate::error::{RecordError, io_error};
-use crate::format::TableFormat;
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
@@ -22,6 +21,25 @@ use std::sync::Arc;
 pub const GROUP_ROWS: usize = 16 * 1024;
 /// Bytes in a call of the system: the library copies 8 kB at a time.
 const WRITTEN_AT_ONCE: usize = 256 * 1024;
+
+/// Format of the tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Apache Parquet; unit and description of a column stand in its field metadata.
+    Parquet,
+    /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
+    Csv,
+}
+
+impl TableFormat {
+    /// Extension of its files, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Parquet => "parquet",
+            Self::Csv => "csv",
+        }
+    }
+}
 
 /// A table while it is written. It gets its name when it is complete; until then, and after a kill,
 /// it has that of an incomplete one.
@@ -55,9 +73,8 @@ impl TableFile {
         let mut file = BufWriter::with_capacity(WRITTEN_AT_ONCE, file);
         let out = match format {
             TableFormat::Parquet => {
-                let writer =
-                    writer(file, schema, values_repeat).map_err(io_error("write", &path))?;
-                Out::Parquet(Box::new(writer))
+                let writer = writer(file, schema, values_repeat);
+                Out::Parquet(Box::new(writer.map_err(io_error("write", &path))?))
             }
             TableFormat::Csv => {
                 let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
@@ -74,12 +91,11 @@ impl TableFile {
     /// # Errors
     /// [`RecordError`] of the file system, or for values of another type.
     pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
+        let path = &self.path;
         match &mut self.out {
             _ if batch.num_rows() == 0 => Ok(()),
-            Out::Parquet(writer) => {
-                write_group(writer, batch).map_err(io_error("write", &self.path))
-            }
-            Out::Csv(out) => write_lines(out, batch).map_err(io_error("write", &self.path)),
+            Out::Parquet(writer) => write_group(writer, batch).map_err(io_error("write", path)),
+            Out::Csv(out) => write_lines(out, batch).map_err(io_error("write", path)),
         }
     }
 
@@ -126,12 +142,9 @@ const COLUMNS: &str = "columns.csv";
 fn add_columns(folder: &Path, table: &str, schema: &SchemaRef) -> Result<(), RecordError> {
     let line = |field: &Arc<arrow_schema::Field>| {
         let note = |key: &str| field.metadata().get(key).cloned().unwrap_or_default();
+        let (name, unit) = (field.name(), note("unit"));
         let description = note("description").replace('"', "\"\"");
-        format!(
-            "{table},{},{},\"{description}\"\n",
-            field.name(),
-            note("unit")
-        )
+        format!("{table},{name},{unit},\"{description}\"\n")
     };
     let text: String = schema.fields().iter().map(line).collect();
     let path = folder.join(COLUMNS);

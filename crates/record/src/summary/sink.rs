@@ -1,11 +1,10 @@
 //! The sink that sums up a run.
 
-use super::clearance::ClearanceSummary;
-use super::file::Summary;
-use super::log::ForceSums;
+use super::Summary;
 use super::parts::{
-    BrokenOff, ControlSummary, EstimatorSummary, Faulty, FaultyChannels, FrictionSummary,
-    FrictionTestSummary, NominalRobot, SensorErrors, TorqueScaleSummary,
+    BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FaultyChannels,
+    ForceSums, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
+    TorqueScaleSummary,
 };
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;
@@ -111,6 +110,7 @@ impl SummarySink {
         };
         let world = run.world.as_deref();
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
+        let friction_tests = end.friction_tests.iter().map(FrictionTestSummary::of);
         let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
         let summary =
             |(k, (e, sums)): (usize, (&EstimatorDescription, &EstimatorSums))| EstimatorSummary {
@@ -137,11 +137,7 @@ impl SummarySink {
             clearance: self.clearance.clone(),
             friction: world.map(FrictionSummary::of),
             control: ControlSummary::of(run),
-            friction_tests: end
-                .friction_tests
-                .iter()
-                .map(FrictionTestSummary::of)
-                .collect(),
+            friction_tests: friction_tests.collect(),
             sensors: world.map(SensorErrors::of),
             log: end.log.clone(),
             nominal: NominalRobot::of(run),
@@ -201,11 +197,9 @@ impl Sink for SummarySink {
                 .collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
-            clearance: None,
             grounds: EstimatedTerrains::new(run),
             rule: Some(rule),
-            compared: false,
-            end: None,
+            ..Self::default()
         };
         Ok(())
     }
@@ -221,12 +215,9 @@ impl Sink for SummarySink {
             let estimate = estimate.as_ref().ok();
             if let Some(estimate) = estimate {
                 for name in estimate.health.iter().flat_map(|h| h.faulty.names()) {
-                    let none = Faulty {
-                        first_s: frame.time,
-                        records: 0,
-                    };
+                    let (first_s, records) = (frame.time, 0);
                     let faulty = sums.faulty_channels.entry(name.to_owned());
-                    faulty.or_insert(none).records += 1;
+                    faulty.or_insert(Faulty { first_s, records }).records += 1;
                 }
                 sums.scale = estimate.torque_scale.or(sums.scale);
             }
