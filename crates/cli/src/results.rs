@@ -121,7 +121,10 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
                 table(&summary)?;
             }
         }
-        title.push_str(&what_is_left(&folder));
+        title.push_str(&format!(
+            "; what it recorded is in {}",
+            folder.path().display()
+        ));
         folder.release();
         return Err(error).into_diagnostic().wrap_err(title);
     }
@@ -166,9 +169,4 @@ fn record(
     sinks.push(&mut tables);
     sinks.push(&mut pace);
     run.until(&mut sinks, &|| interrupt.cause())
-}
-
-/// Names the folder with the records of a run that broke off.
-fn what_is_left(folder: &OutputFolder) -> String {
-    format!("; what it recorded is in {}", folder.path().display())
 }

@@ -8,7 +8,7 @@ use crate::estimated_terrain::{ComparedPoint, EstimatedTerrains};
 use crate::quantile::extremes;
 use crate::table_file::{TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
-use robhaz_run::RunDescription;
+use robhaz_run::{RunDescription, RunEnd};
 use robhaz_scene::Scene;
 use robhaz_terrain::{Profile, Surveyed, Terrain};
 use std::path::Path;
@@ -117,6 +117,7 @@ const GROUND: &[PointColumn<ComparedPoint>] = point_columns! {
 pub fn ground_tables(
     run: &RunDescription,
     grounds: &EstimatedTerrains,
+    end: Option<&RunEnd>,
     metadata: &[(&str, String)],
 ) -> Result<Vec<(String, RecordBatch)>, RecordError> {
     let world = run.world.as_ref();
@@ -128,7 +129,7 @@ pub fn ground_tables(
         tables.push(("terrain".to_owned(), batch));
     }
     for (k, estimator) in run.estimators.iter().enumerate() {
-        let points = grounds.compared(k, terrain.as_ref());
+        let points = grounds.compared(end, k, terrain.as_ref());
         if !points.is_empty() {
             let batch = batch_of_points(GROUND, &points, metadata)?;
             tables.push((format!("ground-{}", estimator.label), batch));

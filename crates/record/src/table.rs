@@ -124,11 +124,10 @@ impl TableSink {
 
     /// The tables of the ground, true and found.
     fn make_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
-        let Some((run, mut grounds)) = self.grounds.take() else {
+        let Some((run, grounds)) = self.grounds.take() else {
             return Ok(());
         };
-        grounds.finish(end);
-        for (name, batch) in ground_tables(&run, &grounds, &metadata(&run))? {
+        for (name, batch) in ground_tables(&run, &grounds, end, &metadata(&run))? {
             match &self.folder {
                 Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
                 None => self.in_memory.push((name, batch)),

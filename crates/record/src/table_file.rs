@@ -206,7 +206,23 @@ fn writer(
         .map(|(k, v)| KeyValue::new(k.clone(), v.clone()))
         .collect();
     metadata.sort_by(|a, b| a.key.cmp(&b.key));
-    let mut properties = properties(metadata, values_repeat);
+    // Measured values hardly ever do: compression takes a tenth of a run's work for a twentieth of
+    // its size, and a dictionary would only cost time.
+    let compression = match values_repeat {
+        true => Compression::SNAPPY,
+        false => Compression::UNCOMPRESSED,
+    };
+    let mut properties = WriterProperties::builder()
+        .set_compression(compression)
+        .set_dictionary_enabled(values_repeat)
+        // Readers skip row groups by their times. Those of hundreds of other columns would be kept
+        // in memory to the end.
+        .set_statistics_enabled(EnabledStatistics::None)
+        .set_column_statistics_enabled("time".into(), EnabledStatistics::Chunk)
+        .set_offset_index_disabled(true)
+        .set_max_row_group_row_count(Some(GROUP_ROWS))
+        .set_key_value_metadata(Some(metadata))
+        .build();
     let schema = Schema::new(schema.fields().clone());
     add_encoded_arrow_schema_to_metadata(&schema, &mut properties);
     let columns = ArrowSchemaConverter::new().convert(&schema)?;
@@ -262,24 +278,4 @@ fn put<T: stored::DataType>(
     let values: Vec<T::T> = values.into_iter().flatten().map(Into::into).collect();
     let column = to.typed::<T>();
     column.write_batch(&values, levels, None).map(|_| ())
-}
-
-fn properties(metadata: Vec<KeyValue>, values_repeat: bool) -> WriterProperties {
-    // Measured values hardly ever do: compression takes a tenth of a run's work for a twentieth of
-    // its size, and a dictionary would only cost time.
-    let compression = match values_repeat {
-        true => Compression::SNAPPY,
-        false => Compression::UNCOMPRESSED,
-    };
-    WriterProperties::builder()
-        .set_compression(compression)
-        .set_dictionary_enabled(values_repeat)
-        // Readers skip row groups by their times. Those of hundreds of other columns would be kept
-        // in memory to the end.
-        .set_statistics_enabled(EnabledStatistics::None)
-        .set_column_statistics_enabled("time".into(), EnabledStatistics::Chunk)
-        .set_offset_index_disabled(true)
-        .set_max_row_group_row_count(Some(GROUP_ROWS))
-        .set_key_value_metadata(Some(metadata))
-        .build()
 }

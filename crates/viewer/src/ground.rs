@@ -4,7 +4,7 @@
 
 use crate::ViewerError;
 use crate::colours::{GROUND, NEUTRAL, ROUGH, SLIPPERY};
-use crate::draw::{flat, lines};
+use crate::draw::{flat, lines, rounded};
 use crate::writer::Writer;
 use rerun::archetypes::{LineStrips2D, Points2D};
 use rerun::components::Radius;
@@ -133,7 +133,7 @@ pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3]) -> Result<()
     let axis = lines(NEUTRAL, 0.75).with_strips(axis);
     out.constant("world/scale/axis", &axis)?;
     let labels = Points2D::new(ticks.iter().map(|x| at(*x, 0.0)))
-        .with_labels(ticks.iter().map(|x| format!("{} m", rounded(*x))))
+        .with_labels(ticks.iter().map(|x| format!("{} m", rounded(*x, 1e6))))
         .with_show_labels(true)
         .with_colors([NEUTRAL])
         .with_radii([Radius::new_ui_points(1.0)]);
@@ -152,11 +152,6 @@ fn ticks(from: f64, to: f64) -> Vec<f64> {
     ticks.map(|k| k * step).take_while(|x| *x <= to).collect()
 }
 
-/// Rounds to 1 um, against digits of binary fractions. Adding 0 turns -0 into 0.
-fn rounded(x: f64) -> f64 {
-    (x * 1e6).round() / 1e6 + 0.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,7 +160,10 @@ mod tests {
     #[test]
     fn ticks_are_round_numbers() {
         assert_eq!(ticks(-0.7, 4.3).len(), 5);
-        let fine: Vec<f64> = ticks(-0.1, 1.1).into_iter().map(rounded).collect();
+        let fine: Vec<f64> = ticks(-0.1, 1.1)
+            .into_iter()
+            .map(|x| rounded(x, 1e6))
+            .collect();
         assert_eq!(fine, [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
     }
 }

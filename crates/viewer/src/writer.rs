@@ -14,7 +14,7 @@ use rerun::external::re_log_types::external::re_tuid::Tuid;
 use rerun::external::re_log_types::{
     BlueprintActivationCommand, SetStoreInfo, StoreInfo, StoreSource,
 };
-use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
+use rerun::log::{Chunk, ChunkId, ChunkResult, LogMsg, RowId, TimeColumn};
 use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink as _};
 use rerun::{
     ApplicationId, AsComponents, EntityPath, SerializationResult, SerializedComponentColumn,
@@ -128,13 +128,8 @@ impl Background {
     fn finish(&mut self) -> Result<(), Cause> {
         self.batches = None;
         if let Some(patience) = self.patience {
-            let stalled = loop {
-                match self.taken.recv_timeout(patience) {
-                    Ok(()) => {}
-                    Err(error) => break error == RecvTimeoutError::Timeout,
-                }
-            };
-            if stalled {
+            let mut taken = std::iter::repeat_with(|| self.taken.recv_timeout(patience));
+            if taken.find_map(Result::err) == Some(RecvTimeoutError::Timeout) {
                 self.thread = None;
                 return Err("it takes no more data".into());
             }
@@ -198,10 +193,8 @@ impl Writer {
             let info = StoreInfo::new(store, StoreSource::Other("robhaz".to_owned()));
             writer.messages.push(SetStoreInfo { row_id, info }.into());
         }
-        writer.constant(
-            EntityPath::properties(),
-            &RecordingInfo::update_fields().with_name(name),
-        )?;
+        let info = RecordingInfo::update_fields().with_name(name);
+        writer.constant(EntityPath::properties(), &info)?;
         Ok(writer)
     }
 
@@ -232,9 +225,8 @@ impl Writer {
             entity.into(),
             std::iter::once((*time.timeline().name(), time)).collect(),
             columns.map(|c| (c.descriptor, c.list_array)).collect(),
-        )
-        .map_err(ViewerError::io("write", &self.destination))?;
-        self.send_chunk(self.recording.clone(), &chunk)
+        );
+        self.send_chunk(self.recording.clone(), chunk)
     }
 
     /// Logs a part of the layout.
@@ -283,15 +275,13 @@ impl Writer {
         let row = RowId::from_tuid((*id).next());
         let chunk = Chunk::builder_with_id(id, entity)
             .with_archetype(row, time, what)
-            .build()
-            .map_err(ViewerError::io("write", &self.destination))?;
-        self.send_chunk(store, &chunk)
+            .build();
+        self.send_chunk(store, chunk)
     }
 
-    fn send_chunk(&mut self, store: StoreId, chunk: &Chunk) -> Result<(), ViewerError> {
-        let message = chunk
-            .to_arrow_msg()
-            .map_err(ViewerError::io("write", &self.destination))?;
+    fn send_chunk(&mut self, store: StoreId, chunk: ChunkResult<Chunk>) -> Result<(), ViewerError> {
+        let message = chunk.and_then(|chunk| chunk.to_arrow_msg());
+        let message = message.map_err(ViewerError::io("write", &self.destination))?;
         self.messages.push(LogMsg::ArrowMsg(store, message));
         Ok(())
     }
@@ -301,9 +291,7 @@ impl Writer {
     /// later.
     fn next_id(&mut self) -> ChunkId {
         self.chunks += 1;
-        ChunkId::from_tuid(Tuid::from_nanos_and_inc(
-            self.fingerprint >> 8,
-            self.chunks << 32,
-        ))
+        let id = Tuid::from_nanos_and_inc(self.fingerprint >> 8, self.chunks << 32);
+        ChunkId::from_tuid(id)
     }
 }

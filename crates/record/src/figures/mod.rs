@@ -86,7 +86,7 @@ impl FigureSink {
         let Some(mut run) = self.run.take().filter(|run| run.end > 0.0) else {
             return Ok(());
         };
-        run.finish(end);
+        run.finish();
         let run = &run;
         let mut figures: Vec<(String, Page)> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
@@ -106,7 +106,7 @@ impl FigureSink {
             figures.push(("comparison".to_owned(), paper::comparison(run)));
         }
         for (k, e) in run.estimators.iter().enumerate() {
-            let points = run.terrains.compared(k, run.ground.as_ref());
+            let points = run.terrains.compared(end, k, run.ground.as_ref());
             let page = ground::ground(run, &e.name, &points);
             figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
         }

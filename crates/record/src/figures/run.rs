@@ -4,7 +4,7 @@ use super::trace::{Estimated, Trace};
 use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::{Estimate, EstimatorSettings};
 use robhaz_model::{Geometry, Pin, Vec2};
-use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 use robhaz_score::{
     Compared, Rms, Rule, Score, estimated_needed_friction, needed_friction, rms_over_wheels,
 };
@@ -169,9 +169,8 @@ impl RunTraces {
         self.last = Some(*truth);
     }
 
-    /// The run has ended: the last pose and the rest of the ground are kept too.
-    pub fn finish(&mut self, end: Option<&RunEnd>) {
-        self.terrains.finish(end);
+    /// The run has ended: the last pose is kept, too.
+    pub fn finish(&mut self) {
         self.poses.extend(self.last.take());
     }
 }

@@ -9,12 +9,10 @@ use super::parts::{
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::TorqueScale;
-use robhaz_run::{
-    ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
-};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
-use robhaz_score::{ProgressMeter, Rule, Score};
+use robhaz_score::{GroundErrors, ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 
 /// Sums up a run. It keeps sums and the points of the ground, no records.
@@ -112,11 +110,17 @@ impl SummarySink {
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
         let friction_tests = end.friction_tests.iter().map(FrictionTestSummary::of);
         let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
-        let summary =
-            |(k, (e, sums)): (usize, (&EstimatorDescription, &EstimatorSums))| EstimatorSummary {
-                ground: self.grounds.errors(k, terrain.as_ref()),
+        let estimators = estimators.map(|(k, (e, sums))| {
+            let ground = self.grounds.compared(Some(end), k, terrain.as_ref());
+            // Points behind the origin count, too.
+            let ground = ground
+                .into_iter()
+                .filter_map(|(p, truth)| Some((p, truth?)));
+            EstimatorSummary {
+                ground: GroundErrors::of(ground),
                 ..sums.summary(&e.label, run, self.compared)
-            };
+            }
+        });
         Ok(Summary {
             scene: run.name.clone(),
             engine: world.map(|w| w.engine.kind.name().to_owned()),
@@ -141,7 +145,7 @@ impl SummarySink {
             sensors: world.map(SensorErrors::of),
             log: end.log.clone(),
             nominal: NominalRobot::of(run),
-            estimators: estimators.map(summary).collect(),
+            estimators: estimators.collect(),
         })
     }
 
@@ -229,7 +233,6 @@ impl Sink for SummarySink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.grounds.finish(end);
         self.end = end.cloned();
         Ok(())
     }
