@@ -28,7 +28,7 @@ impl BatchBuilder {
     /// A table without rows. `metadata` are keys and values of the table as a whole.
     pub fn new(table: Table, metadata: &[(&str, String)]) -> Self {
         let fields = table.columns.iter();
-        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind().values()));
+        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind.values()));
         Self {
             values: vec![Vec::new(); table.columns.len()],
             schema: schema(fields.collect(), metadata),
@@ -57,7 +57,7 @@ impl BatchBuilder {
         // The next batch is about as long.
         let arrays = columns.map(|(values, column)| {
             let values = std::mem::replace(values, Vec::with_capacity(rows));
-            array(values, column.kind())
+            array(values, column.kind)
         });
         let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect());
         Ok(batch?)

@@ -1,6 +1,7 @@
 //! The results of a study as one page of HTML that needs no other file.
 
 use crate::dataset::{Dataset, DatasetColumn, DatasetValues};
+use crate::grid::wide;
 use crate::page::document;
 use crate::quantile::quantiles;
 use maud::{Markup, html};
@@ -64,20 +65,18 @@ fn scores(dataset: &Dataset) -> Markup {
     html! {
         @if scores.is_empty() { p { "No run has scores." } }
         @else {
-            div class="wide" {
-                table {
-                    tr { th { "score" } @for label in dataset.estimators() { th { (label) } } th { "meaning" } }
-                    @for (column, cells) in &scores {
-                        tr {
-                            td { code { (column.name) } @if !column.unit.is_empty() { ", " (column.unit) } }
-                            @for cell in cells {
-                                td { @if let Some([low, median, high]) = cell { (number(*median)) " (" (number(*low)) " to " (number(*high)) ")" } }
-                            }
-                            td style="text-align: left; white-space: normal; min-width: 16rem" { (column.description) }
+            (wide(&html! {
+                tr { th { "score" } @for label in dataset.estimators() { th { (label) } } th { "meaning" } }
+                @for (column, cells) in &scores {
+                    tr {
+                        td { code { (column.name) } @if !column.unit.is_empty() { ", " (column.unit) } }
+                        @for cell in cells {
+                            td { @if let Some([low, median, high]) = cell { (number(*median)) " (" (number(*low)) " to " (number(*high)) ")" } }
                         }
+                        td style="text-align: left; white-space: normal; min-width: 16rem" { (column.description) }
                     }
                 }
-            }
+            }))
         }
     }
 }
@@ -101,14 +100,12 @@ fn failures(dataset: &Dataset) -> Markup {
     html! {
         @if failures.is_empty() { p { "No run failed." } }
         @else {
-            div class="wide" {
-                table {
-                    tr { th { "reason" } th { "runs" } th { "first run" } }
-                    @for (reason, count, first) in &failures {
-                        tr { td style="white-space: normal" { (reason) } td { (count) } td { (first) } }
-                    }
+            (wide(&html! {
+                tr { th { "reason" } th { "runs" } th { "first run" } }
+                @for (reason, count, first) in &failures {
+                    tr { td style="white-space: normal" { (reason) } td { (count) } td { (first) } }
                 }
-            }
+            }))
         }
     }
 }

@@ -34,24 +34,16 @@ pub enum Kind {
     Count,
 }
 
-/// Takes a column's values out of records. Every closure on a record does: several values then cost
-/// one dynamic call.
-trait Get: Send + Sync {
-    fn all(&self, frames: &[Frame<'_>], to: &mut Vec<f64>);
-}
-
-impl<F: Fn(&Frame<'_>) -> f64 + Send + Sync> Get for F {
-    fn all(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
-        to.extend(frames.iter().map(self));
-    }
-}
+/// Takes a column's values out of records: several values then cost one dynamic call.
+type Get = Box<dyn Fn(&[Frame<'_>], &mut Vec<f64>) + Send + Sync>;
 
 /// The source of a column's values, and their kind. A value that is missing is NaN.
-struct Source(Kind, Box<dyn Get>);
+struct Source(Kind, Get);
 
 impl Source {
     fn new(kind: Kind, get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
-        Self(kind, Box::new(get))
+        let all = move |frames: &[Frame<'_>], to: &mut Vec<f64>| to.extend(frames.iter().map(&get));
+        Self(kind, Box::new(all))
     }
 
     fn record(get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
@@ -88,28 +80,27 @@ pub struct Column {
     pub unit: &'static str,
     /// Its content, in a few words.
     pub description: String,
-    source: Source,
+    /// The kind of its values.
+    pub kind: Kind,
+    get: Get,
 }
 
 impl Column {
     /// Name and description have two parts.
     fn new(name: [&str; 2], unit: &'static str, description: [&str; 2], source: Source) -> Self {
+        let Source(kind, get) = source;
         Self {
             name: name.concat(),
             unit,
             description: description.concat(),
-            source,
+            kind,
+            get,
         }
     }
 
     /// Adds the values in records. Of [`Kind::Optional`] a value that is not finite is missing.
     pub fn add(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
-        self.source.1.all(frames, to);
-    }
-
-    /// The kind of its values.
-    pub fn kind(&self) -> Kind {
-        self.source.0
+        (self.get)(frames, to);
     }
 }
 

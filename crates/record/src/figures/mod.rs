@@ -1,7 +1,6 @@
 //! Figures of a run: Figs. 5 to 8 of the paper, all estimators, and the robot on the ground.
 
 mod ground;
-mod header;
 mod page;
 mod panel;
 mod paper;
@@ -11,8 +10,7 @@ pub mod style;
 mod trace;
 
 pub use crate::quantile::extremes;
-pub use header::{Entry, Header, Mark};
-pub use page::{Column, Page, Scale, write_figure};
+pub use page::{Column, Entry, Header, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};

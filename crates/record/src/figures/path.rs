@@ -1,8 +1,7 @@
 //! A panel of the ground at equal scales of x and y; and the figure with the robot on it, and N over
 //! the position of the wheels.
 
-use super::header::{Entry, Header, MARGIN, Mark, WIDTH};
-use super::page::{Column, Page, Scale};
+use super::page::{Column, Entry, Header, MARGIN, Mark, Page, Scale, WIDTH};
 use super::panel::{Axis, Layer, Panel, Y_LABELS};
 use super::run::RunTraces;
 use super::style::{GROUND, ROBOT, SURFACE, WHEELS, line};

@@ -84,9 +84,8 @@ impl RunTraces {
         let shown = estimators.iter().position(true_mass);
         let shown = shown.or_else(|| estimators.len().checked_sub(1));
         let robot = &run.robot.robot;
-        let rule = Rule {
-            compare_from: run.record.compare_from,
-        };
+        let compare_from = run.record.compare_from;
+        let rule = Rule { compare_from };
         // Records of an interval.
         let interval = Trace::new(records).stride as f64 / run.record.rate;
         Self {

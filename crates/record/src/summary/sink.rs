@@ -9,7 +9,9 @@ use super::parts::{
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::TorqueScale;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{
+    ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
+};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{GroundErrors, ProgressMeter, Rule, Score};
@@ -46,16 +48,6 @@ struct EstimatorSums {
 }
 
 impl EstimatorSums {
-    fn new(rule: Rule, states_contacts: bool, of_log: bool) -> Self {
-        Self {
-            score: Score::new(rule),
-            contacts: states_contacts.then(|| ContactScore::new(rule)),
-            forces: of_log.then(ForceSums::default),
-            scale: None,
-            faulty_channels: FaultyChannels::new(),
-        }
-    }
-
     /// The summary of the estimator of a run, whose records had a truth if `compared`.
     fn summary(&self, name: &str, run: &RunDescription, compared: bool) -> EstimatorSummary {
         let score = &self.score;
@@ -187,18 +179,20 @@ impl Sink for SummarySink {
     }
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        let rule = Rule {
-            compare_from: run.record.compare_from,
-        };
+        let compare_from = run.record.compare_from;
+        let rule = Rule { compare_from };
         let geometry = &run.robot.robot.geometry;
         let world = run.world.as_ref();
+        let sums = |e: &EstimatorDescription| EstimatorSums {
+            score: Score::new(rule),
+            contacts: (e.settings.states_contacts()).then(|| ContactScore::new(rule)),
+            forces: world.is_none().then(ForceSums::default),
+            scale: None,
+            faulty_channels: FaultyChannels::new(),
+        };
         *self = Self {
             run: Some(run.clone()),
-            estimators: run
-                .estimators
-                .iter()
-                .map(|e| EstimatorSums::new(rule, e.settings.states_contacts(), world.is_none()))
-                .collect(),
+            estimators: run.estimators.iter().map(sums).collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             grounds: EstimatedTerrains::new(run),
