@@ -11,7 +11,7 @@ pub struct Grid {
     pub(crate) header: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
     /// Places of the columns of words.
-    words: &'static [usize],
+    pub(crate) words: &'static [usize],
 }
 
 impl Grid {

@@ -185,20 +185,18 @@ fn two_contacts(summary: &Summary) -> Vec<String> {
 
 /// A sentence about a robot that is stuck or spins its wheels.
 fn trouble(progress: &Progress) -> Option<String> {
-    let spinning = progress.spinning;
-    let spins = spinning.iter().any(|time| *time >= LONG_SPIN);
+    let spins = progress.spinning.iter().any(|time| *time >= LONG_SPIN);
+    let [front, middle, rear] = progress.spinning;
     let wheels = format!(
-        "the wheels spun for {:.1}, {:.1} and {:.1} s (front, middle, rear)",
-        spinning[0], spinning[1], spinning[2]
+        "the wheels spun for {front:.1}, {middle:.1} and {rear:.1} s (front, middle, rear)"
     );
+    let (came, asked) = (progress.distance, progress.asked);
     match progress.stuck_since {
         Some(since) => Some(format!(
-            "the robot is STUCK since {since:.1} s: it came {:.2} m of the {:.2} m that the drive asked for; {wheels}.",
-            progress.distance, progress.asked
+            "the robot is STUCK since {since:.1} s: it came {came:.2} m of the {asked:.2} m that the drive asked for; {wheels}."
         )),
         None if spins => Some(format!(
-            "{wheels}; the robot came {:.2} m of the {:.2} m that the drive asked for.",
-            progress.distance, progress.asked
+            "{wheels}; the robot came {came:.2} m of the {asked:.2} m that the drive asked for."
         )),
         None => None,
     }

@@ -33,13 +33,9 @@ fn runs_in_words(dataset: &Dataset) -> String {
         0 => "none failed".to_owned(),
         failed => format!("{failed} of them failed"),
     };
-    format!(
-        "Study {}, scene {}: {} runs; {failures}. Made by {}.",
-        dataset.study.name,
-        dataset.study.scene().display(),
-        dataset.runs,
-        dataset.version
-    )
+    let (study, runs, version) = (&dataset.study, dataset.runs, &dataset.version);
+    let (name, scene) = (&study.name, study.scene().display());
+    format!("Study {name}, scene {scene}: {runs} runs; {failures}. Made by {version}.")
 }
 
 /// A number with four digits.

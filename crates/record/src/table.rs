@@ -78,7 +78,34 @@ impl TableSink {
         self.in_memory
     }
 
-    fn open(&mut self, run: &RunDescription) -> Result<(), RecordError> {
+    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left
+    /// out from then on.
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+        if let Some((_, grounds)) = &mut self.grounds {
+            frames.iter().for_each(|frame| grounds.add(frame));
+        }
+        let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
+        let written: Vec<_> = written.collect();
+        let mut is_whole = written.iter().map(Result::is_ok);
+        self.tables.retain(|_| is_whole.next().unwrap_or(true));
+        written.into_iter().collect()
+    }
+}
+
+/// What a file says of its run.
+fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
+    [
+        ("scene", run.name.clone()),
+        ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
+    ]
+}
+
+impl Sink for TableSink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Always
+    }
+
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         if let Some((folder, format)) = &self.folder {
             for estimator in &run.estimators {
                 check_name(&estimator.label, folder)?;
@@ -99,61 +126,6 @@ impl TableSink {
         Ok(())
     }
 
-    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left
-    /// out from then on.
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
-        if let Some((_, grounds)) = &mut self.grounds {
-            frames.iter().for_each(|frame| grounds.add(frame));
-        }
-        let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
-        let written: Vec<_> = written.collect();
-        let mut is_whole = written.iter().map(Result::is_ok);
-        self.tables.retain(|_| is_whole.next().unwrap_or(true));
-        written.into_iter().collect()
-    }
-
-    /// Closes all tables even if one fails.
-    fn close(&mut self) -> Result<(), RecordError> {
-        let tables = std::mem::take(&mut self.tables);
-        let closed: Vec<_> = tables.into_par_iter().map(RowTable::finish).collect();
-        for table in closed {
-            self.in_memory.extend(table?);
-        }
-        Ok(())
-    }
-
-    /// The tables of the ground, true and found.
-    fn make_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
-        let Some((run, grounds)) = self.grounds.take() else {
-            return Ok(());
-        };
-        for (name, batch) in ground_tables(&run, &grounds, end, &metadata(&run))? {
-            match &self.folder {
-                Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
-                None => self.in_memory.push((name, batch)),
-            }
-        }
-        Ok(())
-    }
-}
-
-/// What a file says of its run.
-fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
-    [
-        ("scene", run.name.clone()),
-        ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
-    ]
-}
-
-impl Sink for TableSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Always
-    }
-
-    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        Ok(self.open(run)?)
-    }
-
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         self.frames(slice::from_ref(frame))
     }
@@ -165,9 +137,20 @@ impl Sink for TableSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.close()?;
-        if !self.failed {
-            self.make_grounds(end)?;
+        // All tables are closed, even if one fails.
+        let tables = std::mem::take(&mut self.tables);
+        let closed: Vec<_> = tables.into_par_iter().map(RowTable::finish).collect();
+        for table in closed {
+            self.in_memory.extend(table?);
+        }
+        let Some((run, grounds)) = self.grounds.take().filter(|_| !self.failed) else {
+            return Ok(());
+        };
+        for (name, batch) in ground_tables(&run, &grounds, end, &metadata(&run))? {
+            match &self.folder {
+                Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
+                None => self.in_memory.push((name, batch)),
+            }
         }
         Ok(())
     }

@@ -74,15 +74,17 @@ impl Target {
     }
 }
 
+/// The way for batches of messages, and the thread that takes them.
+type Work = (Sender<Vec<LogMsg>>, JoinHandle<Result<(), Cause>>);
+
 /// A target with a thread of its own: messages are encoded and written while the next are
 /// collected. The run does not wait for it. What waits is at most the recording, whose size does
 /// not grow with the length of the run.
 struct Background {
     /// `None` when there are no more messages.
-    batches: Option<Sender<Vec<LogMsg>>>,
+    work: Option<Work>,
     /// A message for each batch that the target has taken.
     taken: Receiver<()>,
-    thread: Option<JoinHandle<Result<(), Cause>>>,
     /// A target that takes nothing for this time is given up; `None` of a file.
     patience: Option<Duration>,
 }
@@ -105,9 +107,8 @@ impl Background {
         let builder = std::thread::Builder::new().name("recording".to_owned());
         let thread = builder.spawn(work).map_err(ViewerError::Thread)?;
         Ok(Self {
-            batches: Some(batches),
+            work: Some((batches, thread)),
             taken,
-            thread: Some(thread),
             patience,
         })
     }
@@ -115,40 +116,36 @@ impl Background {
     /// Fails with the error of this batch or of an earlier one, or leaves its error to the next or
     /// the end.
     fn send(&mut self, batch: Vec<LogMsg>) -> Result<(), Cause> {
-        let batches = self.batches.as_ref();
-        if batches.is_some_and(|batches| batches.send(batch).is_ok()) {
-            return Ok(());
+        match &self.work {
+            Some((batches, _)) if batches.send(batch).is_ok() => Ok(()),
+            // The thread receives until it fails.
+            _ => self.finish(),
         }
-        // The thread receives until it fails.
-        self.finish()
     }
 
     /// Waits until the target has taken everything. A viewer that reads nothing is abandoned with
     /// its thread, which cannot be interrupted.
     fn finish(&mut self) -> Result<(), Cause> {
-        self.batches = None;
+        let Some((batches, thread)) = self.work.take() else {
+            return Err("the recording has ended".into());
+        };
+        drop(batches);
         if let Some(patience) = self.patience {
             let mut taken = std::iter::repeat_with(|| self.taken.recv_timeout(patience));
             if taken.find_map(Result::err) == Some(RecvTimeoutError::Timeout) {
-                self.thread = None;
                 return Err("it takes no more data".into());
             }
         }
-        match self.thread.take().map(JoinHandle::join) {
-            Some(Ok(done)) => done,
-            Some(Err(panic)) => std::panic::resume_unwind(panic),
-            None => Err("the recording has ended".into()),
-        }
+        let done = thread.join();
+        done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
 impl Drop for Background {
     /// A recording that is given up keeps the messages that it has got.
     fn drop(&mut self) {
-        if self.thread.is_some() {
-            // A drop cannot report an error.
-            let _ = self.finish();
-        }
+        // A drop cannot report an error.
+        let _ = self.finish();
     }
 }
 

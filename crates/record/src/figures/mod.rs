@@ -79,8 +79,26 @@ impl FigureSink {
             false => stem == *name && stem != "needed_friction",
         })
     }
+}
 
-    fn draw(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
+impl Sink for FigureSink {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        for estimator in &run.estimators {
+            check_name(&estimator.label, &self.folder)?;
+        }
+        create_folder(&self.folder)?;
+        self.run = Some(RunTraces::new(run));
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        if let Some(run) = &mut self.run {
+            run.add(frame);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         let Some(mut run) = self.run.take().filter(|run| run.end > 0.0) else {
             return Ok(());
         };
@@ -114,28 +132,6 @@ impl FigureSink {
         // On all cores: all of them, and the first failure.
         let write = |(stem, page): &(String, Page)| write_figure(&self.folder, stem, page);
         let written: Vec<_> = figures.par_iter().map(write).collect();
-        written.into_iter().collect()
-    }
-}
-
-impl Sink for FigureSink {
-    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        for estimator in &run.estimators {
-            check_name(&estimator.label, &self.folder)?;
-        }
-        create_folder(&self.folder)?;
-        self.run = Some(RunTraces::new(run));
-        Ok(())
-    }
-
-    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        if let Some(run) = &mut self.run {
-            run.add(frame);
-        }
-        Ok(())
-    }
-
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        Ok(self.draw(end)?)
+        Ok(written.into_iter().collect::<Result<(), RecordError>>()?)
     }
 }

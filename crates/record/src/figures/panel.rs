@@ -1,7 +1,7 @@
 //! One panel: lines and areas over time, or over the position on the ground.
 
 use super::style::{
-    Area, Drawn, SCALE, START, band_color, estimate_line, frame_line, grid_line, line, path, text,
+    Area, Drawn, GRID, SCALE, START, band_color, estimate_line, frame_line, line, path, text,
     truth_line, units, upward_text, write,
 };
 use super::trace::{Estimated, Point, Trace};
@@ -171,26 +171,6 @@ impl Axis {
 /// A chart over the horizontal axis.
 type Chart<'a, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Y>>;
 
-/// Grid, axes and their labels.
-fn mesh<Y>(chart: &mut Chart<'_, Y>) -> Drawn
-where
-    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(grid_line())
-        .axis_style(frame_line())
-        .x_labels(11)
-        .y_labels(6)
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
-        .set_all_tick_mark_size(units(4.0))
-        .draw()?;
-    Ok(())
-}
-
 impl Panel {
     /// A panel with a linear axis and without a note. `least_span` in the unit of the data,
     /// `height` in px.
@@ -268,7 +248,18 @@ impl Panel {
         let start = axis.compare_from.clamp(left, right);
         let not_compared = [(left, y.start), (start, y.end)];
         chart.draw_series([Rectangle::new(not_compared, START.filled())])?;
-        mesh(&mut chart)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(line(GRID, 0.7))
+            .axis_style(frame_line())
+            .x_labels(11)
+            .y_labels(6)
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
+            .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
+            .set_all_tick_mark_size(units(4.0))
+            .draw()?;
         for layer in &self.layers {
             let filled = layer.area_color.filled();
             let area = |area: &Vec<Point>| Polygon::new(clamp(area, y), filled);

@@ -51,7 +51,8 @@ pub const GROUND: RGBColor = RGBColor(0xEC, 0xE6, 0xDC);
 pub const SURFACE: RGBColor = RGBColor(0x8A, 0x7F, 0x70);
 /// Links and body of the robot.
 pub const ROBOT: RGBColor = RGBColor(0x55, 0x55, 0x55);
-const GRID: RGBColor = RGBColor(0xE0, 0xE0, 0xE0);
+/// Light lines at the ticks.
+pub const GRID: RGBColor = RGBColor(0xE0, 0xE0, 0xE0);
 const FRAME: RGBColor = RGBColor(0x70, 0x70, 0x70);
 const TEXT: RGBColor = RGBColor(0x20, 0x20, 0x21);
 
@@ -74,11 +75,6 @@ pub fn truth_line() -> ShapeStyle {
 /// The line of an estimate.
 pub fn estimate_line(color: RGBColor) -> ShapeStyle {
     line(color, 1.0)
-}
-
-/// Light lines at the ticks.
-pub fn grid_line() -> ShapeStyle {
-    line(GRID, 0.7)
 }
 
 /// The frame of a panel.

@@ -67,22 +67,13 @@ impl FrictionTestSummary {
     pub fn in_words(&self) -> String {
         let wheel = self.wheel;
         let (mu, margin) = (self.mu_max, 2.0 * self.sigma);
-        let took = format!(
-            "slid {:.0} mm, took {:.1} s",
-            1e3 * self.slipped_distance,
-            self.duration
-        );
-        if self.ramps > 0 {
-            format!(
-                "Friction test, wheel {wheel}: mu_max = {mu:.3} +- {margin:.3} (2 sigma), {took}"
-            )
-        } else {
-            let least = (mu - margin).max(0.0);
-            format!(
-                "Friction test, wheel {wheel}: ended without slip ({}), mu_max is at least {least:.3}, {took}",
-                self.end
-            )
-        }
+        let (slid, seconds) = (1e3 * self.slipped_distance, self.duration);
+        let (end, least) = (&self.end, (mu - margin).max(0.0));
+        let found = match self.ramps {
+            0 => format!("ended without slip ({end}), mu_max is at least {least:.3}"),
+            _ => format!("mu_max = {mu:.3} +- {margin:.3} (2 sigma)"),
+        };
+        format!("Friction test, wheel {wheel}: {found}, slid {slid:.0} mm, took {seconds:.1} s")
     }
 }
 
@@ -143,9 +134,8 @@ impl FrictionSummary {
 
     /// The law in a few words; `None` for the default law without rolling resistance.
     pub(crate) fn in_words(&self) -> Option<String> {
-        let stiffness = self
-            .slip_stiffness
-            .map_or(String::new(), |c| format!(" with C = {c}"));
+        let stiffness = self.slip_stiffness.map(|c| format!(" with C = {c}"));
+        let stiffness = stiffness.unwrap_or_default();
         let rolling = match self.rolling_resistance {
             0.0 => String::new(),
             f_r => format!(", rolling resistance {f_r}"),
