@@ -7,8 +7,8 @@ use crate::draw::{Arrows, Strips, contact_point, lines, narrow, tangent_and_norm
 use crate::writer::Writer;
 use rerun::archetypes::Arrows2D;
 use rerun::components::Radius;
-use robhaz_estimator::Estimate;
 use robhaz_model::{Robot, Vec2, perp};
+use robhaz_run::Frame;
 use robhaz_sim::Truth;
 
 /// Length of the arrow of the mean static wheel load, m.
@@ -82,19 +82,15 @@ impl Forces {
         Ok(())
     }
 
-    /// Adds the arrows of a time (s): true forces; and of an estimate, for each wheel whose contact
-    /// angle the estimator gets (rad), with bars of two standard deviations.
-    pub(crate) fn push(
-        &mut self,
-        truth: &Truth,
-        given_angle: &[Option<f64>; 3],
-        estimate: Option<&Estimate>,
-    ) {
+    /// Adds the arrows of a frame: true forces; and of an estimate, for each wheel whose contact angle
+    /// the estimator gets, with bars of two standard deviations.
+    pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
         // Negative for a negative force.
         let length = |force: f64| force / newtons_per_metre(self.mean_load);
         let [mut true_n, mut true_t, mut estimated_n, mut estimated_t] = [const { Vec::new() }; 4];
         let (mut bars_n, mut bars_t) = (Vec::new(), Vec::new());
-        let estimator = self.estimator.as_ref().map(|(k, _)| by_index(*k));
+        let estimator = self.estimator.as_ref();
+        let estimate = estimator.and_then(|(k, _)| Some((frame.estimates[*k].as_ref().ok()?, *k)));
         for (i, wheel) in truth.wheels.iter().enumerate() {
             for contact in wheel.contact_list.iter() {
                 let (point, n) = (contact.point, contact.normal);
@@ -104,10 +100,11 @@ impl Forces {
                 true_n.push((WHEELS[i], point - normal, normal));
                 true_t.push((WHEELS[i], point, t * length(contact.traction)));
             }
-            let Some(((estimate, angle), colour)) = estimate.zip(given_angle[i]).zip(estimator)
-            else {
+            let given = frame.sensors.contact_angle[i];
+            let Some(((estimate, k), angle)) = estimate.zip(given) else {
                 continue;
             };
+            let colour = by_index(k);
             let point = contact_point(wheel, self.radius);
             let (t, n) = tangent_and_normal(angle);
             let normal = n * length(estimate.normal_force[i]);

@@ -32,8 +32,6 @@ pub(crate) struct SceneView {
     robot: Robot,
     ground: Ground,
     forces: Forces,
-    /// Index of the estimator that is drawn.
-    chosen: Option<usize>,
     frames: u32,
     trail_ends: Option<Vec<Vec2>>,
     /// Times of the frames, s.
@@ -56,7 +54,6 @@ impl SceneView {
             ground: Ground::new(run, world),
             forces: Forces::new(&robot, estimator),
             robot,
-            chosen,
             frames: 0,
             trail_ends: None,
             times: Vec::new(),
@@ -115,9 +112,7 @@ impl SceneView {
             self.trails.push(truth.time, pieces);
         }
         self.frames = self.frames.wrapping_add(1);
-        let estimate = self.chosen.and_then(|k| frame.estimates[k].as_ref().ok());
-        self.forces
-            .push(truth, &frame.sensors.contact_angle, estimate);
+        self.forces.push(frame, truth);
     }
 
     /// Logs the frames that were added since the last call.

@@ -130,9 +130,8 @@ impl RunTraces {
             self.add_truth(frame.time, truth);
         }
         let compared = frame.truth.and_then(Compared::of);
-        let judged = frame
-            .truth
-            .map(|truth| (truth.time, self.rule.judge(truth)));
+        let judge = |truth: &Truth| (truth.time, self.rule.judge(truth));
+        let judged = frame.truth.map(judge);
         for (index, estimator) in self.estimators.iter_mut().enumerate() {
             let estimate = frame.estimates.get(index).and_then(|e| e.as_ref().ok());
             if let Some((time, judged)) = &judged {

@@ -103,13 +103,11 @@ impl SummarySink {
         let friction_tests = end.friction_tests.iter().map(FrictionTestSummary::of);
         let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
         let estimators = estimators.map(|(k, (e, sums))| {
-            let ground = self.grounds.compared(Some(end), k, terrain.as_ref());
+            let points = self.grounds.compared(Some(end), k, terrain.as_ref());
             // Points behind the origin count, too.
-            let ground = ground
-                .into_iter()
-                .filter_map(|(p, truth)| Some((p, truth?)));
+            let points = points.into_iter().filter_map(|(p, t)| Some((p, t?)));
             EstimatorSummary {
-                ground: GroundErrors::of(ground),
+                ground: GroundErrors::of(points),
                 ..sums.summary(&e.label, run, self.compared)
             }
         });
