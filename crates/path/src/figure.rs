@@ -60,9 +60,12 @@ pub fn write_needed_friction(
     let margin = trace(|p| p.margin);
     let friction = vec![
         Layer::mean(&available, SURFACE, true),
-        Layer::colored(&needed, LINKAGE),
+        Layer::peaks(&needed, line(LINKAGE, 1.4)),
     ];
-    let margin = vec![Layer::level(0.0, &range), Layer::colored(&margin, LINKAGE)];
+    let margin = vec![
+        Layer::level(0.0, &range),
+        Layer::peaks(&margin, line(LINKAGE, 1.4)),
+    ];
     let panel = |title: &str, y_label, layers| Panel::new(title, y_label, (0.1, PANEL), layers);
     let page = Page {
         header: header(report, std::ptr::eq(first, decisive)),
