@@ -79,10 +79,7 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
             traction: f64::INFINITY,
             ..limits
         };
-        let torque = || {
-            let stuck = without_limit.follow(passed, 0.0, &mut speeds);
-            stuck.is_none()
-        };
+        let torque = || (without_limit.follow(passed, 0.0, &mut speeds)).is_none();
         place.failure = Some(why(stuck, place.x(), margin, torque));
     }
     margin
@@ -132,14 +129,9 @@ fn bare(posed: &Posed) -> Place {
         wheel_y: axles.map(|a| a.y),
         contacts: [0, 1, 2].map(count),
         opening: posed.on_ground.opening(),
-        needed_mu: None,
-        margin: None,
-        normal_force: None,
-        traction: None,
-        speed: None,
         clearance: posed.clearances.least().1,
         nearest_bar: posed.clearances.least().0.name(),
-        failure: None,
+        ..Place::default()
     }
 }
 
@@ -157,11 +149,9 @@ fn with_control(
         return place;
     };
     if motion.contacts() > 3 {
-        let failure = None;
-        return Place {
-            failure,
-            ..judged(setup, posed, &mut guesses.0)
-        };
+        let mut place = judged(setup, posed, &mut guesses.0);
+        place.failure = None;
+        return place;
     }
     let mut place = bare(posed);
     let mut from = guesses.1;
@@ -189,15 +179,12 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
     let (opening, q) = (place.opening, posed.on_ground.q);
     let x = place.x();
     let robot = &setup.robot;
-    let balance = posed
-        .on_ground
-        .posture(&robot.geometry)
-        .ok()
-        .and_then(|posture| {
-            let contacts = posed.contacts.clone();
-            Balance::new(robot, &posture, q, contacts, setup.traction_limit()).ok()
-        });
-    let Some(balance) = balance else {
+    let posture = posed.on_ground.posture(&robot.geometry);
+    let balance = posture.and_then(|posture| {
+        let contacts = posed.contacts.clone();
+        Balance::new(robot, &posture, q, contacts, setup.traction_limit())
+    });
+    let Ok(balance) = balance else {
         place.failure = Some(Failure::new(x, Reason::Posture, None));
         return place;
     };
@@ -256,10 +243,10 @@ fn without_balance(setup: &PathSetup, x: f64, balance: &Balance) -> Failure {
     }
     let radius = setup.robot.geometry.wheel_radius;
     let torque = balance.least_traction().map(|traction| traction * radius);
-    match torque {
-        Ok(torque) if torque > setup.torque_limit => {
-            Failure::new(x, Reason::Torque, Some(torque - setup.torque_limit))
-        }
-        _ => unknown,
+    let beyond = torque.map_or(0.0, |torque| torque - setup.torque_limit);
+    if beyond > 0.0 {
+        Failure::new(x, Reason::Torque, Some(beyond))
+    } else {
+        unknown
     }
 }

@@ -16,11 +16,10 @@
 //! | `judge` | judges the places and the path |
 //! | `setup` | what is judged |
 //! | `report`, `text` | the result, and its words |
-//! | `files`, `figure` | table and figure of the result |
+//! | `files` | table and figure of the result |
 
 mod balance;
 mod curve;
-mod figure;
 mod files;
 mod follow;
 mod judge;

@@ -16,34 +16,11 @@
 //! mass.
 
 use crate::balance::{GroundContact, columns_of};
+use crate::mechanism::{OnGround, Tangent};
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
 use nalgebra::{Matrix4, Vector4};
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_model::{Geometry, Robot, Vec2};
-
-/// Direction of the path at a posture: velocities for a mean speed of the wheels' centres of 1 m/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tangent {
-    /// Velocity of Q, -.
-    pub q: Vec2,
-    /// Rates of links 1 and 2, rad/m.
-    pub angles: [f64; 2],
-    /// Speeds of the wheels' centres, forward positive, -.
-    pub centres: [f64; 3],
-}
-
-/// A place of the path as a moving robot passes it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stance {
-    /// Position of pin Q, m.
-    pub q: Vec2,
-    /// Angles of links 1 and 2, rad.
-    pub angles: [f64; 2],
-    /// Direction of the path.
-    pub tangent: Tangent,
-    /// Its derivative by sigma.
-    pub turn: Tangent,
-}
 
 /// Forces at given ratios T/N, and the acceleration that they give.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,15 +53,15 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The equations for a stance on its contacts. `None` where the four-bar cannot close.
-    pub fn new(robot: &Robot, stance: &Stance, contacts: &[GroundContact]) -> Option<Self> {
-        let geometry = &robot.geometry;
-        let Stance {
-            angles,
-            tangent,
-            turn,
-            ..
-        } = stance;
+    /// The equations for a robot on its contacts, with the direction of its path and the derivative
+    /// of that by sigma. `None` where the four-bar cannot close.
+    pub fn new(
+        robot: &Robot,
+        on_ground: &OnGround,
+        [tangent, turn]: [&Tangent; 2],
+        contacts: &[GroundContact],
+    ) -> Option<Self> {
+        let (geometry, angles) = (&robot.geometry, on_ground.angles);
         let arms = Arms::new(geometry, angles[0], angles[1]).ok()?;
         let masses = robot.mass.true_points();
         let link = |i: usize| geometry.carriers[i].index();
@@ -101,11 +78,11 @@ impl Motion {
         };
         let gravity = load([0.0; 2], Vec2::zeros(), [0.0; 2]);
         let found = Self {
-            columns: columns_of(geometry, stance.q, contacts),
+            columns: columns_of(geometry, on_ground.q, contacts),
             contacts: contacts.to_vec(),
             inertia: load([0.0; 2], tangent.q, tangent.angles) - gravity,
             centripetal: load(tangent.angles, turn.q, turn.angles) - gravity,
-            stop: end_stop(geometry, angles[0] - angles[1]),
+            stop: end_stop(geometry, on_ground.opening()),
             rates: [0, 1, 2].map(|i| {
                 let rate = tangent.angles[link(i)] * geometry.wheel_radius;
                 (tangent.centres[i], rate)
@@ -300,7 +277,7 @@ impl Motion {
 
 /// Column of the torque of an end stop in eq. (8), with moments over the wheel radius, 1/m, and the
 /// torque itself, N m, at an angle of pin Q (rad).
-pub fn end_stop(geometry: &Geometry, opening: f64) -> (Vector4<f64>, f64) {
+fn end_stop(geometry: &Geometry, opening: f64) -> (Vector4<f64>, f64) {
     let stop = &geometry.stop;
     let (above, below) = (opening - stop.upper, stop.lower - opening);
     // At the upper stop link 1 is pressed back, clockwise.

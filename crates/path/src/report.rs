@@ -78,7 +78,7 @@ impl Failure {
 }
 
 /// One place of the path. Positions are those of the wheels' centres.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Place {
     /// x of each wheel's centre, front to rear, m.
     pub wheel_x: [f64; 3],
@@ -168,14 +168,11 @@ impl PathReport {
     ) -> Self {
         let options = &setup.options;
         let failures = || places.iter().filter_map(|p| p.failure).chain(end);
-        let least = places
-            .iter()
-            .filter_map(|p| p.margin.map(|m| (m, p.x())))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let nearest = places
-            .iter()
-            .map(|p| (p.clearance, p.x()))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0);
+        let margins = places.iter().filter_map(|p| Some((p.margin?, p.x())));
+        let least = margins.min_by(order);
+        let clearances = places.iter().map(|p| (p.clearance, p.x()));
+        let nearest = clearances.min_by(order);
         let needed = places.iter().filter_map(|p| p.needed_mu);
         let first_failure = failures().next();
         // Friction alone depends on mu.

@@ -122,21 +122,12 @@ fn words(failure: &Failure) -> String {
     }
 }
 
-fn cells(place: &Place) -> [String; 10] {
-    let n = |i: usize| number(place.normal_force.map(|n| n[i]), 1);
-    let t = |i: usize| number(place.traction.map(|t| t[i]), 1);
-    [
-        number(Some(place.x()), 3),
-        number(place.needed_mu, 3),
-        number(place.available_mu(), 3),
-        number(place.margin, 3),
-        n(0),
-        n(1),
-        n(2),
-        t(0),
-        t(1),
-        t(2),
-    ]
+fn cells(place: &Place) -> impl Iterator<Item = String> {
+    let (x, available) = (Some(place.x()), place.available_mu());
+    let friction = [x, place.needed_mu, available, place.margin].map(|value| number(value, 3));
+    let of_wheels = |f: Option<[f64; 3]>| [0, 1, 2].map(|i| number(f.map(|f| f[i]), 1));
+    let forces = [place.normal_force, place.traction].map(of_wheels);
+    friction.into_iter().chain(forces.into_iter().flatten())
 }
 
 /// A value with a number of digits behind the point, `-` without one. A value that rounds to zero
