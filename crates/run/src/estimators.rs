@@ -1,6 +1,6 @@
 //! The estimators of a run, side by side on the same readings.
 
-use crate::ground::EstimatedTerrain;
+use crate::ground::{EstimatedTerrain, Memory};
 use crate::source::{Sample, sensor_frame};
 use rayon::prelude::*;
 use robhaz_estimator::{
@@ -80,7 +80,10 @@ impl Estimators {
 
     /// The ground as the estimators know it now.
     pub fn ground(&self) -> EstimatedTerrain<'_> {
-        EstimatedTerrain::new(&self.estimators, &self.completed)
+        EstimatedTerrain {
+            memory: Memory::Live(&self.estimators),
+            completed: &self.completed,
+        }
     }
 
     /// Number of the estimators.

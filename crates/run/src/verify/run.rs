@@ -42,7 +42,7 @@ impl Run {
             match plant.next_truth() {
                 Ok(truth) => {
                     run.truth.push(truth);
-                    run.balance.extend(plant.balance());
+                    run.balance.extend(plant.plant.balance());
                 }
                 Err(why) => {
                     run.stopped = Some(why);
@@ -62,7 +62,7 @@ impl Run {
         let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
             go_on(stop)?;
-            if plant.next_truth() != Ok(*truth) || plant.balance() != Some(balance) {
+            if plant.next_truth() != Ok(*truth) || plant.plant.balance() != Some(balance) {
                 return Ok(false);
             }
         }
@@ -109,11 +109,6 @@ impl Records {
             }
         }
         self.plant.next_truth()
-    }
-
-    /// Impulse and work up to the last record.
-    fn balance(&self) -> Option<&Balance> {
-        self.plant.balance()
     }
 }
 
