@@ -134,7 +134,7 @@ impl MassSet {
         PointMasses {
             body: self.body + self.links.iter().sum::<f64>(),
             links: [0.0; 3],
-            wheel: self.wheel,
+            ..self.true_points()
         }
     }
 

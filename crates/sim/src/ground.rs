@@ -43,17 +43,6 @@ pub(crate) struct WheelMotion {
     pub spin: f64,
 }
 
-/// Spin and motor torque of a wheel, for its truth.
-#[derive(Clone, Copy)]
-pub(crate) struct AxleState {
-    /// Spin relative to the link since the start, rad.
-    pub angle: f64,
-    /// Spin speed relative to the link, rad/s.
-    pub omega: f64,
-    /// Motor torque, N m.
-    pub torque: f64,
-}
-
 /// Forces at one contact.
 pub(crate) struct OneContact {
     truth: ContactTruth,
@@ -183,12 +172,8 @@ impl Ground {
             return false;
         }
         let centre = motion.centre + motion.velocity * time;
-        self.terrain.contacts_near(
-            centre,
-            self.wheel_radius,
-            &mut self.hints[wheel],
-            &mut self.ahead,
-        );
+        let (hint, ahead) = (&mut self.hints[wheel], &mut self.ahead);
+        (self.terrain).contacts_near(centre, self.wheel_radius, hint, ahead);
         let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
         !self.ahead.iter().all(known)
     }
@@ -341,7 +326,7 @@ impl Ground {
         })
     }
 
-    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), whose last call of [`Self::act`]
+    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear) but spin and motor torque, whose last call of [`Self::act`]
     /// gave `forces` at the same motion. A wheel without contact gets gap, slope and slip speed at
     /// the nearest ground.
     ///
@@ -352,13 +337,9 @@ impl Ground {
         index: usize,
         forces: &GroundForces,
         wheel: &WheelMotion,
-        axle: AxleState,
         truth: &mut WheelTruth,
     ) -> Result<(), BelowGround> {
         truth.position = wheel.centre;
-        truth.angle = axle.angle;
-        truth.omega = axle.omega;
-        truth.torque = axle.torque;
         truth.normal_force = forces.normal_force;
         truth.traction = forces.traction;
         truth.contact_angle = direction(forces.tangent);
@@ -399,9 +380,8 @@ impl Ground {
                 let found = &self.found[index];
                 truth.contact_list.clear();
                 for contact in found.iter().filter(|c| !is_behind(c, found)) {
-                    truth
-                        .contact_list
-                        .push(self.one_contact(contact, wheel)?.truth);
+                    let one = self.one_contact(contact, wheel)?;
+                    truth.contact_list.push(one.truth);
                 }
             }
         }
@@ -421,10 +401,8 @@ pub(crate) fn is_same(a: Vec2, b: Vec2) -> bool {
 /// side: the centre is behind the contact's surface, and nearer to a surface that faces it. Such a
 /// contact exerts no force.
 fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
-    contact.distance < 0.0
-        && found
-            .iter()
-            .any(|c| c.distance > 0.0 && c.distance < -contact.distance)
+    let nearer = |c: &Contact| c.distance > 0.0 && c.distance < -contact.distance;
+    contact.distance < 0.0 && found.iter().any(nearer)
 }
 
 /// Speeds of a contact with the tangent `t` and the distance `arm` (m) from the wheel's centre.

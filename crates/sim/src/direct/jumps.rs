@@ -31,15 +31,6 @@ pub(super) struct Jumps {
     radius: f64,
 }
 
-/// The next place that a wheel reaches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Next {
-    /// Longest step, s.
-    pub longest: f64,
-    /// Whether that step ends at the place.
-    pub arrives: bool,
-}
-
 impl Jumps {
     pub fn new(setup: &PlantSetup) -> Self {
         let mut places = setup.terrain.curvature_jumps(LEAST_CURVATURE);
@@ -57,19 +48,16 @@ impl Jumps {
         self.places.is_empty()
     }
 
-    /// The next place that a wheel reaches within `longest` (s), from the accelerations of the four
-    /// coordinates.
+    /// Longest step up to the next place that a wheel reaches within `longest` (s), s, from the
+    /// accelerations of the four coordinates; and whether that step ends at the place.
     pub fn next(
         &self,
         robot: &Robot,
         kinematics: &Kinematics,
         (state, accelerations): (&State, &Vector4<f64>),
         longest: f64,
-    ) -> Next {
-        let mut next = Next {
-            longest,
-            arrives: false,
-        };
+    ) -> (f64, bool) {
+        let mut next = (longest, false);
         for wheel in 0..3 {
             let motion = kinematics.wheel(wheel, state);
             let acceleration = kinematics.axle_acceleration(wheel, accelerations);
@@ -89,11 +77,8 @@ impl Jumps {
                 };
                 let arrives = time < NEAR;
                 let time = if arrives { time } else { SHORT * time };
-                if time < next.longest {
-                    next = Next {
-                        longest: time,
-                        arrives,
-                    };
+                if time < next.0 {
+                    next = (time, arrives);
                 }
             }
         }

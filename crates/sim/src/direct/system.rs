@@ -6,7 +6,7 @@
 //! of a factorisation.
 
 use super::layout::{INTEGRAL, RATES, SIZE};
-use super::problem::System;
+use super::radau::System;
 use nalgebra::{Complex, ComplexField, LU, SMatrix, SVector, U7};
 
 /// Number of equations that are left.

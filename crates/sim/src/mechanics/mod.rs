@@ -7,12 +7,11 @@
 mod carriers;
 mod forces;
 mod kinematics;
-mod linkage;
 mod mass_matrix;
 mod model;
 mod tangents;
 
-pub(crate) use forces::{Forces, NoForces};
+pub(crate) use forces::Forces;
 pub(crate) use kinematics::{Kinematics, State};
 pub(crate) use model::Mechanics;
 pub(crate) use tangents::Tangents;

@@ -70,7 +70,7 @@ impl DampedContact {
 }
 
 /// What is known of a contact during a step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Known {
     /// Its normal in the last part.
     normal: Vec2,
@@ -135,11 +135,10 @@ impl Damping {
                 self.next.push(Known {
                     normal: contact.normal,
                     approach: contact.approach,
-                    impulse: 0.0,
                     before: last,
                     expected: last.map(load).zip(before).map(|(l, b)| 2.0 * l - b),
                     whole: true,
-                    seen: true,
+                    ..Known::default()
                 });
             }
             std::mem::swap(known, &mut self.next);
@@ -159,12 +158,8 @@ impl Damping {
             let Some(known) = known.iter_mut().find(|k| contact.is(k)) else {
                 known.push(Known {
                     normal: contact.normal,
-                    approach: 0.0,
-                    impulse: 0.0,
-                    before: None,
-                    expected: None,
-                    whole: false,
                     seen: true,
+                    ..Known::default()
                 });
                 continue;
             };

@@ -68,7 +68,7 @@ pub struct DrawnErrors {
 pub struct Sensors {
     wheels: [WheelSensors; 3],
     links: [LinkSensors; 2],
-    /// In place of those of the links.
+    /// In place of inclinometers and gyros of the links.
     body: Option<BodySensors>,
     jitter: White,
     drawn: DrawnErrors,
@@ -97,50 +97,32 @@ struct LinkSensors {
 }
 
 impl Sensors {
-    /// The sensors of a run. Draws the constant errors from `seed`.
-    pub fn new(spec: &SensorSpec, seed: u64) -> Self {
+    /// The sensors of a run on a robot: where it is, and in its body if the specification says so.
+    /// Draws the constant errors from `seed`.
+    pub fn new(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
         let wheels = ["wheel1", "wheel2", "wheel3"].map(|name| WheelSensors::new(spec, seed, name));
-        let links = ["link1", "link2"].map(|name| LinkSensors::new(spec, seed, name));
-        let (torques, gyros) = (
-            wheels.each_ref().map(|w| &w.torque.0),
-            links.each_ref().map(|l| &l.gyro.0),
-        );
+        let links = ["link1", "link2"].map(|name| LinkSensors::new(spec, seed, name, robot));
+        let in_body = spec.imu == ImuPlace::Body;
+        let body = in_body.then(|| BodySensors::new(spec, seed, robot));
+        let torques = wheels.each_ref().map(|w| &w.torque.0);
+        let imus = body.as_ref().map_or(links.each_ref(), |b| [&b.imu; 2]);
+        let gyros = imus.map(|imu| &imu.gyro.0);
         let drawn = DrawnErrors {
             torque_gain: torques.map(|t| t.gain),
             torque_offset: torques.map(|t| t.offset),
-            inclination_bias: links.each_ref().map(|l| l.inclinometer.0.bias),
+            inclination_bias: imus.map(|imu| imu.inclinometer.0.bias),
             rate_bias: gyros.map(|g| g.bias),
             rate_scale: gyros.map(|g| g.scale),
         };
-        let clock = Source {
-            seed,
-            sensor: "clock",
-        };
+        let sensor = "clock";
         Self {
+            jitter: White::new(Source { seed, sensor }, "jitter", spec.jitter),
             wheels,
             links,
-            body: None,
-            jitter: White::new(clock, "jitter", spec.jitter),
+            body,
             drawn,
             last: None,
         }
-    }
-
-    /// The sensors of a run on a robot: where it is, and in its body if the specification says so.
-    pub fn on(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
-        let mut sensors = Self::new(spec, seed);
-        for link in &mut sensors.links {
-            link.inclinometer.0.set_gravity(robot.gravity);
-        }
-        if spec.imu == ImuPlace::Body {
-            let body = BodySensors::new(spec, seed, robot);
-            let (inclinometer, gyro) = (&body.imu.inclinometer.0, &body.imu.gyro.0);
-            sensors.drawn.inclination_bias = [inclinometer.bias; 2];
-            sensors.drawn.rate_bias = [gyro.bias; 2];
-            sensors.drawn.rate_scale = [gyro.scale; 2];
-            sensors.body = Some(body);
-        }
-        sensors
     }
 
     /// The errors drawn for this run.
@@ -202,7 +184,7 @@ fn lossy<S>(
     spec: &SensorSpec,
     seed: u64,
     name: &str,
-    sensor: fn(&SensorSpec, Source<'_>) -> S,
+    sensor: impl FnOnce(&SensorSpec, Source<'_>) -> S,
 ) -> (S, Loss) {
     let source = Source { seed, sensor: name };
     (sensor(spec, source), Loss::new(source, spec.dropped))
@@ -220,10 +202,11 @@ impl WheelSensors {
 }
 
 impl LinkSensors {
-    fn new(spec: &SensorSpec, seed: u64, link: &str) -> Self {
+    fn new(spec: &SensorSpec, seed: u64, link: &str, robot: &Robot) -> Self {
         let name = |sensor: &str| format!("{link}/{sensor}");
+        let inclinometer = |spec: &_, source: Source<'_>| Inclinometer::new(spec, source, robot);
         Self {
-            inclinometer: lossy(spec, seed, &name("inclinometer"), Inclinometer::new),
+            inclinometer: lossy(spec, seed, &name("inclinometer"), inclinometer),
             gyro: lossy(spec, seed, &name("gyro"), Gyro::new),
         }
     }
@@ -231,14 +214,10 @@ impl LinkSensors {
 
 impl BodySensors {
     fn new(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
-        let mut imu = LinkSensors::new(spec, seed, "body");
-        imu.inclinometer.0.set_gravity(robot.gravity);
-        let source = Source {
-            seed,
-            sensor: "pin",
-        };
+        let sensor = "pin";
+        let source = Source { seed, sensor };
         Self {
-            imu,
+            imu: LinkSensors::new(spec, seed, "body", robot),
             pin: (
                 White::new(source, "noise", spec.pin_noise),
                 source.constant("bias", spec.pin_bias),
