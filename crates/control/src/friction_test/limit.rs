@@ -69,11 +69,9 @@ impl RampLimit {
     /// Their offsets can make T/N of one of them the largest on ice.
     pub(super) fn of_tested(self) -> Self {
         let mut wheels = [WheelLimit::default(); 3];
-        let found = wheels
-            .get_mut(self.tested)
-            .zip(self.wheels.get(self.tested));
-        if let Some((tested, wheel)) = found {
-            *tested = *wheel;
+        let tested = wheels.iter_mut().zip(self.wheels).nth(self.tested);
+        if let Some((tested, wheel)) = tested {
+            *tested = wheel;
         }
         Self { wheels, ..self }
     }
@@ -97,16 +95,12 @@ impl RampLimit {
                 (most, at, rest) = (ratio, i, wheel.sigma);
             }
         }
-        let part = if at == self.tested {
-            Self::RAMP
-        } else {
-            Self::OTHER_WHEEL
+        let own = match at == self.tested {
+            true => Self::RAMP,
+            false => Self::OTHER_WHEEL,
         };
-        RampFriction {
-            mu: most,
-            own: part,
-            rest,
-        }
+        let mu = most;
+        RampFriction { mu, own, rest }
     }
 }
 

@@ -18,6 +18,6 @@ mod together;
 
 pub use limit::RampLimit;
 pub use result::{FrictionTestEnd, FrictionTestResult};
-pub(crate) use sequence::FrictionTests;
+pub use sequence::FrictionTests;
 pub use test::{FrictionTest, FrictionTestPhase};
 pub use together::together;

@@ -4,7 +4,7 @@ use super::limit::RampLimit;
 use core::cmp::Ordering;
 
 /// How a friction test ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrictionTestEnd {
     /// The wheel slipped: mu_max was found.
     Slipped,
@@ -21,6 +21,7 @@ pub enum FrictionTestEnd {
     /// estimate, for more than [`PATIENCE`](super::FrictionTest::PATIENCE).
     NotClear,
     /// The run ended first.
+    #[default]
     Unfinished,
 }
 
@@ -40,7 +41,7 @@ impl FrictionTestEnd {
 }
 
 /// Result of a friction test.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrictionTestResult {
     /// The tested wheel, 0 to 2.
     pub wheel: usize,
