@@ -1,14 +1,13 @@
 //! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::follow::{DriveLimits, Passed, Stuck};
+use crate::follow::{Follower, Passed, Stuck};
 use crate::motion::Motion;
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
-use robhaz_model::Units;
 
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
@@ -47,14 +46,8 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
 /// Drives along the places, and notes where the robot gets stuck. Returns how far all friction
 /// coefficients can fall before it does, -; `None` where no friction helps.
 fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f64> {
-    let sliding = |slip: f64| setup.sliding(slip);
-    let limits = DriveLimits {
-        speed: setup.speed,
-        traction: setup.traction_limit(),
-        sliding: &sliding,
-        slows_down: setup.options.drive == DriveKind::Shared,
-        unit: Units::of(&setup.robot).time,
-    };
+    let follower = |traction| Follower { setup, traction };
+    let limits = follower(setup.traction_limit());
     let mut speeds = Vec::with_capacity(passed.len());
     let stuck = limits.follow(passed, 0.0, &mut speeds);
     for (place, speed) in places.iter_mut().zip(&speeds) {
@@ -75,10 +68,7 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
     });
     if let Some(stuck) = stuck {
         let place = &mut places[stuck.place];
-        let without_limit = DriveLimits {
-            traction: f64::INFINITY,
-            ..limits
-        };
+        let without_limit = follower(f64::INFINITY);
         let torque = || (without_limit.follow(passed, 0.0, &mut speeds)).is_none();
         place.failure = Some(why(stuck, place.x(), margin, torque));
     }
@@ -129,8 +119,8 @@ fn bare(posed: &Posed) -> Place {
         wheel_y: axles.map(|a| a.y),
         contacts: [0, 1, 2].map(count),
         opening: posed.on_ground.opening(),
-        clearance: posed.clearances.least().1,
-        nearest_bar: posed.clearances.least().0.name(),
+        clearance: posed.clearances.least.1,
+        nearest_bar: posed.clearances.least.0.name(),
         ..Place::default()
     }
 }

@@ -44,7 +44,7 @@ impl TruthClearance {
     /// ground, or has just left it.
     pub fn at_change(&mut self, truth: &Truth) -> Option<Clearances> {
         let found = self.meter.measure_below(&places(truth), self.least)?;
-        self.least = self.least.min(found.least().1);
+        self.least = self.least.min(found.least.1);
         Some(found)
     }
 

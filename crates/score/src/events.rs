@@ -183,7 +183,7 @@ impl EventDetector {
     }
 
     fn bar_events(&mut self, clearances: &Clearances) -> impl Iterator<Item = EventKind> {
-        let bars = Bar::ALL.into_iter().zip(clearances.touching());
+        let bars = Bar::ALL.into_iter().zip(clearances.touching);
         bars.zip(&mut self.touching)
             .filter_map(|((bar, touches), touching)| {
                 let touches = touches?;

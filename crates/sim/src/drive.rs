@@ -70,10 +70,8 @@ impl Drive {
     /// quintic ramp (no jump in acceleration).
     #[inline]
     pub(crate) fn start_speed(&self, t: f64, wheel_radius: f64) -> f64 {
-        quintic(
-            self.speed / wheel_radius,
-            ramp(t, self.start_time, self.ramp_time),
-        )
+        let share = ramp(t, self.start_time, self.ramp_time);
+        quintic(self.speed / wheel_radius, share)
     }
 
     /// Factor of a wheel's set speed at time `t` (s), -.

@@ -161,11 +161,8 @@ pub(crate) struct BelowGround {
 impl BelowGround {
     /// The same fact with its time (s) and the index of the wheel (0 front).
     pub fn at(self, time: f64, wheel: usize) -> PlantError {
-        PlantError::WheelBelowGround {
-            time,
-            wheel: wheel + 1,
-            x: self.x,
-        }
+        let (wheel, x) = (wheel + 1, self.x);
+        PlantError::WheelBelowGround { time, wheel, x }
     }
 }
 

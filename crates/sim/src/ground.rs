@@ -132,8 +132,7 @@ impl Ground {
         motion: &WheelMotion,
         forces: &mut GroundForces,
     ) -> Result<(), BelowGround> {
-        self.find(wheel, motion.centre);
-        self.act_at(&self.found[wheel], motion, forces)
+        self.act_each(wheel, motion, forces, |_, _| ())
     }
 
     /// As [`Self::act`], and passes each contact with its forces to `each`.
@@ -147,20 +146,13 @@ impl Ground {
         forces: &mut GroundForces,
         each: impl FnMut(&Contact, &OneContact),
     ) -> Result<(), BelowGround> {
-        self.find(wheel, motion.centre);
-        self.sum(&self.found[wheel], motion, forces, each)
-    }
-
-    /// Searches the contacts of a wheel (0 front, 1 middle, 2 rear) with its centre at `centre`, m.
-    fn find(&mut self, wheel: usize, centre: Vec2) {
-        let found = &mut self.found[wheel];
-        let hint = &mut self.hints[wheel];
+        let (hint, found) = (&mut self.hints[wheel], &mut self.found[wheel]);
+        (self.terrain).contacts_near(motion.centre, self.wheel_radius, hint, found);
         #[cfg(test)]
         {
             self.queries += 1;
         }
-        self.terrain
-            .contacts_near(centre, self.wheel_radius, hint, found);
+        self.sum(&self.found[wheel], motion, forces, each)
     }
 
     /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of
@@ -200,22 +192,12 @@ impl Ground {
         &self.found[wheel]
     }
 
-    /// Forces of given contacts of a wheel.
+    /// Sums the forces of given contacts of a wheel, and passes each one to `each`.
     ///
     /// # Errors
     /// [`BelowGround`]
-    pub fn act_at(
-        &self,
-        found: &[Contact],
-        wheel: &WheelMotion,
-        sum: &mut GroundForces,
-    ) -> Result<(), BelowGround> {
-        self.sum(found, wheel, sum, |_, _| ())
-    }
-
-    /// Sums the forces of given contacts of a wheel, and passes each one to `each`.
     #[inline(always)]
-    fn sum(
+    pub fn sum(
         &self,
         found: &[Contact],
         wheel: &WheelMotion,
@@ -236,14 +218,10 @@ impl Ground {
             }
             let one = self.one_contact(contact, wheel)?;
             each(contact, &one);
-            let ContactTruth {
-                normal,
-                normal_force,
-                traction,
-                ..
-            } = one.truth;
-            normal_sum += normal * normal_force;
-            sum.force += normal * normal_force + contact.tangent * traction;
+            let (normal_force, traction) = (one.truth.normal_force, one.truth.traction);
+            let pressing = one.truth.normal * normal_force;
+            normal_sum += pressing;
+            sum.force += pressing + contact.tangent * traction;
             sum.torque += contact.distance * traction;
             sum.torque += self.rolling_moment(normal_force, wheel.spin);
             sum.traction += traction;
@@ -265,7 +243,7 @@ impl Ground {
         Ok(())
     }
 
-    /// As [`Self::act_at`] for a wheel with one contact, the usual case.
+    /// As [`Self::sum`] for a wheel with one contact, the usual case.
     #[inline(always)]
     fn sum_of_one(
         &self,

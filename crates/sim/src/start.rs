@@ -67,11 +67,8 @@ fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
         let depth = nearest.map_or(f64::NEG_INFINITY, |contact| radius - contact.distance);
         // In this form a NaN is an error, too.
         if !(depth > 0.0 && depth < 1.5 * rest) {
-            return Err(PlantError::RawStart {
-                wheel: i + 1,
-                depth,
-                rest,
-            });
+            let wheel = i + 1;
+            return Err(PlantError::RawStart { wheel, depth, rest });
         }
     }
     Ok(start)
@@ -116,11 +113,9 @@ fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
     for _ in 0..MOST_STEPS {
         let kinematics = Kinematics::new(robot, &state).ok()?;
         let (rows, distances) = tangents(&setup.terrain, &kinematics, &state)?;
-        let mut right = Vector4::zeros();
-        for i in 0..3 {
-            right[i] = goal - distances[i];
-        }
-        right[3] = robot.geometry.axles[1].x - kinematics.axle(1, &state).x;
+        let [front, middle, rear] = distances.map(|distance| goal - distance);
+        let ahead = robot.geometry.axles[1].x - kinematics.axle(1, &state).x;
+        let right = Vector4::new(front, middle, rear, ahead);
         let mut matrix = rows;
         let x_of_the_middle = kinematics.axle_row(1, Vec2::x());
         matrix.set_row(3, &x_of_the_middle.transpose());
@@ -169,12 +164,12 @@ impl Equilibrium<'_> {
         let [a, b] = pose.angles;
         let mut z = Unknowns::from([pose.q.x, pose.q.y, a, b, 0.0, 0.0, 0.0, 0.0]);
         for _ in 0..MOST_STEPS {
-            let here = self.residual(&z)?;
+            let (here, _) = self.evaluate(&z)?;
             let mut jacobian = SMatrix::<f64, 8, 8>::zeros();
             for column in 0..8 {
                 let mut moved = z;
                 moved[column] += SHIFT;
-                let slope = (self.residual(&moved)? - here) / SHIFT;
+                let slope = (self.evaluate(&moved)?.0 - here) / SHIFT;
                 jacobian.set_column(column, &slope);
             }
             // Without friction the creep speed is arbitrary; the pseudo-inverse chooses the
@@ -194,23 +189,15 @@ impl Equilibrium<'_> {
     fn check_rest(&mut self, z: &Unknowns) -> Result<(), NoRest> {
         let (residual, forces) = self.evaluate(z)?;
         for (i, ground) in forces.ground.iter().enumerate() {
-            if !(ground.normal_force > 0.0 && ground.contacts == 1) {
-                return Err(NoRest::Contacts {
-                    wheel: i + 1,
-                    contacts: ground.contacts,
-                });
+            let (wheel, contacts) = (i + 1, ground.contacts);
+            if !(ground.normal_force > 0.0 && contacts == 1) {
+                return Err(NoRest::Contacts { wheel, contacts });
             }
         }
-        if residual.amax() < AT_REST {
-            Ok(())
-        } else {
-            Err(NoRest::Equilibrium)
+        match residual.amax() < AT_REST {
+            true => Ok(()),
+            false => Err(NoRest::Equilibrium),
         }
-    }
-
-    /// The residual of [`Self::evaluate`].
-    fn residual(&mut self, z: &Unknowns) -> Result<Unknowns, NoRest> {
-        self.evaluate(z).map(|(residual, _)| residual)
     }
 
     /// The residual, which is zero in equilibrium, and the forces. The residual contains the
@@ -224,12 +211,10 @@ impl Equilibrium<'_> {
         let mut forces = Forces::default();
         let solved = forces.solve(&mut self.mechanics, &kinematics, &start.state, torques);
         solved.map_err(|_| NoRest::Equilibrium)?;
-        let mut residual = Unknowns::zeros();
-        residual[0] = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
-        let (mut of_rates, a) = (residual.fixed_rows_mut::<4>(1), &forces.accelerations);
-        of_rates.copy_from(a);
-        let (mut of_spins, a) = (residual.fixed_rows_mut::<3>(5), &forces.omega_rates);
-        of_spins.copy_from(a);
+        let x = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
+        let [a, b, c, d] = forces.accelerations.into();
+        let [front, middle, rear] = forces.omega_rates.into();
+        let residual = Unknowns::from([x, a, b, c, d, front, middle, rear]);
         Ok((residual, forces))
     }
 

@@ -163,7 +163,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     let mut meter = TruthClearance::of(scene);
     let clearances = truth.iter().filter_map(|t| meter.at_change(t));
     let (bar, clearance) = clearances.fold((Bar::Body, f64::INFINITY), |least, found| {
-        let found = found.least();
+        let found = found.least;
         if found.1 < least.1 { found } else { least }
     });
     let check = |what: &str| format!("{engine}: {what}");

@@ -127,8 +127,12 @@ impl ClearanceMeter {
 /// The least clearance of body and links, and which of them touch the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearances {
-    least: (Bar, f64),
-    touching: [Option<bool>; 4],
+    /// The bar with the least clearance, and its clearance, m; infinite where none is known. A bar
+    /// at 0 or below touches the ground; how deep it is below 0 has no meaning.
+    pub least: (Bar, f64),
+    /// Whether each bar touches the ground, in the order of [`Bar::ALL`]; `None` where it is not
+    /// known.
+    pub touching: [Option<bool>; 4],
 }
 
 impl Clearances {
@@ -145,20 +149,8 @@ impl Clearances {
         }
     }
 
-    /// The bar with the least clearance, and its clearance, m; infinite where none is known. A bar
-    /// at 0 or below touches the ground; how deep it is below 0 has no meaning.
-    pub fn least(&self) -> (Bar, f64) {
-        self.least
-    }
-
     /// Whether a bar touches the ground.
     pub fn touches(&self) -> bool {
         self.least.1 <= 0.0
-    }
-
-    /// Whether each bar touches the ground, in the order of [`Bar::ALL`]; `None` where it is not
-    /// known.
-    pub fn touching(&self) -> [Option<bool>; 4] {
-        self.touching
     }
 }

@@ -40,7 +40,7 @@ pub(super) struct Motion {
 }
 
 /// Motion of a point of link 1 or 2: it turns about Q with its link.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LinkPoint {
     /// Position relative to Q, m.
     pub arm: Vec2,
@@ -296,17 +296,6 @@ impl Motion {
         right[1] += force.y;
         right[2] += self.j1.dot(&force);
         right[3] += self.j2.dot(&force);
-    }
-}
-
-impl Default for LinkPoint {
-    /// Q as a point of link 1 at rest.
-    fn default() -> Self {
-        Self {
-            arm: Vec2::zeros(),
-            link: Carrier::Link1,
-            rate: 0.0,
-        }
     }
 }
 

@@ -184,7 +184,7 @@ fn slopes(
     let contacts = ground.contacts(wheel);
     let at = |contacts: &[Contact], motion: &WheelMotion| {
         let mut sum = GroundForces::default();
-        ground.act_at(contacts, motion, &mut sum)?;
+        ground.sum(contacts, motion, &mut sum, |_, _| ())?;
         Ok(Vector3::new(sum.force.x, sum.force.y, sum.torque))
     };
     let here = at(contacts, motion)?;

@@ -26,7 +26,7 @@ pub use spec::{ENCODER_COUNTS, Grade, ImuPlace, SensorSpec};
 
 use crate::truth::Truth;
 use models::{Encoder, GivenAngle, Gyro, Inclinometer, Loss, Source, TorqueSensor, White};
-use robhaz_model::{BodyMount, BodyReading, LinkReadings, Robot, Vec2};
+use robhaz_model::{Bar, BodyMount, BodyReading, LinkReadings, Robot, Vec2};
 
 /// All readings of one sample. `None` is a lost reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -242,8 +242,8 @@ impl BodySensors {
         let angle = body.angle + delay * body.rate;
         let opening = link1.angle - link2.angle + delay * (link1.rate - link2.rate);
         let reading = BodyReading {
-            inclination: loss.pass(inclinometer.read(angle, rates.body_velocity, rates.dt)),
-            rate: rate_loss.pass(gyro.read(body.rate + delay * rates.body_rate, rates.dt)),
+            inclination: loss.pass(inclinometer.read(angle, rates.velocity[2], rates.dt)),
+            rate: rate_loss.pass(gyro.read(body.rate + delay * rates.rate[2], rates.dt)),
             pin: pin_loss.pass(opening + *bias + noise.sample()),
             wheels,
         };
@@ -258,13 +258,10 @@ struct Rates {
     dt: f64,
     /// Rate of each motor torque, N m/s.
     torque: [f64; 3],
-    /// Angular acceleration of links 1 and 2, rad/s^2.
-    rate: [f64; 2],
-    /// Acceleration of the centres of mass of links 1 and 2, m/s^2.
-    velocity: [Vec2; 2],
-    /// The same of the body.
-    body_rate: f64,
-    body_velocity: Vec2,
+    /// Angular acceleration of links 1 and 2 and of the body, rad/s^2.
+    rate: [f64; 3],
+    /// Acceleration of their centres of mass, m/s^2.
+    velocity: [Vec2; 3],
 }
 
 impl Rates {
@@ -273,13 +270,12 @@ impl Rates {
             return Self::default();
         };
         let dt = now.time - last.time;
+        let bars = [Bar::Link1, Bar::Link2, Bar::Body].map(|bar| [now.bar(bar), last.bar(bar)]);
         Self {
             dt,
             torque: [0, 1, 2].map(|i| (now.wheels[i].torque - last.wheels[i].torque) / dt),
-            rate: [0, 1].map(|i| (now.links[i].rate - last.links[i].rate) / dt),
-            velocity: [0, 1].map(|i| (now.links[i].velocity - last.links[i].velocity) / dt),
-            body_rate: (now.body.rate - last.body.rate) / dt,
-            body_velocity: (now.body.velocity - last.body.velocity) / dt,
+            rate: bars.map(|[now, last]| (now.rate - last.rate) / dt),
+            velocity: bars.map(|[now, last]| (now.velocity - last.velocity) / dt),
         }
     }
 }
