@@ -91,7 +91,7 @@ impl DrivenPlant {
         let truth = *self.plant.next_truth()?;
         if let Some((observers, driver)) = &mut self.control {
             let (frame, estimates) = observers.observe(&truth);
-            self.plant.command(driver.commands(frame, estimates));
+            self.plant.command(driver.commands(&frame, estimates));
         }
         Ok(truth)
     }

@@ -125,7 +125,6 @@ fn update(
 pub struct Observers {
     sensors: Sensors,
     estimators: Estimators,
-    frame: Option<SensorFrame>,
 }
 
 impl Observers {
@@ -139,15 +138,14 @@ impl Observers {
         Ok(Self {
             sensors: scene.sensors(),
             estimators: Estimators::new(&scene.nominal_robot()?, settings),
-            frame: None,
         })
     }
 
     /// Reads the sensors at one sample and updates every estimator. Returns readings and estimates,
     /// in the scene's order.
-    pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
-        let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
-        (frame, self.estimators.update(frame))
+    pub fn observe(&mut self, truth: &Truth) -> (SensorFrame, &[Result<Estimate, EstimateError>]) {
+        let frame = sensor_frame(&self.sensors.read(truth));
+        (frame, self.estimators.update(&frame))
     }
 
     /// The ground as the estimators know it now. Completed points are those since the start.
