@@ -85,9 +85,7 @@ impl Part {
             let beside = normal.dot(node.mins() + half - line.a).abs() - normal.abs().dot(half);
             gap.max(Vector::ZERO).length().max(beside - ROUNDING)
         };
-        let found = ground
-            .bvh()
-            .find_best(most, least_in, |k, _| Some(of_line(k)));
+        let found = (ground.bvh()).find_best(most, least_in, |k, _| Some(of_line(k)));
         // There is one below the bound. NaN would be seen in every table.
         let Some((nearest, distance)) = found else {
             self.last = None;
@@ -111,22 +109,21 @@ pub(crate) fn outline(geometry: &Geometry, bar: Bar) -> Vec<Part> {
         let corners: Vec<_> = points.iter().copied().map(vector).collect();
         if let Some(hull) = ConvexPolygon::from_convex_hull(&corners) {
             let corners = hull.points();
+            let point = |v: &Vector| Vec2::new(v.x, v.y);
             let next = corners.iter().cycle().skip(1);
             let edges = corners.iter().zip(next);
-            return edges
-                .map(|(a, b)| Part::new([point(a), point(b)]))
-                .collect();
+            let edges = edges.map(|(a, b)| Part::new([point(a), point(b)]));
+            return edges.collect();
         }
     }
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let axles = geometry.axles.iter().zip(&geometry.carriers);
     let own = axles.filter(|(_, carrier)| carrier.bar() == bar);
     let wheels: Vec<Vec2> = own.map(|(axle, _)| axle - cg).collect();
+    let radius = geometry.wheel_radius;
     let pairs = points.windows(2);
-    pairs
-        .flat_map(|pair| outside([pair[0], pair[1]], &wheels, geometry.wheel_radius))
-        .map(Part::new)
-        .collect()
+    let pieces = pairs.flat_map(|pair| outside([pair[0], pair[1]], &wheels, radius));
+    pieces.map(Part::new).collect()
 }
 
 /// The pieces of a line that lie outside of wheels of a radius (m): what is inside cannot touch the
@@ -153,11 +150,6 @@ fn outside(line: [Vec2; 2], wheels: &[Vec2], radius: f64) -> Vec<[Vec2; 2]> {
         let middle = from + along * (0.5 * (piece[0] + piece[1]));
         wheels.iter().all(|wheel| (middle - wheel).norm() > radius)
     });
-    pieces
-        .map(|piece| [from + along * piece[0], from + along * piece[1]])
-        .collect()
-}
-
-fn point(v: &Vector) -> Vec2 {
-    Vec2::new(v.x, v.y)
+    let at = |share: f64| from + along * share;
+    pieces.map(|piece| [at(piece[0]), at(piece[1])]).collect()
 }

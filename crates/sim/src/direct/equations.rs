@@ -175,9 +175,8 @@ impl Equations {
             let response = matrix.column(11 + i);
             let mut column = jacobian.by_velocity.column_mut(4 + i);
             column += response * (torque(&by_speed) - loss);
-            jacobian
-                .by_integral
-                .set_column(i, &(response * torque(&by_integral)));
+            let of_integral = response * torque(&by_integral);
+            jacobian.by_integral.set_column(i, &of_integral);
             jacobian.integrals[i] = [rate(&by_speed), rate(&by_integral)];
         }
         Ok(jacobian)

@@ -152,15 +152,12 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     #[inline]
     pub fn at(&self, time: f64) -> (SVector<f64, N>, SVector<f64, Q>) {
         let length = self.time - self.begin;
-        let s = if length > 0.0 {
-            (time - self.time) / length
-        } else {
-            0.0
+        let s = match length > 0.0 {
+            true => (time - self.time) / length,
+            false => 0.0,
         };
-        (
-            self.y + self.dense.beyond(s),
-            self.integrals + self.dense_integrals.beyond(s),
-        )
+        let (y, integrals) = (self.dense.beyond(s), self.dense_integrals.beyond(s));
+        (self.y + y, self.integrals + integrals)
     }
 
     /// Starts anew at a time within the last step, where f jumps. What was computed beyond it is
@@ -274,12 +271,9 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
         h: f64,
     ) -> Result<Stages<N>, Shorter> {
         let length = self.time - self.begin;
-        let mut z = [C1, C2, 1.0].map(|c| {
-            if length > 0.0 {
-                self.dense.beyond(c * h / length)
-            } else {
-                SVector::zeros()
-            }
+        let mut z = [C1, C2, 1.0].map(|c| match length > 0.0 {
+            true => self.dense.beyond(c * h / length),
+            false => SVector::zeros(),
         });
         let mut w = combined(&T_INVERSE, &z);
         let (mut before, mut contraction) = (0.0, 0.0);

@@ -255,9 +255,8 @@ impl Kinematics {
     /// Row of the Jacobian: its product with the four rates is the speed of a wheel's centre along
     /// `direction` (unit vector), m/s.
     pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
-        let [j1, j2] = self.axles[wheel]
-            .columns()
-            .map(|column| column.dot(&direction));
+        let columns = self.axles[wheel].columns();
+        let [j1, j2] = columns.map(|column| column.dot(&direction));
         Vector4::new(direction.x, direction.y, j1, j2)
     }
 

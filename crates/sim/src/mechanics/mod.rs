@@ -4,7 +4,6 @@
 //! time zero, from which both engines start, and [`crate::stability`] takes the mass matrix. The
 //! motion of [`crate::rapier`] does not depend on them.
 
-mod carriers;
 mod forces;
 mod kinematics;
 mod mass_matrix;

@@ -3,7 +3,7 @@
 use super::joints::{self, Lump};
 use crate::ground::WheelMotion;
 use crate::start::Start;
-use crate::truth::{BarTruth, PinTruth, Truth};
+use crate::truth::{BarTruth, Truth};
 use rapier2d::prelude::*;
 use robhaz_model::{Bar, Geometry, Pin, Robot, Suspension, Vec2, cross, perp, rotate};
 
@@ -37,7 +37,7 @@ impl Bodies {
         let lumps = Bar::ALL.map(|bar| Lump::new(robot, bar));
         let bars = Bar::ALL.map(|bar| {
             let (at, lump) = (start.bars[bar as usize], lumps[bar as usize]);
-            let centre = rotate(lump.centre, at.angle);
+            let (centre, middle) = (rotate(lump.centre, at.angle), to_rapier(lump.centre));
             world.insert_body(
                 RigidBodyBuilder::dynamic()
                     .translation(to_rapier(at.position))
@@ -45,7 +45,7 @@ impl Bodies {
                     .linvel(to_rapier(at.velocity + perp(centre) * at.rate))
                     .angvel(at.rate)
                     .additional_mass_properties(MassProperties::new(
-                        to_rapier(lump.centre),
+                        middle,
                         lump.mass,
                         lump.inertia,
                     ))
@@ -127,10 +127,7 @@ impl Bodies {
                 from_rapier(self.bar(bar).position().transform_point(to_rapier(nominal)))
             };
             let (first, second) = (image(a), image(b));
-            truth.pins[i] = PinTruth {
-                position: 0.5 * (first + second),
-                force: Vec2::zeros(),
-            };
+            truth.pins[i].position = 0.5 * (first + second);
             truth.loop_error = truth.loop_error.max((first - second).norm());
         }
         truth

@@ -30,10 +30,8 @@ impl Lump {
     pub fn new(robot: &Robot, bar: Bar) -> Self {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let (own_mass, own_inertia) = mass.of(bar);
-        let axles: Vec<Vec2> = (0..3)
-            .filter(|&i| geometry.carriers[i].bar() == bar)
-            .map(|i| geometry.axles[i] - geometry.cg(bar))
-            .collect();
+        let own = (0..3).filter(|&i| geometry.carriers[i].bar() == bar);
+        let axles: Vec<Vec2> = own.map(|i| geometry.axles[i] - geometry.cg(bar)).collect();
         let mut lump = Self {
             mass: own_mass,
             inertia: own_inertia,
