@@ -101,10 +101,32 @@ pub fn columns_of(
         rows[2 + geometry.carriers[contact.wheel].index()] = moment;
         rows
     };
-    contacts
-        .iter()
-        .map(|c| [column(c, c.normal()), column(c, c.tangent)])
-        .collect()
+    let both = |c: &GroundContact| [column(c, c.normal()), column(c, c.tangent)];
+    contacts.iter().map(both).collect()
+}
+
+/// Sums of forces of contacts (N) over the contacts of each wheel, N.
+pub fn by_wheel(contacts: &[GroundContact], forces: &[f64]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (contact, force) in contacts.iter().zip(forces) {
+        sums[contact.wheel] += force;
+    }
+    sums
+}
+
+/// Adds eq. (8) to a linear program: its variables with their columns, and the right side.
+pub fn add_equations(
+    problem: &mut Problem,
+    columns: &[(Variable, Vector4<f64>)],
+    right: &Vector4<f64>,
+) {
+    for i in 0..4 {
+        let row = columns
+            .iter()
+            .map(|(variable, column)| (*variable, column[i]));
+        let row: Vec<_> = row.filter(|(_, value)| *value != 0.0).collect();
+        problem.add_constraint(&row, ComparisonOp::Eq, right[i]);
+    }
 }
 
 /// A linear program in N_k and T_k.
@@ -242,14 +264,9 @@ impl Balance {
         let normal = variables((least, largest));
         let traction = variables((-largest, largest));
         let objective = problem.add_var(1.0, range);
-        for i in 0..4 {
-            let columns = self.columns.iter().zip(normal.iter().zip(&traction));
-            let row: Vec<(Variable, f64)> = columns
-                .flat_map(|(c, (n, t))| [(*n, c[0][i]), (*t, c[1][i])])
-                .filter(|(_, value)| *value != 0.0)
-                .collect();
-            problem.add_constraint(&row, ComparisonOp::Eq, self.right[i]);
-        }
+        let columns = self.columns.iter().zip(normal.iter().zip(&traction));
+        let columns = columns.flat_map(|(c, (n, t))| [(*n, c[0]), (*t, c[1])]);
+        add_equations(&mut problem, &columns.collect::<Vec<_>>(), &self.right);
         Program {
             problem,
             normal,
@@ -274,16 +291,11 @@ impl Balance {
     }
 
     fn distribution(&self, excess: f64, normal: &[f64], traction: &[f64]) -> Distribution {
-        let mut sums = Distribution {
+        Distribution {
             excess,
-            normal_force: [0.0; 3],
-            traction: [0.0; 3],
-        };
-        for ((contact, n), t) in self.contacts.iter().zip(normal).zip(traction) {
-            sums.normal_force[contact.wheel] += n;
-            sums.traction[contact.wheel] += t;
+            normal_force: by_wheel(&self.contacts, normal),
+            traction: by_wheel(&self.contacts, traction),
         }
-        sums
     }
 }
 

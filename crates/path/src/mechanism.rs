@@ -148,9 +148,8 @@ impl Mechanism {
             let third = row.dot(&s) - value;
             let matrix =
                 Matrix3::from_rows(&[rows[0].transpose(), rows[1].transpose(), row.transpose()]);
-            let step = matrix
-                .lu()
-                .solve(&Vector3::new(errors[0], errors[1], third))?;
+            let right = Vector3::new(errors[0], errors[1], third);
+            let step = matrix.lu().solve(&right)?;
             s -= step;
             if !step.iter().all(|d| d.is_finite()) {
                 return None;
@@ -305,9 +304,8 @@ impl<'a> Walk<'a> {
         let row = self.direction;
         let predicted = from + row * length;
         let piece = self.wheels.piece;
-        let s = self
-            .mechanism
-            .solve(self.curve, piece, predicted, row, row.dot(&predicted))?;
+        let (mechanism, along) = (self.mechanism, row.dot(&predicted));
+        let s = mechanism.solve(self.curve, piece, predicted, row, along)?;
         if (s - predicted).amax() > 0.5 * length {
             return None;
         }

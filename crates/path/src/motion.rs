@@ -15,7 +15,7 @@
 //! wheel lifts by little. The spin of the wheels is left out: a disc has 8 % of the inertia of its
 //! mass.
 
-use crate::balance::{GroundContact, columns_of};
+use crate::balance::{GroundContact, add_equations, by_wheel, columns_of};
 use crate::mechanism::{OnGround, Tangent};
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
 use nalgebra::{Matrix4, Vector4};
@@ -125,10 +125,7 @@ impl Motion {
         traction: f64,
     ) -> Option<f64> {
         let right = self.gravity + self.centripetal * (speed * speed);
-        match self.forced(self.ratios(sign, mu), &right, traction) {
-            Some(forced) => Some(forced.acceleration),
-            None => self.best(sign, mu, &right, traction),
-        }
+        self.pushed(sign, mu, &right, traction)
     }
 
     /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place.
@@ -137,11 +134,11 @@ impl Motion {
     pub fn after_impact(&self, before: &Self, speed: f64, mu: &dyn Fn(f64) -> f64) -> f64 {
         // Momentum in place of force: impulses of the contacts, F_a times sigma' on both sides.
         let right = before.inertia * -speed;
-        let free = self.without_stop();
-        let found = free
-            .forced(self.ratios(1.0, mu), &right, f64::INFINITY)
-            .map(|after| after.acceleration)
-            .or_else(|| free.best(1.0, mu, &right, f64::INFINITY));
+        let free = Self {
+            stop: (Vector4::zeros(), 0.0),
+            ..self.clone()
+        };
+        let found = free.pushed(1.0, mu, &right, f64::INFINITY);
         found.map_or(0.0, |after| after.max(0.0).min(speed))
     }
 
@@ -152,13 +149,6 @@ impl Motion {
             contact.map_or(0.0, |c| sign * mu(c.mu))
         };
         [0, 1, 2].map(of_wheel)
-    }
-
-    fn without_stop(&self) -> Self {
-        Self {
-            stop: (Vector4::zeros(), 0.0),
-            ..self.clone()
-        }
     }
 
     /// Four equations for three N and the acceleration, at given T/N. `None` with more than three
@@ -208,51 +198,35 @@ impl Motion {
                         let wanted = ratios[k] * normal[k];
                         wanted.max(-traction).min(traction)
                     };
-                    return Some(self.of_wheels(x[3], normal, [0, 1, 2].map(traction)));
+                    return Some(Forced {
+                        acceleration: x[3],
+                        normal_force: by_wheel(&self.contacts, &normal),
+                        traction: by_wheel(&self.contacts, &[0, 1, 2].map(traction)),
+                    });
                 }
             }
         }
         None
     }
 
-    /// N and T of the contacts as those of their wheels.
-    fn of_wheels(&self, acceleration: f64, normal: [f64; 3], traction: [f64; 3]) -> Forced {
-        let mut forced = Forced {
-            acceleration,
-            normal_force: [0.0; 3],
-            traction: [0.0; 3],
-        };
-        for (k, contact) in self.contacts.iter().take(3).enumerate() {
-            forced.normal_force[contact.wheel] += normal[k];
-            forced.traction[contact.wheel] += traction[k];
-        }
-        forced
-    }
-
-    /// The largest acceleration (`sign` 1) or the least one (-1) with the best distribution of
-    /// tractions, by a linear program.
-    fn best(
+    /// The largest acceleration (`sign` 1) or the least one (-1) with all wheels sliding, otherwise
+    /// with the best distribution of tractions, by a linear program.
+    fn pushed(
         &self,
         sign: f64,
         mu: &dyn Fn(f64) -> f64,
         right: &Vector4<f64>,
         traction: f64,
     ) -> Option<f64> {
-        let mut problem = Problem::new(if sign > 0.0 {
-            OptimizationDirection::Maximize
-        } else {
-            OptimizationDirection::Minimize
+        if let Some(forced) = self.forced(self.ratios(sign, mu), right, traction) {
+            return Some(forced.acceleration);
+        }
+        let mut problem = Problem::new(match sign > 0.0 {
+            true => OptimizationDirection::Maximize,
+            false => OptimizationDirection::Minimize,
         });
-        let mut rows: [Vec<_>; 4] = Default::default();
-        let mut add = |variable, column: &Vector4<f64>| {
-            for (row, value) in rows.iter_mut().zip(column.iter()) {
-                if *value != 0.0 {
-                    row.push((variable, *value));
-                }
-            }
-        };
         let along = problem.add_var(1.0, (f64::NEG_INFINITY, f64::INFINITY));
-        add(along, &-self.inertia);
+        let mut columns = vec![(along, -self.inertia)];
         for (contact, [normal, tangent]) in self.contacts.iter().zip(&self.columns) {
             let n = problem.add_var(0.0, (0.0, f64::INFINITY));
             let t = problem.add_var(0.0, (-traction, traction));
@@ -260,16 +234,13 @@ impl Motion {
                 let row = [(t, side), (n, -mu(contact.mu))];
                 problem.add_constraint(row, ComparisonOp::Le, 0.0);
             }
-            add(n, normal);
-            add(t, tangent);
+            columns.extend([(n, *normal), (t, *tangent)]);
         }
         if self.stop.1 > 0.0 {
             let torque = problem.add_var(0.0, (0.0, self.stop.1));
-            add(torque, &self.stop.0);
+            columns.push((torque, self.stop.0));
         }
-        for (row, value) in rows.iter().zip(right.iter()) {
-            problem.add_constraint(row, ComparisonOp::Eq, *value);
-        }
+        add_equations(&mut problem, &columns, right);
         let solution = problem.solve().ok()?.into_solution().ok()?;
         Some(solution.var_value(along))
     }

@@ -26,27 +26,25 @@ pub enum Reason {
 impl Reason {
     /// In words.
     pub const fn words(self) -> &'static str {
-        match self {
-            Self::Friction => "the needed friction is above the available friction",
-            Self::Torque => "a motor torque would be above its limit",
-            Self::Tipping => {
-                "no tractions and N >= 0 balance the robot: it tips over or a wheel lifts"
-            }
-            Self::EndStop => "pin Q would be beyond an end stop",
-            Self::Clearance => "the body or a link touches the ground",
-            Self::Posture => "there is no posture in which all wheels touch the ground",
-            Self::Solver => "the linear program failed, so nothing is known",
-        }
+        self.words_and_unit().0
     }
 
-    /// Unit of the amount of the failure.
-    pub const fn unit(self) -> &'static str {
+    /// Words, and the unit of the amount of the failure.
+    const fn words_and_unit(self) -> (&'static str, &'static str) {
         match self {
-            Self::Friction => "1",
-            Self::Torque => "N m",
-            Self::Tipping => "N",
-            Self::EndStop => "rad",
-            Self::Posture | Self::Clearance | Self::Solver => "",
+            Self::Friction => ("the needed friction is above the available friction", "1"),
+            Self::Torque => ("a motor torque would be above its limit", "N m"),
+            Self::Tipping => (
+                "no tractions and N >= 0 balance the robot: it tips over or a wheel lifts",
+                "N",
+            ),
+            Self::EndStop => ("pin Q would be beyond an end stop", "rad"),
+            Self::Clearance => ("the body or a link touches the ground", ""),
+            Self::Posture => (
+                "there is no posture in which all wheels touch the ground",
+                "",
+            ),
+            Self::Solver => ("the linear program failed, so nothing is known", ""),
         }
     }
 }
@@ -67,7 +65,7 @@ pub struct Failure {
 
 impl Failure {
     pub(crate) fn new(x: f64, reason: Reason, by: Option<f64>) -> Self {
-        let unit = reason.unit();
+        let (_, unit) = reason.words_and_unit();
         Self {
             x,
             reason,
