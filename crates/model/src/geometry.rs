@@ -303,11 +303,7 @@ impl Geometry {
     }
 
     fn with_mean_link_cgs(carriers: [Carrier; 3], pins: Pins, body_cg: Vec2) -> Self {
-        let axles = [
-            Vec2::new(0.30, 0.10),
-            Vec2::new(0.0, 0.10),
-            Vec2::new(-0.30, 0.10),
-        ];
+        let axles = [0.30, 0.0, -0.30].map(|x| Vec2::new(x, 0.10));
         let mut geometry = Self {
             wheel_radius: 0.10,
             link_cg: [Vec2::zeros(); 3],
@@ -387,14 +383,11 @@ impl Geometry {
     /// The pins and axles of a bar, in the nominal pose, m; none of link 3 of a bogie.
     fn joints(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
         let pins = self.suspension.pins().iter();
-        let pins = pins
-            .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
-            .map(|pin| self.pins.get(*pin));
+        let pins = pins.filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar);
         let axles = self.axles.iter().zip(&self.carriers);
-        let axles = axles
-            .filter(move |(_, carrier)| carrier.bar() == bar)
-            .map(|(axle, _)| *axle);
-        pins.chain(axles)
+        let axles = axles.filter(move |(_, carrier)| carrier.bar() == bar);
+        let pins = pins.map(|pin| self.pins.get(*pin));
+        pins.chain(axles.map(|(axle, _)| *axle))
     }
 
     /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the

@@ -179,11 +179,8 @@ impl Posture {
 
     /// Position of a wheel's axle relative to Q, m, in world axes.
     pub fn axle_from_q(&self, geometry: &Geometry, wheel: usize) -> Vec2 {
-        self.from_q(
-            geometry,
-            geometry.carriers[wheel].bar(),
-            geometry.axles[wheel],
-        )
+        let bar = geometry.carriers[wheel].bar();
+        self.from_q(geometry, bar, geometry.axles[wheel])
     }
 
     /// Position of a bar's centre of mass relative to Q, m, in world axes.

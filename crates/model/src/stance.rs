@@ -144,10 +144,8 @@ impl Geometry {
 impl Robot {
     /// Centre of mass of the whole robot in the nominal pose, m.
     pub fn centre_of_mass(&self) -> Vec2 {
-        let of_bars: Vec2 = Bar::ALL
-            .iter()
-            .map(|bar| self.geometry.cg(*bar) * self.mass.of(*bar).0)
-            .sum();
+        let bars = Bar::ALL.map(|bar| self.geometry.cg(bar) * self.mass.of(bar).0);
+        let of_bars: Vec2 = bars.iter().sum();
         let of_wheels: Vec2 = self.geometry.axles.iter().sum::<Vec2>() * self.mass.wheel;
         (of_bars + of_wheels) / self.mass.total()
     }

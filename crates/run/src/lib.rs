@@ -262,6 +262,7 @@ impl Run {
             points.into()
         };
         let completed = std::mem::take(&mut self.ground);
+        let friction_tests = self.driver.iter().flat_map(Driver::friction_tests);
         Some(RunEnd {
             ground: completed.into_iter().enumerate().map(whole).collect(),
             duration: match error {
@@ -271,11 +272,7 @@ impl Run {
             wall: self.wall.as_secs_f64(),
             step: self.source.mean_step(),
             broken_off: error.map(|error| in_one_line(error)),
-            friction_tests: self
-                .driver
-                .iter()
-                .flat_map(Driver::friction_tests)
-                .collect(),
+            friction_tests: friction_tests.collect(),
             log: self.source.log_report(),
         })
     }

@@ -210,21 +210,18 @@ fn records(
         completed: left,
     };
     let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);
+    let estimates = |k: usize| batch.estimates.get(k * count..(k + 1) * count);
     let frames: Vec<Frame<'_>> = recorded
         .map(|(k, sample)| Frame {
             time: sample.time,
             truth: sample.truth.as_ref(),
             clearances: clearances.next().copied().flatten(),
             sensors: &sample.sensors,
-            estimates: batch
-                .estimates
-                .get(k * count..(k + 1) * count)
-                .unwrap_or_default(),
+            estimates: estimates(k).unwrap_or_default(),
             commands: None,
-            ground: if last == Some(k) {
-                ground
-            } else {
-                EstimatedTerrain::default()
+            ground: match last == Some(k) {
+                true => ground,
+                false => EstimatedTerrain::default(),
             },
         })
         .collect();

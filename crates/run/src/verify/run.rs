@@ -66,9 +66,8 @@ impl Run {
                 return Ok(false);
             }
         }
-        Ok(self
-            .stopped
-            .is_none_or(|why| plant.next_truth() == Err(why)))
+        let stopped = self.stopped;
+        Ok(stopped.is_none_or(|why| plant.next_truth() == Err(why)))
     }
 }
 
