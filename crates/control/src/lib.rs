@@ -33,7 +33,6 @@ mod controller;
 pub mod friction_test;
 mod input;
 pub mod shared;
-mod wheel_speed;
 
 pub use controller::Controller;
 pub use friction_test::{FrictionTestEnd, FrictionTestResult};

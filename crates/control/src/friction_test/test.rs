@@ -1,7 +1,6 @@
 //! One ramp: when to take the torque back, and what it has shown.
 
-use super::limit::RampLimit;
-use super::result::{FrictionTestEnd, FrictionTestResult};
+use super::result::{FrictionTestEnd, FrictionTestResult, RampLimit};
 use libm::hypot;
 use robhaz_estimator::{Estimate, Flags, PeakFriction, WheelFriction};
 

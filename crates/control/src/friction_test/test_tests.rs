@@ -1,6 +1,6 @@
 //! Ramps on made-up estimates, and results of several ramps.
 
-use super::super::limit::testing::limit;
+use super::super::result::testing::limit;
 use super::super::together::together;
 use super::*;
 use robhaz_estimator::{

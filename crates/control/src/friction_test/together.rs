@@ -1,7 +1,6 @@
 //! Several ramps together: the torque offsets are common to them.
 
-use super::limit::RampFriction;
-use super::result::FrictionTestResult;
+use super::result::{FrictionTestResult, RampFriction};
 
 /// Steps of the grid from the middle to each side, and its reach in standard deviations.
 const STEPS: i16 = 24;
