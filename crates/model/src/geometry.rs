@@ -123,12 +123,7 @@ impl Pins {
 
     /// Position of one pin, m.
     pub fn get(&self, pin: Pin) -> Vec2 {
-        match pin {
-            Pin::P => self.p,
-            Pin::Q => self.q,
-            Pin::R => self.r,
-            Pin::S => self.s,
-        }
+        [self.p, self.q, self.r, self.s][pin as usize]
     }
 }
 
@@ -426,12 +421,8 @@ impl Geometry {
 
     /// Centre of mass of a bar without wheels, in the nominal pose, m.
     pub fn cg(&self, bar: Bar) -> Vec2 {
-        match bar {
-            Bar::Body => self.body_cg,
-            Bar::Link1 => self.link_cg[0],
-            Bar::Link2 => self.link_cg[1],
-            Bar::Link3 => self.link_cg[2],
-        }
+        let [link1, link2, link3] = self.link_cg;
+        [self.body_cg, link1, link2, link3][bar as usize]
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) struct Ground {
     rolling: RollingResistance,
     wheel_radius: f64,
     /// Contacts of each wheel at the last call of [`Ground::act`].
-    found: [Vec<Contact>; 3],
+    pub found: [Vec<Contact>; 3],
     /// Where each wheel was last.
     hints: [Hint; 3],
     has_corners: bool,
@@ -185,11 +185,6 @@ impl Ground {
     #[cfg(test)]
     pub fn queries(&self) -> u64 {
         self.queries
-    }
-
-    /// Contacts of a wheel (0 front, 1 middle, 2 rear) at the last call of [`Self::act`].
-    pub fn contacts(&self, wheel: usize) -> &[Contact] {
-        &self.found[wheel]
     }
 
     /// Sums the forces of given contacts of a wheel, and passes each one to `each`.

@@ -227,7 +227,7 @@ impl Model<SIZE, INTEGRALS> for Equations {
         let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
         let changes = command.into_iter().chain(change);
         let longest = changes.fold(longest, |longest, change| longest.min(change - t));
-        if self.jumps.is_empty() {
+        if self.jumps.places.is_empty() {
             return longest;
         }
         let state = state(y);

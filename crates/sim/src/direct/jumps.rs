@@ -26,7 +26,7 @@ const SHORT: f64 = 0.97;
 
 /// The places, from rear to front.
 pub(super) struct Jumps {
-    places: Vec<Jump>,
+    pub places: Vec<Jump>,
     /// Radius of the wheels, m.
     radius: f64,
 }
@@ -41,11 +41,6 @@ impl Jumps {
             places,
             radius: setup.robot.geometry.wheel_radius,
         }
-    }
-
-    /// Whether there is no such place.
-    pub fn is_empty(&self) -> bool {
-        self.places.is_empty()
     }
 
     /// Longest step up to the next place that a wheel reaches within `longest` (s), s, from the

@@ -77,7 +77,7 @@ impl Forces {
         for (i, drive) in drive_torque.into_iter().enumerate() {
             let alpha_link = self.accelerations[kinematics.axles[i].row()];
             self.omega_rates[i] =
-                wheel_acceleration(drive, self.ground[i].torque, alpha_link, jw, jr);
+                wheel_acceleration(drive, self.ground[i].torque, alpha_link, mass);
         }
         Ok(())
     }

@@ -181,7 +181,7 @@ fn slopes(
     displaced: &mut Vec<Contact>,
     motion: &WheelMotion,
 ) -> Result<SMatrix<f64, 3, 5>, BelowGround> {
-    let contacts = ground.contacts(wheel);
+    let contacts = &ground.found[wheel];
     let at = |contacts: &[Contact], motion: &WheelMotion| {
         let mut sum = GroundForces::default();
         ground.sum(contacts, motion, &mut sum, |_, _| ())?;

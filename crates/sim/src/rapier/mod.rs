@@ -16,7 +16,7 @@ mod joints;
 mod step_control;
 
 use crate::balance::{Balance, WheelLoad};
-use crate::drive::{Drive, wheel_acceleration};
+use crate::drive::{Drive, DriveResponse, wheel_acceleration};
 use crate::engine::{Engine, Instant};
 use crate::error::{BelowGround, PlantError};
 use crate::ground::{Ground, GroundForces, OneContact, WheelMotion};
@@ -76,12 +76,8 @@ struct Wheel {
 /// Forces and torques on links and wheels at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 struct Loads {
-    /// Motor torques less the losses in the gears, N m.
-    drive_torques: [f64; 3],
-    /// Rates of the integrals of the speed errors, rad/s.
-    integral_rates: [f64; 3],
-    /// Motor torques, N m.
-    motor_torques: [f64; 3],
+    /// What the drives do.
+    drives: [DriveResponse; 3],
     motions: [WheelMotion; 3],
     /// Forces and torques on the wheels, without the motors.
     wheels: [WheelLoad; 3],
@@ -194,7 +190,6 @@ impl RapierEngine {
             acted.map_err(below)?;
             let planned = drive.set_speed(i, of_velocities, geometry.wheel_radius);
             let response = drive.response(self.commands[i], planned, omega, wheel.integral);
-            let gear_torque = drive.loss_torque(omega);
             if let Some(truth) = truth.as_deref_mut() {
                 let of_wheel = &mut truth.wheels[i];
                 (of_wheel.angle, of_wheel.omega) = (wheel.angle, omega);
@@ -202,11 +197,9 @@ impl RapierEngine {
                 let written = self.ground.write_truth(i, &ground, &motion, of_wheel);
                 written.map_err(below)?;
             }
-            loads.drive_torques[i] = response.torque - gear_torque;
-            loads.integral_rates[i] = response.integral_rate;
-            loads.motor_torques[i] = response.torque;
+            loads.drives[i] = response;
             loads.motions[i] = motion;
-            loads.wheels[i] = WheelLoad::new(&ground, gear_torque);
+            loads.wheels[i] = WheelLoad::new(&ground, drive.loss_torque(omega));
             loads.contact_energy += ground.energy;
             let state = &mut loads.wheel_state;
             state.normal_force = state.normal_force.max(ground.normal_force);
@@ -230,11 +223,11 @@ impl RapierEngine {
         for (i, wheel) in self.wheels.iter_mut().enumerate() {
             let carrier = self.robot.geometry.carriers[i].index();
             let omega_before = wheel.spin + before[carrier];
-            wheel.integral += step * loads.integral_rates[i];
+            wheel.integral += step * loads.drives[i].integral_rate;
             wheel.spin += step * spin_rates[i];
             let omega = wheel.spin + rates[carrier];
             wheel.angle += step * omega;
-            self.balance.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
+            self.balance.motor_work += step * loads.drives[i].torque * 0.5 * (omega_before + omega);
         }
         if self.carries_balance {
             self.add_to_balance(loads, [before, rates], step);
@@ -257,14 +250,10 @@ impl RapierEngine {
             wheel.ground_torque += torque_change;
             // The acceleration of the link is that of the last integration. Its weight
             // J_wheel/(J_wheel + J_rotor) is 8 %.
-            let omega_rate = wheel_acceleration(
-                loads.drive_torques[i],
-                wheel.ground_torque,
-                self.link_accelerations[carrier],
-                mass.wheel_inertia,
-                mass.rotor_inertia,
-            );
-            let through_gear = loads.drive_torques[i] - mass.rotor_inertia * omega_rate;
+            let drive = loads.drives[i].torque - wheel.gear_torque;
+            let alpha_link = self.link_accelerations[carrier];
+            let omega_rate = wheel_acceleration(drive, wheel.ground_torque, alpha_link, mass);
+            let through_gear = drive - mass.rotor_inertia * omega_rate;
             *spin_rate = (through_gear - wheel.ground_torque) / mass.wheel_inertia;
             forces[carrier] += wheel.force;
             // Torques are counter-clockwise; the forward spin is clockwise.
