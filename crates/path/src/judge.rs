@@ -2,7 +2,6 @@
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
 use crate::follow::{Follower, Passed, Stuck};
-use crate::motion::Motion;
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
@@ -78,7 +77,8 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
 /// Largest mean of the friction coefficients along the path, -.
 fn largest_mu(passed: &[Passed]) -> f64 {
     let motions = passed.iter().filter_map(|p| p.motion.as_ref());
-    motions.map(Motion::largest_mu).fold(0.0, f64::max)
+    let contacts = motions.flat_map(|motion| &motion.contacts);
+    contacts.map(|contact| contact.mu).fold(0.0, f64::max)
 }
 
 /// A shift of all friction coefficients with which the robot is stuck, and a larger one with which
@@ -138,7 +138,7 @@ fn with_control(
         place.failure = Some(Failure::new(place.x(), Reason::Posture, None));
         return place;
     };
-    if motion.contacts() > 3 {
+    if motion.contacts.len() > 3 {
         let mut place = judged(setup, posed, &mut guesses.0);
         place.failure = None;
         return place;

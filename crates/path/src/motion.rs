@@ -36,7 +36,8 @@ pub struct Forced {
 /// The equations at one place.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    contacts: Vec<GroundContact>,
+    /// The contacts.
+    pub contacts: Vec<GroundContact>,
     /// Columns of N and T of each contact.
     columns: Vec<[Vector4<f64>; 2]>,
     /// F', N.
@@ -90,16 +91,6 @@ impl Motion {
             gravity,
         };
         found.gravity.iter().all(|f| f.is_finite()).then_some(found)
-    }
-
-    /// Number of contacts.
-    pub fn contacts(&self) -> usize {
-        self.contacts.len()
-    }
-
-    /// Largest mean of the friction coefficients of the contacts, -.
-    pub fn largest_mu(&self) -> f64 {
-        self.contacts.iter().map(|c| c.mu).fold(0.0, f64::max)
     }
 
     /// Forces at rest with the ratio T/N of each wheel as given, and no T above `traction` (N).
