@@ -96,13 +96,6 @@ impl Estimators {
         let memories = self.estimators.iter().map(Estimator::ground);
         memories.map(Iterator::collect).collect()
     }
-
-    /// Removes the completed points of the ground, which a record has given.
-    pub(crate) fn clear_completed(&mut self) {
-        for completed in &mut self.completed {
-            completed.clear();
-        }
-    }
 }
 
 /// The estimate of a frame, after which `completed` has the points of the ground that the estimator
@@ -124,7 +117,8 @@ fn update(
 /// estimates.
 pub struct Observers {
     sensors: Sensors,
-    estimators: Estimators,
+    /// Their completed points of the ground are those since the start.
+    pub estimators: Estimators,
 }
 
 impl Observers {
@@ -146,10 +140,5 @@ impl Observers {
     pub fn observe(&mut self, truth: &Truth) -> (SensorFrame, &[Result<Estimate, EstimateError>]) {
         let frame = sensor_frame(&self.sensors.read(truth));
         (frame, self.estimators.update(&frame))
-    }
-
-    /// The ground as the estimators know it now. Completed points are those since the start.
-    pub fn ground(&self) -> EstimatedTerrain<'_> {
-        self.estimators.ground()
     }
 }

@@ -247,7 +247,7 @@ impl Run {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
             add_completed(&mut self.ground, &frame.ground);
-            self.estimators.clear_completed();
+            self.estimators.completed.iter_mut().for_each(Vec::clear);
             self.time = Some(sample.time);
         }
     }
