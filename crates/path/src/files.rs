@@ -100,12 +100,8 @@ fn write_needed_friction(
     };
     let decisive = decisive(report).unwrap_or(last);
     let radius = setup.robot.geometry.wheel_radius;
-    let mut strip = strip(
-        &setup.terrain,
-        places,
-        &shown(first, last, decisive),
-        radius,
-    );
+    let shown = shown(first, last, decisive);
+    let mut strip = strip(&setup.terrain, places, &shown, radius);
     for place in [first, decisive] {
         for (i, color) in WHEELS.into_iter().enumerate() {
             let (x, y) = (place.wheel_x[i], place.wheel_y[i]);

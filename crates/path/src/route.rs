@@ -43,13 +43,9 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     let axles = &geometry.axles;
     let start = axles[1].x;
     let wheelbase = axles[0].x - axles[2].x;
-    let (from, to) = (axles[2].x, axles[0].x + setup.distance);
-    let curve = CentreCurve::new(
-        &setup.terrain,
-        geometry.wheel_radius,
-        from - BESIDE * wheelbase,
-        to + BESIDE * wheelbase,
-    );
+    let (beside, ahead) = (BESIDE * wheelbase, setup.distance);
+    let (from, to) = (axles[2].x - beside, axles[0].x + ahead + beside);
+    let curve = CentreCurve::new(&setup.terrain, geometry.wheel_radius, from, to);
     let mechanism = Mechanism::new(geometry);
     let no_start = PathError::Start { x: start };
     let wheels = mechanism.start(&curve, start).ok_or(no_start)?;
@@ -59,7 +55,9 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     let mut pose = |walk: &Walk<'_>, alone| pose(setup, walk, alone, &mut meter);
     let mut posed = vec![pose(&walk, None)];
     let mut farthest = start;
-    for _ in 0..most_steps(setup.distance) {
+    // A walk that needs more steps does not get ahead. The distance is checked.
+    let most_steps = (setup.distance * STEPS_PER_METRE) as usize + 10_000;
+    for _ in 0..most_steps {
         let before = walk.wheels;
         let reached = walk.step();
         let alone = match reached {
@@ -87,12 +85,6 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     }
     let x = mechanism.on_ground(&curve, &walk.wheels).axles[1].x;
     Ok((posed, Some(Failure::new(x, Reason::Posture, None))))
-}
-
-/// Largest number of steps for a distance (m): a walk that needs more does not get ahead.
-fn most_steps(distance: f64) -> usize {
-    // A checked distance.
-    (distance * STEPS_PER_METRE) as usize + 10_000
 }
 
 fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {

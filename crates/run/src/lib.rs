@@ -204,13 +204,9 @@ impl Run {
                 None => Ok(()),
             }
         };
-        pipeline::run(
-            self.source.as_mut(),
-            &mut self.estimators,
-            self.clearance.as_mut(),
-            &mut self.wall,
-            hand_on,
-        )
+        let (source, clearance) = (self.source.as_mut(), self.clearance.as_mut());
+        let (estimators, wall) = (&mut self.estimators, &mut self.wall);
+        pipeline::run(source, estimators, clearance, wall, hand_on)
     }
 
     fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {

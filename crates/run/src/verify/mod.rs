@@ -167,6 +167,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
         if found.1 < least.1 { found } else { least }
     });
     let check = |what: &str| format!("{engine}: {what}");
+    let is_clear = clearance > 0.0;
     let clear = format!("at least {:.0} mm, {}", 1e3 * clearance, bar.name());
     let outside = format!("{beyond} of {} records outside", truth.len());
     let momentum = momentum_error(robot, truth, &run.balance);
@@ -179,11 +180,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     };
     vec![
         bounded(check("gap of the pins"), gap, gap_limit, "m"),
-        judged(
-            check("body and links clear of the ground"),
-            clear,
-            clearance > 0.0,
-        ),
+        judged(check("body and links clear of the ground"), clear, is_clear),
         judged(check("N >= 0, |T| <= mu_s N"), outside, beyond == 0),
         bounded(check("momentum"), momentum, MOMENTUM, of_momentum),
         bounded(check("energy"), energy, energy_limit, of_energy),

@@ -37,18 +37,15 @@ impl Bodies {
         let lumps = Bar::ALL.map(|bar| Lump::new(robot, bar));
         let bars = Bar::ALL.map(|bar| {
             let (at, lump) = (start.bars[bar as usize], lumps[bar as usize]);
-            let (centre, middle) = (rotate(lump.centre, at.angle), to_rapier(lump.centre));
+            let centre = rotate(lump.centre, at.angle);
+            let mass = MassProperties::new(to_rapier(lump.centre), lump.mass, lump.inertia);
             world.insert_body(
                 RigidBodyBuilder::dynamic()
                     .translation(to_rapier(at.position))
                     .rotation(at.angle)
                     .linvel(to_rapier(at.velocity + perp(centre) * at.rate))
                     .angvel(at.rate)
-                    .additional_mass_properties(MassProperties::new(
-                        middle,
-                        lump.mass,
-                        lump.inertia,
-                    ))
+                    .additional_mass_properties(mass)
                     .can_sleep(false),
             )
         });
