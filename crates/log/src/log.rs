@@ -83,7 +83,9 @@ impl Log {
         warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
         if let Some(truth) = &options.truth {
             let channels = choice.mapping.iter().flat_map(|m| &m.channels);
-            let clock = channels.into_iter().find(|c| c.name == ChannelChoice::TRUTH);
+            let clock = channels
+                .into_iter()
+                .find(|c| c.name == ChannelChoice::TRUTH);
             plan.channels.push(own_names::truth(truth, clock)?);
             files.push(truth.clone());
         }

@@ -28,7 +28,11 @@ pub fn channels(
         channels.push(empty(table, stem(table), None)?);
     }
     // The channel of this name states the clock of the truth.
-    for choice in mapping.channels.iter().filter(|c| c.name != ChannelChoice::TRUTH) {
+    for choice in mapping
+        .channels
+        .iter()
+        .filter(|c| c.name != ChannelChoice::TRUTH)
+    {
         let path = file(log, table, choice)?;
         channels.push(empty(&path, choice.name.clone(), Some(choice))?);
     }

@@ -252,7 +252,7 @@ impl Scene {
 
     /// The sensors of this scene, with the errors that its seed draws.
     pub fn sensors(&self) -> Sensors {
-        Sensors::on(&self.sensors.spec, self.seed, &self.robot.robot)
+        Sensors::new(&self.sensors.spec, self.seed, &self.robot.robot)
     }
 
     /// The nominal robot, which the estimators are given.

@@ -51,14 +51,9 @@ impl SampleNoise {
         let geometry = &robot.geometry;
         let arms = Arms::new(geometry, truth.links[0].angle, truth.links[1].angle).ok()?;
         // Loads are known: H does not depend on them.
-        let equilibrium = Equilibrium::new(
-            &arms,
-            &geometry.carriers,
-            geometry.wheel_radius,
-            &Loads::default(),
-            &wheels.map(|wheel| wheel.angle),
-            1.0,
-        )?;
+        let (loads, angles) = (Loads::default(), wheels.map(|wheel| wheel.angle));
+        let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+        let equilibrium = Equilibrium::new(&arms, carriers, radius, &loads, &angles, 1.0)?;
         let inverse = equilibrium.least_squares()?;
         let r = self.residual_covariance(robot, truth, wheels, &equilibrium);
         let left = inverse.rows;
@@ -89,13 +84,13 @@ impl SampleNoise {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let traction = (self.torque_gain * wheel.torque).hypot(self.torque) / radius;
             let pulled = equilibrium.h_t[i] * traction;
-            let turned = equilibrium.by_contact_angle(
-                i,
+            let (link, n, t) = (
                 geometry.carriers[i],
-                radius,
                 wheels[i].normal_force,
                 wheels[i].traction,
-            ) * self.contact_angle;
+            );
+            let slope = equilibrium.by_contact_angle(i, link, radius, n, t);
+            let turned = slope * self.contact_angle;
             r += pulled * pulled.transpose() + turned * turned.transpose();
             rub += equilibrium.h_t[i] * (self.gear_friction * wheel.omega.signum() / radius);
         }

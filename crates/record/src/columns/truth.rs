@@ -37,7 +37,7 @@ impl Table {
         }
         columns! { table, Source::record_or_none; "", "";
             "clearance", "m", "least distance of body and links to the ground; at 0 or below one touches it, and its force is \
-             not modelled" => |f| Some(f.clearances?.least().1);
+             not modelled" => |f| Some(f.clearances?.least.1);
         }
         (0..3).for_each(|i| table.add_contacts(i));
         table

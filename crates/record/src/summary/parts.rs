@@ -322,7 +322,7 @@ pub struct ClearanceSummary {
 impl ClearanceSummary {
     /// Adds a record to the summary so far.
     pub(super) fn add(so_far: &mut Option<Self>, time: f64, clearances: &Clearances) {
-        let (bar, least) = clearances.least();
+        let (bar, least) = clearances.least;
         // A clearance that is not a number is that of no bar.
         if !least.is_finite() {
             return;

@@ -56,7 +56,7 @@ impl EstimatorSums {
         let scale = self.scale.as_ref().filter(|_| forces.is_some());
         let of_forces = forces.filter(|_| !compared);
         let (samples, missing) = of_forces.map_or_else(
-            || (score.samples(), score.missing()),
+            || (score.samples(), score.missing),
             |forces| (forces.samples, forces.missing),
         );
         EstimatorSummary {
@@ -74,7 +74,7 @@ impl EstimatorSums {
             samples,
             missing,
             two_contacts: score.two_contacts(),
-            no_equivalent: score.no_equivalent(),
+            no_equivalent: score.no_equivalent,
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts: self.contacts.as_ref().and_then(ContactScore::scores),
             faulty_channels: self.faulty_channels.clone(),

@@ -63,7 +63,7 @@ impl Course {
         for truth in &self.truth {
             observers.observe(truth);
         }
-        let ground = observers.ground();
+        let ground = observers.estimators.ground();
         let completed = ground.completed(0).iter().copied();
         let points = completed.chain(ground.in_memory(0));
         let start = self.truth[0].wheels[1].position.x;
