@@ -124,9 +124,8 @@ fn take(
     loop {
         let image = take_draft(&draft, &mut control, deadline)?;
         if before.as_ref() == Some(&image) {
-            return draft
-                .persist(out)
-                .map_err(|error| ViewerError::io("create", out.display())(error.error));
+            // Not the viewer's file: it may be written once more.
+            return std::fs::write(out, image).map_err(ViewerError::io("create", out.display()));
         }
         if deadline.is_over() {
             return failed("it still changes");
