@@ -75,7 +75,9 @@ impl SceneView {
         self.declare_stops(out)?;
         let points = Points2D::update_fields().with_radii([Radius::new_ui_points(4.0)]);
         let pins = points.clone().with_colors([colours::PIN]);
-        out.constant("world/robot/pins", &pins.with_labels(["P", "Q", "R", "S"]))?;
+        let names = self.robot.geometry.suspension.pins().iter();
+        let names = names.map(|pin| pin.name().to_uppercase());
+        out.constant("world/robot/pins", &pins.with_labels(names))?;
         out.constant("world/trails", &lines(colours::TRAIL, 0.75))?;
         out.constant("world/robot/contacts", &points)?;
         let [from, to, low, _] = self.ground.box_of();
