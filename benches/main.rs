@@ -131,7 +131,7 @@ fn knots(_: &mut Criterion) {
 fn sensors(c: &mut Criterion) {
     let mut group = c.benchmark_group("sensors: one sample of all");
     for grade in [Grade::Ideal, Grade::Poor] {
-        let mut sensors = Sensors::new(&grade.sensors(), 0);
+        let mut sensors = Sensors::new(&grade.sensors(), 0, &Robot::default_a());
         let mut truth = Truth::default();
         group.bench_function(grade.name(), |b| {
             b.iter(|| {
@@ -147,7 +147,7 @@ fn sensors(c: &mut Criterion) {
 fn frames(count: usize) -> Vec<SensorFrame> {
     let setup = setup(EngineKind::Direct, &Terrain::new(Profile::smooth()));
     let mut plant = Plant::new(&setup).expect("the robot stands");
-    let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0);
+    let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0, &setup.robot);
     let truth = std::iter::from_fn(|| plant.next_truth().ok().copied());
     let frames: Vec<_> = truth
         .map(|truth| robhaz_run::sensor_frame(&sensors.read(&truth)))

@@ -98,7 +98,7 @@ fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) 
         100.0 * consistency.coverage.mean,
         consistency.nees.mean,
         consistency.nis.unwrap().mean,
-        consistency.verdict().words(),
+        consistency.verdict().name(),
     );
     (100.0 * nrmse.mean, consistency)
 }

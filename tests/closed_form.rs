@@ -4,7 +4,6 @@
 use crate::support::{keep, scene, truth_of};
 use robhaz_model::PinStop;
 use robhaz_scene::EngineKind;
-use robhaz_sim::stop::stop_torque;
 use robhaz_terrain::{Profile, Ramp};
 
 /// Closed form: the robot rolls down a slope of angle a with a drive so soft that gravity
@@ -136,7 +135,7 @@ fn a_stop_holds_with_stiffness_and_damping() {
     for i in -100..=100 {
         for j in -10..=10 {
             let (angle, rate) = (0.01 * f64::from(i), 0.3 * f64::from(j));
-            let found = stop_torque(&stop, angle, rate);
+            let found = stop.torque(angle, rate);
             assert!((found - expected(&stop, angle, rate)).abs() < 1e-10);
         }
     }

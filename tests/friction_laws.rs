@@ -313,7 +313,7 @@ fn reversed_and_locked_wheels_are_no_trouble() {
 /// Truth of a scene and the mean step of its engine, s.
 fn truth_and_step(scene: &Scene) -> (Vec<Truth>, f64) {
     let mut plant = Plant::new(&scene.plant_setup()).unwrap();
-    let records = 0..scene.record_count();
+    let records = 0..scene.record.count();
     let truth = records.map(|_| *plant.next_truth().unwrap()).collect();
     (truth, plant.mean_step())
 }

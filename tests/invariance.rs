@@ -279,7 +279,7 @@ fn a_shift_in_x_changes_nothing() {
     let grounds = [
         ("smooth", Profile::smooth()),
         ("ramp", Profile::ramp()),
-        ("ditch", Profile::ditch()),
+        ("ditch", Profile::Ditch(Ditch::default())),
         ("heights", track(Interpolation::Corners, 1)),
     ];
     for engine in EngineKind::ALL {

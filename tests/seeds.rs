@@ -124,9 +124,9 @@ impl SeedScores {
     }
 
     fn add(&mut self, score: &Score) {
-        self.all.0.push(*score.all());
+        self.all.0.push(**score);
         self.one_contact.0.push(*score.at_one_contact());
-        self.missing += score.missing();
+        self.missing += score.missing;
     }
 
     /// The errors over the samples at which no wheel has two contacts.

@@ -110,7 +110,7 @@ impl Kept {
         for (truth, estimate) in self.truth.iter().zip(&self.estimates[estimator]) {
             score.add(truth, estimate.as_ref().ok());
         }
-        assert_eq!(score.missing(), 0);
+        assert_eq!(score.missing, 0);
         score.nrmse().unwrap()
     }
 }

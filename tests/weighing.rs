@@ -154,7 +154,7 @@ fn weighing_reduces_the_error_of_the_nominal_masses() {
                 CovarianceVerdict::Consistent | CovarianceVerdict::Cautious
             ),
             "{}",
-            verdict.words()
+            verdict.name()
         );
         assert!(consistency.coverage.mean >= 0.92);
     }

@@ -1,6 +1,6 @@
 //! `robhaz compare`: finished runs side by side.
 
-use crate::terminal::{Output, print};
+use crate::terminal::{Output, print, shown};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::{Summary, comparison_json, comparison_table};
 use std::path::PathBuf;
@@ -24,15 +24,10 @@ pub fn compare(args: &Args) -> Result<()> {
     }
     let mut summaries = Vec::new();
     for run in &args.runs {
-        summaries.push((
-            run.display().to_string(),
-            Summary::read(run).into_diagnostic()?,
-        ));
+        summaries.push((shown(run), Summary::read(run).into_diagnostic()?));
     }
-    let rows: Vec<(&str, &Summary)> = summaries
-        .iter()
-        .map(|(label, summary)| (label.as_str(), summary))
-        .collect();
+    let rows = summaries.iter().map(|(label, run)| (label.as_str(), run));
+    let rows: Vec<(&str, &Summary)> = rows.collect();
     print(&match Output::get().json {
         true => comparison_json(&rows).into_diagnostic()?,
         false => comparison_table(&rows),

@@ -1,6 +1,6 @@
 //! How errors are shown: message, place in the file, causes and help, as compilers show them.
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 use miette::{Diagnostic, ReportHandler};
 use robhaz_scene::harmless;
 use std::fmt;
@@ -44,23 +44,23 @@ fn group(error: &dyn Diagnostic) -> Group<'static> {
         group = group.element(Level::NOTE.message(error.to_string()));
         cause = error.source();
     }
-    let help = error
-        .help()
-        .map(|help| Level::HELP.message(help.to_string()));
-    group.elements(help)
+    let help = error.help();
+    group.elements(help.map(|help| Level::HELP.message(help.to_string())))
 }
 
 /// The lines around the place of an error.
-fn snippet(
-    error: &dyn Diagnostic,
-) -> Option<Snippet<'static, annotate_snippets::Annotation<'static>>> {
+fn snippet(error: &dyn Diagnostic) -> Option<Snippet<'static, Annotation<'static>>> {
     let label = error.labels()?.next()?;
     let source = error.source_code()?;
     let lines = source.read_span(label.inner(), 1, 1).ok()?;
-    let lines = Some(lines).filter(|lines| lines.data().len() <= LONGEST)?;
+    let shown = lines.data().strip_suffix(b"\n").unwrap_or(lines.data());
+    let shown = shown.strip_suffix(b"\r").unwrap_or(shown);
+    if shown.len() > LONGEST {
+        return None;
+    }
     // The renderer replaces all control characters but these, which are as long as a middle dot.
     let is_control = |c: char| ('\u{80}'..='\u{9f}').contains(&c);
-    let text = String::from_utf8_lossy(lines.data()).replace(is_control, "\u{b7}");
+    let text = String::from_utf8_lossy(shown).replace(is_control, "\u{b7}");
     let start = label.offset().checked_sub(lines.span().offset())?;
     let place = start.min(text.len())..(start + label.len()).min(text.len());
     let snippet = Snippet::source(text).line_start(lines.line() + 1);

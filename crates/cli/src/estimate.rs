@@ -66,16 +66,20 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let resolved = log.choice.to_toml(&version);
-    let sensors = copy(args.sensors.as_deref())?;
+    let mut files = vec![(LogPlace::DESCRIPTION.to_owned(), resolved.into())];
+    if let Some(path) = &args.sensors {
+        // The user's description as it is.
+        let content = std::fs::read(path).into_diagnostic();
+        let content = content.wrap_err_with(|| format!("cannot read {}", path.display()))?;
+        files.push((LogPlace::SENSORS.to_owned(), content));
+    }
     let name = log.name.clone();
     let job = Job {
         start,
         name: &name,
         folder,
         work: "reading and estimation",
-        files: std::iter::once((LogPlace::DESCRIPTION.to_owned(), resolved.into()))
-            .chain(sensors)
-            .collect(),
+        files,
     };
     let document = results::write(log.into_run(), &job, &args.results, interrupt)?;
     tell_json(|| Ok(document))
@@ -92,16 +96,6 @@ pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Pat
     place.warnings.extend(notice);
     place.choice = choice;
     Ok(())
-}
-
-/// The copy of the user's description for the folder of results, as it is.
-fn copy(path: Option<&Path>) -> Result<Option<(String, Vec<u8>)>> {
-    let read = |path: &Path| {
-        let content = std::fs::read(path).into_diagnostic();
-        content.wrap_err_with(|| format!("cannot read {}", path.display()))
-    };
-    let content = path.map(read).transpose()?;
-    Ok(content.map(|content| (LogPlace::SENSORS.to_owned(), content)))
 }
 
 /// The error with the excerpt of the scene that it is about.

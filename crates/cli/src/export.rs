@@ -1,6 +1,6 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
-use crate::output_file::{Format, OutputFile};
+use crate::output_file::OutputFile;
 use crate::terminal::{shown, tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_log::{ExportFormat, export};
@@ -51,11 +51,7 @@ pub fn run(args: &Args) -> Result<()> {
         folder.with_added_extension(extension)
     };
     let target = args.out.clone().unwrap_or_else(name);
-    let format_of_file = Format {
-        what: "such logs",
-        extension,
-    };
-    let file = OutputFile::create(&target, format_of_file, &[], args.force)?;
+    let file = OutputFile::create(&target, ("such logs", extension), &[], args.force)?;
     let exported = export(&args.run, format, file.path()).into_diagnostic()?;
     let path = file.finish()?;
     let run = args.run.display().to_string();

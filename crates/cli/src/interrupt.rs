@@ -24,9 +24,8 @@ impl Interrupt {
     /// From now on the first signal is only stored, and the second ends the process at once.
     /// Before, the first one ends it.
     pub fn listen(&self) -> Result<()> {
-        self.register()
-            .into_diagnostic()
-            .wrap_err("cannot listen for signals")
+        let listening = self.register().into_diagnostic();
+        listening.wrap_err("cannot listen for signals")
     }
 
     fn register(&self) -> std::io::Result<()> {
@@ -40,10 +39,7 @@ impl Interrupt {
         }
         // So a write beyond the limit on file sizes is an error, and does not end the process.
         #[cfg(unix)]
-        flag::register(
-            signal_hook::consts::SIGXFSZ,
-            Arc::new(AtomicBool::new(false)),
-        )?;
+        flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use crate::terminal::{Output, print, print_json};
 use miette::{Result, miette};
 use robhaz_record::Grid;
 use robhaz_scene::{KeyReference, reference};
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// Arguments of `robhaz keys`. With `--json` an array of objects with `key`, `unit`, `other_units`,
 /// `default`, `allowed` and `meaning`.
@@ -28,20 +28,9 @@ pub fn run(args: &Args) -> Result<()> {
         ));
     }
     match Output::get().json {
-        true => print_json(&keys.iter().map(object).collect()),
+        true => print_json(&json!(keys)),
         false => print(&table(&keys)),
     }
-}
-
-fn object(key: &KeyReference) -> Value {
-    json!({
-        "key": key.key,
-        "unit": key.unit,
-        "other_units": key.other_units,
-        "default": key.default,
-        "allowed": key.allowed,
-        "meaning": key.meaning,
-    })
 }
 
 fn table(keys: &[KeyReference]) -> String {

@@ -36,27 +36,22 @@ impl Rerun {
 
     /// Reads the value of the option.
     pub fn parse(text: &str) -> Result<Self, String> {
-        match text.split_once('=') {
-            None => match text {
-                "off" => Ok(Self::Off),
-                "save" => Ok(Self::Save),
-                "spawn" => Ok(Self::Spawn),
-                "connect" => Ok(Self::Connect("127.0.0.1:9876".to_owned())),
-                "serve" => Err(
-                    "`rerun --serve-grpc` serves viewers, and --rerun connect sends it the run"
-                        .to_owned(),
-                ),
-                _ => Err(Self::allowed()),
+        let reason = match text {
+            "off" => return Ok(Self::Off),
+            "save" => return Ok(Self::Save),
+            "spawn" => return Ok(Self::Spawn),
+            "connect" => return Ok(Self::Connect("127.0.0.1:9876".to_owned())),
+            "serve" => "`rerun --serve-grpc` serves viewers, and --rerun connect sends it the run",
+            _ => match text.strip_prefix("connect=") {
+                Some(address) if !address.is_empty() => {
+                    return Ok(Self::Connect(address.to_owned()));
+                }
+                _ => {
+                    "allowed are off, save, spawn, connect, connect=HOST:PORT and connect=rerun+http://HOST:PORT/proxy"
+                }
             },
-            Some(("connect", address)) if !address.is_empty() => {
-                Ok(Self::Connect(address.to_owned()))
-            }
-            Some(_) => Err(Self::allowed()),
-        }
-    }
-
-    fn allowed() -> String {
-        "allowed are off, save, spawn, connect, connect=HOST:PORT and connect=rerun+http://HOST:PORT/proxy".to_owned()
+        };
+        Err(reason.to_owned())
     }
 }
 

@@ -11,7 +11,6 @@ mod live;
 mod new;
 mod output;
 mod output_file;
-mod pace;
 mod path;
 mod progress;
 mod report;
@@ -51,12 +50,8 @@ struct Cli {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 struct OutputArgs {
-    /// Prints no messages, warnings and progress: errors alone, and documents that were asked for.
-    #[arg(long, short, global = true)]
-    quiet: bool,
-    /// Prints the result as one JSON document on standard output in place of texts.
-    #[arg(long, global = true)]
-    json: bool,
+    #[command(flatten)]
+    output: Output,
     /// Tells on standard error what the command does; -vv also each file and each run.
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
@@ -130,17 +125,13 @@ impl Command {
 impl OutputArgs {
     /// Sets what the process prints. Ends it where the command has no form in JSON.
     fn apply(&self, command: &Command) {
-        if self.json && !command.has_json() {
+        if self.output.json && !command.has_json() {
             let text = "this command has no result in JSON";
             Cli::command()
                 .error(ErrorKind::ArgumentConflict, text)
                 .exit();
         }
-        Output {
-            quiet: self.quiet,
-            json: self.json,
-        }
-        .set();
+        self.output.set();
         let level = match self.verbose {
             0 => return,
             1 => LevelFilter::INFO,

@@ -6,10 +6,7 @@ use miette::{IntoDiagnostic, Result, bail};
 use serde_json::json;
 use std::path::PathBuf;
 
-const SCENE: Format = Format {
-    what: "scenes",
-    extension: "toml",
-};
+const SCENE: Format = ("scenes", "toml");
 
 /// The robot of the scene.
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -61,7 +58,7 @@ pub fn run(args: &Args) -> Result<()> {
             target.join("my-scene").display()
         );
     }
-    if target.extension().is_none_or(|e| e != SCENE.extension) {
+    if target.extension().is_none_or(|e| e != SCENE.1) {
         target.as_mut_os_string().push(".toml");
     }
     let file = OutputFile::create(&target, SCENE, &[], args.force)?;

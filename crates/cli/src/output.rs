@@ -17,6 +17,10 @@ fn io_error<T>(action: &str, path: &Path, done: io::Result<T>) -> Result<T> {
         .wrap_err_with(|| format!("{action} {}", path.display()))
 }
 
+fn remove(folder: &Path) -> Result<()> {
+    io_error("cannot remove", folder, fs::remove_dir_all(folder))
+}
+
 /// Something that is never replaced, not even with `--force`.
 fn left_alone(what: String) -> Report {
     miette!(help = ELSEWHERE, "{what}: it is left alone")
@@ -49,10 +53,8 @@ impl OutputFolder {
             target = io_error("cannot follow", &target, fs::canonicalize(&target))?;
         }
         let Some(name) = target.file_name() else {
-            bail!(
-                "{} is not the name of a folder to write into",
-                target.display()
-            );
+            let shown = target.display();
+            bail!("{shown} is not the name of a folder to write into");
         };
         let mut name = name.to_owned();
         name.push(".partial");
@@ -85,7 +87,7 @@ impl OutputFolder {
                     partial.display()
                 );
             }
-            io_error("cannot remove", &partial, fs::remove_dir_all(&partial))?;
+            remove(&partial)?;
         }
         if let Some(parent) = partial.parent().filter(|p| !p.as_os_str().is_empty()) {
             io_error("cannot create", parent, fs::create_dir_all(parent))?;
@@ -128,13 +130,9 @@ impl OutputFolder {
                 }
                 check_replaceable(&self.target)?;
             }
-            io_error(
-                "cannot remove",
-                &self.target,
-                fs::remove_dir_all(&self.target),
-            )?;
+            remove(&self.target)?;
         }
-        self.remove_lock();
+        self.release();
         let renamed = fs::rename(&self.partial, &self.target);
         io_error("cannot rename", &self.partial, renamed)?;
         Ok(self.target)
@@ -142,20 +140,12 @@ impl OutputFolder {
 
     /// Removes the folder of a run that was stopped before its first record.
     pub fn discard(self) -> Result<()> {
-        io_error(
-            "cannot remove",
-            &self.partial,
-            fs::remove_dir_all(&self.partial),
-        )
+        remove(&self.partial)
     }
 
-    /// Marks the end of a run that broke off: its folder is no longer being written.
-    pub fn release(self) {
-        self.remove_lock();
-    }
-
-    /// Removes the lock file. One that stays does no harm: the lock itself ends with the process.
-    fn remove_lock(&self) {
+    /// Removes the lock file: the folder is no longer being written. One that stays does no harm:
+    /// the lock itself ends with the process.
+    pub fn release(&self) {
         let _ = fs::remove_file(self.partial.join(LOCK));
     }
 }
@@ -265,10 +255,8 @@ fn is_of_a_run(name: &str, scene: &str) -> bool {
     let table = TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end));
     let is_table = table.is_some_and(|t| ["truth", "sensors", "terrain", "commands"].contains(&t));
     // Copies of the files that the ground comes from: the scene names them.
-    let is_track = name.starts_with("track")
-        && scene
-            .lines()
-            .any(|line| line.contains(&format!("\"{name}\"")));
+    let quoted = format!("\"{name}\"");
+    let is_track = name.starts_with("track") && scene.lines().any(|line| line.contains(&quoted));
     fixed.contains(&name) || is_table || is_track || estimator(name).is_some()
 }
 

@@ -6,14 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// Content and extension of a file.
-#[derive(Clone, Copy, Debug)]
-pub struct Format {
-    /// In the plural, for messages.
-    pub what: &'static str,
-    /// Without the dot.
-    pub extension: &'static str,
-}
+/// Content of a file, in the plural for messages, and its extension without the dot.
+pub type Format = (&'static str, &'static str);
 
 /// A file being written under a temporary name in the same folder. Dropped before
 /// [`OutputFile::finish`], it leaves nothing.
@@ -27,8 +21,7 @@ impl OutputFile {
     /// Prepares a file. `inputs` are files that the command reads: they are never replaced, not
     /// even with `force`.
     pub fn create(target: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<Self> {
-        let path = target.display();
-        let Format { what, extension } = format;
+        let (path, (what, extension)) = (target.display(), format);
         if !target
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(extension))

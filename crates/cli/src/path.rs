@@ -86,32 +86,27 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(folder) = &args.out {
         write_path(folder, format, &setup, &report).into_diagnostic()?;
     }
-    tell(
-        &report.text(),
-        &serde_json::to_value(&report).into_diagnostic()?,
-    )?;
-    if report.go {
-        Ok(())
-    } else {
-        bail!("{}: no-go", scene.name)
+    let document = serde_json::to_value(&report).into_diagnostic()?;
+    tell(&report.text(), &document)?;
+    match report.go {
+        true => Ok(()),
+        false => bail!("{}: no-go", scene.name),
     }
 }
 
 /// Says what has replaced recordings of paths.
 fn no_save(_: &str) -> Result<PathBuf, String> {
-    Err(
-        "paths are no longer recorded for the viewer: --out DIR draws needed_friction.svg"
-            .to_owned(),
-    )
+    let instead = "--out DIR draws needed_friction.svg";
+    Err(format!(
+        "paths are no longer recorded for the viewer: {instead}"
+    ))
 }
 
 /// Refuses a folder that holds other files of the same names.
 fn check_folder(folder: &Path, format: TableFormat, force: bool) -> Result<()> {
     if folder.symlink_metadata().is_ok() && !folder.is_dir() {
-        bail!(
-            "{} is not a folder: --out needs the name of a folder",
-            folder.display()
-        );
+        let shown = folder.display();
+        bail!("{shown} is not a folder: --out needs the name of a folder");
     }
     let files = path_files(folder, format);
     match files.iter().find(|file| file.symlink_metadata().is_ok()) {

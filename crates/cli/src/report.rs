@@ -8,10 +8,7 @@ use robhaz_study::DATASET;
 use serde_json::json;
 use std::path::PathBuf;
 
-const PAGE: Format = Format {
-    what: "pages",
-    extension: "html",
-};
+const PAGE: Format = ("pages", "html");
 
 /// Name of the dataset in folders of earlier versions.
 const SWEEP: &str = "sweep.parquet";

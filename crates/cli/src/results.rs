@@ -3,8 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
-use crate::pace::{Pace, PaceSink};
-use crate::progress::Progress;
+use crate::progress::{Pace, PaceSink, Progress};
 use crate::terminal::{say, shown};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
@@ -121,7 +120,8 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
                 table(&summary)?;
             }
         }
-        title.push_str(&what_is_left(&folder));
+        let left = folder.path().display();
+        title.push_str(&format!("; what it recorded is in {left}"));
         folder.release();
         return Err(error).into_diagnostic().wrap_err(title);
     }
@@ -166,9 +166,4 @@ fn record(
     sinks.push(&mut tables);
     sinks.push(&mut pace);
     run.until(&mut sinks, &|| interrupt.cause())
-}
-
-/// Names the folder with the records of a run that broke off.
-fn what_is_left(folder: &OutputFolder) -> String {
-    format!("; what it recorded is in {}", folder.path().display())
 }

@@ -62,10 +62,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     }
     let mut documents = Vec::new();
     for scene in &scenes {
-        let results = if scenes.len() > 1 {
-            args.results.below(&scene.name)
-        } else {
-            args.results.clone()
+        let results = match scenes.len() {
+            1 => args.results.clone(),
+            _ => args.results.below(&scene.name),
         };
         documents.push(run_one(scene, start, &results, interrupt)?);
         start = Instant::now();
@@ -85,11 +84,8 @@ fn run_one(
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot start {}", scene.name))?
         .on_threads();
-    let version = format!(
-        "robhaz {}, {}",
-        env!("CARGO_PKG_VERSION"),
-        scene.engine.kind.library()
-    );
+    let engine = scene.engine.kind.library();
+    let version = format!("robhaz {}, {engine}", env!("CARGO_PKG_VERSION"));
     let resolved = ("scene.toml".to_owned(), scene.to_toml(&version).into());
     let tracks = scene.terrain.tracks.iter();
     let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));

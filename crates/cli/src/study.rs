@@ -7,7 +7,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
-use robhaz_study::{Done, Job, Report, RunRecord, Shard, Study, Watch, compute, compute_dataset};
+use robhaz_study::{Done, Report, RunRecord, Shard, Study, Watch, compute_dataset};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
@@ -30,8 +30,21 @@ const LINE_TIME: Duration = Duration::from_secs(60);
 pub struct Args {
     /// Scene file, which is simulated once and observed with many seeds, or study file (TOML).
     file: PathBuf,
-    #[command(flatten)]
-    scene: SceneArgs,
+    /// Number of seeds of a scene, from its own on; 10 without it. Fewer than 5 give no verdict.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: Option<u64>,
+    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be
+    /// repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
+    #[arg(long, value_name = "KIND")]
+    engine: Option<String>,
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`.
+    /// From the fourth on each has one method more than the one above. The last two are given no
+    /// contact angles.
+    #[arg(long)]
+    ladder: bool,
     /// Folder of the dataset, in which a study that was stopped goes on. Without it, that of a
     /// study file is `runs/NAME`, and a scene writes nothing.
     #[arg(long, value_name = "DIR")]
@@ -50,26 +63,6 @@ pub struct Args {
     /// An option of earlier versions.
     #[arg(long, hide = true)]
     force: bool,
-}
-
-/// What a study file says itself.
-#[derive(clap::Args)]
-struct SceneArgs {
-    /// Number of seeds of a scene, from its own on; 10 without it. Fewer than 5 give no verdict.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    seeds: Option<u64>,
-    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be
-    /// repeated.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
-    #[arg(long, value_name = "KIND")]
-    engine: Option<String>,
-    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`.
-    /// From the fourth on each has one method more than the one above. The last two are given no
-    /// contact angles.
-    #[arg(long)]
-    ladder: bool,
 }
 
 /// `2/8`
@@ -93,12 +86,6 @@ fn is_study(path: &Path) -> bool {
 impl Args {
     /// The study, and the folder of its dataset.
     fn study(&self) -> Result<(Study, Option<PathBuf>)> {
-        let SceneArgs {
-            seeds,
-            set,
-            engine,
-            ladder,
-        } = &self.scene;
         if self.force || self.out.as_ref().and_then(|out| out.extension()) == Some("json".as_ref())
         {
             bail!(
@@ -107,24 +94,26 @@ impl Args {
             );
         }
         if is_study(&self.file) {
-            if seeds.is_some() || engine.is_some() || *ladder || !set.is_empty() {
+            // What a study file says itself.
+            let of_scene = self.seeds.is_some() || self.engine.is_some() || self.ladder;
+            if of_scene || !self.set.is_empty() {
                 bail!(
                     "{} is a study file: its axes and its key set say what --seeds, --set, --engine and --ladder say of a scene",
                     self.file.display()
                 );
             }
             let study = Study::load(&self.file)?;
-            let named = || PathBuf::from("runs").join(&study.choice().name);
+            let named = || PathBuf::from("runs").join(&study.choice.name);
             let folder = self.out.clone().unwrap_or_else(named);
             return Ok((study, Some(folder)));
         }
         if self.shard.is_some() && self.out.is_none() {
             bail!("the shard of a scene needs a folder: --out DIR");
         }
-        let mut overrides = set.clone();
-        overrides.extend(engine.iter().map(|kind| format!("engine.kind={kind}")));
+        let mut overrides = self.set.clone();
+        overrides.extend(self.engine.iter().map(|kind| format!("engine.kind={kind}")));
         let scene = Scene::load(&self.file, &overrides)?;
-        let study = Study::of_scene(&scene, seeds.unwrap_or(10), *ladder)?;
+        let study = Study::of_scene(&scene, self.seeds.unwrap_or(10), self.ladder)?;
         Ok((study, self.out.clone()))
     }
 }
@@ -132,7 +121,7 @@ impl Args {
 /// Computes the runs that are missing, and reports.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let (study, folder) = args.study()?;
-    let name = &study.choice().name;
+    let name = &study.choice.name;
     let warnings = study.warnings();
     warnings.iter().for_each(|warning| warn_of(name, warning));
     let shard = args.shard.unwrap_or(Shard::ALL);
@@ -143,42 +132,27 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     // A thread without a run is of no use.
     let runs = usize::try_from(shard.count(study.runs())).unwrap_or(usize::MAX);
     let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
-    info!(
-        study = name,
-        runs = study.runs(),
-        truths = study.truths(),
-        jobs,
-        "study"
-    );
+    let (all, truths) = (study.runs(), study.truths());
+    info!(study = name, runs = all, truths, jobs, "study");
     interrupt.listen()?;
-    let progress = Progress::new(Output::get().quiet);
+    let progress = Progress::new();
     let watch = Watch {
         begin: &|done, runs| progress.begin(done, runs),
         finished: &|record| progress.finished(record),
         stop: &|| interrupt.cause(),
     };
     let start = Instant::now();
-    let all = || -> Result<(Option<Done>, Option<Dataset>)> {
+    let compute = || -> Result<(Option<Done>, Option<Dataset>)> {
         let Some(folder) = folder.as_deref() else {
             return Ok((None, Some(compute_dataset(&study, jobs, &watch)?)));
         };
-        let done = compute(
-            &study,
-            &Job {
-                folder,
-                shard,
-                jobs,
-            },
-            &watch,
-        )?;
-        let dataset = done
-            .dataset
-            .as_ref()
-            .filter(|_| study.runs() <= MOST_REPORTED);
+        let done = robhaz_study::compute(&study, folder, shard, jobs, &watch)?;
+        let dataset = done.dataset.as_ref();
+        let dataset = dataset.filter(|_| study.runs() <= MOST_REPORTED);
         let data = dataset.map(|path| Dataset::read(path)).transpose();
         Ok((Some(done), data.into_diagnostic()?))
     };
-    let computed = all();
+    let computed = compute();
     progress.bar.finish_and_clear();
     let (done, data) = computed?;
     let wall = start.elapsed().as_secs_f64();
@@ -201,7 +175,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 /// Adds to the document what was computed, and where it is.
 fn add_call(document: &mut Value, study: &Study, folder: Option<&Path>, done: Option<&Done>) {
     let dataset = done.and_then(|done| done.dataset.as_deref());
-    document["name"] = json!(study.choice().name);
+    document["name"] = json!(study.choice.name);
     document["folder"] = json!(folder.map(shown));
     document["dataset"] = json!(dataset.map(shown));
     document["computed"] = json!(done.map_or(study.runs(), |done| done.computed));
@@ -247,10 +221,8 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
         let settings = study.settings(run);
         settings.iter().map(Setting::as_override).collect()
     };
-    let listed: Vec<(u64, Vec<String>)> = runs
-        .take(LISTED as usize)
-        .map(|run| (run, overrides(run)))
-        .collect();
+    let listed = runs.take(LISTED as usize).map(|run| (run, overrides(run)));
+    let listed: Vec<(u64, Vec<String>)> = listed.collect();
     let mut text = String::new();
     for (run, overrides) in &listed {
         // Writing into a text cannot fail.
@@ -260,7 +232,7 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
     if count > LISTED {
         let _ = writeln!(text, "... and {} more", count - LISTED);
     }
-    let durations = study.scenes().iter().map(|scene| scene.record.duration);
+    let durations = study.scenes.iter().map(|scene| scene.record.duration);
     let shortest = durations.clone().fold(f64::INFINITY, f64::min);
     let longest = durations.fold(0.0, f64::max);
     let each = match longest > shortest {
@@ -289,22 +261,20 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
 /// A bar on a terminal, else a line a minute.
 struct Progress {
     bar: ProgressBar,
-    quiet: bool,
     failed: AtomicU64,
     /// Time of the last line; `None` on a terminal.
     line: Mutex<Option<Instant>>,
 }
 
 impl Progress {
-    fn new(quiet: bool) -> Self {
+    fn new() -> Self {
         let bar = ProgressBar::hidden();
-        let terminal = std::io::stderr().is_terminal();
+        let (terminal, quiet) = (std::io::stderr().is_terminal(), Output::get().quiet);
         if terminal && !quiet {
             bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         Self {
             bar,
-            quiet,
             failed: AtomicU64::new(0),
             line: Mutex::new((!terminal && !quiet).then(Instant::now)),
         }
@@ -319,7 +289,7 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template(style) {
             self.bar.set_style(style);
         }
-        if done > 0 && done < runs && !self.quiet {
+        if done > 0 && done < runs && !Output::get().quiet {
             self.bar
                 .suspend(|| eprintln!("{done} of {runs} runs are done already."));
         }

@@ -8,11 +8,13 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 /// What the command prints.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Output {
-    /// Errors, and documents that were asked for; no messages, warnings or progress.
+    /// Prints no messages, warnings and progress: errors alone, and documents that were asked for.
+    #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// One JSON document on standard output in place of texts.
+    /// Prints the result as one JSON document on standard output in place of texts.
+    #[arg(long, global = true)]
     pub json: bool,
 }
 
@@ -33,12 +35,10 @@ impl Output {
 
 /// Prints a message, unless `--quiet` is given, or `--json`, whose document has what it says.
 pub fn say(text: &str) -> Result<()> {
-    match Output::get() {
-        Output {
-            quiet: false,
-            json: false,
-        } => print(text),
-        _ => Ok(()),
+    let Output { quiet, json } = Output::get();
+    match quiet || json {
+        true => Ok(()),
+        false => print(text),
     }
 }
 

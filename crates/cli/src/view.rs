@@ -3,8 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
-use crate::pace::{Pace, PaceSink};
-use crate::progress::Progress;
+use crate::progress::{Pace, PaceSink, Progress};
 use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};
@@ -44,10 +43,7 @@ pub struct Args {
 /// The resolved scene in the folder of a run.
 const SCENE: &str = "scene.toml";
 
-const PICTURE: Format = Format {
-    what: "pictures",
-    extension: "png",
-};
+const PICTURE: Format = ("pictures", "png");
 
 /// Opens the viewer with the runs or the scene, or saves a picture.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
@@ -62,7 +58,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let Some(picture) = &args.screenshot else {
         interrupt.listen()?;
         let recordings = args.what.iter().map(|run| recording(run));
-        let recordings: Vec<PathBuf> = recordings.collect::<Result<_>>()?;
+        let recordings = recordings.collect::<Result<Vec<_>>>()?;
         return robhaz_viewer::open(&recordings, &|| interrupt.cause()).into_diagnostic();
     };
     let [run] = args.what.as_slice() else {
@@ -128,8 +124,7 @@ fn is_scene(path: &Path) -> bool {
 fn recording(run: &Path) -> Result<PathBuf> {
     let file = recording_file(run)?;
     if !robhaz_viewer::recording_is_closed(&file).into_diagnostic()? {
-        let end = robhaz_viewer::recording_end(&file).into_diagnostic()?;
-        let Some(end) = end else {
+        let Some(end) = robhaz_viewer::recording_end(&file).into_diagnostic()? else {
             bail!(
                 "{} is cut off before its first data: its run was killed, or the file is damaged",
                 file.display()
@@ -146,10 +141,9 @@ fn recording(run: &Path) -> Result<PathBuf> {
 
 /// The recording of a run: the file itself, or the one in the folder.
 fn recording_file(run: &Path) -> Result<PathBuf> {
-    let file = if run.is_dir() {
-        run.join("run.rrd")
-    } else {
-        run.to_path_buf()
+    let file = match run.is_dir() {
+        true => run.join("run.rrd"),
+        false => run.to_path_buf(),
     };
     if file.extension().is_none_or(|e| e != "rrd") {
         bail!(
@@ -171,9 +165,8 @@ fn recording_file(run: &Path) -> Result<PathBuf> {
 /// Width and height as in 1400x900.
 fn size(text: &str) -> Result<[u32; 2], String> {
     let allowed = 200..=4000;
-    let parsed = text
-        .split_once('x')
-        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    let parsed = text.split_once('x');
+    let parsed = parsed.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed
         .filter(|size: &[u32; 2]| size.iter().all(|s| allowed.contains(s)))
         .ok_or_else(|| "allowed is WIDTHxHEIGHT with 200 to 4000 pixels each".to_owned())

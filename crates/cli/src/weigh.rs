@@ -93,14 +93,8 @@ impl Errors {
     }
 }
 
-const TABLES: Format = Format {
-    what: "tables of a weighing",
-    extension: "csv",
-};
-const ROBOTS: Format = Format {
-    what: "robots",
-    extension: "toml",
-};
+const TABLES: Format = ("tables of a weighing", "csv");
+const ROBOTS: Format = ("robots", "toml");
 
 /// Weighs, or plans a weighing.
 pub fn run(args: &Args) -> Result<()> {
@@ -116,9 +110,8 @@ fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
     let file = create(args, ROBOTS, &inputs)?;
     let measurements = read_table(path)?;
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
-    let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
+    let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy).into_diagnostic();
+    let weighed = weighed.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
     let names = [&nominal.geometry_name, &nominal.mass_name];
     let [geometry, mass] = names.map(|name| format!("{name}, weighed"));
@@ -129,11 +122,8 @@ fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
 }
 
 fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()> {
-    let inputs: Vec<_> = [&args.robot]
-        .into_iter()
-        .chain(&args.simulate)
-        .cloned()
-        .collect();
+    let mut inputs = vec![args.robot.clone()];
+    inputs.extend(args.simulate.clone());
     let file = create(args, TABLES, &inputs)?;
     let heights: Vec<f64> = args.blocks.iter().map(|mm| 1e-3 * mm).collect();
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
@@ -158,9 +148,8 @@ fn write(file: Option<OutputFile>, text: &str, what: &str) -> Result<()> {
     let Some(file) = file else {
         return Ok(());
     };
-    std::fs::write(file.path(), text)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot write {what}"))?;
+    let written = std::fs::write(file.path(), text).into_diagnostic();
+    written.wrap_err_with(|| format!("cannot write {what}"))?;
     let path = file.finish()?;
     say(&format!("{}: {what}", path.display()))
 }

@@ -1,8 +1,7 @@
 //! What a control gets: its settings once, readings and estimate at every sample.
 
-use crate::kind::ControlKind;
 use robhaz_estimator::{Estimate, SensorFrame};
-use robhaz_model::{Robot, Units};
+use robhaz_model::{Robot, Units, named};
 
 /// What a control is designed for. SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,4 +82,29 @@ pub struct ControlInput<'a> {
     pub estimate: Option<&'a Estimate>,
     /// Set speed of travel over the wheel radius, rad/s.
     pub set_speed: f64,
+}
+
+named! {
+    /// Kind of control of the wheels.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum ControlKind {
+        /// Every drive follows its own plan with its continuous PI control. It needs no readings.
+        #[default]
+        Speed = "speed",
+        /// One speed control, its torque shared so that every wheel needs the same T/N:
+        /// [`crate::shared`].
+        Shared = "shared",
+        /// Torque ramps on one wheel after the other, which find mu_max: [`crate::friction_test`].
+        FrictionTest = "friction-test",
+    }
+}
+
+impl ControlKind {
+    /// Whether its commands depend on readings and estimates.
+    pub const fn is_closed_loop(self) -> bool {
+        match self {
+            Self::Speed => false,
+            Self::Shared | Self::FrictionTest => true,
+        }
+    }
 }

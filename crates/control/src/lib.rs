@@ -32,12 +32,9 @@ extern crate std;
 mod controller;
 pub mod friction_test;
 mod input;
-mod kind;
 pub mod shared;
-mod wheel_speed;
 
 pub use controller::Controller;
 pub use friction_test::{FrictionTestEnd, FrictionTestResult};
-pub use input::{ControlInput, ControlSettings, FrictionTestPlan};
-pub use kind::ControlKind;
+pub use input::{ControlInput, ControlKind, ControlSettings, FrictionTestPlan};
 pub use robhaz_model::WheelCommand;

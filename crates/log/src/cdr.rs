@@ -24,7 +24,8 @@ impl<'a> CdrReader<'a> {
         })
     }
 
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+    /// The bytes of a number, little-endian.
+    pub fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let start = self.at.next_multiple_of(N);
         let end = start.checked_add(N)?;
         let mut bytes: [u8; N] = self.bytes.get(start..end)?.try_into().ok()?;
@@ -38,11 +39,6 @@ impl<'a> CdrReader<'a> {
     /// A whole number of four bytes.
     pub fn u32(&mut self) -> Option<u32> {
         self.take().map(u32::from_le_bytes)
-    }
-
-    /// A whole number of four bytes with sign.
-    pub fn i32(&mut self) -> Option<i32> {
-        self.take().map(i32::from_le_bytes)
     }
 
     /// A double.
@@ -66,8 +62,8 @@ impl<'a> CdrReader<'a> {
     }
 }
 
-/// Writes a message, little-endian.
-pub struct CdrWriter(Vec<u8>);
+/// A message being written, little-endian.
+pub struct CdrWriter(pub Vec<u8>);
 
 impl CdrWriter {
     /// A message with its head.
@@ -75,20 +71,11 @@ impl CdrWriter {
         Self(vec![0, 1, 0, 0])
     }
 
-    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+    /// The bytes of a number, little-endian.
+    pub fn put<const N: usize>(&mut self, bytes: [u8; N]) {
         let length = 4 + (self.0.len() - 4).next_multiple_of(N);
         self.0.resize(length, 0);
         self.0.extend(bytes);
-    }
-
-    /// A whole number of four bytes.
-    pub fn u32(&mut self, value: u32) {
-        self.put(value.to_le_bytes());
-    }
-
-    /// A whole number of four bytes with sign.
-    pub fn i32(&mut self, value: i32) {
-        self.put(value.to_le_bytes());
     }
 
     /// Doubles without their number.
@@ -111,12 +98,7 @@ impl CdrWriter {
 
     /// The length of a sequence.
     pub fn count(&mut self, count: usize) {
-        self.u32(u32::try_from(count).unwrap_or(u32::MAX));
-    }
-
-    /// The message.
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.0
+        self.put(u32::try_from(count).unwrap_or(u32::MAX).to_le_bytes());
     }
 }
 
@@ -128,18 +110,19 @@ mod tests {
     #[test]
     fn messages_are_read_as_written() {
         let mut writer = CdrWriter::new();
-        writer.i32(-7);
-        writer.u32(8);
+        writer.put((-7_i32).to_le_bytes());
+        writer.count(8);
         writer.text("link1");
         writer.array(&[0.25]);
         writer.sequence(&[1.5, f64::MIN_POSITIVE]);
-        let bytes = writer.into_bytes();
+        let bytes = writer.0;
         // 4 head, 4 + 4, 4 + 6 of the text, 6 to the next multiple of 8, 8, 4, 4 to the next
         // multiple of 8, 16.
         assert_eq!(bytes.len(), 4 + 8 + 10 + 6 + 8 + 8 + 16);
         let read = |bytes: &[u8]| {
             let mut reader = CdrReader::new(bytes)?;
-            let start = (reader.i32()?, reader.u32()?, reader.text()?.to_owned());
+            let first = reader.take().map(i32::from_le_bytes)?;
+            let start = (first, reader.u32()?, reader.text()?.to_owned());
             Some((start, reader.f64()?, reader.doubles()?))
         };
         let expected = (

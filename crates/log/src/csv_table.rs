@@ -1,7 +1,7 @@
 //! Logs as text: tables with the names of the columns in the first row.
 
 use crate::error::{LogError, open_file};
-use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, repeated};
+use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, finite, repeated};
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fs::File;
@@ -18,21 +18,19 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
     Ok(names.into_iter().map(column).collect())
 }
 
-fn not_a_table(path: &Path, reason: &str) -> LogError {
-    let allowed = "the names of the columns in the first line, after comments with #, UTF-8";
-    LogError::format(path, "CSV", format!("{reason}; allowed: {allowed}"))
-}
-
 /// A file after its first row, and the names in it.
 fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
-    let not_a_table = |reason: &str| not_a_table(path, reason);
+    let not_a_table = |reason: &str| {
+        let allowed = "the names of the columns in the first line, after comments with #, UTF-8";
+        LogError::format(path, "CSV", format!("{reason}; allowed: {allowed}"))
+    };
     let unread = |error: io::Error| not_a_table(&error.to_string());
     let mut table = TextTable::open(open_file(path)?).map_err(unread)?;
     let mut first = TextRow::default();
     if !table.read(&mut first).map_err(unread)? {
         return Err(not_a_table("it is empty"));
     }
-    let (names, line) = (first.texts(), first.line());
+    let (names, line) = (first.texts(), first.line);
     if names.iter().any(|name| name.contains('\u{fffd}')) {
         return Err(not_a_table("its first line is no UTF-8"));
     }
@@ -40,14 +38,13 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
         let reason = format!("line {line} has numbers, not names");
         return Err(not_a_table(&reason));
     }
-    if let Some((first, again)) = repeated(&names) {
-        let place = format!("line {line}, column {}", again + 1);
-        let message = format!(
-            "found the name {} again, allowed: each name once; column {} has it, too: rename or remove one",
-            names[again],
-            first + 1
-        );
-        return Err(LogError::place(path, place, message));
+    if let Some((again, message)) = repeated(names.iter()) {
+        let place = format!("line {line}, column {again}");
+        return Err(LogError::place(
+            path,
+            place,
+            message + ": rename or remove one",
+        ));
     }
     Ok((table, names))
 }
@@ -74,7 +71,7 @@ pub fn read(
     let mut has_row = read(&mut row)?;
     while has_row {
         has_row = read(&mut ahead)?;
-        let (found, expected, line) = (row.count(), names.len(), row.line());
+        let (found, expected, line) = (row.count(), names.len(), row.line);
         if !has_row && (found < expected || !ends_with_line) {
             let why = match found < expected {
                 true => format!("it has {found} of {expected} cells"),
@@ -95,9 +92,12 @@ pub fn read(
         };
         let stamp = stamp(&row.text(time.0), time.1)
             .ok_or_else(|| refused(time.0, "a finite number: every row has a time"))?;
-        let cells = chosen.iter().map(|column| {
-            let allowed = "a number; nothing or nan for a lost reading";
-            cell(&row.text(*column)).ok_or_else(|| refused(*column, allowed))
+        let cells = chosen.iter().map(|column| match &*row.text(*column) {
+            // A lost reading.
+            "" => Ok(f64::NAN),
+            text => decimal(text)
+                .map(finite)
+                .ok_or_else(|| refused(*column, "a number; nothing or nan for a lost reading")),
         });
         add(Row {
             place: Place("line", line),
@@ -107,14 +107,6 @@ pub fn read(
         std::mem::swap(&mut row, &mut ahead);
     }
     Ok(None)
-}
-
-/// A number, or nothing for a lost reading; `None` for another text.
-fn cell(text: &str) -> Option<Option<f64>> {
-    match decimal(text) {
-        Some(value) => Some(Some(value).filter(|v| v.is_finite())),
-        None => text.is_empty().then_some(None),
-    }
 }
 
 fn stamp(text: &str, unit: TimeUnit) -> Option<Stamp> {

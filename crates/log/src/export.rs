@@ -3,13 +3,12 @@
 use crate::error::LogError;
 use crate::mapped;
 use crate::messages::{
-    FORCES, FORCES_DEFINITION, MessageKind, encode_forces, encode_imu, encode_joints,
-    encode_readings, nanoseconds,
+    FORCES, FORCES_DEFINITION, MessageKind, encode_imu, encode_joints, encode_numbers, nanoseconds,
 };
 use crate::own_names;
 use crate::place::{no_table, table_in};
-use crate::plan::{Plan, TableFormat, TablePlace};
-use crate::readings::{Reading, Values, frame};
+use crate::plan::{Plan, TableFormat, stem};
+use crate::readings::{COUNT, Reading};
 use crate::rows::Row;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
@@ -79,8 +78,8 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
         channels: vec![own_names::readings(&table)?],
     };
     let (mut forces, mut warnings) = (Vec::new(), Vec::new());
-    for (name, path) in forces_in(folder)? {
-        match Forces::read(name, &path, &mut warnings) {
+    for (name, (path, format)) in forces_in(folder)? {
+        match Forces::read(name, &path, format, &mut warnings) {
             Ok(table) => forces.push(table),
             Err(error) => warnings.push(format!("left out: {error}")),
         }
@@ -89,31 +88,33 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
         ExportFormat::Mcap => write_mcap(&readings, &mut forces, out)?,
         ExportFormat::Csv => write_csv(&readings, &mut forces, out)?,
     };
-    warnings.append(&mut exported.warnings);
-    Ok(Exported {
-        warnings,
-        ..exported
-    })
+    // Those of the forces first.
+    exported.warnings.splice(0..0, warnings);
+    Ok(exported)
 }
 
-/// Hands all rows of readings to `add`: time (s) and values. Returns what was written, under the
+/// Readings of a row; not a number where one is missing.
+type Numbers = [f64; COUNT];
+
+/// Hands all rows of readings to `add`: time (s) and numbers. Returns what was written, under the
 /// names of its `parts`.
 fn read(
     readings: &Plan,
     parts: Vec<String>,
-    mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
+    mut add: impl FnMut(f64, Numbers) -> Result<(), LogError>,
 ) -> Result<Exported, LogError> {
     let mut rows = 0;
     let why = readings.read(|channel, row| {
         rows += 1;
-        let content = readings.channels[channel].content(&row.cells);
-        add(row.stamp.seconds(), content.readings)
+        let values = readings.channels[channel].content(&row.cells).0;
+        add(row.stamp.seconds(), values.map(|v| v.unwrap_or(f64::NAN)))
     })?;
-    let path = readings.channels[0].place.path();
+    let why = why.iter().flatten();
+    let warnings = why.map(|why| cut_off(&readings.channels[0].path, why));
     Ok(Exported {
         rows,
         parts,
-        warnings: why.iter().flatten().map(|why| cut_off(path, why)).collect(),
+        warnings: warnings.collect(),
     })
 }
 
@@ -122,30 +123,34 @@ fn cut_off(path: &Path, why: &str) -> String {
 }
 
 /// The tables of forces in a folder, in order of their names: the truth and the estimates.
-fn forces_in(folder: &Path) -> Result<Vec<(String, PathBuf)>, LogError> {
-    let mut found: BTreeMap<String, PathBuf> = BTreeMap::new();
+fn forces_in(folder: &Path) -> Result<BTreeMap<String, (PathBuf, TableFormat)>, LogError> {
+    let mut found = BTreeMap::new();
     let entries = std::fs::read_dir(folder).map_err(LogError::io(folder))?;
     for entry in entries {
         let path = entry.map_err(LogError::io(folder))?.path();
-        let stem = TablePlace::stem(&path);
+        let stem = stem(&path);
         let name = match stem.strip_prefix(ESTIMATE) {
             Some(name) => name,
             None if stem == "truth" => "truth",
             None => continue,
         };
         // `estimate-best.parquet.partial` has another stem and no format.
-        if TableFormat::of(&path).is_some() {
-            found.entry(name.to_owned()).or_insert(path);
+        if let Some(format) = TableFormat::of(&path) {
+            found.entry(name.to_owned()).or_insert((path, format));
         }
     }
-    Ok(found.into_iter().collect())
+    Ok(found)
 }
 
 impl Forces {
     /// Reads a table, so that a fault in its middle is found before anything is written.
-    fn read(name: String, path: &Path, warnings: &mut Vec<String>) -> Result<Self, LogError> {
-        let place = TablePlace::new(path, mapped::time(None))?;
-        let found = place.format.columns(path)?;
+    fn read(
+        name: String,
+        path: &Path,
+        format: TableFormat,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, LogError> {
+        let found = format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
         for number in 0..NUMBERS {
             let (part, wheel) = (number / 3, number % 3 + 1);
@@ -158,7 +163,7 @@ impl Forces {
             }
         }
         let mut rows = Vec::new();
-        let why = place.read(&columns, &mut |row| {
+        let why = format.read(path, &mapped::time(None), &columns, &mut |row| {
             rows.push(row);
             Ok(())
         })?;
@@ -174,7 +179,7 @@ impl Forces {
 
     /// The cells of the row of a time (s), in the order of the columns; `None` where the table has
     /// none.
-    fn at(&mut self, time: f64) -> Option<&[Option<f64>]> {
+    fn at(&mut self, time: f64) -> Option<&[f64]> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;
         let late = self.rows[self.next..].iter();
@@ -188,9 +193,9 @@ impl Forces {
         let cells = self.at(time)?.to_vec();
         let mut numbers = [f64::NAN; NUMBERS];
         for (place, cell) in self.places.iter().zip(cells) {
-            numbers[*place] = cell.unwrap_or(f64::NAN);
+            numbers[*place] = cell;
         }
-        Some(encode_forces(time, &numbers))
+        Some(encode_numbers(time, &numbers))
     }
 
     fn topic(&self) -> String {
@@ -254,31 +259,29 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
             .map_err(Topics::failed(out))?,
         topics: Vec::new(),
     };
-    let mut parts = Vec::new();
-    for (topic, kind) in [
+    let sensors = [
         (own_names::TOPIC, MessageKind::Readings),
         ("/joint_states", MessageKind::JointState),
         ("/imu/link1", MessageKind::Imu),
         ("/imu/link2", MessageKind::Imu),
-    ] {
+    ];
+    for (topic, kind) in sensors {
         topics.add(topic, kind.name(), kind.definition())?;
-        parts.push(topic.to_owned());
     }
+    let mut parts = sensors.map(|(topic, _)| topic.to_owned()).to_vec();
     for forces in &*forces {
         topics.add(&forces.topic(), FORCES, FORCES_DEFINITION)?;
         parts.push(forces.topic());
     }
     let mut last = None;
-    let exported = read(readings, parts, |time, values| {
-        let messages = sensor_messages(time, &values, last.replace((time, values)));
+    let exported = read(readings, parts, |time, now| {
+        let messages = sensor_messages(time, &now, last.replace((time, now)));
         let of_forces = forces.iter_mut().map(|forces| forces.message(time));
-        let all = messages.map(Some).into_iter().chain(of_forces);
-        for (topic, message) in all.enumerate() {
-            if let Some(message) = message {
-                topics.write(topic, time, &message)?;
-            }
-        }
-        Ok(())
+        let mut all = messages.map(Some).into_iter().chain(of_forces).enumerate();
+        all.try_for_each(|(topic, message)| match message {
+            Some(message) => topics.write(topic, time, &message),
+            None => Ok(()),
+        })
     })?;
     topics.writer.finish().map_err(Topics::failed(out))?;
     let mut writer = topics.writer.into_inner();
@@ -287,27 +290,21 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
 }
 
 /// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
-fn sensor_messages(time: f64, values: &Values, last: Option<(f64, Values)>) -> [Vec<u8>; 4] {
-    let now = frame(time, values, None);
-    let or_nan = |values: [Option<f64>; 3]| values.map(|v| v.unwrap_or(f64::NAN));
-    let position = or_nan(now.wheel_angle);
+fn sensor_messages(time: f64, now: &Numbers, last: Option<(f64, Numbers)>) -> [Vec<u8>; 4] {
+    let of_frame: Vec<f64> = Reading::of_frame().map(|r| now[r.index()]).collect();
+    let of_wheels = |part: usize| [now[part], now[part + 3], now[part + 6]];
+    let (position, torque) = (of_wheels(0), of_wheels(1));
     // No sensor measures the speed: it is the difference of the last two angles.
-    let velocity = match last {
-        Some((before, values)) => {
-            let last = or_nan(frame(before, &values, None).wheel_angle);
-            [0, 1, 2].map(|i| (position[i] - last[i]) / (time - before))
-        }
-        None => [f64::NAN; 3],
-    };
-    let imu = |link: &str, reading: robhaz_estimator::LinkReading| {
-        let inclination = reading.inclination.unwrap_or(f64::NAN);
-        encode_imu(time, link, inclination, reading.rate.unwrap_or(f64::NAN))
-    };
+    let velocity = [0, 1, 2].map(|i| {
+        last.map_or(f64::NAN, |(before, last)| {
+            (position[i] - last[3 * i]) / (time - before)
+        })
+    });
     [
-        encode_readings(time, values),
-        encode_joints(time, &position, &velocity, &or_nan(now.motor_torque)),
-        imu("link1", now.link1),
-        imu("link2", now.link2),
+        encode_numbers(time, &of_frame),
+        encode_joints(time, &[position, velocity, torque]),
+        encode_imu(time, "link1", now[9], now[10]),
+        encode_imu(time, "link2", now[11], now[12]),
     ]
 }
 
@@ -325,13 +322,16 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
     writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
     let exported = read(readings, parts, |time, values| {
         let readings = Reading::of_frame().map(|r| values[r.index()]);
-        let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(readings).collect();
+        let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
-            let none = vec![None; forces.columns.len()];
+            let none = vec![f64::NAN; forces.columns.len()];
             cells.extend_from_slice(forces.at(time).unwrap_or(&none));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
-        let text_of = |cell: &Option<f64>| cell.map_or(String::new(), |v| format!("{v:?}"));
+        let text_of = |v: &f64| match v.is_nan() {
+            true => String::new(),
+            false => format!("{v:?}"),
+        };
         let cells: Vec<String> = cells.iter().map(text_of).collect();
         writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))
     })?;

@@ -4,38 +4,26 @@ use nalgebra::Vector3;
 
 /// How a reading follows from the cells of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Formula {
-    /// A cell in another unit.
-    Cell {
-        /// Index of the cell in the row.
-        cell: usize,
-        /// Factor from the cell to the reading. 1 keeps the bits.
-        factor: f64,
-        /// Subtracted after the factor. 0 keeps the bits.
-        offset: f64,
-    },
-    /// Inclination: angle of the direction up, seen from the sensor.
-    Inclination {
-        /// Where the direction comes from.
-        up: Upward,
-        /// The sensor's axis that points forward in the nominal pose.
-        forward_axis: [f64; 3],
-        /// The sensor's axis that points up in the nominal pose.
-        up_axis: [f64; 3],
-        /// Subtracted, rad.
-        offset: f64,
-    },
-    /// Rate about the axis across the robot, nose up positive.
-    Rate {
-        /// Cells of the angular velocity, x y z.
-        cells: [usize; 3],
-        /// The axis across the robot.
-        axis: [f64; 3],
-        /// Factor to rad/s.
-        factor: f64,
-        /// Subtracted, rad/s.
-        offset: f64,
-    },
+pub struct Formula {
+    /// What the cells give.
+    pub source: Source,
+    /// Factor from it to the reading. 1 keeps the bits.
+    pub factor: f64,
+    /// Subtracted after the factor. 0 keeps the bits.
+    pub offset: f64,
+}
+
+/// What the cells of a row give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// A cell, by its index in the row.
+    Cell(usize),
+    /// The inclination, rad: angle of the direction up, seen from the sensor's axes that point
+    /// forward and up in the nominal pose.
+    Inclination(Upward, [[f64; 3]; 2]),
+    /// The rate about the axis across the robot, nose up positive: cells x y z of the angular
+    /// velocity, and that axis.
+    Rate([usize; 3], [f64; 3]),
 }
 
 /// Where the direction up comes from, in the sensor's axes.
@@ -51,44 +39,33 @@ pub enum Upward {
 impl Formula {
     /// A cell as it is.
     pub fn of_cell(cell: usize) -> Self {
-        Self::Cell {
-            cell,
+        Self {
+            source: Source::Cell(cell),
             factor: 1.0,
             offset: 0.0,
         }
     }
 
     /// The reading of a row's cells; `None` where a cell is missing or the direction has no length.
-    pub fn value(&self, cells: &[Option<f64>]) -> Option<f64> {
-        match *self {
-            Self::Cell {
-                cell,
-                factor,
-                offset,
-            } => Some(shifted(all(cells, [cell])?[0] * factor, offset)),
-            Self::Inclination {
-                up,
-                forward_axis,
-                up_axis,
-                offset,
-            } => {
+    pub fn value(&self, cells: &[f64]) -> Option<f64> {
+        let found = match self.source {
+            Source::Cell(cell) => all(cells, [cell])?[0],
+            Source::Inclination(up, axes) => {
                 let direction = up.direction(cells)?;
-                let (forward, upward) = (dot(direction, forward_axis), dot(direction, up_axis));
+                let [forward, upward] = axes.map(|axis| dot(direction, axis));
                 let has_length = forward != 0.0 || upward != 0.0;
-                has_length.then(|| shifted(forward.atan2(upward), offset))
+                has_length.then(|| forward.atan2(upward))?
             }
-            Self::Rate {
-                cells: of,
-                axis,
-                factor,
-                offset,
-            } => Some(shifted(dot(all(cells, of)?, axis) * factor, offset)),
-        }
+            Source::Rate(of, axis) => dot(all(cells, of)?, axis),
+        };
+        let (value, offset) = (found * self.factor, self.offset);
+        // Subtracting zero would change the sign of a zero.
+        Some(if offset == 0.0 { value } else { value - offset })
     }
 }
 
 impl Upward {
-    fn direction(&self, cells: &[Option<f64>]) -> Option<[f64; 3]> {
+    fn direction(&self, cells: &[f64]) -> Option<[f64; 3]> {
         match *self {
             Self::SpecificForce(of) => all(cells, of),
             // The third row of the rotation matrix.
@@ -114,17 +91,9 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The values of cells; `None` where one is missing.
-fn all<const N: usize>(cells: &[Option<f64>], of: [usize; N]) -> Option<[f64; N]> {
-    let mut values = [0.0; N];
-    for (value, index) in values.iter_mut().zip(of) {
-        *value = (*cells.get(index)?)?;
-    }
-    Some(values)
-}
-
-/// Subtracting zero would change the sign of a zero.
-fn shifted(value: f64, offset: f64) -> f64 {
-    if offset == 0.0 { value } else { value - offset }
+fn all<const N: usize>(cells: &[f64], of: [usize; N]) -> Option<[f64; N]> {
+    let values = of.map(|index| *cells.get(index).unwrap_or(&f64::NAN));
+    values.iter().all(|v| v.is_finite()).then_some(values)
 }
 
 #[cfg(test)]
@@ -134,57 +103,48 @@ mod tests {
     const X: [f64; 3] = [1.0, 0.0, 0.0];
     const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-    fn cells(values: &[f64]) -> Vec<Option<f64>> {
-        values.iter().copied().map(Some).collect()
-    }
-
     /// Closed form: an IMU with x forward and z up, nose up by 0.3 rad, that is -0.3 rad about its
     /// y axis, turning nose up at 0.2 rad/s.
     #[test]
     fn an_imu_gives_inclination_and_rate() {
-        let inclination = |up| Formula::Inclination {
-            up,
-            forward_axis: X,
-            up_axis: Z,
-            offset: 0.0,
+        let inclination = |up| Formula {
+            source: Source::Inclination(up, [X, Z]),
+            ..Formula::of_cell(0)
         };
         let (sin, cos) = 0.3_f64.sin_cos();
-        let force = cells(&[9.81 * sin, 0.5, 9.81 * cos]);
+        let force = [9.81 * sin, 0.5, 9.81 * cos];
         let found = inclination(Upward::SpecificForce([0, 1, 2])).value(&force);
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
         let (sin, cos) = (-0.15_f64).sin_cos();
-        let turned = cells(&[0.0, sin, 0.0, cos]);
+        let turned = [0.0, sin, 0.0, cos];
         let found = inclination(Upward::Orientation([0, 1, 2, 3])).value(&turned);
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
-        let rate = Formula::Rate {
-            cells: [0, 1, 2],
-            axis: across(X, Z),
+        let rate = Formula {
+            source: Source::Rate([0, 1, 2], across(X, Z)),
             factor: 1.0,
             offset: 0.05,
         };
-        let found = rate.value(&cells(&[0.7, -0.2, 0.9]));
+        let found = rate.value(&[0.7, -0.2, 0.9]);
         assert!((found.unwrap() - 0.15).abs() < 1e-15);
     }
 
     /// Without a direction, or with a missing cell, there is no reading.
     #[test]
     fn a_missing_cell_is_a_missing_reading() {
-        let inclination = Formula::Inclination {
-            up: Upward::SpecificForce([0, 1, 2]),
-            forward_axis: X,
-            up_axis: Z,
-            offset: 0.0,
+        let inclination = Formula {
+            source: Source::Inclination(Upward::SpecificForce([0, 1, 2]), [X, Z]),
+            ..Formula::of_cell(0)
         };
-        assert_eq!(inclination.value(&cells(&[0.0; 3])), None);
-        assert_eq!(inclination.value(&[Some(1.0), None, Some(2.0)]), None);
-        assert_eq!(Formula::of_cell(1).value(&cells(&[1.0])), None);
+        assert_eq!(inclination.value(&[0.0; 3]), None);
+        assert_eq!(inclination.value(&[1.0, f64::NAN, 2.0]), None);
+        assert_eq!(Formula::of_cell(1).value(&[1.0]), None);
     }
 
     /// The bits of a cell stay, those of a negative zero too.
     #[test]
     fn a_cell_in_si_keeps_its_bits() {
         for value in [-0.0, 0.1 + 0.2, 5e-324, -1e300] {
-            let found = Formula::of_cell(0).value(&[Some(value)]);
+            let found = Formula::of_cell(0).value(&[value]);
             assert_eq!(found.map(f64::to_bits), Some(value.to_bits()));
         }
     }

@@ -3,7 +3,7 @@
 //! A reading belongs to a frame if it is new since the last frame. Of several new ones the newest
 //! counts.
 
-use crate::plan::{Content, Plan};
+use crate::plan::Plan;
 use crate::readings::{self, Reading, Values, frame};
 use crate::survey::Survey;
 use robhaz_model::BodyMount;
@@ -45,16 +45,11 @@ impl Frames {
     }
 
     /// Goes past the next row of a channel.
-    fn take(&mut self, channel: usize) -> Content {
+    fn take(&mut self, channel: usize) -> (Values, Option<Truth>) {
         let plan = &self.plan.channels[channel];
         let (row, columns) = (self.next[channel], plan.columns.len());
         self.next[channel] += 1;
-        let cells = &self.survey.channels[channel].cells[row * columns..(row + 1) * columns];
-        let cells: Vec<Option<f64>> = cells
-            .iter()
-            .map(|v| Some(*v).filter(|v| v.is_finite()))
-            .collect();
-        plan.content(&cells)
+        plan.content(&self.survey.channels[channel].cells[row * columns..(row + 1) * columns])
     }
 }
 
@@ -65,10 +60,9 @@ impl Source for Frames {
         };
         let is_first = self.next[0] == 0;
         let (mut values, mut truth) = (Values::default(), None);
-        let mut add = |content: Content| {
-            let found = content.truth.map(|found| Truth { time, ..found });
+        let mut add = |(readings, found): (Values, Option<Truth>)| {
             truth = found.or(truth);
-            for (own, new) in values.iter_mut().zip(content.readings) {
+            for (own, new) in values.iter_mut().zip(readings) {
                 *own = new.or(*own);
             }
         };
@@ -93,7 +87,7 @@ impl Source for Frames {
         }
         Ok(Some(Sample {
             time,
-            truth,
+            truth: truth.map(|truth| Truth { time, ..truth }),
             sensors: frame(time, &values, self.mount.as_mut()),
             is_record: true,
         }))
@@ -106,16 +100,14 @@ impl Source for Frames {
     /// What became of the rows so far.
     fn log_report(&self) -> Option<LogReport> {
         let present = Reading::all().filter(|r| self.plan.has(*r));
-        let channels = self.survey.channels.iter();
-        let names = |readings: Vec<Reading>| readings.iter().map(|r| r.name().to_owned()).collect();
+        let missing = present.map(|r| (r.name().to_owned(), self.missing[r.index()]));
+        let (channels, absent) = (self.survey.channels.iter(), self.plan.absent());
         Some(LogReport {
             source: self.plan.source.display().to_string(),
             start: self.survey.origin.seconds() + self.plan.channels[0].offset,
             channels: channels.map(|c| c.report.clone()).collect(),
-            missing: present
-                .map(|r| (r.name().to_owned(), self.missing[r.index()]))
-                .collect(),
-            absent: names(self.plan.absent()),
+            missing: missing.collect(),
+            absent: absent.iter().map(|r| r.name().to_owned()).collect(),
         })
     }
 }

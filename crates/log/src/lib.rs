@@ -33,7 +33,6 @@ mod mcap_events;
 mod messages;
 mod order;
 mod own_names;
-mod pace;
 mod parquet_rows;
 mod place;
 mod plan;

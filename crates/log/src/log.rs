@@ -1,22 +1,25 @@
 //! A log that is ready to be estimated.
 
+use crate::check::median;
 use crate::error::LogError;
 use crate::frames::Frames;
 use crate::mapped;
 use crate::own_names;
-use crate::pace::pace;
 use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
-use crate::readings::Reading;
 use crate::survey::{Survey, survey};
-use robhaz_model::BodyMount;
+use robhaz_estimator::DRIVING_SPEED;
+use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source};
-use robhaz_scene::{LogChoice, RecordChoice};
+use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice};
 use robhaz_sim::random::Fnv1a;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::PathBuf;
+
+/// Time over which a speed is measured, s: counts of an encoder may be coarse.
+const STEP: f64 = 0.1;
 
 /// How a log is read.
 #[derive(Clone, Debug, Default)]
@@ -69,9 +72,8 @@ impl Log {
         };
         let mut files: Vec<PathBuf> = Vec::new();
         for channel in &channels {
-            let file = channel.place.path().to_path_buf();
-            if !files.contains(&file) {
-                files.push(file);
+            if !files.contains(&channel.path) {
+                files.push(channel.path.clone());
             }
         }
         let mut plan = Plan {
@@ -81,7 +83,9 @@ impl Log {
         warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
         if let Some(truth) = &options.truth {
             let channels = choice.mapping.iter().flat_map(|m| &m.channels);
-            let clock = channels.into_iter().find(|c| c.name == mapped::TRUTH);
+            let clock = channels
+                .into_iter()
+                .find(|c| c.name == ChannelChoice::TRUTH);
             plan.channels.push(own_names::truth(truth, clock)?);
             files.push(truth.clone());
         }
@@ -90,9 +94,8 @@ impl Log {
             let robot = &choice.robot.robot;
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
             let (speed, period) = pace(&plan, &survey, robot);
-            choice.budget = choice
-                .budget
-                .of_body_sensors(robot, choice.pin, speed, period);
+            let budget = &choice.budget;
+            choice.budget = budget.of_body_sensors(robot, choice.pin, speed, period);
             mount
         });
         let record = record(&survey, &choice, &mut warnings);
@@ -112,12 +115,9 @@ impl Log {
 
     /// The run of its estimators.
     pub fn into_run(self) -> Run {
-        let description =
+        let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
-        let description = RunDescription {
-            has_truth: self.plan.channels.iter().any(|channel| channel.is_truth),
-            ..description
-        };
+        description.has_truth = self.survey.truth.is_some();
         Run::of(description, self.into_source())
     }
 
@@ -139,16 +139,15 @@ fn check_truth(
     survey: &Survey,
     compare_from: f64,
 ) -> Result<Option<String>, LogError> {
-    let of_truth = plan.channels.iter().enumerate().find(|(_, c)| c.is_truth);
+    let mut channels = plan.channels.iter().enumerate();
+    let of_truth = channels.find(|(_, channel)| channel.truth.is_some());
     let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
         return Ok(None);
     };
-    let refused = |message: String| {
-        let path = channel.place.path();
-        Err(LogError::place(path, "the table of --truth", message))
-    };
+    let table = "the table of --truth";
+    let refused = |message: String| Err(LogError::place(&channel.path, table, message));
+    let lacks = truth.lacks(&channel.columns);
     let Some((first, last)) = truth.span else {
-        let lacks = truth.lacks(&channel.columns);
         return refused(format!(
             "no row can be compared with: {lacks}; allowed: N and T of each wheel in a row, or no --truth"
         ));
@@ -164,10 +163,8 @@ fn check_truth(
         ));
     }
     let is_whole = truth.whole == truth.rows;
-    Ok((!is_whole).then(|| {
-        let lacks = truth.lacks(&channel.columns);
-        format!("the truth is compared with where it has N and T of each wheel: {lacks}")
-    }))
+    let notice = format!("the truth is compared with where it has N and T of each wheel: {lacks}");
+    Ok((!is_whole).then_some(notice))
 }
 
 /// Leaves out contact angles, or the estimators that need them. Returns what the user should know.
@@ -177,10 +174,8 @@ fn use_contact_angles(
     options: &LogOptions,
 ) -> Result<Option<String>, LogError> {
     let refused = |message: String| Err(LogError::whole(&plan.source, message));
-    let (absent, others): (Vec<Reading>, Vec<Reading>) = plan
-        .absent()
-        .into_iter()
-        .partition(|r| r.is_contact_angle());
+    let absent = plan.absent().into_iter();
+    let (absent, others): (Vec<_>, Vec<_>) = absent.partition(|r| r.is_contact_angle());
     if let Some(reading) = others.first() {
         return refused(format!(
             "has no {}: every estimator needs it; allowed to be missing: contact angles",
@@ -190,25 +185,20 @@ fn use_contact_angles(
     let needing = choice.needing_contact_angles();
     if options.contact_angles == Some(true) && !absent.is_empty() && !needing.is_empty() {
         let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
+        let (absent, needing) = (absent.join(", "), needing.join(", "));
         return refused(format!(
-            "has no {}, which {} need; allowed: --contact-angles none, or a log with them",
-            absent.join(", "),
-            needing.join(", "),
+            "has no {absent}, which {needing} need; allowed: --contact-angles none, or a log with them"
         ));
     }
     if options.contact_angles.unwrap_or(absent.is_empty()) {
         return Ok(None);
     }
     plan.drop_contact_angles();
-    let left_out = choice
-        .without_contact_angles(options.named_estimators)
-        .map_err(|error| LogError::whole(&plan.source, error))?;
-    Ok((!left_out.is_empty()).then(|| {
-        format!(
-            "without contact angles {} cannot estimate and are left out",
-            left_out.join(", ")
-        )
-    }))
+    let left_out = choice.without_contact_angles(options.named_estimators);
+    let left_out = left_out.map_err(|error| LogError::whole(&plan.source, error))?;
+    let names = left_out.join(", ");
+    let notice = format!("without contact angles {names} cannot estimate and are left out");
+    Ok((!left_out.is_empty()).then_some(notice))
 }
 
 fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> RecordChoice {
@@ -220,16 +210,41 @@ fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> Re
         ));
         compare_from = 0.0;
     }
+    let rate = 1.0 / survey.channels[0].report.period;
     RecordChoice {
         duration: survey.duration,
-        rate: rounded(1.0 / survey.channels[0].report.period),
+        // To six digits: steps between time stamps are rounded.
+        rate: format!("{rate:.5e}").parse().unwrap_or(rate),
         compare_from,
     }
 }
 
-/// To six digits: steps between time stamps are rounded.
-fn rounded(rate: f64) -> f64 {
-    format!("{rate:.5e}").parse().unwrap_or(rate)
+/// Median speed of a wheel while it drives (m/s), of the first one that the log has, and the period
+/// of the pin's angle, s; 0 where the log has none.
+fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
+    let radius = robot.geometry.wheel_radius;
+    let least = DRIVING_SPEED * Units::of(robot).speed();
+    let find = |name: &str| {
+        plan.channels.iter().enumerate().find_map(|(i, channel)| {
+            let mut readings = channel.readings.iter();
+            let (_, formula) = readings.find(|(r, _)| r.name() == name)?;
+            Some((&survey.channels[i], channel.columns.len(), formula))
+        })
+    };
+    let period = find("pin_angle").map_or(0.0, |(channel, ..)| channel.report.period);
+    let angles = ["wheel1_angle", "wheel2_angle", "wheel3_angle"];
+    let Some((channel, columns, formula)) = angles.into_iter().find_map(find) else {
+        return (0.0, period);
+    };
+    let rows = channel.times.iter().zip(channel.cells.chunks(columns));
+    let angles = rows.filter_map(|(time, cells)| Some((*time, formula.value(cells)?)));
+    let angles: Vec<(f64, f64)> = angles.collect();
+    // At least one row, and a whole number of them.
+    let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
+    let pairs = angles.iter().zip(angles.iter().skip(step));
+    let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
+    let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > least));
+    (speed.unwrap_or(0.0), period)
 }
 
 /// Hash of the files and of the description.

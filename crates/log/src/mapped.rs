@@ -1,17 +1,14 @@
 //! Channels of a log whose description says which column is which reading.
 
 use crate::error::LogError;
-use crate::formula::{Formula, Upward, across};
-use crate::mcap_events::{self, Clock, TopicPlace};
-use crate::plan::{ChannelPlace, ChannelPlan, TablePlace};
+use crate::formula::{Formula, Source, Upward, across};
+use crate::mcap_events::Clock;
+use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
 use robhaz_scene::{ChannelChoice, ImuChoice, InclinationSource, Mapping};
 use std::path::{Path, PathBuf};
-
-/// Name of the channel that states the clock of the table of the truth.
-pub const TRUTH: &str = "truth";
 
 /// The channels of a log; the first is the time base.
 ///
@@ -28,17 +25,21 @@ pub fn channels(
             let message = "is a folder: state its tables, [[channel]] with name and table, in the description";
             return Err(LogError::whole(log, message));
         };
-        channels.push(empty(table, TablePlace::stem(table), None)?);
+        channels.push(empty(table, stem(table), None)?);
     }
     // The channel of this name states the clock of the truth.
-    for choice in mapping.channels.iter().filter(|c| c.name != TRUTH) {
+    for choice in mapping
+        .channels
+        .iter()
+        .filter(|c| c.name != ChannelChoice::TRUTH)
+    {
         let path = file(log, table, choice)?;
         channels.push(empty(&path, choice.name.clone(), Some(choice))?);
     }
     for reading in &mapping.readings {
         let channel = named(&mut channels, &reading.channel);
-        let formula = Formula::Cell {
-            cell: channel.cell(&reading.column),
+        let formula = Formula {
+            source: Source::Cell(channel.cell(&reading.column)),
             factor: reading.factor,
             offset: reading.offset,
         };
@@ -63,11 +64,7 @@ pub fn channels(
 /// The file of a channel: the log itself, or a file beside it or in its folder.
 fn file(log: &Path, table: Option<&Path>, choice: &ChannelChoice) -> Result<PathBuf, LogError> {
     if !choice.table.is_empty() {
-        let folder = if log.is_dir() {
-            Some(log)
-        } else {
-            log.parent()
-        };
+        let folder = Some(log).filter(|log| log.is_dir()).or(log.parent());
         return Ok(folder.unwrap_or(Path::new("")).join(&choice.table));
     }
     let own = table.filter(|_| !log.is_dir());
@@ -83,18 +80,34 @@ fn empty(
     name: String,
     choice: Option<&ChannelChoice>,
 ) -> Result<ChannelPlan, LogError> {
-    let place = match choice.filter(|c| !c.topic.is_empty()) {
-        Some(choice) => ChannelPlace::Topic(topic(path, choice)?),
+    let problem = |message: &str| LogError::place(path, format!("channel {name}"), message);
+    let channel = match choice.filter(|c| !c.topic.is_empty()) {
         None if is_mcap(path) => {
             let message =
                 "state the `topic` of each channel of an MCAP file, [[channel]] in the description";
-            return Err(LogError::place(path, format!("channel {name}"), message));
+            return Err(problem(message));
         }
-        None => ChannelPlace::Table(TablePlace::new(path, time(choice))?),
+        None => ChannelPlan::of_table(name, path, time(choice))?,
+        Some(ChannelChoice { topic, .. }) if !is_mcap(path) => {
+            return Err(problem(&format!(
+                "topic {topic} needs an MCAP file (.mcap)"
+            )));
+        }
+        Some(choice) => {
+            let clock = match choice.time.as_str() {
+                "" | "header" => Clock::Header,
+                "log" => Clock::Log,
+                other => {
+                    let allowed = "allowed: \"header\", \"log\"";
+                    return Err(problem(&format!("time: found {other:?}, {allowed}")));
+                }
+            };
+            ChannelPlan::new(name, path, Rows::Topic(choice.topic.clone(), clock))
+        }
     };
     Ok(ChannelPlan {
         offset: choice.map_or(0.0, |c| c.offset),
-        ..ChannelPlan::new(name, place)
+        ..channel
     })
 }
 
@@ -103,38 +116,14 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
     let name = choice.map_or("", |c| c.time.as_str());
     TimeColumn {
         name: if name.is_empty() { "time" } else { name }.to_owned(),
-        unit: TimeUnit {
-            per_second: choice.map_or(1, ChannelChoice::time_units_per_second),
-        },
+        unit: TimeUnit(choice.map_or(1, ChannelChoice::time_units_per_second)),
     }
-}
-
-fn topic(path: &Path, choice: &ChannelChoice) -> Result<TopicPlace, LogError> {
-    let problem =
-        |message: String| LogError::place(path, format!("channel {}", choice.name), message);
-    if !is_mcap(path) {
-        let message = format!("topic {} needs an MCAP file (.mcap)", choice.topic);
-        return Err(problem(message));
-    }
-    Ok(TopicPlace {
-        path: path.to_path_buf(),
-        topic: choice.topic.clone(),
-        clock: match choice.time.as_str() {
-            "" | "header" => Clock::Header,
-            "log" => Clock::Log,
-            other => {
-                return Err(problem(format!(
-                    "time: found {other:?}, allowed: \"header\", \"log\""
-                )));
-            }
-        },
-    })
 }
 
 /// Whether a file is of topics, by its extension.
 pub fn is_mcap(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+    let extension = path.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
 }
 
 /// The channel of a name; the first for none. Names were checked when the description was read.
@@ -146,11 +135,11 @@ fn named<'a>(channels: &'a mut [ChannelPlan], name: &str) -> &'a mut ChannelPlan
 impl ChannelPlan {
     /// The cell of a column, which is read from now on.
     fn cell(&mut self, column: &str) -> usize {
-        if let Some(found) = self.columns.iter().position(|c| c == column) {
-            return found;
-        }
-        self.columns.push(column.to_owned());
-        self.columns.len() - 1
+        let known = self.columns.iter().position(|c| c == column);
+        known.unwrap_or_else(|| {
+            self.columns.push(column.to_owned());
+            self.columns.len() - 1
+        })
     }
 
     fn add(&mut self, name: &str, formula: Formula) {
@@ -160,23 +149,21 @@ impl ChannelPlan {
     }
 
     fn add_imu(&mut self, imu: &ImuChoice) {
+        let (force, orientation) = (imu.acceleration.each_ref(), imu.orientation.each_ref());
         let up = match imu.inclination {
-            InclinationSource::Acceleration => {
-                Upward::SpecificForce(imu.acceleration.each_ref().map(|c| self.cell(c)))
-            }
+            InclinationSource::Acceleration => Upward::SpecificForce(force.map(|c| self.cell(c))),
             InclinationSource::Orientation => {
-                Upward::Orientation(imu.orientation.each_ref().map(|c| self.cell(c)))
+                Upward::Orientation(orientation.map(|c| self.cell(c)))
             }
         };
-        let inclination = Formula::Inclination {
-            up,
-            forward_axis: imu.forward,
-            up_axis: imu.up,
+        let inclination = Formula {
+            source: Source::Inclination(up, [imu.forward, imu.up]),
+            factor: 1.0,
             offset: imu.inclination_offset,
         };
-        let rate = Formula::Rate {
-            cells: imu.angular_velocity.each_ref().map(|c| self.cell(c)),
-            axis: across(imu.forward, imu.up),
+        let velocity = imu.angular_velocity.each_ref().map(|c| self.cell(c));
+        let rate = Formula {
+            source: Source::Rate(velocity, across(imu.forward, imu.up)),
             factor: imu.rate_factor,
             offset: imu.rate_offset,
         };
@@ -187,12 +174,10 @@ impl ChannelPlan {
 
 /// Checks that the file of a channel has its columns.
 fn check(channel: &ChannelPlan) -> Result<(), LogError> {
-    let (found, time) = match &channel.place {
-        ChannelPlace::Topic(topic) => {
-            let found = mcap_events::columns(&topic.path, &topic.topic, &channel.columns)?;
-            (found, None)
-        }
-        ChannelPlace::Table(table) => (table.format.columns(&table.path)?, Some(&table.time.name)),
+    let found = channel.found()?;
+    let time = match &channel.rows {
+        Rows::Topic(..) => None,
+        Rows::Table(_, time) => Some(&time.name),
     };
     let is_missing = |name: &&String| !found.iter().any(|c| c.name == **name);
     let wanted = time.into_iter().chain(&channel.columns);
@@ -206,5 +191,5 @@ fn check(channel: &ChannelPlan) -> Result<(), LogError> {
         channel.name,
         ColumnInfo::list(&found),
     );
-    Err(LogError::whole(channel.place.path(), message))
+    Err(LogError::whole(&channel.path, message))
 }

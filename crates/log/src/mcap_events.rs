@@ -2,8 +2,8 @@
 
 use crate::error::{LogError, open_file};
 use crate::messages::{Decoded, MessageKind, Number};
-use crate::rows::{ColumnInfo, Place, Row};
-use crate::stamp::{Stamp, TimeUnit};
+use crate::rows::{ColumnInfo, Place, Row, finite};
+use crate::stamp::Stamp;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -24,17 +24,6 @@ pub enum Clock {
     Header,
     /// When the recorder received the message.
     Log,
-}
-
-/// A topic of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TopicPlace {
-    /// The file.
-    pub path: PathBuf,
-    /// The topic.
-    pub topic: String,
-    /// Its time.
-    pub clock: Clock,
 }
 
 /// A message of a file.
@@ -60,6 +49,9 @@ impl<'a> Message<'a> {
     }
 }
 
+/// Channels by number: topic and name of the schema.
+type Topics = HashMap<u16, (String, String)>;
+
 /// Messages of a file from its start to its end, also of one without an end.
 struct Messages {
     path: PathBuf,
@@ -67,13 +59,9 @@ struct Messages {
     reader: LinearReader,
     /// Schemas by number: name.
     schemas: HashMap<u16, String>,
-    /// Channels by number: topic and name of the schema.
-    topics: HashMap<u16, (String, String)>,
+    topics: Topics,
     cut_off: Option<String>,
-    /// The last record.
-    record: Vec<u8>,
     count: u64,
-    ended: bool,
 }
 
 impl Messages {
@@ -86,49 +74,45 @@ impl Messages {
             schemas: HashMap::new(),
             topics: HashMap::new(),
             cut_off: None,
-            record: Vec::new(),
             count: 0,
-            ended: false,
         })
     }
 
-    /// Hands the next message to `of`; `None` at the end.
-    fn next<T>(&mut self, of: impl FnOnce(&Self, Message<'_>) -> T) -> Result<Option<T>, LogError> {
-        while !self.ended {
-            let opcode = match self.reader.next_event() {
-                None => break,
-                Some(Ok(LinearReadEvent::ReadRequest(size))) => {
+    /// Hands the next message to `of`, with the topics so far; `None` at the end.
+    fn next<T>(
+        &mut self,
+        of: impl FnOnce(&Topics, Message<'_>) -> Result<T, LogError>,
+    ) -> Result<Option<T>, LogError> {
+        while let Some(event) = self.reader.next_event() {
+            let path = &self.path;
+            let damaged = |count: u64, error: McapError| {
+                LogError::format(path, "MCAP", format!("{error}, after message {count}"))
+            };
+            let (opcode, data) = match event {
+                Ok(LinearReadEvent::ReadRequest(size)) => {
                     let buffer = self.reader.insert(size.clamp(1, BLOCK));
-                    let read = self.file.read(buffer).map_err(LogError::io(&self.path))?;
+                    let read = self.file.read(buffer).map_err(LogError::io(path))?;
                     self.reader.notify_read(read);
                     continue;
                 }
-                // Copied, because the topics are changed.
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    self.record.clear();
-                    self.record.extend_from_slice(data);
-                    opcode
-                }
-                Some(Err(McapError::UnexpectedEof)) => {
+                Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data),
+                Err(McapError::UnexpectedEof) => {
                     let count = self.count;
                     self.cut_off = Some(format!(
                         "after message {count}: the file has no end, its recording was killed"
                     ));
                     break;
                 }
-                Some(Err(error)) => return Err(self.damaged(&error)),
+                Err(error) => return Err(damaged(self.count, error)),
             };
             if opcode == mcap::records::op::MESSAGE {
                 self.count += 1;
-                let record = std::mem::take(&mut self.record);
-                let message =
-                    Message::of(&record).ok_or_else(|| self.damaged(&McapError::UnexpectedEof))?;
-                let result = of(self, message);
-                self.record = record;
-                return Ok(Some(result));
+                let message = Message::of(data);
+                let message = message.ok_or_else(|| damaged(self.count, McapError::UnexpectedEof));
+                return of(&self.topics, message?).map(Some);
             }
-            let record = mcap::parse_record(opcode, &self.record);
-            match record.map_err(|e| self.damaged(&e))? {
+            let record = mcap::parse_record(opcode, data);
+            match record.map_err(|error| damaged(self.count, error))? {
                 Record::Schema { header, .. } => {
                     self.schemas.insert(header.id, header.name);
                 }
@@ -140,13 +124,7 @@ impl Messages {
                 _ => {}
             }
         }
-        self.ended = true;
         Ok(None)
-    }
-
-    fn damaged(&self, error: &McapError) -> LogError {
-        let reason = format!("{error}, after message {}", self.count);
-        LogError::format(&self.path, "MCAP", reason)
     }
 }
 
@@ -164,20 +142,25 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
         wanted.iter().all(has)
     };
     while !found.as_deref().is_some_and(is_complete) {
-        let next = messages.next(|messages, message| {
-            let (of, schema) = messages.topics.get(&message.channel)?;
-            (of == topic).then(|| columns_of(path, topic, schema, message.data))
-        })?;
-        let Some(columns) = next else {
-            break;
-        };
-        if let Some(columns) = columns {
+        let next = messages.next(|topics, message| {
+            let of_topic = topics.get(&message.channel).filter(|(of, _)| of == topic);
+            let Some((_, schema)) = of_topic else {
+                return Ok(());
+            };
             let known = found.get_or_insert_default();
-            for column in columns? {
+            for number in decode(path, topic, schema, message.data)?.1 {
+                let column = ColumnInfo {
+                    name: number.column(),
+                    unit: None,
+                };
                 if !known.contains(&column) {
                     known.push(column);
                 }
             }
+            Ok(())
+        })?;
+        if next.is_none() {
+            break;
         }
     }
     found.ok_or_else(|| {
@@ -193,20 +176,6 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
     })
 }
 
-fn columns_of(
-    path: &Path,
-    topic: &str,
-    schema: &str,
-    data: &[u8],
-) -> Result<Vec<ColumnInfo>, LogError> {
-    let decoded = decode(path, topic, schema, data)?;
-    let column = |number: &Number<'_>| ColumnInfo {
-        name: number.column(),
-        unit: None,
-    };
-    Ok(decoded.numbers.iter().map(column).collect())
-}
-
 fn decode<'a>(
     path: &Path,
     topic: &str,
@@ -214,26 +183,21 @@ fn decode<'a>(
     data: &'a [u8],
 ) -> Result<Decoded<'a>, LogError> {
     let refused = |message: String| LogError::place(path, format!("topic {topic}"), message);
-    let kind = MessageKind::of_schema(schema).ok_or_else(|| {
-        let allowed: Vec<_> = MessageKind::ALL.iter().map(|kind| kind.name()).collect();
-        refused(format!(
-            "found messages of the type {schema:?}, allowed: {}",
-            allowed.join(", ")
-        ))
-    })?;
-    kind.decode(data).ok_or_else(|| {
-        refused(format!(
-            "found bytes that are no {} in CDR encoding",
-            kind.name()
-        ))
-    })
+    let Some(kind) = MessageKind::of_schema(schema) else {
+        let allowed = MessageKind::ALL.map(MessageKind::name).join(", ");
+        let message = format!("found messages of the type {schema:?}, allowed: {allowed}");
+        return Err(refused(message));
+    };
+    let other = || format!("found bytes that are no {} in CDR encoding", kind.name());
+    kind.decode(data).ok_or_else(|| refused(other()))
 }
 
 /// A channel of a topic while it is read.
 pub struct Wanted<'a> {
     /// Its number.
     pub channel: usize,
-    place: &'a TopicPlace,
+    topic: &'a str,
+    clock: Clock,
     columns: &'a [String],
     /// Messages so far.
     count: u64,
@@ -249,19 +213,18 @@ pub fn read(
     add: &mut impl FnMut(usize, Row) -> Result<(), LogError>,
 ) -> Result<Option<String>, LogError> {
     let mut messages = Messages::open(path)?;
-    while let Some(added) = messages.next(|messages, message| {
-        let Some((topic, schema)) = messages.topics.get(&message.channel) else {
+    let mut take = |topics: &Topics, message: Message<'_>| -> Result<(), LogError> {
+        let Some((topic, schema)) = topics.get(&message.channel) else {
             return Ok(());
         };
-        for wanted in channels.iter_mut().filter(|w| w.place.topic == *topic) {
-            for row in wanted.add(schema, &message)?.into_iter().flatten() {
+        for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
+            for row in wanted.add(path, schema, &message)?.into_iter().flatten() {
                 add(wanted.channel, row)?;
             }
         }
         Ok(())
-    })? {
-        added?;
-    }
+    };
+    while messages.next(&mut take)?.is_some() {}
     for wanted in channels {
         if let Some((row, _)) = wanted.open.take() {
             add(wanted.channel, row)?;
@@ -272,10 +235,11 @@ pub fn read(
 
 impl<'a> Wanted<'a> {
     /// A channel before its first message.
-    pub fn new(channel: usize, place: &'a TopicPlace, columns: &'a [String]) -> Self {
+    pub fn new(channel: usize, topic: &'a str, clock: Clock, columns: &'a [String]) -> Self {
         Self {
             channel,
-            place,
+            topic,
+            clock,
             columns,
             count: 0,
             open: None,
@@ -284,40 +248,36 @@ impl<'a> Wanted<'a> {
 
     /// Adds a message. Returns the rows that are complete then, in their order: one that was open,
     /// that of the message.
-    fn add(&mut self, schema: &str, message: &Message<'_>) -> Result<[Option<Row>; 2], LogError> {
-        let (path, topic) = (&self.place.path, &self.place.topic);
-        let decoded = decode(path, topic, schema, message.data)?;
+    fn add(
+        &mut self,
+        path: &Path,
+        schema: &str,
+        message: &Message<'_>,
+    ) -> Result<[Option<Row>; 2], LogError> {
+        let (stamp, numbers) = decode(path, self.topic, schema, message.data)?;
         self.count += 1;
-        let number = |name: &String| decoded.numbers.iter().find(|number| number.is(name));
-        let found: Vec<Option<f64>> = self
-            .columns
-            .iter()
-            .map(|name| Some(number(name)?.value))
-            .collect();
+        let number = |name: &String| numbers.iter().find(|number| number.is(name));
+        let found: Vec<_> = self.columns.iter().map(number).collect();
         let has: Vec<bool> = found.iter().map(Option::is_some).collect();
         // A message of other joints.
         if !has.is_empty() && !has.contains(&true) {
             return Ok([None, None]);
         }
+        let cell = |v: &Option<&Number<'_>>| v.map_or(f64::NAN, |v| finite(v.value));
         let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
         let row = Row {
             place: Place("message", self.count),
-            stamp: match self.place.clock {
-                Clock::Header => decoded.stamp,
-                Clock::Log => TimeUnit::NANOSECOND
-                    .of_whole(log_time)
-                    .unwrap_or(Stamp::Nanoseconds(log_time)),
+            stamp: match self.clock {
+                Clock::Header => stamp,
+                Clock::Log => Stamp::Nanoseconds(log_time),
             },
-            cells: found
-                .into_iter()
-                .map(|v| v.filter(|v| v.is_finite()))
-                .collect(),
+            cells: found.iter().map(cell).collect(),
         };
-        let before = self.open.take();
-        let (before, row, has) = match before {
+        let (before, row, has) = match self.open.take() {
             Some((open, known)) if open.stamp == row.stamp && are_apart(&known, &has) => {
-                let cells = open.cells.into_iter().zip(row.cells);
-                let cells = cells.map(|(a, b)| a.or(b)).collect();
+                let cells = open.cells.iter().zip(&row.cells).zip(&known);
+                let cells = cells.map(|((a, b), known)| *if *known { a } else { b });
+                let cells = cells.collect();
                 let has = known.iter().zip(&has).map(|(a, b)| *a || *b).collect();
                 (None, Row { cells, ..row }, has)
             }

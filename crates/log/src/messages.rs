@@ -2,7 +2,7 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::readings::{Reading, Values};
+use crate::readings::Reading;
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_model::named;
 
@@ -19,13 +19,8 @@ named! {
     }
 }
 
-/// A message, decoded.
-pub struct Decoded<'a> {
-    /// Its time in the header, or, of `Readings`, its exact time.
-    pub stamp: Stamp,
-    /// Its numbers.
-    pub numbers: Vec<Number<'a>>,
-}
+/// A message, decoded: its time in the header, or, of `Readings`, its exact time, and its numbers.
+pub type Decoded<'a> = (Stamp, Vec<Number<'a>>);
 
 /// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not
 /// joined for each message.
@@ -47,12 +42,10 @@ impl Number<'_> {
 
     /// Whether it is the number of a column.
     pub fn is(&self, column: &str) -> bool {
+        let rest = column.strip_prefix(self.name);
         match self.part {
-            "" => column == self.name,
-            part => {
-                let name = column.strip_suffix(part).and_then(|c| c.strip_suffix('.'));
-                name == Some(self.name)
-            }
+            "" => rest == Some(""),
+            part => rest.and_then(|rest| rest.strip_prefix('.')) == Some(part),
         }
     }
 }
@@ -83,23 +76,27 @@ impl MessageKind {
     pub fn decode(self, message: &[u8]) -> Option<Decoded<'_>> {
         let mut reader = CdrReader::new(message)?;
         let header = header(&mut reader)?;
-        match self {
-            Self::JointState => joint_state(&mut reader, header),
-            Self::Imu => imu(&mut reader, header),
-            Self::Readings => readings(&mut reader),
-        }
+        Some(match self {
+            Self::JointState => (header, joint_state(&mut reader)?),
+            Self::Imu => (header, imu(&mut reader)?),
+            Self::Readings => {
+                let time = TimeUnit::SECOND.of_float(reader.f64()?)?;
+                (time, readings(&mut reader)?)
+            }
+        })
     }
 }
 
 /// Stamp of `std_msgs/Header`.
 fn header(reader: &mut CdrReader<'_>) -> Option<Stamp> {
-    let (seconds, nanoseconds) = (reader.i32()?, reader.u32()?);
+    let (seconds, nanoseconds) = (reader.take().map(i32::from_le_bytes)?, reader.u32()?);
     reader.text()?;
-    let whole = i64::from(seconds).checked_mul(1_000_000_000)?;
-    TimeUnit::NANOSECOND.of_whole(whole.checked_add(i64::from(nanoseconds))?)
+    // Far below the largest number.
+    let whole = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
+    Some(Stamp::Nanoseconds(whole))
 }
 
-fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+fn joint_state<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
     let count = reader.u32()?;
     let names: Vec<&str> = (0..count).map(|_| reader.text()).collect::<Option<_>>()?;
     let mut numbers = Vec::with_capacity(3 * names.len());
@@ -109,10 +106,10 @@ fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'
         let named = names.iter().zip(values);
         numbers.extend(named.map(|(name, value)| Number { name, part, value }));
     }
-    Some(Decoded { stamp, numbers })
+    Some(numbers)
 }
 
-fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+fn imu<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
     let mut numbers = Vec::with_capacity(10);
     for (name, parts) in IMU {
         for part in parts {
@@ -124,22 +121,15 @@ fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
             reader.f64()?;
         }
     }
-    Some(Decoded { stamp, numbers })
+    Some(numbers)
 }
 
-fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
-    let stamp = TimeUnit::SECOND.of_float(reader.f64()?)?;
-    let numbers = Reading::of_frame().map(|reading| {
-        Some(Number {
-            name: reading.name(),
-            part: "",
-            value: reader.f64()?,
-        })
-    });
-    Some(Decoded {
-        stamp,
-        numbers: numbers.collect::<Option<_>>()?,
-    })
+fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
+    let mut number = |reading: Reading| {
+        let (name, part, value) = (reading.name(), "", reader.f64()?);
+        Some(Number { name, part, value })
+    };
+    Reading::of_frame().map(&mut number).collect()
 }
 
 /// Time in whole nanoseconds, of times since the start.
@@ -153,44 +143,41 @@ fn with_header(time: f64, frame: &str) -> CdrWriter {
     const SECOND: u64 = 1_000_000_000;
     let time = nanoseconds(time);
     let mut writer = CdrWriter::new();
-    writer.i32(i32::try_from(time / SECOND).unwrap_or(i32::MAX));
-    writer.u32(u32::try_from(time % SECOND).unwrap_or(0));
+    let seconds = i32::try_from(time / SECOND).unwrap_or(i32::MAX);
+    writer.put(seconds.to_le_bytes());
+    let rest = u32::try_from(time % SECOND).unwrap_or(0);
+    writer.put(rest.to_le_bytes());
     writer.text(frame);
     writer
 }
 
-/// `Readings`: all readings to the bit; not a number where one is missing.
-pub fn encode_readings(time: f64, values: &Values) -> Vec<u8> {
+/// `Readings` or `WheelForces`: the numbers in the order of the definition, to the bit; not a number
+/// where one is missing.
+pub fn encode_numbers(time: f64, numbers: &[f64]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);
-    let values = Reading::of_frame().map(|r| values[r.index()].unwrap_or(f64::NAN));
-    writer.array(&values.collect::<Vec<f64>>());
-    writer.into_bytes()
+    writer.array(numbers);
+    writer.0
 }
 
-/// `JointState` of the wheels: `position` rad, `velocity` rad/s, `effort` N m.
-pub fn encode_joints(
-    time: f64,
-    position: &[f64; 3],
-    velocity: &[f64; 3],
-    effort: &[f64; 3],
-) -> Vec<u8> {
+/// `JointState` of the wheels: position rad, velocity rad/s, effort N m.
+pub fn encode_joints(time: f64, parts: &[[f64; 3]; 3]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.count(3);
-    ["wheel1", "wheel2", "wheel3"]
-        .iter()
-        .for_each(|name| writer.text(name));
-    for part in [position, velocity, effort] {
+    for name in ["wheel1", "wheel2", "wheel3"] {
+        writer.text(name);
+    }
+    for part in parts {
         writer.sequence(part);
     }
-    writer.into_bytes()
+    writer.0
 }
 
 /// `Imu` of a link with x forward, y to the left, z up: inclination (rad) as orientation, rate
 /// (rad/s) about y. Acceleration was not measured, which -1 in its covariance states.
 pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8> {
     const UNKNOWN: [f64; 9] = [0.0; 9];
-    let none = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    const NONE: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut writer = with_header(time, link);
     // Nose up turns about y backwards.
     let (sin, cos) = (-0.5 * inclination).sin_cos();
@@ -199,19 +186,11 @@ pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8>
     writer.array(&[0.0, -rate, 0.0]);
     writer.array(&UNKNOWN);
     writer.array(&[0.0; 3]);
-    writer.array(&none);
-    writer.into_bytes()
+    writer.array(&NONE);
+    writer.0
 }
 
 /// Name of the schema of forces.
 pub const FORCES: &str = "robhaz_msgs/msg/WheelForces";
 /// Its definition.
 pub const FORCES_DEFINITION: &str = include_str!("definitions/WheelForces.msg");
-
-/// `WheelForces`: the numbers in the order of the definition.
-pub fn encode_forces(time: f64, numbers: &[f64]) -> Vec<u8> {
-    let mut writer = with_header(time, "");
-    writer.array(&[time]);
-    writer.array(numbers);
-    writer.into_bytes()
-}

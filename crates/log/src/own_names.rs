@@ -3,10 +3,10 @@
 use crate::error::LogError;
 use crate::formula::Formula;
 use crate::mapped;
-use crate::mcap_events::{self, Clock, TopicPlace};
-use crate::plan::{ChannelPlace, ChannelPlan, TablePlace};
+use crate::mcap_events::Clock;
+use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
-use crate::rows::ColumnInfo;
+use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
 use robhaz_scene::ChannelChoice;
 use std::path::Path;
@@ -27,17 +27,14 @@ pub const TOPIC: &str = "/robhaz/readings";
 ///
 /// [`LogError`] where the file has no such topic.
 pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
-    mcap_events::columns(path, TOPIC, &[])?;
+    let rows = Rows::Topic(TOPIC.to_owned(), Clock::Header);
+    let empty = ChannelPlan::new(TOPIC.to_owned(), path, rows);
+    empty.found()?;
     let readings = Reading::of_frame().enumerate();
-    let place = ChannelPlace::Topic(TopicPlace {
-        path: path.to_path_buf(),
-        topic: TOPIC.to_owned(),
-        clock: Clock::Header,
-    });
     Ok(ChannelPlan {
         columns: Reading::of_frame().map(|r| r.name().to_owned()).collect(),
         readings: readings.map(|(i, r)| (r, Formula::of_cell(i))).collect(),
-        ..ChannelPlan::new(TOPIC.to_owned(), place)
+        ..empty
     })
 }
 
@@ -48,24 +45,20 @@ pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
 ///
 /// [`LogError`] with all missing columns and wrong units.
 pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
-    let mut table = Table::open(path)?;
-    let (mut columns, mut readings) = (Vec::new(), Vec::new());
+    let mut table = Table::open(path, mapped::time(None))?;
     for reading in Reading::of_frame() {
         let found = match reading.is_contact_angle() {
             true => table.column(reading.name(), reading.unit()),
             false => table.required(reading.name(), reading.unit()),
         };
         if let Some(name) = found {
-            readings.push((reading, Formula::of_cell(columns.len())));
-            columns.push(name);
+            let cell = Formula::of_cell(table.channel.columns.len());
+            table.channel.readings.push((reading, cell));
+            table.channel.columns.push(name);
         }
     }
     table.find_time();
-    Ok(ChannelPlan {
-        columns,
-        readings,
-        ..table.channel(REMEDY)?
-    })
+    table.checked(REMEDY)
 }
 
 /// The channel of a table of the truth with the names of a run's table `truth`: at least N and T of
@@ -75,42 +68,40 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
 ///
 /// As [`readings`].
 pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, LogError> {
-    let mut table = Table::open(path)?;
+    let time = mapped::time(clock);
+    let mut table = Table::open(path, time.clone())?;
     for name in truth::required() {
         table.required(&name, "N");
     }
-    if clock.is_some() {
-        let time = mapped::time(clock);
-        if !table.columns.iter().any(|c| c.name == time.name) {
-            table.missing.push(time.name.clone());
-        }
-        table.place.time = time;
-    } else {
+    if clock.is_none() {
         table.find_time();
+    } else if !table.found.iter().any(|c| c.name == time.name) {
+        table.missing.push(time.name);
     }
-    let columns = table.columns.iter().map(|c| c.name.clone());
+    let columns = table.found.iter().map(|c| c.name.clone());
+    let columns: Vec<String> = columns.filter(|name| truth::is_column(name)).collect();
     Ok(ChannelPlan {
         offset: clock.map_or(0.0, |c| c.offset),
-        columns: columns.filter(|name| truth::is_column(name)).collect(),
-        is_truth: true,
-        ..table.channel(TRUTH_REMEDY)?
+        truth: Some(truth::places(&columns)),
+        columns,
+        ..table.checked(TRUTH_REMEDY)?
     })
 }
 
 /// A table in which columns are looked for by their names.
 struct Table {
-    place: TablePlace,
-    columns: Vec<ColumnInfo>,
+    channel: ChannelPlan,
+    found: Vec<ColumnInfo>,
     problems: Vec<String>,
     missing: Vec<String>,
 }
 
 impl Table {
-    fn open(path: &Path) -> Result<Self, LogError> {
-        let place = TablePlace::new(path, mapped::time(None))?;
+    fn open(path: &Path, time: TimeColumn) -> Result<Self, LogError> {
+        let channel = ChannelPlan::of_table(stem(path), path, time)?;
         Ok(Self {
-            columns: place.format.columns(path)?,
-            place,
+            found: channel.found()?,
+            channel,
             problems: Vec::new(),
             missing: Vec::new(),
         })
@@ -122,7 +113,7 @@ impl Table {
             let text = column.name.split(['[', '(']).next().unwrap_or_default();
             text.trim() == name
         };
-        let ColumnInfo { name, unit } = self.columns.iter().find(bare)?;
+        let ColumnInfo { name, unit } = self.found.iter().find(bare)?;
         if let Some(found) = unit.as_deref().filter(|unit| *unit != allowed) {
             let problem = format!("column {name} has the unit {found}, allowed: {allowed}");
             self.problems.push(problem);
@@ -140,27 +131,23 @@ impl Table {
     }
 
     fn find_time(&mut self) {
-        if let Some(name) = self.required(TIME, "s") {
-            self.place.time.name = name;
+        let name = self.required(TIME, "s");
+        if let (Some(name), Rows::Table(_, time)) = (name, &mut self.channel.rows) {
+            time.name = name;
         }
     }
 
-    /// The channel, which reads nothing yet.
-    fn channel(mut self, remedy: &str) -> Result<ChannelPlan, LogError> {
-        let path = &self.place.path;
+    /// The channel, if nothing is missing or wrong.
+    fn checked(mut self, remedy: &str) -> Result<ChannelPlan, LogError> {
         if !self.missing.is_empty() {
             let missing = format!("has no column {}", self.missing.join(", "));
             self.problems.insert(0, missing);
         }
-        if !self.problems.is_empty() {
-            let message = format!(
-                "{}; found {}; {remedy}",
-                self.problems.join("; "),
-                ColumnInfo::list(&self.columns)
-            );
-            return Err(LogError::whole(path, message));
+        if self.problems.is_empty() {
+            return Ok(self.channel);
         }
-        let name = TablePlace::stem(path);
-        Ok(ChannelPlan::new(name, ChannelPlace::Table(self.place)))
+        let (problems, found) = (self.problems.join("; "), ColumnInfo::list(&self.found));
+        let message = format!("{problems}; found {found}; {remedy}");
+        Err(LogError::whole(&self.channel.path, message))
     }
 }

@@ -1,7 +1,7 @@
 //! Parquet files.
 
 use crate::error::{LogError, open_file};
-use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, repeated};
+use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, finite, repeated};
 use crate::stamp::{Stamp, TimeUnit};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float32Type, Float64Type};
@@ -10,7 +10,7 @@ use arrow_schema::{DataType, Field, TimeUnit as ArrowTimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::Compression;
-use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
+use parquet::file::metadata::ParquetMetaData;
 use std::fs::File;
 use std::path::Path;
 
@@ -24,21 +24,10 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
         name: field.name().clone(),
         unit: field.metadata().get("unit").cloned(),
     };
-    let found: Vec<ColumnInfo> = schema.fields().iter().map(column).collect();
-    let names: Vec<String> = found.iter().map(|column| column.name.clone()).collect();
-    if let Some((first, again)) = repeated(&names) {
-        let message = format!(
-            "found the name {} again, allowed: each name once; column {} has it, too",
-            names[again],
-            first + 1
-        );
-        return Err(LogError::place(
-            path,
-            format!("column {}", again + 1),
-            message,
-        ));
+    if let Some((again, message)) = repeated(schema.fields().iter().map(|field| field.name())) {
+        return Err(LogError::place(path, format!("column {again}"), message));
     }
-    Ok(found)
+    Ok(schema.fields().iter().map(column).collect())
 }
 
 fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogError> {
@@ -55,11 +44,10 @@ fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogErro
 /// Refuses a file whose columns are compressed with a codec that is not built in.
 fn check_codecs(path: &Path, metadata: &ParquetMetaData) -> Result<(), LogError> {
     let is_readable = |codec| !matches!(codec, Compression::BROTLI(_) | Compression::LZO);
-    let columns = metadata
-        .row_groups()
-        .iter()
-        .flat_map(RowGroupMetaData::columns);
-    let mut codecs = columns.map(ColumnChunkMetaData::compression);
+    let groups = metadata.row_groups().iter();
+    let mut codecs = groups
+        .flat_map(|group| group.columns())
+        .map(|column| column.compression());
     let Some(codec) = codecs.find(|codec| !is_readable(*codec)) else {
         return Ok(());
     };
@@ -88,11 +76,8 @@ pub fn read(
 ) -> Result<(), LogError> {
     let builder = parquet(path)?;
     let has_no = |name: &String| LogError::whole(path, format!("has no column {name}"));
-
-    let wanted = std::iter::once(&time.name).chain(chosen).map(|name| {
-        let index = builder.schema().index_of(name);
-        index.map_err(|_| has_no(name))
-    });
+    let index = |name: &String| builder.schema().index_of(name).map_err(|_| has_no(name));
+    let wanted = std::iter::once(&time.name).chain(chosen).map(index);
     let wanted: Vec<usize> = wanted.collect::<Result<_, _>>()?;
     let mask = ProjectionMask::roots(builder.parquet_schema(), wanted);
     let batches = builder.with_projection(mask).with_batch_size(BATCH).build();
@@ -101,10 +86,7 @@ pub fn read(
         let batch = batch.map_err(|error| not_parquet(path, error))?;
         let column = |name: &String| batch.column_by_name(name).ok_or_else(|| has_no(name));
         let stamps = stamps(path, time, column(&time.name)?, row)?;
-        let cells = chosen.iter().map(|name| {
-            let column = column(name)?;
-            numbers(column).ok_or_else(|| not_numeric(path, name, column.data_type()))
-        });
+        let cells = chosen.iter().map(|name| numbers(path, name, column(name)?));
         let cells: Vec<_> = cells.collect::<Result<_, _>>()?;
         for (i, stamp) in stamps.into_iter().enumerate() {
             row += 1;
@@ -116,11 +98,6 @@ pub fn read(
         }
     }
     Ok(())
-}
-
-fn not_numeric(path: &Path, name: &str, found: &DataType) -> LogError {
-    let message = format!("found the type {found}, allowed: a number");
-    LogError::place(path, format!("column {name}"), message)
 }
 
 /// The stamps of rows behind the first `before` ones.
@@ -145,10 +122,8 @@ fn stamps(
         let numbers = Int64Array::from(numbers);
         numbers.iter().map(|v| unit.of_whole(v?)).collect()
     } else {
-        let numbers = numbers(column);
-        let numbers = numbers.ok_or_else(|| not_numeric(path, &time.name, column.data_type()))?;
-        let stamps = numbers.into_iter();
-        stamps.map(|v| time.unit.of_float(v?)).collect()
+        let numbers = numbers(path, &time.name, column)?;
+        numbers.into_iter().map(|v| time.unit.of_float(v)).collect()
     };
     let check = |(i, stamp): (usize, Option<Stamp>)| {
         stamp.ok_or_else(|| {
@@ -160,20 +135,24 @@ fn stamps(
     stamps.into_iter().enumerate().map(check).collect()
 }
 
-/// The values of a column of numbers, those that are finite; `None` for another type.
-fn numbers(column: &ArrayRef) -> Option<Vec<Option<f64>>> {
+/// The values of a column of numbers; not a number where one is missing or not finite.
+fn numbers(path: &Path, name: &str, column: &ArrayRef) -> Result<Vec<f64>, LogError> {
     macro_rules! values {
         ($kind:ty) => {{
-            let finite = |v| Some(v as f64).filter(|v| v.is_finite());
-            let values = column.as_primitive_opt::<$kind>()?.iter();
-            Some(values.map(|v| finite(v?)).collect())
+            let values = column.as_primitive::<$kind>().iter();
+            Ok(values
+                .map(|v| v.map_or(f64::NAN, |v| finite(v as f64)))
+                .collect())
         }};
     }
     downcast_integer! {
         column.data_type() => (values),
         DataType::Float64 => values!(Float64Type),
         DataType::Float32 => values!(Float32Type),
-        _ => None,
+        found => {
+            let message = format!("found the type {found}, allowed: a number");
+            Err(LogError::place(path, format!("column {name}"), message))
+        }
     }
 }
 
@@ -209,7 +188,7 @@ mod tests {
                 rows.push((row.stamp, row.cells));
                 Ok(())
             })?;
-            let row = |(time, x)| (Stamp::Seconds(time), vec![Some(x)]);
+            let row = |(time, x)| (Stamp::Seconds(time), vec![x]);
             assert_eq!(rows, [(0.0, 1.0), (0.001, 2.0), (0.002, 3.0)].map(row));
         }
         Ok(())

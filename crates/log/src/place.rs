@@ -110,10 +110,8 @@ pub(crate) fn table_in(folder: &Path) -> Option<PathBuf> {
 }
 
 fn table_names() -> Vec<String> {
-    let formats = TableFormat::ALL.iter();
-    formats
-        .map(|(extension, _)| format!("{TABLE}.{extension}"))
-        .collect()
+    let name = |(extension, _)| format!("{TABLE}.{extension}");
+    TableFormat::ALL.map(name).into()
 }
 
 /// The error of a folder without a table of readings.
@@ -130,10 +128,9 @@ pub(crate) fn no_table(folder: &Path) -> LogError {
 fn name_of(path: &Path) -> String {
     // `.` and `..` have no name of their own.
     let full = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let name = if path.is_dir() {
-        full.file_name()
-    } else {
-        full.file_stem()
+    let name = match path.is_dir() {
+        true => full.file_name(),
+        false => full.file_stem(),
     };
     from_stem(&name.unwrap_or_default().to_string_lossy())
 }

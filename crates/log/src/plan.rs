@@ -2,12 +2,13 @@
 
 use crate::error::LogError;
 use crate::formula::Formula;
-use crate::mcap_events::{self, TopicPlace, Wanted};
+use crate::mcap_events::{self, Clock, Wanted};
 use crate::readings::{Reading, Values};
 use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
 use crate::truth;
 use crate::{csv_table, parquet_rows};
 use robhaz_sim::Truth;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// Format of a table.
@@ -30,9 +31,9 @@ impl TableFormat {
 
     /// The format of a file, by its extension; `None` for another one.
     pub fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        let found = Self::ALL.iter().find(|(e, _)| *e == extension);
-        found.map(|(_, format)| *format)
+        let extension = path.extension()?;
+        let mut formats = Self::ALL.into_iter();
+        Some(formats.find(|(e, _)| extension.eq_ignore_ascii_case(e))?.1)
     }
 
     /// The error of a file without such an extension.
@@ -44,10 +45,8 @@ impl TableFormat {
         } else {
             ""
         };
-        let message = format!(
-            "is no table, allowed endings: {}{killed}",
-            endings.join(", ")
-        );
+        let endings = endings.join(", ");
+        let message = format!("is no table, allowed endings: {endings}{killed}");
         LogError::whole(path, message)
     }
 
@@ -58,69 +57,37 @@ impl TableFormat {
             Self::Parquet => parquet_rows::columns(path),
         }
     }
-}
 
-/// A table and its time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TablePlace {
-    /// The file.
-    pub path: PathBuf,
-    /// Its format.
-    pub format: TableFormat,
-    /// Its time.
-    pub time: TimeColumn,
-}
-
-impl TablePlace {
-    /// A table in a file with an extension of its format.
-    pub fn new(path: &Path, time: TimeColumn) -> Result<Self, LogError> {
-        Ok(Self {
-            path: path.to_path_buf(),
-            format: TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?,
-            time,
-        })
-    }
-
-    /// The name of a table: that of its file without extension.
-    pub fn stem(path: &Path) -> String {
-        let stem = path.file_stem().unwrap_or_default();
-        stem.to_string_lossy().into_owned()
-    }
-
-    /// Hands all rows to `add`, with the cells of chosen columns. Returns why the table ends before
-    /// its end: it was cut off.
+    /// Hands all rows of a file to `add`, with the cells of chosen columns. Returns why it ends
+    /// before its end: it was cut off.
     pub fn read(
-        &self,
+        self,
+        path: &Path,
+        time: &TimeColumn,
         columns: &[String],
         add: &mut AddRow<'_>,
     ) -> Result<Option<String>, LogError> {
-        match self.format {
-            TableFormat::Csv => csv_table::read(&self.path, &self.time, columns, add),
-            // Without its end a Parquet file cannot be read at all.
-            TableFormat::Parquet => {
-                parquet_rows::read(&self.path, &self.time, columns, add).map(|()| None)
-            }
-        }
-    }
-}
-
-/// Where the rows of a channel come from.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ChannelPlace {
-    /// A table.
-    Table(TablePlace),
-    /// A topic.
-    Topic(TopicPlace),
-}
-
-impl ChannelPlace {
-    /// The file.
-    pub fn path(&self) -> &Path {
         match self {
-            Self::Table(table) => &table.path,
-            Self::Topic(topic) => &topic.path,
+            Self::Csv => csv_table::read(path, time, columns, add),
+            // Without its end a Parquet file cannot be read at all.
+            Self::Parquet => parquet_rows::read(path, time, columns, add).map(|()| None),
         }
     }
+}
+
+/// The name of a table: that of its file without extension.
+pub fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+/// Which rows of its file a channel has.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rows {
+    /// Those of a table, and its time.
+    Table(TableFormat, TimeColumn),
+    /// The messages of a topic.
+    Topic(String, Clock),
 }
 
 /// A channel of a log: rows with time stamps of one clock.
@@ -128,50 +95,64 @@ impl ChannelPlace {
 pub struct ChannelPlan {
     /// Its name in messages.
     pub name: String,
-    /// Where its rows come from.
-    pub place: ChannelPlace,
+    /// Its file.
+    pub path: PathBuf,
+    /// Its rows in the file.
+    pub rows: Rows,
     /// Added to its time stamps, s.
     pub offset: f64,
     /// Names of the columns that are read.
     pub columns: Vec<String>,
     /// The readings that follow from them.
     pub readings: Vec<(Reading, Formula)>,
-    /// Whether the columns are those of the truth.
-    pub is_truth: bool,
-}
-
-/// What a row of a channel gives.
-#[derive(Clone, Debug, Default)]
-pub struct Content {
-    /// Readings.
-    pub readings: Values,
-    /// Truth.
-    pub truth: Option<Truth>,
+    /// Of a table of the truth, the places of the columns in it.
+    pub truth: Option<Vec<usize>>,
 }
 
 impl ChannelPlan {
     /// A channel that reads nothing yet.
-    pub fn new(name: String, place: ChannelPlace) -> Self {
+    pub fn new(name: String, path: &Path, rows: Rows) -> Self {
         Self {
             name,
-            place,
+            path: path.to_path_buf(),
+            rows,
             offset: 0.0,
             columns: Vec::new(),
             readings: Vec::new(),
-            is_truth: false,
+            truth: None,
         }
     }
 
-    /// What a row's cells give.
-    pub fn content(&self, cells: &[Option<f64>]) -> Content {
-        let mut content = Content::default();
-        if self.is_truth {
-            content.truth = truth::of_row(&self.columns, cells);
+    /// A table in a file with an extension of its format, which reads nothing yet.
+    pub fn of_table(name: String, path: &Path, time: TimeColumn) -> Result<Self, LogError> {
+        let format = TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?;
+        Ok(Self::new(name, path, Rows::Table(format, time)))
+    }
+
+    /// The columns that it can have; of a topic, until all that it reads were seen.
+    pub fn found(&self) -> Result<Vec<ColumnInfo>, LogError> {
+        match &self.rows {
+            Rows::Table(format, _) => format.columns(&self.path),
+            Rows::Topic(topic, _) => mcap_events::columns(&self.path, topic, &self.columns),
         }
+    }
+
+    /// A problem of it.
+    pub fn problem(&self, message: impl Display) -> LogError {
+        LogError::place(&self.path, format!("channel {}", self.name), message)
+    }
+
+    /// What a row's cells give: readings, truth.
+    pub fn content(&self, cells: &[f64]) -> (Values, Option<Truth>) {
+        let mut values = Values::default();
         for (reading, formula) in &self.readings {
-            content.readings[reading.index()] = formula.value(cells);
+            values[reading.index()] = formula.value(cells);
         }
-        content
+        let places = self.truth.as_ref();
+        (
+            values,
+            places.and_then(|places| truth::of_row(places, cells)),
+        )
     }
 }
 
@@ -197,23 +178,23 @@ impl Plan {
         let mut cut_off = vec![None; self.channels.len()];
         let mut topics = Vec::new();
         for (i, channel) in self.channels.iter().enumerate() {
-            if let ChannelPlace::Topic(topic) = &channel.place {
-                topics.push(Wanted::new(i, topic, &channel.columns));
+            if let Rows::Topic(topic, clock) = &channel.rows {
+                topics.push(Wanted::new(i, topic, *clock, &channel.columns));
             }
         }
         for (i, channel) in self.channels.iter().enumerate() {
-            match &channel.place {
-                ChannelPlace::Table(table) => {
-                    cut_off[i] = table.read(&channel.columns, &mut |row| add(i, row))?;
+            let ChannelPlan { path, columns, .. } = channel;
+            match &channel.rows {
+                Rows::Table(format, time) => {
+                    cut_off[i] = format.read(path, time, columns, &mut |row| add(i, row))?;
                 }
                 // Topics are of one file, that of the log, and are read together.
-                ChannelPlace::Topic(topic) => {
+                Rows::Topic(..) if !topics.is_empty() => {
                     let mut all = std::mem::take(&mut topics);
-                    if !all.is_empty() {
-                        let why = mcap_events::read(&topic.path, &mut all, &mut add)?;
-                        all.iter().for_each(|t| cut_off[t.channel].clone_from(&why));
-                    }
+                    let why = mcap_events::read(path, &mut all, &mut add)?;
+                    all.iter().for_each(|t| cut_off[t.channel].clone_from(&why));
                 }
+                Rows::Topic(..) => {}
             }
         }
         Ok(cut_off)
@@ -234,16 +215,13 @@ impl Plan {
 
     /// Whether readings of the body stand in place of those of the links.
     pub fn is_of_body(&self) -> bool {
-        Reading::all().any(|r| r.is_of_body() && self.has(r))
+        Reading::all().any(|r| r.is_of_body() == Some(true) && self.has(r))
     }
 
     /// The readings that no channel has, of those that are needed.
     pub fn absent(&self) -> Vec<Reading> {
-        let of_body = self.is_of_body();
-        let needed = Reading::all().filter(|r| match of_body {
-            true => !r.is_of_link(),
-            false => !r.is_of_body(),
-        });
+        let other = Some(!self.is_of_body());
+        let needed = Reading::all().filter(|r| r.is_of_body() != other);
         needed.filter(|r| !self.has(*r)).collect()
     }
 }

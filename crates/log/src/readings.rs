@@ -22,17 +22,12 @@ impl Reading {
 
     /// Those of a frame: of the wheels and of the links.
     pub fn of_frame() -> impl Iterator<Item = Self> {
-        Self::all().filter(|reading| !reading.is_of_body())
+        Self::all().filter(|reading| reading.is_of_body() != Some(true))
     }
 
-    /// Whether it is of the body or of pin Q, in place of those of the links.
-    pub fn is_of_body(self) -> bool {
-        is_of_body(self.name()) == Some(true)
-    }
-
-    /// Whether it is of a link.
-    pub fn is_of_link(self) -> bool {
-        is_of_body(self.name()) == Some(false)
+    /// Whether it is of the links, or of the body and pin Q in their place; `None` of the wheels.
+    pub fn is_of_body(self) -> Option<bool> {
+        is_of_body(self.name())
     }
 
     /// Its name.

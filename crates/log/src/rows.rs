@@ -10,9 +10,9 @@ pub struct Row {
     pub place: Place,
     /// Its time stamp.
     pub stamp: Stamp,
-    /// The cells of the chosen columns, in their order; `None` where a cell is empty or not a
-    /// finite number.
-    pub cells: Vec<Option<f64>>,
+    /// The cells of the chosen columns, in their order; not a number where a cell is empty or not
+    /// finite.
+    pub cells: Vec<f64>,
 }
 
 /// The place of a row in its file, from 1: of a line, row or message.
@@ -41,11 +41,8 @@ impl ColumnInfo {
     /// The names of columns for messages, of many the first.
     pub fn list(columns: &[Self]) -> String {
         const SHOWN: usize = 40;
-        let names: Vec<&str> = columns
-            .iter()
-            .map(|c| c.name.as_str())
-            .take(SHOWN)
-            .collect();
+        let names = columns.iter().take(SHOWN).map(|c| c.name.as_str());
+        let names: Vec<&str> = names.collect();
         let more = match columns.len().saturating_sub(SHOWN) {
             0 => String::new(),
             more => format!(" and {more} more"),
@@ -54,12 +51,20 @@ impl ColumnInfo {
     }
 }
 
-/// Indices of the first name that is there before, of the earlier and the later one. Columns
+/// The number of the first column whose name is there before, and what is wrong with it. Columns
 /// without a name do not count.
-pub fn repeated(names: &[String]) -> Option<(usize, usize)> {
-    let before = |i: usize| names[..i].iter().position(|name| *name == names[i]);
-    let mut named = (0..names.len()).filter(|i| !names[*i].is_empty());
-    named.find_map(|i| Some((before(i)?, i)))
+pub fn repeated<'a>(names: impl Iterator<Item = &'a String> + Clone) -> Option<(usize, String)> {
+    let before = |i: usize, name| names.clone().take(i).position(|other| other == name);
+    names.clone().enumerate().find_map(|(i, name)| {
+        let first = before(i, name).filter(|_| !name.is_empty())? + 1;
+        let found = format!("found the name {name} again, allowed: each name once");
+        Some((i + 1, format!("{found}; column {first} has it, too")))
+    })
+}
+
+/// The value of a cell that is a finite number, else not a number.
+pub fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { f64::NAN }
 }
 
 /// The time column of a table.

@@ -12,31 +12,27 @@ pub enum Stamp {
 
 /// Unit of the numbers in a time column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimeUnit {
+pub struct TimeUnit(
     /// Units in a second: 1, or a power of ten up to 1e9.
-    pub per_second: i64,
-}
+    pub i64,
+);
 
 impl TimeUnit {
     /// Seconds.
-    pub const SECOND: Self = Self { per_second: 1 };
+    pub const SECOND: Self = Self(1);
     /// Milliseconds.
-    pub const MILLISECOND: Self = Self { per_second: 1_000 };
+    pub const MILLISECOND: Self = Self(1_000);
     /// Microseconds.
-    pub const MICROSECOND: Self = Self {
-        per_second: 1_000_000,
-    };
+    pub const MICROSECOND: Self = Self(1_000_000);
     /// Nanoseconds.
-    pub const NANOSECOND: Self = Self {
-        per_second: 1_000_000_000,
-    };
+    pub const NANOSECOND: Self = Self(1_000_000_000);
 
     /// The stamp of a whole number; `None` beyond the range of nanoseconds, 292 years.
     pub fn of_whole(self, number: i64) -> Option<Stamp> {
         if self == Self::SECOND {
             return Some(Stamp::Seconds(seconds(number)));
         }
-        let nanoseconds = number.checked_mul(1_000_000_000 / self.per_second)?;
+        let nanoseconds = number.checked_mul(1_000_000_000 / self.0)?;
         Some(Stamp::Nanoseconds(nanoseconds))
     }
 
@@ -45,7 +41,7 @@ impl TimeUnit {
         let stamp = match self {
             // So a time in seconds keeps its bits.
             Self::SECOND => number,
-            _ => number / seconds(self.per_second),
+            _ => number / seconds(self.0),
         };
         stamp.is_finite().then_some(Stamp::Seconds(stamp))
     }
@@ -55,10 +51,9 @@ impl Stamp {
     /// Time since another stamp, s.
     pub fn since(self, origin: Self) -> f64 {
         match (self, origin) {
-            (Self::Nanoseconds(a), Self::Nanoseconds(b)) => match a.checked_sub(b) {
-                Some(difference) => seconds(difference) / 1e9,
-                None => self.seconds() - origin.seconds(),
-            },
+            (Self::Nanoseconds(a), Self::Nanoseconds(b)) if a.checked_sub(b).is_some() => {
+                Self::Nanoseconds(a - b).seconds()
+            }
             _ => self.seconds() - origin.seconds(),
         }
     }

@@ -52,20 +52,23 @@ struct Course {
 /// channels whose times have nothing in common.
 pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
-    let of_truth = plan.channels.iter().find(|channel| channel.is_truth);
+    let of_truth = plan.channels.iter().find(|channel| channel.truth.is_some());
     let mut truth = of_truth.map(|channel| TruthRows::new(&channel.columns));
     let cut_off = plan.read(|i, row| {
-        if let Some(truth) = truth.as_mut().filter(|_| plan.channels[i].is_truth) {
+        if let Some(truth) = truth.as_mut().filter(|_| plan.channels[i].truth.is_some()) {
             truth.add(row.stamp, &row.cells);
         }
         courses[i].add(&plan.channels[i], &row)
     })?;
     let mut spans = Vec::new();
-    for (i, (course, cut_off)) in courses.iter_mut().zip(cut_off).enumerate() {
-        course.report.cut_off = cut_off;
+    for ((course, cut_off), channel) in courses.iter_mut().zip(cut_off).zip(&plan.channels) {
         let ends = course.stamps.first().zip(course.stamps.last());
-        let (first, last) = ends.ok_or_else(|| empty(plan, i, &course.report))?;
+        let (first, last) = ends.ok_or_else(|| match &cut_off {
+            Some(why) => channel.problem(format!("has no complete row: cut off at {why}")),
+            None => channel.problem("has no row"),
+        })?;
         spans.push((*first, *last));
+        course.report.cut_off = cut_off;
     }
     let Some(&(origin, end)) = spans.first() else {
         return Err(LogError::whole(&plan.source, "has no channel"));
@@ -73,7 +76,7 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
     let duration = end.since(origin);
     if duration <= 0.0 {
         let message = "has one row only, allowed: at least two with different times";
-        return Err(problem(plan, 0, message));
+        return Err(plan.channels[0].problem(message));
     }
     let mut channels = Vec::new();
     for (i, course) in courses.into_iter().enumerate() {
@@ -85,7 +88,7 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
                 "has times from {from:.3} to {to:.3} s after the start of {base}, which lasts {duration:.3} s: no row in common; \
                  set the channel's `offset` if its clock differs"
             );
-            return Err(problem(plan, i, message));
+            return Err(plan.channels[i].problem(message));
         }
         channels.push(channel);
     }
@@ -105,9 +108,7 @@ impl Course {
         match self.order.accept(row.stamp.since(first)) {
             Accept::Use => {
                 self.stamps.push(row.stamp);
-                let cells = row.cells.iter();
-                self.cells
-                    .extend(cells.map(|cell| cell.unwrap_or(f64::NAN)));
+                self.cells.extend(&row.cells);
                 self.last = Some(row.place);
             }
             Accept::Duplicate => report.duplicates += 1,
@@ -125,7 +126,7 @@ impl Course {
                 let message = format!(
                     "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
                 );
-                return Err(LogError::place(plan.place.path(), row.place, message));
+                return Err(LogError::place(&plan.path, row.place, message));
             }
         }
         Ok(())
@@ -146,7 +147,13 @@ impl Course {
             ..self.report
         };
         for (step, start) in steps().filter(|(step, _)| *step > GAP * period) {
-            note_gap(&mut report, step, start);
+            report.gaps += 1;
+            // The cast saturates; the number is positive.
+            let lost = (step / period).round() as u64;
+            report.lost += lost.saturating_sub(1);
+            if report.longest_gap.is_none_or(|longest| step > longest) {
+                (report.longest_gap, report.longest_gap_at) = (Some(step), Some(start));
+            }
         }
         Channel {
             times,
@@ -156,37 +163,11 @@ impl Course {
     }
 }
 
-/// Counts a gap of a channel that starts at `start` (s).
-fn note_gap(report: &mut ChannelReport, step: f64, start: f64) {
-    report.gaps += 1;
-    // The cast saturates; the number is positive.
-    let lost = (step / report.period).round() as u64;
-    report.lost += lost.saturating_sub(1);
-    if report.longest_gap.is_none_or(|longest| step > longest) {
-        report.longest_gap = Some(step);
-        report.longest_gap_at = Some(start);
-    }
-}
-
-fn empty(plan: &Plan, channel: usize, report: &ChannelReport) -> LogError {
-    let message = match &report.cut_off {
-        Some(why) => format!("has no complete row: cut off at {why}"),
-        None => "has no row".to_owned(),
-    };
-    problem(plan, channel, message)
-}
-
-fn problem(plan: &Plan, channel: usize, message: impl std::fmt::Display) -> LogError {
-    let ChannelPlan { name, place, .. } = &plan.channels[channel];
-    LogError::place(place.path(), format!("channel {name}"), message)
-}
-
 impl Plan {
     /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first
     /// frame.
     pub fn time(&self, channel: usize, stamp: Stamp, origin: Stamp) -> f64 {
-        let offset = |i: usize| self.channels.get(i).map_or(0.0, |c| c.offset);
-        let difference = offset(channel) - offset(0);
+        let difference = self.channels[channel].offset - self.channels[0].offset;
         let time = stamp.since(origin);
         // Adding zero would change the sign of a zero.
         if difference == 0.0 {

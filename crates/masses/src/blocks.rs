@@ -1,8 +1,9 @@
-//! The posture of a robot with its wheels on blocks.
+//! The posture of a robot with its wheels on blocks, and what scales would show of it there.
 
 use crate::error::WeighError;
+use crate::measurements::{Accuracy, Measurements, Reading};
 use crate::statics::plate_forces;
-use robhaz_model::{Posture, PostureError, Robot, Vec2};
+use robhaz_model::{Posture, PostureError, Robot, Vec2, cross};
 
 /// Heights of the horizontal plates under the front, middle and rear wheel, m.
 pub type Blocks = [f64; 3];
@@ -20,8 +21,8 @@ const MOST_STEPS: usize = 50;
 /// [`WeighError`]: heights that the linkage does not reach, a wheel that bears too little.
 pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], WeighError> {
     let geometry = &robot.geometry;
-    let error = |angles: [f64; 2]| -> Result<Vec2, PostureError> {
-        let posture = Posture::close(geometry, angles[0], angles[1])?;
+    let error = |[theta1, theta2]: [f64; 2]| -> Result<Vec2, PostureError> {
+        let posture = Posture::close(geometry, theta1, theta2)?;
         let height = |i: usize| posture.axle_from_q(geometry, i).y - blocks[i];
         Ok(Vec2::new(height(0) - height(1), height(1) - height(2)))
     };
@@ -35,14 +36,11 @@ pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], WeighError
         let step = 1e-6;
         let by1 = (error([angles[0] + step, angles[1]])? - now) / step;
         let by2 = (error([angles[0], angles[1] + step])? - now) / step;
-        let determinant = robhaz_model::cross(by1, by2);
+        let determinant = cross(by1, by2);
         if determinant.abs() < 1e-9 {
             return Err(unreachable());
         }
-        let change = [
-            robhaz_model::cross(now, by2) / determinant,
-            robhaz_model::cross(by1, now) / determinant,
-        ];
+        let change = [cross(now, by2), cross(by1, now)].map(|c| c / determinant);
         for i in 0..2 {
             // Half a radian is more than the way between the stops.
             angles[i] -= change[i].clamp(-0.3, 0.3);
@@ -59,13 +57,46 @@ fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], WeighError> {
     }
     let forces = plate_forces(robot, angles, [0.0; 3])?;
     let least = LEAST_LOAD * robot.mean_wheel_load();
-    match forces.iter().enumerate().find(|(_, n)| **n < least) {
-        Some((i, force)) => Err(WeighError::new(format!(
-            "wheel{} would bear {force:.1} N only",
-            i + 1
+    match (1..).zip(forces).find(|(_, n)| *n < least) {
+        Some((wheel, force)) => Err(WeighError::new(format!(
+            "wheel{wheel} would bear {force:.1} N only"
         ))),
         None => Ok(angles),
     }
+}
+
+/// Readings of a robot on blocks, with errors of the stated accuracy. `normal` draws from N(0, 1).
+///
+/// # Errors
+/// [`WeighError`] with the blocks of the posture that the robot cannot take.
+pub fn simulate(
+    robot: &Robot,
+    postures: &[Blocks],
+    accuracy: &Accuracy,
+    mut normal: impl FnMut() -> f64,
+) -> Result<Measurements, WeighError> {
+    let offsets = [0, 1].map(|_| accuracy.inclination_offset * normal());
+    let mut measurements = Measurements::default();
+    for (k, blocks) in postures.iter().enumerate() {
+        let refused = |reason: WeighError| {
+            let blocks = blocks.map(|h| format!("{:.0}", 1e3 * h)).join(", ");
+            WeighError::new(format!(
+                "the simulated robot cannot be weighed on blocks of {blocks} mm: {reason}"
+            ))
+        };
+        let angles = posture_on(robot, blocks).map_err(refused)?;
+        let drawn = [0, 1, 2].map(|_| accuracy.horizontal_force * normal());
+        let mean = drawn.iter().sum::<f64>() / 3.0;
+        let horizontal = drawn.map(|t| t - mean);
+        let forces = plate_forces(robot, angles, horizontal).map_err(refused)?;
+        measurements.readings.push(Reading {
+            // As in the table of these readings: names in the first line, then a posture a line.
+            line: k as u64 + 2,
+            inclinations: [0, 1].map(|i| angles[i] + offsets[i] + accuracy.inclination * normal()),
+            forces: forces.map(|n| Some(n + accuracy.scale * normal())),
+        });
+    }
+    Ok(measurements)
 }
 
 #[cfg(test)]

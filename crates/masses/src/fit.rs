@@ -11,7 +11,7 @@ use crate::loads::{self, ForceDeviation, WeighedValue};
 use crate::measurements::{Accuracy, Measurements, Reading};
 use crate::parameters::{CENTRES, PARAMETERS, Tolerances, names, values};
 use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{GRAVITY, Robot};
 
@@ -23,6 +23,15 @@ const CONVERGED: f64 = 1e-6;
 const MISFIT_LIMIT: f64 = 4.0;
 
 pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+
+/// The part of a covariance of all unknowns that is of the robot.
+pub(crate) fn of_robot(covariance: &Information) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into()
+}
+
+fn cholesky(information: Information) -> Result<Cholesky<f64, Const<UNKNOWNS>>, WeighError> {
+    information.cholesky().ok_or_else(WeighError::not_converged)
+}
 
 /// A robot that was weighed.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,10 +61,6 @@ pub struct Misfit {
     pub sum: f64,
     /// Number of readings of scales.
     pub readings: usize,
-    /// The reading with the largest residual: index of the posture, of the wheel (0 to 2), and the
-    /// residual (measured minus fitted, N) with its standard deviation (N). `None` if only the
-    /// weight was read.
-    pub worst: Option<(usize, usize, f64, f64)>,
 }
 
 /// Normal equations of Gauss and Newton: what the readings tell about the unknowns.
@@ -130,11 +135,7 @@ pub fn weigh(
     let mut unknowns = Unknowns::zeros();
     for _ in 0..MOST_STEPS {
         let (normal, _) = normal_equations(&prior, measurements, &unknowns)?;
-        let inverse = normal
-            .information
-            .cholesky()
-            .ok_or_else(WeighError::not_converged)?;
-        let step = inverse.solve(&normal.right);
+        let step = cholesky(normal.information)?.solve(&normal.right);
         unknowns += step;
         if !unknowns.iter().all(|x| x.is_finite()) {
             return Err(WeighError::not_converged());
@@ -165,29 +166,32 @@ fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<(), WeighError> 
     Ok(())
 }
 
-/// Residuals of the scales of each posture, N, with their variances.
-type Residuals = Vec<[(f64, f64); 3]>;
+/// A reading of a scale: its line and wheel (from 1), its residual (measured minus fitted, N) and
+/// the standard deviation of that, N.
+type Residual = (u64, usize, f64, f64);
 
 /// The normal equations at `unknowns`, and the residuals.
 fn normal_equations(
     prior: &Prior<'_>,
     measurements: &Measurements,
     unknowns: &Unknowns,
-) -> Result<(Normal, Residuals), WeighError> {
+) -> Result<(Normal, Vec<Residual>), WeighError> {
     let mut normal = Normal::prior(unknowns);
-    let mut residuals = Vec::with_capacity(measurements.readings.len());
+    let mut residuals = Vec::new();
     for reading in &measurements.readings {
         let predicted = prior.predict(unknowns, reading.inclinations);
+        let line = reading.line;
         let predicted = predicted.map_err(|error| {
-            let line = reading.line;
             WeighError::new(format!(
                 "line {line}: {error}; check the inclinations and the robot's pins"
             ))
         })?;
-        let residual = normal
-            .add(&predicted, &reading.forces)
-            .ok_or_else(WeighError::not_converged)?;
-        residuals.push([0, 1, 2].map(|i| (residual[i], predicted.covariance[(i, i)])));
+        let residual = normal.add(&predicted, &reading.forces);
+        let residual = residual.ok_or_else(WeighError::not_converged)?;
+        for i in (0..3).filter(|i| reading.forces[*i].is_some()) {
+            let sigma = predicted.covariance[(i, i)].sqrt();
+            residuals.push((line, i + 1, residual[i], sigma));
+        }
     }
     if let Some(weight) = measurements.weight {
         let mut by = Unknowns::zeros();
@@ -205,23 +209,17 @@ fn finish(
     measurements: &Measurements,
     unknowns: &Unknowns,
     normal: &Normal,
-    residuals: &[[(f64, f64); 3]],
+    residuals: &[Residual],
 ) -> Result<Weighed, WeighError> {
-    let misfit = misfit(measurements, normal.sum, residuals)?;
+    let misfit = misfit(measurements.count(), normal.sum, residuals)?;
     let robot = prior.robot(unknowns);
     check_robot(&robot).map_err(|reason| {
         WeighError::new(format!(
             "the readings lead to an impossible robot: {reason}"
         ))
     })?;
-    let covariance = normal
-        .information
-        .cholesky()
-        .ok_or_else(WeighError::not_converged)?
-        .inverse();
-    let part = covariance
-        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
-        .into_owned();
+    let covariance = cholesky(normal.information)?.inverse();
+    let part = of_robot(&covariance);
     let after = loads::Deviations::new(prior, &robot, &part)?;
     let before = loads::Deviations::new(prior, &robot, &SMatrix::identity())?;
     let found = values(&robot);
@@ -260,34 +258,20 @@ fn check_robot(robot: &Robot) -> Result<(), String> {
 }
 
 /// Whether the readings fit.
-fn misfit(
-    measurements: &Measurements,
-    sum: f64,
-    residuals: &[[(f64, f64); 3]],
-) -> Result<Misfit, WeighError> {
-    let readings = measurements.count();
-    let mut worst: Option<(usize, usize, f64, f64)> = None;
-    for (k, (reading, posture)) in measurements.readings.iter().zip(residuals).enumerate() {
-        for i in 0..3 {
-            let (residual, sigma) = (posture[i].0, posture[i].1.sqrt());
-            let larger = worst.is_none_or(|(_, _, r, s)| (residual / sigma).abs() > (r / s).abs());
-            if reading.forces[i].is_some() && larger {
-                worst = Some((k, i, residual, sigma));
-            }
-        }
-    }
+fn misfit(readings: usize, sum: f64, residuals: &[Residual]) -> Result<Misfit, WeighError> {
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly
     // Gaussian.
     let n = readings as f64;
     let variance = 2.0 / (9.0 * n);
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);
     if sum > most {
-        let worst = worst.map_or(String::new(), |(k, i, residual, sigma)| {
-            let line = measurements.readings[k].line;
+        // The first of equal ones.
+        let size = |(_, _, residual, sigma): &Residual| (residual / sigma).abs();
+        let worst = residuals.iter().min_by(|a, b| size(b).total_cmp(&size(a)));
+        let worst = worst.map_or(String::new(), |(line, wheel, residual, sigma)| {
             format!(
-                "; the worst reading is that of wheel{} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
-                 {sigma:.2} N; check this scale, and the order of wheels, signs and units",
-                i + 1
+                "; the worst reading is that of wheel{wheel} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
+                 {sigma:.2} N; check this scale, and the order of wheels, signs and units"
             )
         });
         return Err(WeighError::new(format!(
@@ -295,9 +279,5 @@ fn misfit(
              {most:.1} for {readings} readings{worst}"
         )));
     }
-    Ok(Misfit {
-        sum,
-        readings,
-        worst,
-    })
+    Ok(Misfit { sum, readings })
 }

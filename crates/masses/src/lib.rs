@@ -12,8 +12,7 @@
 //! | readings and their errors | `measurements.rs` |
 //! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
-//! | postures on blocks, and those that tell most | `blocks.rs`, `plan.rs` |
-//! | what the scales would show of a given robot | `simulate.rs` |
+//! | postures on blocks, what scales would show there, and those that tell most | `blocks.rs`, `plan.rs` |
 //! | the nominal robot of a simulation: drawn, and weighed if it is | `model_error.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but
@@ -35,10 +34,9 @@ mod model_error;
 mod parameters;
 mod plan;
 mod prior;
-mod simulate;
 mod statics;
 
-pub use blocks::Blocks;
+pub use blocks::{Blocks, simulate};
 pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
 pub use loads::{ForceDeviation, WeighedValue};
@@ -46,5 +44,4 @@ pub use measurements::{Accuracy, Measurements, Reading};
 pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use parameters::Tolerances;
 pub use plan::{Plan, PlannedPosture, plan};
-pub use simulate::simulate;
 pub use statics::plate_forces;

@@ -8,13 +8,13 @@
 
 use crate::error::WeighError;
 use crate::measurements::Accuracy;
-use crate::parameters::{CENTRES, PARAMETERS, Tolerances};
-use crate::prior::Prior;
-use crate::statics::plate_forces;
-use nalgebra::{SMatrix, Vector4};
+use crate::parameters::{CENTRES, PARAMETERS, Tolerances, values, with_values};
+use crate::prior::{Prior, slope};
+use crate::statics::{imbalance, plate_forces};
+use nalgebra::SMatrix;
 use robhaz_estimator::statics::{
-    Arms, Equilibrium, LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, Loads,
-    by_load_parameters, load_parameters,
+    Arms, LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, by_load_parameters,
+    load_parameters,
 };
 use robhaz_model::Robot;
 
@@ -58,13 +58,9 @@ const DIFFERENCE: f64 = 1e-3;
 pub(crate) fn drive_postures(robot: &Robot) -> Vec<[f64; 2]> {
     let stop = &robot.geometry.stop;
     let (lower, upper) = ((0.8 * stop.lower).max(-0.3), (0.8 * stop.upper).min(0.3));
-    let mut postures = Vec::new();
-    for theta2 in [-0.2, 0.0, 0.2] {
-        for opening in [lower, 0.5 * lower, 0.0, 0.5 * upper, upper] {
-            postures.push([theta2 + opening, theta2]);
-        }
-    }
-    postures
+    let openings = [lower, 0.5 * lower, 0.0, 0.5 * upper, upper];
+    let postures = |theta2: f64| openings.map(|opening| [theta2 + opening, theta2]);
+    [-0.2, 0.0, 0.2].map(postures).concat()
 }
 
 type ByParameters<const ROWS: usize> = SMatrix<f64, ROWS, PARAMETERS>;
@@ -120,16 +116,15 @@ fn derivatives<const ROWS: usize>(
     robot: &Robot,
     of: impl Fn(&Robot) -> Result<SMatrix<f64, ROWS, 1>, WeighError>,
 ) -> Result<ByParameters<ROWS>, WeighError> {
-    let values = crate::parameters::values(robot);
+    let values = values(robot);
     let mut found = ByParameters::zeros();
     for i in 0..PARAMETERS {
-        let at = |change: f64| {
+        let column = slope(DIFFERENCE, |change| {
             let mut there = values;
             there[i] += change * prior.deviations[i];
-            of(&crate::parameters::with_values(robot, &there))
-        };
-        let column = (at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
-        found.set_column(i, &column);
+            of(&with_values(robot, &there))
+        });
+        found.set_column(i, &column?);
     }
     Ok(found)
 }
@@ -147,7 +142,8 @@ fn projection(
         let columns = by_load_parameters(&arms, LEVER);
         let by_loads = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&columns);
         let forces = plate_forces(robot, angles, [0.0; 3])?;
-        let by_unknowns = derivatives(prior, robot, |robot| imbalance(robot, angles, &forces))?;
+        let of = |robot: &Robot| imbalance(robot, angles, &forces, LEVER);
+        let by_unknowns = derivatives(prior, robot, of)?;
         normal += by_loads.transpose() * by_loads;
         right += by_loads.transpose() * by_unknowns;
     }
@@ -158,23 +154,6 @@ fn projection(
     found.map_err(|_| WeighError::undetermined())
 }
 
-/// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N):
-/// `F' - H_N N`, N.
-fn imbalance(
-    robot: &Robot,
-    angles: [f64; 2],
-    forces: &[f64; 3],
-) -> Result<Vector4<f64>, WeighError> {
-    let geometry = &robot.geometry;
-    let arms = Arms::new(geometry, angles[0], angles[1])?;
-    let loads = Loads::at_rest(&robot.mass.true_points());
-    let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
-    let e = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], LEVER)
-        .ok_or_else(WeighError::undetermined)?;
-    let carried = e.h_n.iter().zip(forces);
-    Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
-}
-
 /// Derivatives of the normal forces in the drive's postures by the unknowns over their prior
 /// deviations.
 pub(crate) fn forces_by_unknowns(
@@ -182,10 +161,8 @@ pub(crate) fn forces_by_unknowns(
     robot: &Robot,
 ) -> Result<Vec<ByParameters<3>>, WeighError> {
     let of = |angles| move |robot: &Robot| plate_forces(robot, angles, [0.0; 3]).map(Into::into);
-    let postures = drive_postures(robot);
-    let each = postures.iter();
-    each.map(|angles| derivatives(prior, robot, of(*angles)))
-        .collect()
+    let at = |angles| derivatives(prior, robot, of(angles));
+    drive_postures(robot).into_iter().map(at).collect()
 }
 
 /// The mean over wheels and postures of the variances that a covariance of the unknowns causes.
@@ -193,12 +170,9 @@ pub(crate) fn mean_variance(
     forces: &[ByParameters<3>],
     covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
 ) -> f64 {
-    let sum: f64 = forces
-        .iter()
-        .map(|by| (by * covariance * by.transpose()).trace())
-        .sum();
-    let count = (3 * forces.len()) as f64;
-    sum / count
+    let variance = |by: &ByParameters<3>| (by * covariance * by.transpose()).trace();
+    let variances = forces.iter().map(variance);
+    variances.sum::<f64>() / (3 * forces.len()) as f64
 }
 
 /// The load parameters before and after.

@@ -1,13 +1,12 @@
 //! Model errors: how the nominal robot, which the estimators are given, differs from the simulated
 //! one.
 
-use crate::blocks::Blocks;
+use crate::blocks::{Blocks, simulate};
 use crate::error::WeighError;
-use crate::fit::weigh;
+use crate::fit::{Weighed, weigh};
 use crate::measurements::{Accuracy, Measurements};
 use crate::parameters::Tolerances;
 use crate::plan::plan;
-use crate::simulate::simulate;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
@@ -86,12 +85,12 @@ impl ModelError {
     pub fn nominal(&self, robot: &Robot, seed: u64) -> Result<NominalRobot, ModelErrorTooLarge> {
         let drawn = self.drawn_robot(robot, seed)?;
         if self.scales > 0.0 {
-            return self.weighed(robot, &drawn, seed);
+            let weighed = self.weighed(robot, &drawn, seed)?;
+            let (robot, loads) = (weighed.robot, Some(weighed.covariance));
+            return Ok(NominalRobot { robot, loads });
         }
-        Ok(NominalRobot {
-            robot: drawn,
-            loads: None,
-        })
+        let (robot, loads) = (drawn, None);
+        Ok(NominalRobot { robot, loads })
     }
 
     /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are
@@ -101,7 +100,7 @@ impl ModelError {
         robot: &Robot,
         drawn: &Robot,
         seed: u64,
-    ) -> Result<NominalRobot, ModelErrorTooLarge> {
+    ) -> Result<Weighed, ModelErrorTooLarge> {
         let nominal = Tolerances::NOMINAL;
         let tolerances = Tolerances {
             mass: nominal.mass.max(self.link_masses),
@@ -114,12 +113,9 @@ impl ModelError {
         };
         let plan = plan(drawn, &tolerances, &accuracy, &BLOCKS, POSTURES)?;
         let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
-        let measured = simulated_weighing(robot, &blocks, &accuracy, seed)?;
-        let weighed = weigh(drawn, &measured, &tolerances, &accuracy)?;
-        Ok(NominalRobot {
-            robot: weighed.robot,
-            loads: Some(weighed.covariance),
-        })
+        let measured = simulated_weighing(robot, &blocks, &accuracy, seed)
+            .map_err(|error| ModelErrorTooLarge(error.to_string()))?;
+        Ok(weigh(drawn, &measured, &tolerances, &accuracy)?)
     }
 
     fn drawn_robot(&self, robot: &Robot, seed: u64) -> Result<Robot, ModelErrorTooLarge> {
@@ -139,23 +135,22 @@ impl ModelError {
             s: moved(s, self.pins, "pin_s"),
         };
         geometry.wheel_radius *= 1.0 + self.wheel_radius;
-        for (i, part) in ["link1_mass", "link2_mass", "link3_mass"]
-            .iter()
-            .enumerate()
-        {
-            let factor = 1.0 + self.link_masses * stream(part).normal();
+        for i in 0..3 {
+            let part = format!("link{}_mass", i + 1);
+            let factor = 1.0 + self.link_masses * stream(&part).normal();
             mass.links[i] *= factor;
             mass.link_inertias[i] *= factor;
         }
         mass.wheel_inertia *= 1.0 + self.wheel_inertia;
         mass.rotor_inertia *= 1.0 + self.rotor_inertia;
-        let refused = |what: &str, error: &dyn std::fmt::Display| {
-            ModelErrorTooLarge(format!("the nominal {what} not valid: {error}"))
-        };
         let (geometry, mass) = (nominal.geometry.check(), nominal.mass.check());
-        geometry.map_err(|e| refused("geometry that [model_error] draws is", &e))?;
-        mass.map_err(|e| refused("masses that [model_error] draws are", &e))?;
-        Ok(nominal)
+        let geometry =
+            geometry.map_err(|e| format!("geometry that [model_error] draws is not valid: {e}"));
+        let mass = mass.map_err(|e| format!("masses that [model_error] draws are not valid: {e}"));
+        match geometry.and(mass) {
+            Ok(()) => Ok(nominal),
+            Err(reason) => Err(ModelErrorTooLarge(format!("the nominal {reason}"))),
+        }
     }
 
     /// The nominal viscous damping for a true `damping`, N m s.
@@ -167,21 +162,15 @@ impl ModelError {
 /// What scales show of a robot on blocks, m; errors of the stated accuracy are drawn from the seed.
 ///
 /// # Errors
-/// [`ModelErrorTooLarge`] when the robot cannot take one of the postures.
+/// [`WeighError`] when the robot cannot take one of the postures.
 pub fn simulated_weighing(
     robot: &Robot,
     blocks: &[Blocks],
     accuracy: &Accuracy,
     seed: u64,
-) -> Result<Measurements, ModelErrorTooLarge> {
+) -> Result<Measurements, WeighError> {
     let mut stream = Stream::new(seed, "model_error/scales");
-    simulate(robot, blocks, accuracy, || stream.normal()).map_err(|(posture, reason)| {
-        let blocks = blocks[posture].map(|h| format!("{:.0}", 1e3 * h));
-        ModelErrorTooLarge(format!(
-            "the simulated robot cannot be weighed on blocks of {} mm: {reason}",
-            blocks.join(", ")
-        ))
-    })
+    simulate(robot, blocks, accuracy, || stream.normal())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! prior.
 
 use nalgebra::SVector;
-use robhaz_model::{Bar, Pin, Robot, Suspension, Units, Vec2};
+use robhaz_model::{Bar, Pin, Pins, Robot, Suspension, Units, Vec2};
 
 /// Number of unknowns of the robot.
 pub(crate) const PARAMETERS: usize = 21;
@@ -85,9 +85,8 @@ impl Tolerances {
 pub(crate) fn values(robot: &Robot) -> Values {
     let (geometry, mass) = (&robot.geometry, &robot.mass);
     let [l1, l2, l3] = mass.links;
-    let pins = &geometry.pins;
-    let points = Bar::ALL.map(|bar| geometry.cg(bar));
-    let points = points.iter().chain([&pins.p, &pins.q, &pins.r, &pins.s]);
+    let centres = Bar::ALL.map(|bar| geometry.cg(bar)).into_iter();
+    let points = centres.chain(Pin::ALL.map(|pin| geometry.pins.get(pin)));
     let coordinates = points.flat_map(|p| [p.x, p.y]);
     let masses = [mass.body, l1, l2, l3, mass.wheel];
     Values::from_iterator(masses.into_iter().chain(coordinates))
@@ -112,13 +111,8 @@ pub(crate) fn with_values(nominal: &Robot, values: &Values) -> Robot {
     // A wheel module is motor, gear and disc; only the disc's share is its inertia. It stays.
     mass.wheel = values[4];
     geometry.body_cg = point(CENTRES, 0);
-    let pins = &mut geometry.pins;
-    for (i, pin) in [&mut pins.p, &mut pins.q, &mut pins.r, &mut pins.s]
-        .into_iter()
-        .enumerate()
-    {
-        *pin = point(PINS, i);
-    }
+    let [p, q, r, s] = [0, 1, 2, 3].map(|i| point(PINS, i));
+    geometry.pins = Pins { p, q, r, s };
     if let Suspension::Bogie { body } = geometry.suspension {
         geometry.make_bogie(body);
     }

@@ -6,12 +6,11 @@
 
 use crate::blocks::{Blocks, posture_on};
 use crate::error::WeighError;
-use crate::fit::{Information, Normal};
+use crate::fit::{Information, Normal, of_robot};
 use crate::loads::{forces_by_unknowns, mean_variance};
 use crate::measurements::Accuracy;
-use crate::parameters::{PARAMETERS, Tolerances};
-use crate::prior::{Predicted, Prior, Unknowns};
-use nalgebra::SMatrix;
+use crate::parameters::Tolerances;
+use crate::prior::{Prior, Unknowns};
 use robhaz_model::Robot;
 
 /// Postures for a weighing.
@@ -39,10 +38,8 @@ pub struct PlannedPosture {
     pub after: f64,
 }
 
-struct Candidate {
-    planned: PlannedPosture,
-    information: Information,
-}
+/// A posture, and what its readings tell.
+type Candidate = (PlannedPosture, Information);
 
 /// The `count` postures that tell most, with scales under all wheels and blocks of the heights
 /// `heights` (m) or none under each wheel.
@@ -71,28 +68,21 @@ pub fn plan(
     }
     let forces = forces_by_unknowns(&prior, nominal).map_err(WeighError::of_nominal)?;
     let variance = |chosen: &[usize]| {
-        let mut information = Information::identity();
-        for i in chosen {
-            information += candidates[*i].information;
-        }
+        let add = |sum: Information, i: &usize| sum + candidates[*i].1;
+        let information = chosen.iter().fold(Information::identity(), add);
         // The prior keeps it regular.
-        information.cholesky().map_or(f64::INFINITY, |c| {
-            let covariance = c.inverse();
-            let part: SMatrix<f64, PARAMETERS, PARAMETERS> =
-                covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into();
-            mean_variance(&forces, &part)
+        let factor = information.cholesky();
+        factor.map_or(f64::INFINITY, |c| {
+            mean_variance(&forces, &of_robot(&c.inverse()))
         })
     };
     let chosen = choose(candidates.len(), count, &variance);
-    let mut postures = Vec::with_capacity(count);
-    for (k, i) in chosen.iter().enumerate() {
-        postures.push(PlannedPosture {
-            after: variance(&chosen[..=k]).sqrt(),
-            ..candidates[*i].planned
-        });
-    }
+    let posture = |k: usize| PlannedPosture {
+        after: variance(&chosen[..=k]).sqrt(),
+        ..candidates[chosen[k]].0
+    };
     Ok(Plan {
-        postures,
+        postures: (0..chosen.len()).map(posture).collect(),
         candidates: candidates.len(),
         before: variance(&[]).sqrt(),
     })
@@ -100,8 +90,7 @@ pub fn plan(
 
 /// Every posture on blocks that the robot can take.
 fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, WeighError> {
-    let mut all = vec![0.0];
-    all.extend_from_slice(heights);
+    let all = [&[0.0], heights].concat();
     let mut found: Vec<Candidate> = Vec::new();
     for front in &all {
         for middle in &all {
@@ -117,32 +106,21 @@ fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, Weig
                 let Ok(predicted) = prior.predict(&Unknowns::zeros(), angles) else {
                     continue;
                 };
-                found.push(candidate(blocks, angles, &predicted)?);
+                let mut normal = Normal::prior(&Unknowns::zeros());
+                let forces: [f64; 3] = predicted.forces.into();
+                let added = normal.add(&predicted, &forces.map(Some));
+                added.ok_or_else(WeighError::not_converged)?;
+                let planned = PlannedPosture {
+                    blocks,
+                    angles,
+                    forces,
+                    after: f64::NAN,
+                };
+                found.push((planned, normal.information - Information::identity()));
             }
         }
     }
     Ok(found)
-}
-
-fn candidate(
-    blocks: Blocks,
-    angles: [f64; 2],
-    predicted: &Predicted,
-) -> Result<Candidate, WeighError> {
-    let mut normal = Normal::prior(&Unknowns::zeros());
-    let forces: [f64; 3] = predicted.forces.into();
-    normal
-        .add(predicted, &forces.map(Some))
-        .ok_or_else(WeighError::not_converged)?;
-    Ok(Candidate {
-        planned: PlannedPosture {
-            blocks,
-            angles,
-            forces,
-            after: f64::NAN,
-        },
-        information: normal.information - Information::identity(),
-    })
 }
 
 /// Indices of `count` of `all` with the least value of `of`, nearly, the most telling first:

@@ -25,6 +25,14 @@ pub(crate) struct Predicted {
     pub covariance: Matrix3<f64>,
 }
 
+/// Derivative at 0 of a function, by a difference of two steps.
+pub(crate) fn slope<const N: usize>(
+    step: f64,
+    of: impl Fn(f64) -> Result<SVector<f64, N>, WeighError>,
+) -> Result<SVector<f64, N>, WeighError> {
+    Ok((of(step)? - of(-step)?) / (2.0 * step))
+}
+
 /// Drawings, tolerances and accuracy: what is known before the readings.
 pub(crate) struct Prior<'a> {
     pub nominal: &'a Robot,
@@ -42,27 +50,23 @@ impl<'a> Prior<'a> {
         let check = |name: &str, found: f64, allowed: &str, is_allowed: bool| match is_allowed {
             true => Ok(()),
             false => Err(WeighError::new(format!(
-                "{name} is {found}; allowed: {allowed}"
+                "the {name} is {found}; allowed: {allowed}"
             ))),
         };
+        let Tolerances { mass, centre, pin } = *tolerances;
         for (name, found, most, allowed) in [
-            ("the tolerance of masses", tolerances.mass, 1.0, "1"),
-            (
-                "the tolerance of centres of mass",
-                tolerances.centre,
-                1.0,
-                "1",
-            ),
-            ("the tolerance of pins", tolerances.pin, 1.0, "1"),
-            ("the error of scales", accuracy.scale, 1e3, "1000 N"),
+            ("tolerance of masses", mass, 1.0, "1"),
+            ("tolerance of centres of mass", centre, 1.0, "1"),
+            ("tolerance of pins", pin, 1.0, "1"),
+            ("error of scales", accuracy.scale, 1e3, "1000 N"),
         ] {
             let allowed = format!("above 0 and at most {allowed}");
             check(name, found, &allowed, found > 0.0 && found <= most)?;
         }
         for (name, found) in [
-            ("the offset of inclinations", accuracy.inclination_offset),
-            ("the error of inclinations", accuracy.inclination),
-            ("the horizontal force", accuracy.horizontal_force),
+            ("offset of inclinations", accuracy.inclination_offset),
+            ("error of inclinations", accuracy.inclination),
+            ("horizontal force", accuracy.horizontal_force),
         ] {
             let allowed = "at least 0 and at most 1000";
             check(name, found, allowed, (0.0..=1e3).contains(&found))?;
@@ -100,42 +104,34 @@ impl<'a> Prior<'a> {
     ) -> Result<Predicted, WeighError> {
         let mut by_unknowns = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         for i in 0..UNKNOWNS {
-            let at = |change: f64| {
+            let column = slope(DIFFERENCE, |change| {
                 let mut there = *unknowns;
                 there[i] += change;
                 self.forces(&there, inclinations)
-            };
-            let column = (at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
-            by_unknowns.set_column(i, &column);
+            });
+            by_unknowns.set_column(i, &column?);
         }
         let forces = self.forces(unknowns, inclinations)?;
         let accuracy = &self.accuracy;
         let mut covariance = Matrix3::from_diagonal_element(accuracy.scale * accuracy.scale);
         let mut add =
             |by: Vector3<f64>, sigma: f64| covariance += by * by.transpose() * (sigma * sigma);
-        let step = 1e-5;
         for i in 0..2 {
-            let at = |change: f64| {
+            let by = slope(1e-5, |change| {
                 let mut there = inclinations;
                 there[i] += change;
                 self.forces(unknowns, there)
-            };
-            add(
-                (at(step)? - at(-step)?) / (2.0 * step),
-                accuracy.inclination,
-            );
+            });
+            add(by?, accuracy.inclination);
         }
         let robot = self.robot(unknowns);
+        let on_plates = |horizontal| plate_forces(&robot, inclinations, horizontal);
         for i in 0..3 {
             // The part of a wheel's horizontal force that the others balance.
             let mut balanced = [-1.0 / 3.0; 3];
             balanced[i] += 1.0;
-            let with = plate_forces(&robot, inclinations, balanced)?;
-            let without = plate_forces(&robot, inclinations, [0.0; 3])?;
-            add(
-                Vector3::from(with) - Vector3::from(without),
-                accuracy.horizontal_force,
-            );
+            let [with, without] = [on_plates(balanced)?, on_plates([0.0; 3])?].map(Vector3::from);
+            add(with - without, accuracy.horizontal_force);
         }
         Ok(Predicted {
             forces,

@@ -1,6 +1,7 @@
 //! Forces of a robot at rest on horizontal plates: eq. (8) with contact angles of 0.
 
 use crate::error::WeighError;
+use nalgebra::Vector4;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Robot;
 
@@ -18,19 +19,37 @@ pub fn plate_forces(
     angles: [f64; 2],
     horizontal: [f64; 3],
 ) -> Result<[f64; 3], WeighError> {
+    // The rows are consistent, so that their scale, the lever of 1 m, does not matter.
+    let e = equilibrium(robot, angles, 1.0)?;
+    let inverse = e.least_squares().ok_or_else(WeighError::undetermined)?;
+    let found = inverse.solve(&e.right_side(&horizontal));
+    let is_finite = found.iter().all(|n| n.is_finite());
+    is_finite
+        .then_some(found)
+        .ok_or_else(WeighError::undetermined)
+}
+
+/// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N):
+/// `F' - H_N N`, N. Moment rows are over `lever`, m.
+pub(crate) fn imbalance(
+    robot: &Robot,
+    angles: [f64; 2],
+    forces: &[f64; 3],
+    lever: f64,
+) -> Result<Vector4<f64>, WeighError> {
+    let e = equilibrium(robot, angles, lever)?;
+    let carried = e.h_n.iter().zip(forces);
+    Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
+}
+
+/// Eq. (8) at rest on level plates; moment rows over `lever`, m.
+fn equilibrium(robot: &Robot, angles: [f64; 2], lever: f64) -> Result<Equilibrium, WeighError> {
     let geometry = &robot.geometry;
     let arms = Arms::new(geometry, angles[0], angles[1])?;
     let loads = Loads::at_rest(&robot.mass.true_points());
     let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
-    // The rows are consistent, so that their scale, the lever of 1 m, does not matter.
-    let found = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], 1.0)
-        .and_then(|e| Some((e.least_squares()?, e.right_side(&horizontal))))
-        .map(|(inverse, right)| inverse.solve(&right))
-        .ok_or_else(WeighError::undetermined)?;
-    match found.iter().all(|n| n.is_finite()) {
-        true => Ok(found),
-        false => Err(WeighError::undetermined()),
-    }
+    Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], lever)
+        .ok_or_else(WeighError::undetermined)
 }
 
 #[cfg(test)]

@@ -60,8 +60,7 @@ fn weighed(nominal: &Robot, robot: &Robot, random: &mut Random) -> Result<Weighe
     let (tolerances, accuracy) = (Tolerances::NOMINAL, Accuracy::TYPICAL);
     let plan = plan(nominal, &tolerances, &accuracy, &HEIGHTS, 6)?;
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
-    let found = simulate(robot, &blocks, &accuracy, || random.normal());
-    let measurements = found.map_err(|(k, error)| format!("posture {k}: {error}"))?;
+    let measurements = simulate(robot, &blocks, &accuracy, || random.normal())?;
     Ok(weigh(nominal, &measurements, &tolerances, &accuracy)?)
 }
 

@@ -65,8 +65,10 @@ impl BodyMount {
 
     /// For a robot, and readings of the pin with white noise (rad a sample).
     pub fn new(geometry: &Geometry, noise: f64) -> Self {
+        let size = geometry.wheel_radius / 0.1;
         Self {
-            density: Self::density(geometry),
+            // Ground is as rough as the wheels are large.
+            density: Self::CURVATURE * Self::CURVATURE / (size * size * size),
             geometry: geometry.clone(),
             noise: noise.max(Self::LEAST_NOISE),
             turns: [None; 3],
@@ -76,13 +78,6 @@ impl BodyMount {
             speed: 0.0,
             pin: None,
         }
-    }
-
-    /// Density of the second derivative along the path, rad^2/m^3: ground is as rough as the wheels
-    /// are large.
-    fn density(geometry: &Geometry) -> f64 {
-        let size = geometry.wheel_radius / 0.1;
-        Self::CURVATURE * Self::CURVATURE / (size * size * size)
     }
 
     /// Standard deviation of the rate of pin Q at a `speed` (m/s), rad/s, for readings a `period`

@@ -114,30 +114,16 @@ impl Pins {
     pub fn of_bogie(q: Vec2, body: Carrier, length: f64) -> Self {
         let ahead = q + Vec2::new(length, 0.0);
         let above = q + Vec2::new(0.5, crate::sqrt(0.75)) * length;
-        match body {
-            Carrier::Link1 => Self {
-                p: ahead,
-                q,
-                r: q,
-                s: above,
-            },
-            Carrier::Link2 => Self {
-                p: q,
-                q,
-                r: ahead,
-                s: above,
-            },
-        }
+        let (p, r, s) = match body {
+            Carrier::Link1 => (ahead, q, above),
+            Carrier::Link2 => (q, ahead, above),
+        };
+        Self { p, q, r, s }
     }
 
     /// Position of one pin, m.
     pub fn get(&self, pin: Pin) -> Vec2 {
-        match pin {
-            Pin::P => self.p,
-            Pin::Q => self.q,
-            Pin::R => self.r,
-            Pin::S => self.s,
-        }
+        [self.p, self.q, self.r, self.s][pin as usize]
     }
 }
 
@@ -184,6 +170,22 @@ impl PinStop {
     pub fn energy(&self, angle: f64) -> f64 {
         let beyond = (angle - self.upper).max(self.lower - angle).max(0.0);
         0.5 * self.stiffness * beyond * beyond
+    }
+
+    /// Torque of the stops on link 1, N m counter-clockwise (its opposite acts on link 2).
+    ///
+    /// `angle` is theta_1 - theta_2 (rad), `rate` its rate (rad/s). The torque is zero between the
+    /// limits and `-(k (angle - limit) + c rate)` beyond a limit. It never acts away from the free
+    /// range: a stop cannot hold the bars back.
+    pub fn torque(&self, angle: f64, rate: f64) -> f64 {
+        let beyond = |limit: f64| -(self.stiffness * (angle - limit) + self.damping * rate);
+        if angle > self.upper {
+            beyond(self.upper).min(0.0)
+        } else if angle < self.lower {
+            beyond(self.lower).max(0.0)
+        } else {
+            0.0
+        }
     }
 
     /// The default stops: -40 deg to +35 deg, 2000 N m/rad, 20 N m s/rad.
@@ -296,11 +298,7 @@ impl Geometry {
     }
 
     fn with_mean_link_cgs(carriers: [Carrier; 3], pins: Pins, body_cg: Vec2) -> Self {
-        let axles = [
-            Vec2::new(0.30, 0.10),
-            Vec2::new(0.0, 0.10),
-            Vec2::new(-0.30, 0.10),
-        ];
+        let axles = [0.30, 0.0, -0.30].map(|x| Vec2::new(x, 0.10));
         let mut geometry = Self {
             wheel_radius: 0.10,
             link_cg: [Vec2::zeros(); 3],
@@ -336,24 +334,13 @@ impl Geometry {
         if !(self.wheel_radius > 0.0 && self.wheel_radius.is_finite()) {
             return Err(GeometryError::WheelRadius(self.wheel_radius));
         }
-        let points = [
-            self.pins.p,
-            self.pins.q,
-            self.pins.r,
-            self.pins.s,
-            self.body_cg,
-            self.outline.body_lower,
-            self.outline.body_upper,
-        ];
-        if !points
-            .iter()
-            .chain(&self.axles)
-            .chain(&self.link_cg)
-            .all(|v| v.x.is_finite() && v.y.is_finite())
-        {
+        let Pins { p, q, r, s } = self.pins;
+        let (low, high) = (self.outline.body_lower, self.outline.body_upper);
+        let points = [p, q, r, s, self.body_cg, low, high];
+        let mut points = points.iter().chain(&self.axles).chain(&self.link_cg);
+        if !points.all(|v| v.x.is_finite() && v.y.is_finite()) {
             return Err(GeometryError::NotFinite);
         }
-        let Pins { p, q, r, s } = self.pins;
         let four_bar = self.suspension == Suspension::FourBar;
         for (bar, length) in [
             (Bar::Link1, (p - q).norm()),
@@ -391,14 +378,11 @@ impl Geometry {
     /// The pins and axles of a bar, in the nominal pose, m; none of link 3 of a bogie.
     fn joints(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
         let pins = self.suspension.pins().iter();
-        let pins = pins
-            .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
-            .map(|pin| self.pins.get(*pin));
+        let pins = pins.filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar);
         let axles = self.axles.iter().zip(&self.carriers);
-        let axles = axles
-            .filter(move |(_, carrier)| carrier.bar() == bar)
-            .map(|(axle, _)| *axle);
-        pins.chain(axles)
+        let axles = axles.filter(move |(_, carrier)| carrier.bar() == bar);
+        let pins = pins.map(|pin| self.pins.get(*pin));
+        pins.chain(axles.map(|(axle, _)| *axle))
     }
 
     /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the
@@ -406,13 +390,10 @@ impl Geometry {
     /// and axles, and its further points; none of link 3 of a bogie.
     pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
         let (low, high) = (self.outline.body_lower, self.outline.body_upper);
-        let corners = [
-            low,
-            Vec2::new(high.x, low.y),
-            high,
-            Vec2::new(low.x, high.y),
-        ];
-        let corners = corners.into_iter().filter(move |_| bar == Bar::Body);
+        let (front, rear) = (Vec2::new(high.x, low.y), Vec2::new(low.x, high.y));
+        let corners = [low, front, high, rear]
+            .into_iter()
+            .filter(move |_| bar == Bar::Body);
         let links = [Bar::Link1, Bar::Link2]
             .into_iter()
             .zip(self.outline.through);
@@ -440,11 +421,22 @@ impl Geometry {
 
     /// Centre of mass of a bar without wheels, in the nominal pose, m.
     pub fn cg(&self, bar: Bar) -> Vec2 {
-        match bar {
-            Bar::Body => self.body_cg,
-            Bar::Link1 => self.link_cg[0],
-            Bar::Link2 => self.link_cg[1],
-            Bar::Link3 => self.link_cg[2],
-        }
+        let [link1, link2, link3] = self.link_cg;
+        [self.body_cg, link1, link2, link3][bar as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stops_push_towards_the_free_range_and_never_away_from_it() {
+        let stop = PinStop::standard();
+        assert!(stop.torque(0.0, 5.0) == 0.0);
+        assert!((stop.torque(stop.upper + 0.01, 0.0) + 20.0).abs() < 1e-9);
+        assert!((stop.torque(stop.lower - 0.01, 0.0) - 20.0).abs() < 1e-9);
+        assert!(stop.torque(stop.upper + 0.001, -1.0) == 0.0);
+        assert!(stop.torque(stop.lower - 0.001, 1.0) == 0.0);
     }
 }

@@ -66,12 +66,8 @@ impl MassSet {
 
     /// Mass (kg) and inertia (kg m^2) of a bar without wheels.
     pub fn of(&self, bar: Bar) -> (f64, f64) {
-        match bar {
-            Bar::Body => (self.body, self.body_inertia),
-            Bar::Link1 => (self.links[0], self.link_inertias[0]),
-            Bar::Link2 => (self.links[1], self.link_inertias[1]),
-            Bar::Link3 => (self.links[2], self.link_inertias[2]),
-        }
+        let ([a, b, c], [i, j, k]) = (self.links, self.link_inertias);
+        [(self.body, self.body_inertia), (a, i), (b, j), (c, k)][bar as usize]
     }
 
     /// Mass set `text`: half of the masses that the paper's text states for both sides: body 10 kg,
@@ -134,7 +130,7 @@ impl MassSet {
         PointMasses {
             body: self.body + self.links.iter().sum::<f64>(),
             links: [0.0; 3],
-            wheel: self.wheel,
+            ..self.true_points()
         }
     }
 

@@ -148,12 +148,8 @@ impl Posture {
 
     /// Angle of a bar, rad.
     pub fn angle(&self, bar: Bar) -> f64 {
-        match bar {
-            Bar::Body => self.body,
-            Bar::Link1 => self.links[0],
-            Bar::Link2 => self.links[1],
-            Bar::Link3 => self.links[2],
-        }
+        let [link1, link2, link3] = self.links;
+        [self.body, link1, link2, link3][bar as usize]
     }
 
     /// Position relative to Q, in world axes, m, of a point of `bar` that is given by its nominal
@@ -179,11 +175,8 @@ impl Posture {
 
     /// Position of a wheel's axle relative to Q, m, in world axes.
     pub fn axle_from_q(&self, geometry: &Geometry, wheel: usize) -> Vec2 {
-        self.from_q(
-            geometry,
-            geometry.carriers[wheel].bar(),
-            geometry.axles[wheel],
-        )
+        let bar = geometry.carriers[wheel].bar();
+        self.from_q(geometry, bar, geometry.axles[wheel])
     }
 
     /// Position of a bar's centre of mass relative to Q, m, in world axes.

@@ -144,10 +144,8 @@ impl Geometry {
 impl Robot {
     /// Centre of mass of the whole robot in the nominal pose, m.
     pub fn centre_of_mass(&self) -> Vec2 {
-        let of_bars: Vec2 = Bar::ALL
-            .iter()
-            .map(|bar| self.geometry.cg(*bar) * self.mass.of(*bar).0)
-            .sum();
+        let bars = Bar::ALL.map(|bar| self.geometry.cg(bar) * self.mass.of(bar).0);
+        let of_bars: Vec2 = bars.iter().sum();
         let of_wheels: Vec2 = self.geometry.axles.iter().sum::<Vec2>() * self.mass.wheel;
         (of_bars + of_wheels) / self.mass.total()
     }
@@ -173,18 +171,11 @@ impl Robot {
         for link in 0..2 {
             let own = if link == 0 { Bar::Link1 } else { Bar::Link2 };
             let (pin_p, pin_r) = if link == 0 { (p.x, 0.0) } else { (0.0, r.x) };
-            let rises = [
-                (own, arm(geometry.cg(own))),
-                (
-                    Bar::Body,
-                    pin_p + body[link] * (geometry.body_cg.x - pins.p.x),
-                ),
-                (
-                    Bar::Link3,
-                    pin_r + link3[link] * (geometry.link_cg[2].x - pins.r.x),
-                ),
-            ];
-            right[1 + link] = rises.iter().map(|(bar, rise)| mass.of(*bar).0 * rise).sum();
+            let of_body = pin_p + body[link] * (geometry.body_cg.x - pins.p.x);
+            let of_link3 = pin_r + link3[link] * (geometry.link_cg[2].x - pins.r.x);
+            let rises = [arm(geometry.cg(own)), of_body, of_link3];
+            let rises = [own, Bar::Body, Bar::Link3].into_iter().zip(rises);
+            right[1 + link] = rises.map(|(bar, rise)| mass.of(bar).0 * rise).sum();
             for (i, axle) in geometry.axles.iter().enumerate() {
                 let carries = geometry.carriers[i].index() == link;
                 let rise = if carries { arm(*axle) } else { 0.0 };
@@ -193,10 +184,8 @@ impl Robot {
             }
         }
         let loads = matrix.lu().solve(&(right * self.gravity))?;
-        loads
-            .iter()
-            .all(|n| n.is_finite())
-            .then_some([loads[0], loads[1], loads[2]])
+        let finite = loads.iter().all(|n| n.is_finite());
+        finite.then_some(loads.into())
     }
 
     /// Checks that the robot can stand on level ground: its centre of mass is above the wheelbase

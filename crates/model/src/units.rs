@@ -27,16 +27,10 @@ impl Units {
         let length = robot.geometry.wheel_radius / RADIUS;
         let mass = robot.mass.total() / MASS;
         let time = sqrt(length * (GRAVITY / robot.gravity));
-        let is_unit = |unit: f64| unit > 0.0 && unit.is_finite();
-        if is_unit(length) && is_unit(mass) && is_unit(time) {
-            Self { length, mass, time }
-        } else {
-            Self {
-                length: 1.0,
-                mass: 1.0,
-                time: 1.0,
-            }
-        }
+        let units = [length, mass, time];
+        let usable = units.iter().all(|unit| *unit > 0.0 && unit.is_finite());
+        let [length, mass, time] = if usable { units } else { [1.0; 3] };
+        Self { length, mass, time }
     }
 
     /// m/s
@@ -62,20 +56,16 @@ impl Units {
     /// A robot in these units, in which gravity is that of Earth.
     pub fn robot_in(&self, robot: &Robot) -> Robot {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
-        let Pins { p, q, r, s } = geometry.pins;
         let l = self.length;
+        let Pins { p, q, r, s } = geometry.pins;
+        let [p, q, r, s] = [p, q, r, s].map(|pin| pin / l);
         Robot {
             geometry: Geometry {
                 suspension: robot.geometry.suspension,
                 wheel_radius: geometry.wheel_radius / l,
                 axles: geometry.axles.map(|axle| axle / l),
                 carriers: geometry.carriers,
-                pins: Pins {
-                    p: p / l,
-                    q: q / l,
-                    r: r / l,
-                    s: s / l,
-                },
+                pins: Pins { p, q, r, s },
                 body_cg: geometry.body_cg / l,
                 link_cg: geometry.link_cg.map(|cg| cg / l),
                 stop: PinStop {

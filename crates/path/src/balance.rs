@@ -20,7 +20,7 @@
 use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
 use nalgebra::Vector4;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
-use robhaz_model::{Geometry, Posture, PostureError, Robot, Vec2, cross};
+use robhaz_model::{Geometry, Posture, PostureError, Robot, Vec2, cross, perp};
 
 /// An e that is allowed wherever the robot can be balanced at all: a contact that nearly slides
 /// along its own normal.
@@ -52,7 +52,7 @@ pub struct GroundContact {
 impl GroundContact {
     /// Unit normal, pointing out of the ground.
     pub fn normal(&self) -> Vec2 {
-        Vec2::new(-self.tangent.y, self.tangent.x)
+        perp(self.tangent)
     }
 }
 
@@ -80,14 +80,12 @@ pub struct Distribution {
 }
 
 /// Why a linear program has no answer.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unsolved {
     /// No forces fulfil the conditions.
-    #[error("no forces fulfil the conditions")]
     Infeasible,
     /// A numerical failure.
-    #[error("the linear program of the forces failed: {0}")]
-    Numerical(String),
+    Numerical,
 }
 
 /// Columns of N and T of each contact in eq. (8), with moments over the wheel radius; `q` is the
@@ -103,10 +101,32 @@ pub fn columns_of(
         rows[2 + geometry.carriers[contact.wheel].index()] = moment;
         rows
     };
-    contacts
-        .iter()
-        .map(|c| [column(c, c.normal()), column(c, c.tangent)])
-        .collect()
+    let both = |c: &GroundContact| [column(c, c.normal()), column(c, c.tangent)];
+    contacts.iter().map(both).collect()
+}
+
+/// Sums of forces of contacts (N) over the contacts of each wheel, N.
+pub fn by_wheel(contacts: &[GroundContact], forces: &[f64]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (contact, force) in contacts.iter().zip(forces) {
+        sums[contact.wheel] += force;
+    }
+    sums
+}
+
+/// Adds eq. (8) to a linear program: its variables with their columns, and the right side.
+pub fn add_equations(
+    problem: &mut Problem,
+    columns: &[(Variable, Vector4<f64>)],
+    right: &Vector4<f64>,
+) {
+    for i in 0..4 {
+        let row = columns
+            .iter()
+            .map(|(variable, column)| (*variable, column[i]));
+        let row: Vec<_> = row.filter(|(_, value)| *value != 0.0).collect();
+        problem.add_constraint(&row, ComparisonOp::Eq, right[i]);
+    }
 }
 
 /// A linear program in N_k and T_k.
@@ -152,20 +172,15 @@ impl Balance {
     /// # Errors
     /// [`Unsolved`]
     pub fn least_excess(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
-        let mu: Vec<f64> = self
-            .contacts
-            .iter()
-            .map(|c| if available { c.mu } else { 0.0 })
-            .collect();
+        let mu = self.contacts.iter();
+        let mu = mu.map(|c| if available { c.mu } else { 0.0 });
+        let mu: Vec<f64> = mu.collect();
         let mut best = match self.improve(guess, &mu, None)? {
             Some(first) => first,
-            None => self
-                .improve(LARGEST, &mu, None)?
-                .ok_or(Unsolved::Infeasible)?,
+            None => (self.improve(LARGEST, &mu, None)?).ok_or(Unsolved::Infeasible)?,
         };
         for _ in 0..MOST_PROGRAMS {
-            let weights = best.1.clone();
-            let Some(next) = self.improve(best.0.excess, &mu, Some(&weights))? else {
+            let Some(next) = self.improve(best.0.excess, &mu, Some(&best.1))? else {
                 break;
             };
             let fall = best.0.excess - next.0.excess;
@@ -188,10 +203,11 @@ impl Balance {
     ) -> Result<Option<(Distribution, Vec<f64>)>, Unsolved> {
         let mut program = self.program((f64::NEG_INFINITY, f64::INFINITY), 0.0);
         let t = program.objective;
-        for (k, (mu, pair)) in mu.iter().zip(program.pairs()).enumerate() {
+        for (k, mu) in mu.iter().enumerate() {
+            let (normal, traction) = (program.normal[k], program.traction[k]);
             let weight = weights.map_or(1.0, |w| w[k].max(LEAST_WEIGHT));
             for sign in [1.0, -1.0] {
-                let row = [(pair.1, sign), (pair.0, -(mu + excess)), (t, -weight)];
+                let row = [(traction, sign), (normal, -(mu + excess)), (t, -weight)];
                 program.problem.add_constraint(row, ComparisonOp::Le, 0.0);
             }
         }
@@ -229,9 +245,9 @@ impl Balance {
     pub fn largest_least_load(&self) -> Result<f64, Unsolved> {
         let mut program = self.program((f64::NEG_INFINITY, f64::INFINITY), f64::NEG_INFINITY);
         let lack = program.objective;
-        for variable in program.normal.clone() {
+        for variable in &program.normal {
             // N_k >= -lack
-            let row = [(variable, 1.0), (lack, 1.0)];
+            let row = [(*variable, 1.0), (lack, 1.0)];
             program.problem.add_constraint(row, ComparisonOp::Ge, 0.0);
         }
         program.solve().map(|(_, _, lack)| -lack)
@@ -248,14 +264,9 @@ impl Balance {
         let normal = variables((least, largest));
         let traction = variables((-largest, largest));
         let objective = problem.add_var(1.0, range);
-        for i in 0..4 {
-            let columns = self.columns.iter().zip(normal.iter().zip(&traction));
-            let row: Vec<(Variable, f64)> = columns
-                .flat_map(|(c, (n, t))| [(*n, c[0][i]), (*t, c[1][i])])
-                .filter(|(_, value)| *value != 0.0)
-                .collect();
-            problem.add_constraint(&row, ComparisonOp::Eq, self.right[i]);
-        }
+        let columns = self.columns.iter().zip(normal.iter().zip(&traction));
+        let columns = columns.flat_map(|(c, (n, t))| [(*n, c[0]), (*t, c[1])]);
+        add_equations(&mut problem, &columns.collect::<Vec<_>>(), &self.right);
         Program {
             problem,
             normal,
@@ -264,40 +275,27 @@ impl Balance {
         }
     }
 
-    /// The tractions of a wheel's contacts, each times `sign`.
-    fn of_wheel(&self, program: &Program, wheel: usize, sign: f64) -> Vec<(Variable, f64)> {
-        let pairs = self.contacts.iter().zip(&program.traction);
-        pairs
-            .filter(|(c, _)| c.wheel == wheel)
-            .map(|(_, t)| (*t, sign))
-            .collect()
-    }
-
     /// |sum of T| of each wheel at most a variable, or the limit.
     fn limit_tractions(&self, program: &mut Program, most: Option<Variable>) {
+        let limit = most.map_or(self.most_traction, |_| 0.0);
         for wheel in 0..3 {
             for sign in [1.0, -1.0] {
-                let mut row = self.of_wheel(program, wheel, sign);
+                let all = self.contacts.iter().zip(&program.traction);
+                let own = all.filter(|(c, _)| c.wheel == wheel);
+                let mut row: Vec<_> = own.map(|(_, t)| (*t, sign)).collect();
                 row.extend(most.map(|m| (m, -1.0)));
-                let limit = most.map_or(self.most_traction, |_| 0.0);
-                program
-                    .problem
-                    .add_constraint(&row, ComparisonOp::Le, limit);
+                let problem = &mut program.problem;
+                problem.add_constraint(&row, ComparisonOp::Le, limit);
             }
         }
     }
 
     fn distribution(&self, excess: f64, normal: &[f64], traction: &[f64]) -> Distribution {
-        let mut sums = Distribution {
+        Distribution {
             excess,
-            normal_force: [0.0; 3],
-            traction: [0.0; 3],
-        };
-        for ((contact, n), t) in self.contacts.iter().zip(normal).zip(traction) {
-            sums.normal_force[contact.wheel] += n;
-            sums.traction[contact.wheel] += t;
+            normal_force: by_wheel(&self.contacts, normal),
+            traction: by_wheel(&self.contacts, traction),
         }
-        sums
     }
 }
 
@@ -305,20 +303,13 @@ impl Balance {
 type Values = (Vec<f64>, Vec<f64>, f64);
 
 impl Program {
-    fn pairs(&self) -> Vec<(Variable, Variable)> {
-        let traction = self.traction.iter().copied();
-        self.normal.iter().copied().zip(traction).collect()
-    }
-
     fn solve(&self) -> Result<Values, Unsolved> {
-        let outcome = match self.problem.solve() {
-            Ok(outcome) => outcome,
-            Err(Error::Infeasible) => return Err(Unsolved::Infeasible),
-            Err(other) => return Err(Unsolved::Numerical(other.to_string())),
-        };
-        let solution = outcome
-            .into_solution()
-            .map_err(|_| Unsolved::Numerical("interrupted".to_owned()))?;
+        let outcome = self.problem.solve().map_err(|error| match error {
+            Error::Infeasible => Unsolved::Infeasible,
+            _ => Unsolved::Numerical,
+        })?;
+        let solution = outcome.into_solution();
+        let solution = solution.map_err(|_| Unsolved::Numerical)?;
         let values = |variables: &[Variable]| -> Vec<f64> {
             let one = |v: &Variable| solution.var_value(*v);
             variables.iter().map(one).collect()

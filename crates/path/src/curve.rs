@@ -25,22 +25,15 @@ const MOST_QUERIES: u32 = 200;
 pub struct OnCurve {
     /// The wheel's centre, m.
     pub centre: Vec2,
-    /// Derivative of the centre with respect to the arc length, nearly of length 1.
+    /// Derivative of the centre with respect to the arc length, nearly of length 1; of a sample the
+    /// unit tangent.
     pub slope: Vec2,
-}
-
-/// A sample of the curve.
-#[derive(Clone, Copy, Debug)]
-struct Sample {
-    centre: Vec2,
-    /// Unit tangent.
-    tangent: Vec2,
 }
 
 /// A smooth piece between two kinks.
 #[derive(Clone, Debug, Default)]
 struct Piece {
-    samples: Vec<Sample>,
+    samples: Vec<OnCurve>,
     /// Arc length at each sample, m.
     lengths: Vec<f64>,
 }
@@ -55,20 +48,18 @@ impl CentreCurve {
     /// The curve of wheels of a radius (m) between two x (m).
     pub fn new(terrain: &Terrain, radius: f64, from: f64, to: f64) -> Self {
         let mut builder = Builder {
-            ground: Ground {
-                terrain,
-                radius,
-                found: Vec::new(),
-            },
+            terrain,
+            radius,
+            found: Vec::new(),
             pieces: vec![Piece::default()],
         };
-        let first = builder.ground.sample(from, None);
+        let first = builder.sample(from, None);
         builder.add(first);
         let count = ((to - from) / (SPACING * radius)).ceil().max(1.0);
         let (mut last, mut k) = (first, 1.0);
         while k <= count {
             let x = from + (to - from) * k / count;
-            let next = builder.ground.sample(x, Some(last.centre.y));
+            let next = builder.sample(x, Some(last.centre.y));
             builder.join(last, next);
             (last, k) = (next, k + 1.0);
         }
@@ -113,10 +104,10 @@ impl CentreCurve {
         let last = samples.len() - 1;
         for (end, beyond) in [(0, s < lengths[0]), (last, s > lengths[last])] {
             if beyond {
-                let Sample { centre, tangent } = samples[end];
+                let end_of = samples[end];
                 return OnCurve {
-                    centre: centre + tangent * (s - lengths[end]),
-                    slope: tangent,
+                    centre: end_of.centre + end_of.slope * (s - lengths[end]),
+                    ..end_of
                 };
             }
         }
@@ -128,9 +119,9 @@ impl CentreCurve {
 }
 
 /// Hermite's cubic between two samples at the chord length `h` (m), at the share `u` of it.
-fn hermite(a: Sample, b: Sample, h: f64, u: f64) -> OnCurve {
+fn hermite(a: OnCurve, b: OnCurve, h: f64, u: f64) -> OnCurve {
     let chord = b.centre - a.centre;
-    let (m0, m1) = (a.tangent * h, b.tangent * h);
+    let (m0, m1) = (a.slope * h, b.slope * h);
     let c2 = chord * 3.0 - m0 * 2.0 - m1;
     let c3 = m0 + m1 - chord * 2.0;
     OnCurve {
@@ -139,20 +130,21 @@ fn hermite(a: Sample, b: Sample, h: f64, u: f64) -> OnCurve {
     }
 }
 
-/// Finds centres of a wheel that touches the ground.
-struct Ground<'a> {
+/// Finds centres of a wheel that touches the ground, and joins them.
+struct Builder<'a> {
     terrain: &'a Terrain,
     radius: f64,
     found: Vec<Contact>,
+    pieces: Vec<Piece>,
 }
 
-impl Ground<'_> {
+impl Builder<'_> {
     /// The sample at x (m), searched from a height near it (m).
     ///
     /// Blocked heights of the centre reach from the ground up to y(x), and each point of the ground
     /// gives a lower bound of y(x). The search starts at such a bound and raises it to that of the
     /// nearest points until nothing is nearer than the radius: Newton's method from below.
-    fn sample(&mut self, x: f64, near: Option<f64>) -> Sample {
+    fn sample(&mut self, x: f64, near: Option<f64>) -> OnCurve {
         let start = self.below(x);
         let mut best = start;
         // A good guess saves queries; it must be a lower bound, which the nearest point to it
@@ -174,7 +166,7 @@ impl Ground<'_> {
             if rise <= 1e-13 * self.radius {
                 break;
             }
-            if rise < 1e-2 * self.radius && best.tangent.y.abs() > 0.99 {
+            if rise < 1e-2 * self.radius && best.slope.y.abs() > 0.99 {
                 best = self.climb(best);
             }
         }
@@ -182,7 +174,7 @@ impl Ground<'_> {
     }
 
     /// A bound near y(x) by bisection. Along a wall Newton's method rises in very short steps.
-    fn climb(&self, from: Sample) -> Sample {
+    fn climb(&self, from: OnCurve) -> OnCurve {
         let x = from.centre.x;
         let blocker = |y: f64| {
             let nearest = self.terrain.nearest(Vec2::new(x, y))?;
@@ -205,29 +197,29 @@ impl Ground<'_> {
 
     /// The bound that the ground near x gives. Above a trench the nearest point can be farther than
     /// the radius in x: the centre is lowered by the free distance until it is not.
-    fn below(&self, x: f64) -> Sample {
+    fn below(&self, x: f64) -> OnCurve {
         let mut height = self.terrain.height(x) + self.radius;
         for _ in 0..MOST_QUERIES {
             let Some(nearest) = self.terrain.nearest(Vec2::new(x, height)) else {
                 break;
             };
             if (nearest.point.x - x).abs() < self.radius {
-                let lowest = Sample {
+                let lowest = OnCurve {
                     centre: Vec2::new(x, f64::NEG_INFINITY),
-                    tangent: Vec2::x(),
+                    slope: Vec2::x(),
                 };
                 return self.higher(lowest, x, &nearest);
             }
             height -= (nearest.distance - self.radius).max(1e-3 * self.radius);
         }
-        Sample {
+        OnCurve {
             centre: Vec2::new(x, height),
-            tangent: Vec2::x(),
+            slope: Vec2::x(),
         }
     }
 
     /// The higher one of a bound and that of a point of the ground.
-    fn higher(&self, best: Sample, x: f64, contact: &Contact) -> Sample {
+    fn higher(&self, best: OnCurve, x: f64, contact: &Contact) -> OnCurve {
         let dx = x - contact.point.x;
         let square = self.radius * self.radius - dx * dx;
         if square < 0.0 {
@@ -238,31 +230,24 @@ impl Ground<'_> {
         // it.
         if centre.y >= best.centre.y {
             let arm = (centre - contact.point) / self.radius;
-            let tangent = Vec2::new(arm.y, -arm.x);
-            Sample { centre, tangent }
+            let slope = Vec2::new(arm.y, -arm.x);
+            OnCurve { centre, slope }
         } else {
             best
         }
     }
-}
 
-struct Builder<'a> {
-    ground: Ground<'a>,
-    pieces: Vec<Piece>,
-}
-
-impl Builder<'_> {
     /// Adds all samples behind `a` up to `b`, with further ones between them where the curve is
     /// steep or turns.
-    fn join(&mut self, a: Sample, b: Sample) {
-        let radius = self.ground.radius;
+    fn join(&mut self, a: OnCurve, b: OnCurve) {
+        let radius = self.radius;
         let chord = b.centre - a.centre;
-        let turn = a.tangent.dot(&b.tangent).clamp(-1.0, 1.0).acos();
+        let turn = a.slope.dot(&b.slope).clamp(-1.0, 1.0).acos();
         if chord.norm() <= LONGEST * radius && turn <= LARGEST_TURN {
             self.add(b);
         } else if b.centre.x - a.centre.x > KINK * radius {
             let x = 0.5 * (a.centre.x + b.centre.x);
-            let middle = self.ground.sample(x, Some(a.centre.y));
+            let middle = self.sample(x, Some(a.centre.y));
             self.join(a, middle);
             self.join(middle, b);
         } else if chord.y.abs() > 1e3 * KINK * radius {
@@ -275,13 +260,10 @@ impl Builder<'_> {
 
     /// A vertical part of the curve. It turns into the curve behind or before it smoothly where
     /// that is vertical, too.
-    fn wall(&mut self, a: Sample, b: Sample) {
+    fn wall(&mut self, a: OnCurve, b: OnCurve) {
         let up = Vec2::new(0.0, (b.centre.y - a.centre.y).signum());
-        let is_smooth = |s: &Sample| s.tangent.dot(&up) > LARGEST_TURN.cos();
-        let on_wall = |s: &Sample| Sample {
-            centre: s.centre,
-            tangent: up,
-        };
+        let is_smooth = |s: &OnCurve| s.slope.dot(&up) > LARGEST_TURN.cos();
+        let on_wall = |s: &OnCurve| OnCurve { slope: up, ..*s };
         if !is_smooth(&a) {
             self.pieces.push(Piece::default());
             self.add(on_wall(&a));
@@ -293,7 +275,7 @@ impl Builder<'_> {
         }
     }
 
-    fn add(&mut self, sample: Sample) {
+    fn add(&mut self, sample: OnCurve) {
         let length = self.pieces.iter().rev().find_map(|p| p.lengths.last());
         let length = length.copied().unwrap_or(0.0);
         if let Some(piece) = self.pieces.last_mut() {
@@ -354,10 +336,11 @@ mod tests {
             run: 0.3,
             count: 100,
         }));
-        let ground = Ground {
+        let ground = Builder {
             terrain: &terrain,
             radius: 0.1,
             found: Vec::new(),
+            pieces: Vec::new(),
         };
         for step in 1..100 {
             let (middle, tread) = (0.55 + 0.3 * f64::from(step), 0.08 * f64::from(step));

@@ -1,9 +1,15 @@
 //! The files of a judged path: its table and its figure.
 
-use crate::figure::write_needed_friction;
 use crate::report::{PathReport, Place};
 use crate::setup::PathSetup;
+use robhaz_record::figures::style::{LINKAGE, SURFACE, TRUTH, WHEELS, line};
+use robhaz_record::figures::{
+    Axis, Column, Entry, Header, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes,
+    write_figure,
+};
 use robhaz_record::{PointColumn, RecordError, TableFormat, create_folder, write_points};
+use robhaz_terrain::Terrain;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Name of the table.
@@ -69,4 +75,138 @@ pub fn write_path(
     ];
     write_points(folder, format, NAME, COLUMNS, &report.places, &metadata)?;
     write_needed_friction(&figures, setup, report)
+}
+
+/// Longest part of the path that is shown, m. Of a longer one it is the part around the marked
+/// place.
+const LONGEST: f64 = 8.0;
+/// Ground shown beside the wheels, above them and below, m.
+const BESIDE: f64 = 0.15;
+/// Greatest height of the ground's plot, px.
+const TALLEST: f64 = 320.0;
+/// Height of a panel, px.
+const PANEL: f64 = 130.0;
+
+/// Writes the figure `needed_friction` into an existing folder: ground, needed against available
+/// friction, margin. Without a place there is none.
+fn write_needed_friction(
+    folder: &Path,
+    setup: &PathSetup,
+    report: &PathReport,
+) -> Result<(), RecordError> {
+    let places = &report.places;
+    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+        return Ok(());
+    };
+    let decisive = decisive(report).unwrap_or(last);
+    let radius = setup.robot.geometry.wheel_radius;
+    let shown = shown(first, last, decisive);
+    let mut strip = strip(&setup.terrain, places, &shown, radius);
+    for place in [first, decisive] {
+        for (i, color) in WHEELS.into_iter().enumerate() {
+            let (x, y) = (place.wheel_x[i], place.wheel_y[i]);
+            if strip.x.start <= x - radius && x + radius < strip.x.end {
+                strip.layers.push(Layer::circle((x, y), radius, color, 1.6));
+            }
+        }
+    }
+    let range = strip.x.clone();
+    let trace = |value: fn(&Place) -> Option<f64>| {
+        let mut trace = Trace::new(places.len() as u64);
+        for place in places.iter().filter(|p| range.contains(&p.x())) {
+            trace.add(place.x(), value(place));
+        }
+        trace
+    };
+    let (needed, available) = (trace(|p| p.needed_mu), trace(Place::available_mu));
+    let margin = trace(|p| p.margin);
+    let friction = vec![
+        Layer::mean(&available, SURFACE, true),
+        Layer::peaks(&needed, line(LINKAGE, 1.4)),
+    ];
+    let margin = vec![
+        Layer::level(0.0, &range),
+        Layer::peaks(&margin, line(LINKAGE, 1.4)),
+    ];
+    let panel = |title: &str, y_label, layers| Panel::new(title, y_label, (0.1, PANEL), layers);
+    let page = Page {
+        header: header(report, std::ptr::eq(first, decisive)),
+        axis: Axis::of_places("x of the middle wheel (m)", strip.x.clone()),
+        // A single place decides: its peak is not cut.
+        columns: vec![Column::new(
+            Scale::Whole,
+            [
+                strip.panel(),
+                panel("Needed and available friction", "mu_n, mu (1)", friction),
+                panel(
+                    "Margin: how far all friction coefficients can fall",
+                    "margin (1)",
+                    margin,
+                ),
+            ],
+        )],
+    };
+    write_figure(folder, "needed_friction", &page)
+}
+
+fn header(report: &PathReport, at_start: bool) -> Header {
+    let verdict = match &report.first_failure {
+        Some(failure) => {
+            let (x, reason) = (failure.x, failure.reason.words());
+            format!("no-go at x = {x:.3} m: {reason}")
+        }
+        None => "go".to_owned(),
+    };
+    let circles = if at_start {
+        "wheels at the start"
+    } else {
+        "wheels (front, middle, rear) at the start, and at the decisive place"
+    };
+    let needed = Mark::line(line(LINKAGE, 1.4));
+    let available = Mark::dashed(line(SURFACE, 1.2));
+    Header {
+        title: format!("Needed friction along the path, drive {}", report.drive),
+        subtitle: verdict,
+        key: vec![
+            Entry::new(needed, "needed friction mu_n, margin"),
+            Entry::new(available, "available friction mu"),
+            Entry::new(Mark::line(line(TRUTH, 3.2)), "margin zero"),
+            Entry {
+                marks: WHEELS.map(|c| Mark::line(line(c, 1.6))).to_vec(),
+                label: circles.to_owned(),
+            },
+        ],
+    }
+}
+
+/// The place of the first failure, otherwise that of the least margin.
+fn decisive(report: &PathReport) -> Option<&Place> {
+    let failing = report.places.iter().find(|p| p.failure.is_some());
+    failing.or_else(|| {
+        let with_margin = report.places.iter().filter(|p| p.margin.is_some());
+        with_margin.min_by(|a, b| a.margin.unwrap_or(0.0).total_cmp(&b.margin.unwrap_or(0.0)))
+    })
+}
+
+/// The part of the ground that is shown, m.
+fn shown(first: &Place, last: &Place, decisive: &Place) -> Range<f64> {
+    let (from, to) = (first.wheel_x[2] - BESIDE, last.wheel_x[0] + BESIDE);
+    if to - from <= LONGEST {
+        return from..to;
+    }
+    let from = (decisive.x() - 0.5 * LONGEST).clamp(from, to - LONGEST);
+    from..from + LONGEST
+}
+
+/// The ground that is shown, m.
+fn strip(ground: &Terrain, places: &[Place], shown: &Range<f64>, radius: f64) -> Strip {
+    let surface = ground.outline(shown.start, shown.end, SPACING);
+    let wheels = places.iter();
+    let wheels = wheels.flat_map(|p| p.wheel_x.into_iter().zip(p.wheel_y));
+    let tops = wheels.filter(|(x, _)| shown.contains(x));
+    let tops = tops.map(|(_, y)| y + radius);
+    let heights = surface.iter().map(|p| p.y).chain(tops);
+    let (low, high) = extremes(heights);
+    let y = low - 0.3 * BESIDE..high + 0.3 * BESIDE;
+    Strip::new(ground, shown, y, TALLEST)
 }

@@ -16,7 +16,9 @@
 //! seconds ([`robhaz_control::shared`]).
 
 use crate::motion::Motion;
+use crate::setup::{DriveKind, PathSetup};
 use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
+use robhaz_model::Units;
 
 /// A place of the path as the driven robot passes it.
 #[derive(Clone, Debug)]
@@ -43,18 +45,12 @@ fn share_after(share: f64, slides: bool, time: f64) -> f64 {
 /// Slowest speed with which the time between two places is computed, m/s.
 const SLOWEST: f64 = 1e-3;
 
-/// What bounds the drive.
-pub struct DriveLimits<'a> {
-    /// Set speed, m/s, above 0.
-    pub speed: f64,
+/// The drive of a path.
+pub struct Follower<'a> {
+    /// The path.
+    pub setup: &'a PathSetup,
     /// Largest traction of a wheel, N.
     pub traction: f64,
-    /// Friction at a slip speed (m/s) over the available friction, -.
-    pub sliding: &'a dyn Fn(f64) -> f64,
-    /// Whether the control slows down while wheels slide.
-    pub slows_down: bool,
-    /// Unit of time of the robot, s.
-    pub unit: f64,
 }
 
 /// Where a robot gets stuck.
@@ -66,21 +62,22 @@ pub struct Stuck {
     pub tips: bool,
 }
 
-impl DriveLimits<'_> {
+impl Follower<'_> {
     /// Drives along the places with `shift` added to every friction coefficient. Speeds (m/s) at
     /// the places go to `speeds`.
     pub fn follow(&self, places: &[Passed], shift: f64, speeds: &mut Vec<f64>) -> Option<Stuck> {
         speeds.clear();
-        let (mut speed, mut share) = (self.speed, 1.0);
+        let (setup, unit) = (self.setup, Units::of(&self.setup.robot).time);
+        let (mut speed, mut share) = (setup.speed, 1.0);
         speeds.push(speed);
         for (place, pair) in places.windows(2).enumerate() {
             let (from, to) = (&pair[0], &pair[1]);
             let (Some(motion), Some(next)) = (&from.motion, &to.motion) else {
                 return Some(Stuck { place, tips: true });
             };
-            let set = share * self.speed;
+            let set = share * setup.speed;
             let friction = |slip: f64| {
-                let factor = (self.sliding)(slip);
+                let factor = setup.sliding(slip);
                 move |mean: f64| ((mean + shift) * factor).max(0.0)
             };
             if to.impact {
@@ -103,11 +100,12 @@ impl DriveLimits<'_> {
             if reached <= 0.0 {
                 return Some(Stuck { place, tips: false });
             }
-            if self.slows_down {
+            // The shared control slows down while wheels slide.
+            if setup.options.drive == DriveKind::Shared {
                 let mean = 0.5 * (speed + reached.sqrt());
                 let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
                 let slides = most < set * set || slowest > set * set;
-                share = share_after(share, slides, time / self.unit);
+                share = share_after(share, slides, time / unit);
             }
             speed = reached.sqrt();
             speeds.push(speed);

@@ -1,14 +1,12 @@
 //! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::follow::{DriveLimits, Passed, Stuck};
-use crate::motion::Motion;
+use crate::follow::{Follower, Passed, Stuck};
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
-use robhaz_model::Units;
 
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
@@ -47,14 +45,8 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
 /// Drives along the places, and notes where the robot gets stuck. Returns how far all friction
 /// coefficients can fall before it does, -; `None` where no friction helps.
 fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f64> {
-    let sliding = |slip: f64| setup.sliding(slip);
-    let limits = DriveLimits {
-        speed: setup.speed,
-        traction: setup.traction_limit(),
-        sliding: &sliding,
-        slows_down: setup.options.drive == DriveKind::Shared,
-        unit: Units::of(&setup.robot).time,
-    };
+    let follower = |traction| Follower { setup, traction };
+    let limits = follower(setup.traction_limit());
     let mut speeds = Vec::with_capacity(passed.len());
     let stuck = limits.follow(passed, 0.0, &mut speeds);
     for (place, speed) in places.iter_mut().zip(&speeds) {
@@ -75,14 +67,8 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
     });
     if let Some(stuck) = stuck {
         let place = &mut places[stuck.place];
-        let without_limit = DriveLimits {
-            traction: f64::INFINITY,
-            ..limits
-        };
-        let torque = || {
-            let stuck = without_limit.follow(passed, 0.0, &mut speeds);
-            stuck.is_none()
-        };
+        let without_limit = follower(f64::INFINITY);
+        let torque = || (without_limit.follow(passed, 0.0, &mut speeds)).is_none();
         place.failure = Some(why(stuck, place.x(), margin, torque));
     }
     margin
@@ -91,7 +77,8 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
 /// Largest mean of the friction coefficients along the path, -.
 fn largest_mu(passed: &[Passed]) -> f64 {
     let motions = passed.iter().filter_map(|p| p.motion.as_ref());
-    motions.map(Motion::largest_mu).fold(0.0, f64::max)
+    let contacts = motions.flat_map(|motion| &motion.contacts);
+    contacts.map(|contact| contact.mu).fold(0.0, f64::max)
 }
 
 /// A shift of all friction coefficients with which the robot is stuck, and a larger one with which
@@ -132,14 +119,9 @@ fn bare(posed: &Posed) -> Place {
         wheel_y: axles.map(|a| a.y),
         contacts: [0, 1, 2].map(count),
         opening: posed.on_ground.opening(),
-        needed_mu: None,
-        margin: None,
-        normal_force: None,
-        traction: None,
-        speed: None,
-        clearance: posed.clearances.least().1,
-        nearest_bar: posed.clearances.least().0.name(),
-        failure: None,
+        clearance: posed.clearances.least.1,
+        nearest_bar: posed.clearances.least.0.name(),
+        ..Place::default()
     }
 }
 
@@ -156,12 +138,10 @@ fn with_control(
         place.failure = Some(Failure::new(place.x(), Reason::Posture, None));
         return place;
     };
-    if motion.contacts() > 3 {
-        let failure = None;
-        return Place {
-            failure,
-            ..judged(setup, posed, &mut guesses.0)
-        };
+    if motion.contacts.len() > 3 {
+        let mut place = judged(setup, posed, &mut guesses.0);
+        place.failure = None;
+        return place;
     }
     let mut place = bare(posed);
     let mut from = guesses.1;
@@ -189,15 +169,12 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
     let (opening, q) = (place.opening, posed.on_ground.q);
     let x = place.x();
     let robot = &setup.robot;
-    let balance = posed
-        .on_ground
-        .posture(&robot.geometry)
-        .ok()
-        .and_then(|posture| {
-            let contacts = posed.contacts.clone();
-            Balance::new(robot, &posture, q, contacts, setup.traction_limit()).ok()
-        });
-    let Some(balance) = balance else {
+    let posture = posed.on_ground.posture(&robot.geometry);
+    let balance = posture.and_then(|posture| {
+        let contacts = posed.contacts.clone();
+        Balance::new(robot, &posture, q, contacts, setup.traction_limit())
+    });
+    let Ok(balance) = balance else {
         place.failure = Some(Failure::new(x, Reason::Posture, None));
         return place;
     };
@@ -256,10 +233,10 @@ fn without_balance(setup: &PathSetup, x: f64, balance: &Balance) -> Failure {
     }
     let radius = setup.robot.geometry.wheel_radius;
     let torque = balance.least_traction().map(|traction| traction * radius);
-    match torque {
-        Ok(torque) if torque > setup.torque_limit => {
-            Failure::new(x, Reason::Torque, Some(torque - setup.torque_limit))
-        }
-        _ => unknown,
+    let beyond = torque.map_or(0.0, |torque| torque - setup.torque_limit);
+    if beyond > 0.0 {
+        Failure::new(x, Reason::Torque, Some(beyond))
+    } else {
+        unknown
     }
 }

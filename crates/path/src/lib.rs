@@ -15,12 +15,11 @@
 //! | `follow` | the robot driven along the path: where it gets stuck |
 //! | `judge` | judges the places and the path |
 //! | `setup` | what is judged |
-//! | `report`, `text` | the result, and its words |
-//! | `files`, `figure` | table and figure of the result |
+//! | `report` | the result, and its words |
+//! | `files` | table and figure of the result |
 
 mod balance;
 mod curve;
-mod figure;
 mod files;
 mod follow;
 mod judge;
@@ -29,7 +28,6 @@ mod motion;
 mod report;
 mod route;
 mod setup;
-mod text;
 mod tractions;
 
 pub use files::{path_files, write_path};

@@ -7,9 +7,8 @@
 //! curve, where a wheel touches two places.
 
 use crate::curve::{CentreCurve, OnCurve};
-use crate::motion::Tangent;
 use nalgebra::{Matrix3, Vector3};
-use robhaz_model::{Geometry, Posture, PostureError, Vec2, turned};
+use robhaz_model::{Geometry, Posture, PostureError, Vec2, cross, turned};
 
 /// Longest step, m of the fastest wheel.
 const LONGEST_STEP: f64 = 0.005;
@@ -23,7 +22,7 @@ const CLOSED: f64 = 1e-11;
 const AT_KINK: f64 = 1e-8;
 
 /// Places of the wheels along their curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wheels {
     /// Smooth piece of the curve on which each wheel is.
     pub piece: [usize; 3],
@@ -55,6 +54,17 @@ impl OnGround {
     pub fn posture(&self, geometry: &Geometry) -> Result<Posture, PostureError> {
         Posture::close(geometry, self.angles[0], self.angles[1])
     }
+}
+
+/// Direction of the path at a posture: velocities for a mean speed of the wheels' centres of 1 m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tangent {
+    /// Velocity of Q, -.
+    pub q: Vec2,
+    /// Rates of links 1 and 2, rad/m.
+    pub angles: [f64; 2],
+    /// Speeds of the wheels' centres, forward positive, -.
+    pub centres: [f64; 3],
 }
 
 /// The two links with their wheels.
@@ -96,19 +106,12 @@ impl Mechanism {
     /// Positions and link angles of wheels that meet the two distances.
     pub fn on_ground(&self, curve: &CentreCurve, wheels: &Wheels) -> OnGround {
         let axles = [0, 1, 2].map(|i| curve.at(wheels.piece[i], wheels.s[i]).centre);
-        let q = self.pin_q(axles[self.pair[0]], axles[self.pair[1]]);
+        let ([a, b], c) = (self.pair, self.single);
+        let q = self.pin_q(axles[a], axles[b]);
         let nominal = &self.geometry;
-        let angle = |from: Vec2, to: Vec2| robhaz_model::cross(from, to).atan2(from.dot(&to));
-        let turn_of_pair = {
-            let [a, b] = self.pair;
-            angle(nominal.axles[b] - nominal.axles[a], axles[b] - axles[a])
-        };
-        let turn_of_single = {
-            let c = self.single;
-            angle(nominal.axles[c] - nominal.pins.q, axles[c] - q)
-        };
-        let mut angles = [turn_of_pair; 2];
-        angles[nominal.carriers[self.single].index()] = turn_of_single;
+        let mut angles = [angle(nominal.axles[b] - nominal.axles[a], axles[b] - axles[a]); 2];
+        angles[nominal.carriers[c].index()] =
+            angle(nominal.axles[c] - nominal.pins.q, axles[c] - q);
         OnGround { axles, q, angles }
     }
 
@@ -145,9 +148,8 @@ impl Mechanism {
             let third = row.dot(&s) - value;
             let matrix =
                 Matrix3::from_rows(&[rows[0].transpose(), rows[1].transpose(), row.transpose()]);
-            let step = matrix
-                .lu()
-                .solve(&Vector3::new(errors[0], errors[1], third))?;
+            let right = Vector3::new(errors[0], errors[1], third);
+            let step = matrix.lu().solve(&right)?;
             s -= step;
             if !step.iter().all(|d| d.is_finite()) {
                 return None;
@@ -163,10 +165,7 @@ impl Mechanism {
     pub fn start(&self, curve: &CentreCurve, x: f64) -> Option<Wheels> {
         let axles = &self.geometry.axles;
         let shift = x - axles[1].x;
-        let mut wheels = Wheels {
-            piece: [0; 3],
-            s: [0.0; 3],
-        };
+        let mut wheels = Wheels::default();
         for (i, axle) in axles.iter().enumerate() {
             (wheels.piece[i], wheels.s[i]) = curve.at_x(axle.x + shift)?;
         }
@@ -191,24 +190,18 @@ impl Mechanism {
         None
     }
 
-    /// Velocities of the links where the wheels move along the curve with the rates of `direction`,
+    /// Velocities of the links where the wheels move along the curve with the rates of `along`,
     /// for a mean of 1.
-    pub fn velocities(
-        &self,
-        curve: &CentreCurve,
-        piece: [usize; 3],
-        s: [f64; 3],
-        direction: &Vector3<f64>,
-    ) -> Tangent {
-        let direction = direction / direction.abs().mean();
-        let at = [0, 1, 2].map(|i| curve.at(piece[i], s[i]));
+    fn velocities(&self, curve: &CentreCurve, wheels: &Wheels, along: &Vector3<f64>) -> Tangent {
+        let direction = along / along.abs().mean();
+        let at = [0, 1, 2].map(|i| curve.at(wheels.piece[i], wheels.s[i]));
         let velocity = [0, 1, 2].map(|i| at[i].slope * direction[i]);
         let ([a, b], c) = (self.pair, self.single);
         let base = at[b].centre - at[a].centre;
         let of_base = velocity[b] - velocity[a];
         let q = velocity[a] + turned(self.q, of_base);
         let leg = at[c].centre - self.pin_q(at[a].centre, at[b].centre);
-        let rate = |arm: Vec2, v: Vec2| robhaz_model::cross(arm, v) / arm.norm_squared();
+        let rate = |arm: Vec2, v: Vec2| cross(arm, v) / arm.norm_squared();
         let mut angles = [rate(base, of_base); 2];
         angles[self.geometry.carriers[c].index()] = rate(leg, velocity[c] - q);
         Tangent {
@@ -228,6 +221,11 @@ impl Mechanism {
     }
 }
 
+/// Angle from one vector to another, rad, counter-clockwise.
+fn angle(from: Vec2, to: Vec2) -> f64 {
+    cross(from, to).atan2(from.dot(&to))
+}
+
 /// What a step along the path has reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reached {
@@ -244,13 +242,15 @@ pub enum Reached {
 
 /// The robot on its way along the curve.
 pub struct Walk<'a> {
-    mechanism: &'a Mechanism,
-    curve: &'a CentreCurve,
+    /// The links.
+    pub mechanism: &'a Mechanism,
+    /// The curve of the wheels' centres.
+    pub curve: &'a CentreCurve,
     /// The present places.
     pub wheels: Wheels,
     direction: Vector3<f64>,
-    /// At a kink: velocities just before it.
-    approach: Option<Tangent>,
+    /// At a kink: velocities of the links just before it.
+    pub approach: Option<Tangent>,
 }
 
 impl<'a> Walk<'a> {
@@ -282,14 +282,7 @@ impl<'a> Walk<'a> {
 
     /// Velocities of the links onward from the present place.
     pub fn tangent(&self) -> Tangent {
-        let Wheels { piece, s } = self.wheels;
-        self.mechanism
-            .velocities(self.curve, piece, s, &self.direction)
-    }
-
-    /// At a kink: velocities of the links just before it.
-    pub fn approach(&self) -> Option<Tangent> {
-        self.approach
+        (self.mechanism).velocities(self.curve, &self.wheels, &self.direction)
     }
 
     /// One step forward. At a kink the wheel is already on the piece behind it.
@@ -311,9 +304,8 @@ impl<'a> Walk<'a> {
         let row = self.direction;
         let predicted = from + row * length;
         let piece = self.wheels.piece;
-        let s = self
-            .mechanism
-            .solve(self.curve, piece, predicted, row, row.dot(&predicted))?;
+        let (mechanism, along) = (self.mechanism, row.dot(&predicted));
+        let s = mechanism.solve(self.curve, piece, predicted, row, along)?;
         if (s - predicted).amax() > 0.5 * length {
             return None;
         }
@@ -323,7 +315,7 @@ impl<'a> Walk<'a> {
         let turns = (0..3).map(|i| {
             let slope = |s: f64| self.curve.at(piece[i], s).slope;
             let (a, b) = (slope(from[i]), slope(s[i]));
-            robhaz_model::cross(a, b).atan2(a.dot(&b)).abs()
+            angle(a, b).abs()
         });
         let turn = turns.fold(0.0, f64::max);
         if turn > LARGEST_TURN && length > 1e3 * SHORTEST_STEP {
@@ -386,10 +378,8 @@ impl<'a> Walk<'a> {
         self.wheels.s = s.into();
         if let Some(tangent) = self.mechanism.tangent(self.curve, &self.wheels) {
             let direction = tangent * tangent.dot(&self.direction).signum();
-            let tangent = self
-                .mechanism
-                .velocities(self.curve, piece, s.into(), &direction);
-            self.approach = Some(tangent);
+            let mechanism = self.mechanism;
+            self.approach = Some(mechanism.velocities(self.curve, &self.wheels, &direction));
         }
         self.wheels.piece[wheel] = next;
         // The pieces meet within the accuracy to which a kink is found.

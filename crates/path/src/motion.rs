@@ -15,35 +15,12 @@
 //! wheel lifts by little. The spin of the wheels is left out: a disc has 8 % of the inertia of its
 //! mass.
 
-use crate::balance::{GroundContact, columns_of};
+use crate::balance::{GroundContact, add_equations, by_wheel, columns_of};
+use crate::mechanism::{OnGround, Tangent};
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
 use nalgebra::{Matrix4, Vector4};
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_model::{Geometry, Robot, Vec2};
-
-/// Direction of the path at a posture: velocities for a mean speed of the wheels' centres of 1 m/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tangent {
-    /// Velocity of Q, -.
-    pub q: Vec2,
-    /// Rates of links 1 and 2, rad/m.
-    pub angles: [f64; 2],
-    /// Speeds of the wheels' centres, forward positive, -.
-    pub centres: [f64; 3],
-}
-
-/// A place of the path as a moving robot passes it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stance {
-    /// Position of pin Q, m.
-    pub q: Vec2,
-    /// Angles of links 1 and 2, rad.
-    pub angles: [f64; 2],
-    /// Direction of the path.
-    pub tangent: Tangent,
-    /// Its derivative by sigma.
-    pub turn: Tangent,
-}
 
 /// Forces at given ratios T/N, and the acceleration that they give.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +36,8 @@ pub struct Forced {
 /// The equations at one place.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    contacts: Vec<GroundContact>,
+    /// The contacts.
+    pub contacts: Vec<GroundContact>,
     /// Columns of N and T of each contact.
     columns: Vec<[Vector4<f64>; 2]>,
     /// F', N.
@@ -76,15 +54,15 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The equations for a stance on its contacts. `None` where the four-bar cannot close.
-    pub fn new(robot: &Robot, stance: &Stance, contacts: &[GroundContact]) -> Option<Self> {
-        let geometry = &robot.geometry;
-        let Stance {
-            angles,
-            tangent,
-            turn,
-            ..
-        } = stance;
+    /// The equations for a robot on its contacts, with the direction of its path and the derivative
+    /// of that by sigma. `None` where the four-bar cannot close.
+    pub fn new(
+        robot: &Robot,
+        on_ground: &OnGround,
+        [tangent, turn]: [&Tangent; 2],
+        contacts: &[GroundContact],
+    ) -> Option<Self> {
+        let (geometry, angles) = (&robot.geometry, on_ground.angles);
         let arms = Arms::new(geometry, angles[0], angles[1]).ok()?;
         let masses = robot.mass.true_points();
         let link = |i: usize| geometry.carriers[i].index();
@@ -101,11 +79,11 @@ impl Motion {
         };
         let gravity = load([0.0; 2], Vec2::zeros(), [0.0; 2]);
         let found = Self {
-            columns: columns_of(geometry, stance.q, contacts),
+            columns: columns_of(geometry, on_ground.q, contacts),
             contacts: contacts.to_vec(),
             inertia: load([0.0; 2], tangent.q, tangent.angles) - gravity,
             centripetal: load(tangent.angles, turn.q, turn.angles) - gravity,
-            stop: end_stop(geometry, angles[0] - angles[1]),
+            stop: end_stop(geometry, on_ground.opening()),
             rates: [0, 1, 2].map(|i| {
                 let rate = tangent.angles[link(i)] * geometry.wheel_radius;
                 (tangent.centres[i], rate)
@@ -113,16 +91,6 @@ impl Motion {
             gravity,
         };
         found.gravity.iter().all(|f| f.is_finite()).then_some(found)
-    }
-
-    /// Number of contacts.
-    pub fn contacts(&self) -> usize {
-        self.contacts.len()
-    }
-
-    /// Largest mean of the friction coefficients of the contacts, -.
-    pub fn largest_mu(&self) -> f64 {
-        self.contacts.iter().map(|c| c.mu).fold(0.0, f64::max)
     }
 
     /// Forces at rest with the ratio T/N of each wheel as given, and no T above `traction` (N).
@@ -148,10 +116,7 @@ impl Motion {
         traction: f64,
     ) -> Option<f64> {
         let right = self.gravity + self.centripetal * (speed * speed);
-        match self.forced(self.ratios(sign, mu), &right, traction) {
-            Some(forced) => Some(forced.acceleration),
-            None => self.best(sign, mu, &right, traction),
-        }
+        self.pushed(sign, mu, &right, traction)
     }
 
     /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place.
@@ -160,11 +125,11 @@ impl Motion {
     pub fn after_impact(&self, before: &Self, speed: f64, mu: &dyn Fn(f64) -> f64) -> f64 {
         // Momentum in place of force: impulses of the contacts, F_a times sigma' on both sides.
         let right = before.inertia * -speed;
-        let free = self.without_stop();
-        let found = free
-            .forced(self.ratios(1.0, mu), &right, f64::INFINITY)
-            .map(|after| after.acceleration)
-            .or_else(|| free.best(1.0, mu, &right, f64::INFINITY));
+        let free = Self {
+            stop: (Vector4::zeros(), 0.0),
+            ..self.clone()
+        };
+        let found = free.pushed(1.0, mu, &right, f64::INFINITY);
         found.map_or(0.0, |after| after.max(0.0).min(speed))
     }
 
@@ -175,13 +140,6 @@ impl Motion {
             contact.map_or(0.0, |c| sign * mu(c.mu))
         };
         [0, 1, 2].map(of_wheel)
-    }
-
-    fn without_stop(&self) -> Self {
-        Self {
-            stop: (Vector4::zeros(), 0.0),
-            ..self.clone()
-        }
     }
 
     /// Four equations for three N and the acceleration, at given T/N. `None` with more than three
@@ -231,51 +189,35 @@ impl Motion {
                         let wanted = ratios[k] * normal[k];
                         wanted.max(-traction).min(traction)
                     };
-                    return Some(self.of_wheels(x[3], normal, [0, 1, 2].map(traction)));
+                    return Some(Forced {
+                        acceleration: x[3],
+                        normal_force: by_wheel(&self.contacts, &normal),
+                        traction: by_wheel(&self.contacts, &[0, 1, 2].map(traction)),
+                    });
                 }
             }
         }
         None
     }
 
-    /// N and T of the contacts as those of their wheels.
-    fn of_wheels(&self, acceleration: f64, normal: [f64; 3], traction: [f64; 3]) -> Forced {
-        let mut forced = Forced {
-            acceleration,
-            normal_force: [0.0; 3],
-            traction: [0.0; 3],
-        };
-        for (k, contact) in self.contacts.iter().take(3).enumerate() {
-            forced.normal_force[contact.wheel] += normal[k];
-            forced.traction[contact.wheel] += traction[k];
-        }
-        forced
-    }
-
-    /// The largest acceleration (`sign` 1) or the least one (-1) with the best distribution of
-    /// tractions, by a linear program.
-    fn best(
+    /// The largest acceleration (`sign` 1) or the least one (-1) with all wheels sliding, otherwise
+    /// with the best distribution of tractions, by a linear program.
+    fn pushed(
         &self,
         sign: f64,
         mu: &dyn Fn(f64) -> f64,
         right: &Vector4<f64>,
         traction: f64,
     ) -> Option<f64> {
-        let mut problem = Problem::new(if sign > 0.0 {
-            OptimizationDirection::Maximize
-        } else {
-            OptimizationDirection::Minimize
+        if let Some(forced) = self.forced(self.ratios(sign, mu), right, traction) {
+            return Some(forced.acceleration);
+        }
+        let mut problem = Problem::new(match sign > 0.0 {
+            true => OptimizationDirection::Maximize,
+            false => OptimizationDirection::Minimize,
         });
-        let mut rows: [Vec<_>; 4] = Default::default();
-        let mut add = |variable, column: &Vector4<f64>| {
-            for (row, value) in rows.iter_mut().zip(column.iter()) {
-                if *value != 0.0 {
-                    row.push((variable, *value));
-                }
-            }
-        };
         let along = problem.add_var(1.0, (f64::NEG_INFINITY, f64::INFINITY));
-        add(along, &-self.inertia);
+        let mut columns = vec![(along, -self.inertia)];
         for (contact, [normal, tangent]) in self.contacts.iter().zip(&self.columns) {
             let n = problem.add_var(0.0, (0.0, f64::INFINITY));
             let t = problem.add_var(0.0, (-traction, traction));
@@ -283,16 +225,13 @@ impl Motion {
                 let row = [(t, side), (n, -mu(contact.mu))];
                 problem.add_constraint(row, ComparisonOp::Le, 0.0);
             }
-            add(n, normal);
-            add(t, tangent);
+            columns.extend([(n, *normal), (t, *tangent)]);
         }
         if self.stop.1 > 0.0 {
             let torque = problem.add_var(0.0, (0.0, self.stop.1));
-            add(torque, &self.stop.0);
+            columns.push((torque, self.stop.0));
         }
-        for (row, value) in rows.iter().zip(right.iter()) {
-            problem.add_constraint(row, ComparisonOp::Eq, *value);
-        }
+        add_equations(&mut problem, &columns, right);
         let solution = problem.solve().ok()?.into_solution().ok()?;
         Some(solution.var_value(along))
     }
@@ -300,7 +239,7 @@ impl Motion {
 
 /// Column of the torque of an end stop in eq. (8), with moments over the wheel radius, 1/m, and the
 /// torque itself, N m, at an angle of pin Q (rad).
-pub fn end_stop(geometry: &Geometry, opening: f64) -> (Vector4<f64>, f64) {
+fn end_stop(geometry: &Geometry, opening: f64) -> (Vector4<f64>, f64) {
     let stop = &geometry.stop;
     let (above, below) = (opening - stop.upper, stop.lower - opening);
     // At the upper stop link 1 is pressed back, clockwise.

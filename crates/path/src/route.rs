@@ -3,11 +3,11 @@
 use crate::balance::GroundContact;
 use crate::curve::CentreCurve;
 use crate::follow::Passed;
-use crate::mechanism::{Mechanism, OnGround, Reached, Walk};
-use crate::motion::{Motion, Stance, Tangent};
+use crate::mechanism::{Mechanism, OnGround, Reached, Tangent, Walk};
+use crate::motion::Motion;
 use crate::report::{Failure, Reason};
 use crate::setup::{PathError, PathSetup};
-use robhaz_model::{Bar, Vec2};
+use robhaz_model::{Bar, perp};
 use robhaz_sim::clearance::{BarPlace, ClearanceMeter, Clearances};
 
 /// Ground before and behind the path, over the wheelbase.
@@ -43,24 +43,21 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     let axles = &geometry.axles;
     let start = axles[1].x;
     let wheelbase = axles[0].x - axles[2].x;
-    let (from, to) = (axles[2].x, axles[0].x + setup.distance);
-    let curve = CentreCurve::new(
-        &setup.terrain,
-        geometry.wheel_radius,
-        from - BESIDE * wheelbase,
-        to + BESIDE * wheelbase,
-    );
+    let (beside, ahead) = (BESIDE * wheelbase, setup.distance);
+    let (from, to) = (axles[2].x - beside, axles[0].x + ahead + beside);
+    let curve = CentreCurve::new(&setup.terrain, geometry.wheel_radius, from, to);
     let mechanism = Mechanism::new(geometry);
     let no_start = PathError::Start { x: start };
     let wheels = mechanism.start(&curve, start).ok_or(no_start)?;
     check_stops(setup, start, mechanism.on_ground(&curve, &wheels).opening())?;
     let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or(no_start)?;
     let mut meter = ClearanceMeter::new(geometry, setup.terrain.clone());
-    let mut pose =
-        |walk: &Walk<'_>, alone| pose(setup, &mechanism, &curve, walk, alone, &mut meter);
+    let mut pose = |walk: &Walk<'_>, alone| pose(setup, walk, alone, &mut meter);
     let mut posed = vec![pose(&walk, None)];
     let mut farthest = start;
-    for _ in 0..most_steps(setup.distance) {
+    // A walk that needs more steps does not get ahead. The distance is checked.
+    let most_steps = (setup.distance * STEPS_PER_METRE) as usize + 10_000;
+    for _ in 0..most_steps {
         let before = walk.wheels;
         let reached = walk.step();
         let alone = match reached {
@@ -90,12 +87,6 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     Ok((posed, Some(Failure::new(x, Reason::Posture, None))))
 }
 
-/// Largest number of steps for a distance (m): a walk that needs more does not get ahead.
-fn most_steps(distance: f64) -> usize {
-    // A checked distance.
-    (distance * STEPS_PER_METRE) as usize + 10_000
-}
-
 fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {
     let stop = &setup.robot.geometry.stop;
     if (stop.lower..=stop.upper).contains(&opening) {
@@ -112,22 +103,20 @@ fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError>
 /// The present posture; the wheel `alone` has the contact of its own piece only.
 fn pose(
     setup: &PathSetup,
-    mechanism: &Mechanism,
-    curve: &CentreCurve,
     walk: &Walk<'_>,
     alone: Option<usize>,
     meter: &mut ClearanceMeter,
 ) -> Posed {
-    let on_ground = mechanism.on_ground(curve, &walk.wheels);
+    let on_ground = walk.mechanism.on_ground(walk.curve, &walk.wheels);
     let radius = setup.robot.geometry.wheel_radius;
     let mut contacts = Vec::with_capacity(4);
     for wheel in 0..3 {
         let (piece, other) = walk.pieces_of(wheel);
         let other = other.filter(|_| alone != Some(wheel));
         for piece in [Some(piece), other].into_iter().flatten() {
-            let at = curve.at(piece, walk.wheels.s[wheel]);
+            let at = walk.curve.at(piece, walk.wheels.s[wheel]);
             let tangent = at.slope / at.slope.norm();
-            let point = on_ground.axles[wheel] - Vec2::new(-tangent.y, tangent.x) * radius;
+            let point = on_ground.axles[wheel] - perp(tangent) * radius;
             contacts.push(GroundContact {
                 wheel,
                 point,
@@ -138,7 +127,7 @@ fn pose(
     }
     Posed {
         s: walk.wheels.s,
-        tangent: match (alone, walk.approach()) {
+        tangent: match (alone, walk.approach) {
             (None, Some(approach)) => approach,
             _ => walk.tangent(),
         },
@@ -172,16 +161,11 @@ pub fn passed(setup: &PathSetup, posed: &[Posed]) -> Vec<Passed> {
         sigmas.push(sigma);
     }
     let at = |k: usize| {
-        let (place, on_ground) = (&posed[k], &posed[k].on_ground);
-        let stance = Stance {
-            q: on_ground.q,
-            angles: on_ground.angles,
-            tangent: place.tangent,
-            turn: turn(posed, &sigmas, k),
-        };
+        let place = &posed[k];
+        let path = [&place.tangent, &turn(posed, &sigmas, k)];
         Passed {
             sigma: sigmas[k],
-            motion: Motion::new(&setup.robot, &stance, &place.contacts),
+            motion: Motion::new(&setup.robot, &place.on_ground, path, &place.contacts),
             impact: place.impact,
         }
     };

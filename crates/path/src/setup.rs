@@ -1,35 +1,23 @@
 //! What is judged: robot, ground, available friction and drive, from a scene.
 
-use robhaz_model::Robot;
+use robhaz_model::{Robot, named};
 use robhaz_scene::Scene;
 use robhaz_sim::friction::FrictionLaw;
 use robhaz_terrain::{Profile, Terrain};
 use serde::Serialize;
 
-/// How the tractions are distributed over the wheels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DriveKind {
-    /// The best distribution: the one with the least needed friction.
-    #[default]
-    Ideal,
-    /// `drive.kind = "shared"`: the same T/N at every wheel. Driven along the path.
-    Shared,
-    /// `drive.kind = "speed"`: every wheel turns with the set speed, tractions by slip. Driven
-    /// along the path.
-    Speed,
-}
-
-impl DriveKind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Ideal, Self::Shared, Self::Speed];
-
-    /// Name on the command line and in results.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ideal => "ideal",
-            Self::Shared => "shared",
-            Self::Speed => "speed",
-        }
+named! {
+    /// How the tractions are distributed over the wheels.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum DriveKind {
+        /// The best distribution: the one with the least needed friction.
+        #[default]
+        Ideal = "ideal",
+        /// `drive.kind = "shared"`: the same T/N at every wheel. Driven along the path.
+        Shared = "shared",
+        /// `drive.kind = "speed"`: every wheel turns with the set speed, tractions by slip. Driven
+        /// along the path.
+        Speed = "speed",
     }
 }
 

@@ -25,11 +25,8 @@ pub struct Controlled {
 pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option<Controlled> {
     let (speed, creep) = (setup.speed, setup.creep_speed);
     let equal = |m: f64| [m; 3];
-    let by_slip = |v: f64| {
-        motion
-            .rates
-            .map(|(centre, link)| (speed - v * (centre + link)) / creep)
-    };
+    let rates = motion.rates;
+    let by_slip = |v: f64| rates.map(|(centre, link)| (speed - v * (centre + link)) / creep);
     let (ratios, step): (&dyn Fn(f64) -> [f64; 3], f64) = match setup.options.drive {
         DriveKind::Ideal => return None,
         DriveKind::Shared => (&equal, 0.05),

@@ -5,19 +5,37 @@ use pyo3::prelude::*;
 type Three = (f64, f64, f64);
 
 /// See the stub `_robhaz.pyi`.
-#[pyclass(frozen, module = "robhaz")]
+#[pyclass(frozen, get_all, module = "robhaz")]
 pub struct Estimate {
-    inner: robhaz_estimator::Estimate,
+    time: f64,
+    normal_force: Three,
+    traction: Three,
+    normal_force_sigma: Option<Three>,
+    traction_sigma: Option<Three>,
+    covariance: Option<[[f64; 6]; 6]>,
+    contact_angle: Three,
+    contact_angle_sigma: Option<Three>,
+    body_pitch: f64,
+    link_angle: Three,
+    flags: Vec<&'static str>,
 }
 
 impl From<robhaz_estimator::Estimate> for Estimate {
-    fn from(inner: robhaz_estimator::Estimate) -> Self {
-        Self { inner }
+    fn from(found: robhaz_estimator::Estimate) -> Self {
+        Self {
+            time: found.time,
+            normal_force: found.normal_force.into(),
+            traction: found.traction.into(),
+            normal_force_sigma: each(|i| found.sigma_normal(i)),
+            traction_sigma: each(|i| found.sigma_traction(i)),
+            covariance: found.covariance,
+            contact_angle: found.contact_angle.into(),
+            contact_angle_sigma: found.contact_angle_sigma.map(Three::from),
+            body_pitch: found.posture.body,
+            link_angle: found.posture.links.into(),
+            flags: found.flags.names().collect(),
+        }
     }
-}
-
-fn three([a, b, c]: [f64; 3]) -> Three {
-    (a, b, c)
 }
 
 fn each(sigma: impl Fn(usize) -> Option<f64>) -> Option<Three> {
@@ -26,67 +44,12 @@ fn each(sigma: impl Fn(usize) -> Option<f64>) -> Option<Three> {
 
 #[pymethods]
 impl Estimate {
-    #[getter]
-    fn time(&self) -> f64 {
-        self.inner.time
-    }
-
-    #[getter]
-    fn normal_force(&self) -> Three {
-        three(self.inner.normal_force)
-    }
-
-    #[getter]
-    fn traction(&self) -> Three {
-        three(self.inner.traction)
-    }
-
-    #[getter]
-    fn normal_force_sigma(&self) -> Option<Three> {
-        each(|i| self.inner.sigma_normal(i))
-    }
-
-    #[getter]
-    fn traction_sigma(&self) -> Option<Three> {
-        each(|i| self.inner.sigma_traction(i))
-    }
-
-    #[getter]
-    fn covariance(&self) -> Option<[[f64; 6]; 6]> {
-        self.inner.covariance
-    }
-
-    #[getter]
-    fn contact_angle(&self) -> Three {
-        three(self.inner.contact_angle)
-    }
-
-    #[getter]
-    fn contact_angle_sigma(&self) -> Option<Three> {
-        self.inner.contact_angle_sigma.map(three)
-    }
-
-    #[getter]
-    fn body_pitch(&self) -> f64 {
-        self.inner.posture.body
-    }
-
-    #[getter]
-    fn link_angle(&self) -> Three {
-        three(self.inner.posture.links)
-    }
-
-    #[getter]
-    fn flags(&self) -> Vec<&'static str> {
-        self.inner.flags.names().collect()
-    }
-
     fn __repr__(&self) -> String {
-        let list = |values: [f64; 3]| values.map(|v| format!("{v:.2}")).join(", ");
-        let (n, t) = (list(self.inner.normal_force), list(self.inner.traction));
+        let list = |(a, b, c): Three| [a, b, c].map(|v| format!("{v:.2}")).join(", ");
+        let (n, t) = (list(self.normal_force), list(self.traction));
         format!(
             "<robhaz.Estimate {} s: N = [{n}] N, T = [{t}] N>",
-            self.inner.time
+            self.time
         )
     }
 }

@@ -31,9 +31,8 @@ impl Estimator {
         match angles {
             None | Some("given") => {}
             Some("none") => {
-                choice
-                    .without_contact_angles(true)
-                    .map_err(|e| invalid(&e))?;
+                let without = choice.without_contact_angles(true);
+                without.map_err(|e| invalid(&e))?;
             }
             Some(other) => {
                 let text = format!("contact_angles: found {other:?}, allowed: \"given\", \"none\"");
@@ -110,7 +109,7 @@ impl Estimator {
         py.detach(|| estimate_rows(inner, &readings, &mut rows))?;
         let batch = rows.take();
         let batch = batch.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        Ok(Table::new(name, batch))
+        Ok(Table { name, batch })
     }
 
     fn __repr__(&self) -> String {

@@ -15,6 +15,7 @@ const SIGNAL_SAMPLES: u32 = 256;
 /// See the stub `_robhaz.pyi`.
 #[pyclass(frozen, module = "robhaz")]
 pub struct Run {
+    #[pyo3(get)]
     name: String,
     tables: Vec<Py<Table>>,
     summary: Summary,
@@ -25,7 +26,7 @@ impl Run {
     pub fn of(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let (tables, summary) = py.detach(|| simulate(scene))?;
         let tables = tables.into_iter();
-        let tables = tables.map(|(name, batch)| Py::new(py, Table::new(name, batch)));
+        let tables = tables.map(|(name, batch)| Py::new(py, Table { name, batch }));
         Ok(Self {
             name: scene.name.clone(),
             tables: tables.collect::<PyResult<_>>()?,
@@ -37,8 +38,7 @@ impl Run {
     fn tables_of<'py>(&self, py: Python<'py>, prefix: &str) -> PyResult<Bound<'py, PyDict>> {
         let tables = PyDict::new(py);
         for table in &self.tables {
-            let name = table.bind(py).getattr("name")?.extract::<String>()?;
-            if let Some(name) = name.strip_prefix(prefix) {
+            if let Some(name) = table.get().name.strip_prefix(prefix) {
                 tables.set_item(name, table)?;
             }
         }
@@ -77,11 +77,6 @@ fn simulate(scene: &Scene) -> PyResult<Results> {
 
 #[pymethods]
 impl Run {
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-
     #[getter]
     fn tables<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.tables_of(py, "")

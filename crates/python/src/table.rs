@@ -13,16 +13,11 @@ use pyo3::types::{PyByteArray, PyCapsule, PyDict};
 #[pyclass(frozen, module = "robhaz")]
 pub struct Table {
     #[pyo3(get)]
-    name: String,
-    batch: RecordBatch,
+    pub name: String,
+    pub batch: RecordBatch,
 }
 
 impl Table {
-    /// A table of its name and rows.
-    pub fn new(name: String, batch: RecordBatch) -> Self {
-        Self { name, batch }
-    }
-
     /// A value of every column's metadata, by the columns' names.
     fn metadata<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyDict>> {
         let values = PyDict::new(py);

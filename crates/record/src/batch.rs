@@ -15,18 +15,20 @@ const ROWS_AT_ONCE: usize = 32;
 /// Collects rows of a table and makes Arrow batches of them. Unit and description of a column are
 /// in the metadata of its field.
 pub struct BatchBuilder {
-    table: Table,
+    pub(crate) table: Table,
     /// The values of each column.
     values: Vec<Vec<f64>>,
-    rows: usize,
-    schema: SchemaRef,
+    /// Number of rows since the last batch.
+    pub(crate) rows: usize,
+    /// Names, types and metadata of the columns.
+    pub(crate) schema: SchemaRef,
 }
 
 impl BatchBuilder {
     /// A table without rows. `metadata` are keys and values of the table as a whole.
     pub fn new(table: Table, metadata: &[(&str, String)]) -> Self {
         let fields = table.columns.iter();
-        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind().values()));
+        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind.values()));
         Self {
             values: vec![Vec::new(); table.columns.len()],
             schema: schema(fields.collect(), metadata),
@@ -45,21 +47,6 @@ impl BatchBuilder {
         self.rows += frames.len();
     }
 
-    /// Number of rows since the last batch.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Name of the table.
-    pub fn name(&self) -> &str {
-        &self.table.name
-    }
-
-    /// Names, types and metadata of the columns.
-    pub fn schema(&self) -> &SchemaRef {
-        &self.schema
-    }
-
     /// The rows since the last batch.
     ///
     /// # Errors
@@ -70,7 +57,7 @@ impl BatchBuilder {
         // The next batch is about as long.
         let arrays = columns.map(|(values, column)| {
             let values = std::mem::replace(values, Vec::with_capacity(rows));
-            array(values, column.kind())
+            array(values, column.kind)
         });
         let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect());
         Ok(batch?)
@@ -115,14 +102,10 @@ pub fn array(mut values: Vec<f64>, kind: Kind) -> ArrayRef {
         Kind::Optional if !all_finite(&values) => {
             let valid = BooleanBuffer::collect_bool(values.len(), |i| values[i].is_finite());
             // Defined bytes in the gaps.
-            values
-                .iter_mut()
-                .filter(|v| !v.is_finite())
-                .for_each(|v| *v = 0.0);
-            Arc::new(Float64Array::new(
-                values.into(),
-                Some(NullBuffer::new(valid)),
-            ))
+            let gaps = values.iter_mut().filter(|v| !v.is_finite());
+            gaps.for_each(|v| *v = 0.0);
+            let valid = Some(NullBuffer::new(valid));
+            Arc::new(Float64Array::new(values.into(), valid))
         }
         Kind::Float | Kind::Optional => Arc::new(Float64Array::from(values)),
         // Small counts, kept as numbers.

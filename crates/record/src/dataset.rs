@@ -5,6 +5,7 @@ use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::{DataType, Field, SchemaRef};
+use indexmap::IndexSet;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use robhaz_scene::StudyChoice;
 use std::collections::BTreeMap;
@@ -56,7 +57,10 @@ impl Dataset {
     /// [`RecordError`] if it cannot be read or is no dataset of a study.
     pub fn read(path: &Path) -> Result<Self, RecordError> {
         let file = File::open(path).map_err(io_error("read", path))?;
-        let not = |reason: &dyn Display| not_a_dataset(path, reason);
+        let not = |reason: &dyn Display| RecordError::NotADataset {
+            path: path.to_path_buf(),
+            reason: reason.to_string(),
+        };
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
         let schema = reader.schema().clone();
         let batches = reader.build().map_err(|e| not(&e))?;
@@ -100,7 +104,9 @@ impl Dataset {
 
     /// Labels of the estimators, in the order of the rows.
     pub fn estimators(&self) -> Vec<&str> {
-        distinct(self.words("estimator").iter().flatten())
+        let labels = self.words("estimator").iter().flatten();
+        let distinct: IndexSet<&str> = labels.map(String::as_str).collect();
+        distinct.into_iter().collect()
     }
 
     /// Reasons of failed runs, each with the number of its runs and the first of them, the most
@@ -118,26 +124,10 @@ impl Dataset {
     }
 }
 
-fn not_a_dataset(path: &Path, reason: &dyn Display) -> RecordError {
-    RecordError::NotADataset {
-        path: path.to_path_buf(),
-        reason: reason.to_string(),
-    }
-}
-
-/// Each word once, in the order of first appearance.
-pub fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
-    let mut seen = indexmap::IndexSet::new();
-    seen.extend(words.map(String::as_str));
-    seen.into_iter().collect()
-}
-
 fn columns(schema: &SchemaRef, batches: &[RecordBatch]) -> Result<Vec<DatasetColumn>, String> {
     let column = |(place, field): (usize, &std::sync::Arc<Field>)| {
         let note = |key: &str| field.metadata().get(key).cloned().unwrap_or_default();
-        let arrays = batches
-            .iter()
-            .filter_map(|batch| batch.columns().get(place));
+        let arrays = batches.iter().filter_map(|b| b.columns().get(place));
         Ok(DatasetColumn {
             name: field.name().clone(),
             unit: note("unit"),
@@ -155,11 +145,10 @@ fn values<'a>(
     use DatasetValues::{Numbers, Words};
     // Whole numbers up to 2^53 are exact: seeds of scenes are smaller.
     Ok(match field.data_type() {
-        DataType::Float64 => Numbers(
-            arrays
-                .flat_map(|a| a.as_primitive::<Float64Type>())
-                .collect(),
-        ),
+        DataType::Float64 => {
+            let numbers = arrays.flat_map(|a| a.as_primitive::<Float64Type>());
+            Numbers(numbers.collect())
+        }
         DataType::Int64 => {
             let numbers = arrays.flat_map(|a| a.as_primitive::<Int64Type>());
             Numbers(numbers.map(|n| n.map(|n| n as f64)).collect())

@@ -34,20 +34,14 @@ pub enum RecordError {
         folder: PathBuf,
     },
     /// No such folder.
-    #[error("there is no folder {path}", path = path.display())]
-    NoFolder {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("there is no folder {}", .0.display())]
+    NoFolder(PathBuf),
     /// A folder without a summary.
     #[error(
-        "{path} holds no summary.json: the run in it was killed or has no record, or it is not the folder of a run",
-        path = path.display()
+        "{} holds no summary.json: the run in it was killed or has no record, or it is not the folder of a run",
+        .0.display()
     )]
-    NoSummary {
-        /// The folder.
-        path: PathBuf,
-    },
+    NoSummary(PathBuf),
     /// A file that is no summary.
     #[error("{path} is not the summary of a run", path = path.display())]
     NotASummary {
@@ -70,9 +64,6 @@ pub enum RecordError {
     /// A number of the summary cannot be written as JSON.
     #[error("a number of the summary is not finite")]
     NotFinite,
-    /// The summary cannot be turned into JSON.
-    #[error("cannot write the summary as JSON: {0}")]
-    Json(serde_json::Error),
 }
 
 /// Adds the path to a failure of the file system, or of a library that makes the file.

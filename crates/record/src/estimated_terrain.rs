@@ -4,9 +4,8 @@ use crate::quantile::extremes;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription, RunEnd};
-use robhaz_score::{GroundErrors, TrueGround, ground_origin};
+use robhaz_score::{TrueGround, ground_origin};
 use robhaz_terrain::{Surveyed, Terrain};
-use std::sync::Arc;
 
 /// Largest distance of places at which the true ground is computed, m. Between them it is taken as
 /// straight: at a curvature of 10/m that errs by 1.3 um.
@@ -14,12 +13,9 @@ const SPACING: f64 = 1e-3;
 /// Points whose ground is computed together: some 10 m. That of an hour's path would take 30 MB.
 const SURVEYED_AT_ONCE: usize = 1024;
 
-/// Collects the ground of every estimator.
+/// Compares the ground of every estimator.
 #[derive(Clone, Debug, Default)]
 pub struct EstimatedTerrains {
-    /// The points of each estimator, in the order in which it completed them; none before the end
-    /// of the run.
-    points: Vec<Arc<[GroundPoint]>>,
     wheel_radius: f64,
     /// True place of the origin of the first section, m.
     origin: Option<Vec2>,
@@ -32,7 +28,6 @@ impl EstimatedTerrains {
     /// Before the first record of a run.
     pub fn new(run: &RunDescription) -> Self {
         Self {
-            points: Vec::new(),
             wheel_radius: run.robot.robot.geometry.wheel_radius,
             origin: None,
         }
@@ -46,15 +41,17 @@ impl EstimatedTerrains {
         }
     }
 
-    /// Takes the points at the end of the run.
-    pub fn finish(&mut self, end: Option<&RunEnd>) {
-        self.points = end.map_or(Vec::new(), |end| end.ground.clone());
-    }
-
-    /// The points of an estimator with the true ground, which a simulation has. Only the origin of
-    /// the first section is known: later sections have no truth.
-    pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<ComparedPoint> {
-        let points = self.points.get(estimator).map_or(&[][..], |p| &p[..]);
+    /// The points of an estimator at the end of the run, in the order in which it completed them,
+    /// with the true ground, which a simulation has. Only the origin of the first section is known:
+    /// later sections have no truth.
+    pub fn compared(
+        &self,
+        end: Option<&RunEnd>,
+        estimator: usize,
+        terrain: Option<&Terrain>,
+    ) -> Vec<ComparedPoint> {
+        let points = end.and_then(|end| end.ground.get(estimator));
+        let points = points.map_or(&[][..], |points| points);
         let chunks = points.chunks(SURVEYED_AT_ONCE);
         let with_truth = chunks.flat_map(|points| {
             let places = points.iter().filter(|p| p.section == 0).map(|p| p.x);
@@ -71,13 +68,6 @@ impl EstimatedTerrains {
             })
         });
         with_truth.collect()
-    }
-
-    /// Errors of the ground of an estimator; `None` where nothing can be compared. Points behind
-    /// the origin count, too.
-    pub fn errors(&self, estimator: usize, terrain: Option<&Terrain>) -> Option<GroundErrors> {
-        let compared = self.compared(estimator, terrain).into_iter();
-        GroundErrors::of(compared.filter_map(|(point, truth)| Some((point, truth?))))
     }
 }
 

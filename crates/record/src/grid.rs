@@ -8,10 +8,10 @@ use maud::{Markup, html};
 /// A table of texts: words to the left of their cells, numbers to the right.
 #[derive(Clone, Debug, Default)]
 pub struct Grid {
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
+    pub(crate) header: Vec<String>,
+    pub(crate) rows: Vec<Vec<String>>,
     /// Places of the columns of words.
-    words: &'static [usize],
+    pub(crate) words: &'static [usize],
 }
 
 impl Grid {
@@ -77,13 +77,14 @@ impl Grid {
 
     /// As a table of a page.
     pub(crate) fn html(&self) -> Markup {
-        html! {
-            div class="wide" {
-                table {
-                    tr { @for name in &self.header { th { (name) } } }
-                    @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
-                }
-            }
-        }
+        wide(&html! {
+            tr { @for name in &self.header { th { (name) } } }
+            @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
+        })
     }
+}
+
+/// A table of a page with these rows, which scrolls by itself.
+pub(crate) fn wide(rows: &Markup) -> Markup {
+    html! { div class="wide" { table { (rows) } } }
 }

@@ -18,14 +18,11 @@
 
 mod batch;
 mod columns;
-mod comparison;
 mod dataset;
 mod error;
 mod estimated_terrain;
 pub mod figures;
-mod format;
 mod grid;
-mod ground_table;
 mod log_lines;
 mod page;
 mod point_table;
@@ -36,20 +33,17 @@ mod study_page;
 mod summary;
 mod table;
 mod table_file;
-mod terrain_table;
 
 pub use batch::{BatchBuilder, field, schema};
 pub use columns::{Column, Kind, Table};
-pub use comparison::comparison_json;
 pub use dataset::{Dataset, DatasetColumn, DatasetValues};
 pub use error::{RecordError, create_folder, io_error};
 pub use figures::FigureSink;
-pub use format::TableFormat;
 pub use grid::Grid;
 pub use log_lines::{TimeLine, time_lines};
 pub use page::page;
 pub use point_table::{PointColumn, write_points};
-pub use report::comparison_table;
+pub use report::{comparison_json, comparison_table};
 pub use scores::ScoreColumn;
 pub use study_page::study_page;
 pub use summary::{
@@ -57,4 +51,4 @@ pub use summary::{
     SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
-pub use table_file::{GROUP_ROWS, TableFile};
+pub use table_file::{GROUP_ROWS, TableFile, TableFormat};

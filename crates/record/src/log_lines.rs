@@ -31,11 +31,9 @@ pub fn means(runs: &[(&str, &Summary)], several: bool) -> Grid {
             format!("{mean} {sigma:>6}")
         };
         let sum = or_dash(means.map(|means| means.iter().sum()));
-        let cells = (0..3).map(cell).chain([sum]);
-        [force.to_owned()]
-            .into_iter()
-            .chain(cells)
-            .collect::<Vec<_>>()
+        let mut cells = vec![force.to_owned()];
+        cells.extend((0..3).map(cell).chain([sum]));
+        cells
     };
     Grid::of_estimators(runs, several, &names, |estimator| {
         let means = estimator.means.as_ref();
@@ -239,12 +237,9 @@ fn rate_line(channel: &ChannelReport) -> TimeLine {
 }
 
 fn missing_line(log: &LogReport) -> Option<String> {
-    let missing: Vec<String> = log
-        .missing
-        .iter()
-        .filter(|(_, count)| **count > 0)
-        .map(|(name, count)| format!("{name} {count}"))
-        .collect();
+    let missing = log.missing.iter().filter(|(_, count)| **count > 0);
+    let missing = missing.map(|(name, count)| format!("{name} {count}"));
+    let missing: Vec<String> = missing.collect();
     let counts = log.missing.values();
     let (least, most) = (counts.clone().min()?, counts.max()?);
     let text = match missing.len() {

@@ -1,16 +1,15 @@
 //! The results of a run as one page of HTML that needs no other file.
 
-use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
 use crate::figures::NAMES;
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, health, means};
-use crate::report::remarks;
+use crate::report::{comparison_cells, remarks};
 use crate::summary::{EstimatorSummary, Summary};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use robhaz_score::contact::FlagScore;
+use robhaz_score::contact::{FlagScore, FlagScores};
 use std::io;
 use std::path::Path;
 
@@ -136,20 +135,17 @@ fn errors(runs: &[(&str, &Summary)]) -> Markup {
     // Run and scene are the same in all columns.
     const SAME: usize = 2;
     let (titles, rows) = comparison_cells(runs);
-    let line = |k: usize| rows.iter().filter_map(move |row| row.get(k));
-    html! {
-        div class="wide" {
-            table {
-                @for (k, title) in titles.iter().enumerate().skip(SAME) {
-                    @if k == SAME {
-                        tr { th { (title) } @for cell in line(k) { th { (cell) } } }
-                    } @else {
-                        tr { td { (title) } @for cell in line(k) { td { (cell) } } }
-                    }
-                }
-            }
-        }
-    }
+    let line = |(k, title): (usize, String)| {
+        let cells = rows.iter().filter_map(|row| row.get(k).cloned());
+        std::iter::once(title).chain(cells).collect()
+    };
+    let mut lines = titles.into_iter().enumerate().skip(SAME).map(line);
+    let grid = Grid {
+        header: lines.next().unwrap_or_default(),
+        rows: lines.collect(),
+        words: &[],
+    };
+    grid.html()
 }
 
 /// How well contact states were found.
@@ -175,15 +171,11 @@ fn contacts(runs: &[(&str, &Summary)]) -> Markup {
             number(score.missed_share, 100.0, 2),
         ]
     };
-    let cells = |e: &EstimatorSummary| {
-        e.contacts.map_or(Vec::new(), |scores| {
-            vec![
-                row("in the air", scores.air),
-                row("two contacts", scores.two_contacts),
-                row("sliding", scores.sliding),
-            ]
-        })
+    let rows = |found: FlagScores| {
+        let (air, two) = (row("in the air", found.air), found.two_contacts);
+        vec![air, row("two contacts", two), row("sliding", found.sliding)]
     };
+    let cells = |e: &EstimatorSummary| e.contacts.map_or(Vec::new(), rows);
     Grid::of_estimators(runs, false, &names, cells).html()
 }
 

@@ -1,11 +1,15 @@
-//! The table that is printed at the end of a run, and that compares runs.
+//! The table that is printed at the end of a run, and that compares runs; and the comparison for other
+//! programs and for documents, a row for each run and estimator.
 
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, log_lines, means};
+use crate::scores::ScoreColumn;
 use crate::summary::{
     BrokenOff, ClearanceSummary, EstimatorSummary, Faulty, FrictionSummary, Summary,
 };
+use indexmap::IndexMap;
 use robhaz_score::Progress;
+use serde_json::Value;
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 100;
@@ -20,11 +24,8 @@ const LONG_SPIN: f64 = 2.0;
 /// without truth have a table of their own, with means.
 pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let several = runs.len() > 1;
-    let without_truth =
-        |(_, summary): &&(&str, &Summary)| summary.log.is_some() && !is_compared(summary);
-    let of_logs: Vec<_> = runs.iter().filter(without_truth).copied().collect();
-    let compared = runs.iter().filter(|run| !without_truth(run)).copied();
-    let compared: Vec<_> = compared.collect();
+    let without_truth = |summary: &Summary| summary.log.is_some() && !is_compared(summary);
+    let (of_logs, compared): (Vec<_>, Vec<_>) = runs.iter().partition(|run| without_truth(run.1));
     let mut tables = Vec::new();
     if !compared.is_empty() {
         tables.push(errors_table(&compared, several));
@@ -54,14 +55,9 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
     let found = trouble.into_iter().chain(touch);
     lines.extend(found.map(|what| format!("{label}: {what}")));
     for estimator in &summary.estimators {
-        let EstimatorSummary {
-            name,
-            missing,
-            samples,
-            ..
-        } = estimator;
-        if *missing > 0 {
-            let all = missing + samples;
+        let (name, missing) = (&estimator.name, estimator.missing);
+        if missing > 0 {
+            let all = missing + estimator.samples;
             lines.push(format!(
                 "  {name}: no estimate in {missing} of {all} records; these do not count."
             ));
@@ -117,16 +113,14 @@ fn force(newtons: f64, share: Option<f64>) -> String {
 
 fn speed(label: &str, summary: &Summary) -> String {
     let (seconds, wall, factor) = (summary.duration_s, summary.wall_s, summary.real_time_factor);
+    let friction = summary.friction.as_ref();
+    let friction = friction.and_then(FrictionSummary::in_words);
+    let friction = friction.map_or(String::new(), |words| format!(", {words}"));
     match (&summary.engine, summary.step_s) {
         (Some(engine), Some(step)) => format!(
-            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms{}). \
-             Errors count from {} s on.",
+            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms\
+             {friction}). Errors count from {} s on.",
             1e3 * step,
-            summary
-                .friction
-                .as_ref()
-                .and_then(FrictionSummary::in_words)
-                .map_or(String::new(), |words| format!(", {words}")),
             summary.compare_from_s,
         ),
         _ => format!(
@@ -191,20 +185,18 @@ fn two_contacts(summary: &Summary) -> Vec<String> {
 
 /// A sentence about a robot that is stuck or spins its wheels.
 fn trouble(progress: &Progress) -> Option<String> {
-    let spinning = progress.spinning;
-    let spins = spinning.iter().any(|time| *time >= LONG_SPIN);
+    let spins = progress.spinning.iter().any(|time| *time >= LONG_SPIN);
+    let [front, middle, rear] = progress.spinning;
     let wheels = format!(
-        "the wheels spun for {:.1}, {:.1} and {:.1} s (front, middle, rear)",
-        spinning[0], spinning[1], spinning[2]
+        "the wheels spun for {front:.1}, {middle:.1} and {rear:.1} s (front, middle, rear)"
     );
+    let (came, asked) = (progress.distance, progress.asked);
     match progress.stuck_since {
         Some(since) => Some(format!(
-            "the robot is STUCK since {since:.1} s: it came {:.2} m of the {:.2} m that the drive asked for; {wheels}.",
-            progress.distance, progress.asked
+            "the robot is STUCK since {since:.1} s: it came {came:.2} m of the {asked:.2} m that the drive asked for; {wheels}."
         )),
         None if spins => Some(format!(
-            "{wheels}; the robot came {:.2} m of the {:.2} m that the drive asked for.",
-            progress.distance, progress.asked
+            "{wheels}; the robot came {came:.2} m of the {asked:.2} m that the drive asked for."
         )),
         None => None,
     }
@@ -221,4 +213,94 @@ fn touch(clearance: &ClearanceSummary) -> Option<String> {
         "{bar} TOUCHED THE GROUND at {time:.2} s, body or links {times} in all: the force of such a contact is not modelled, so the \
          truth is wrong from then on."
     ))
+}
+
+/// The scores of a row, in the order of the columns: their names here and in the list of scores.
+const SCORES: [(&str, &str); 18] = [
+    ("rmse_wheel1", "rmse_front"),
+    ("rmse_wheel2", "rmse_middle"),
+    ("rmse_wheel3", "rmse_rear"),
+    ("rmse", "rmse"),
+    ("nrmse", "nrmse"),
+    ("bias_wheel1", "bias_front"),
+    ("bias_wheel2", "bias_middle"),
+    ("bias_wheel3", "bias_rear"),
+    ("largest_error", "max_error"),
+    ("largest_error_time", "max_error_time"),
+    ("lag", "lag"),
+    ("stated_sigma", "stated"),
+    ("coverage", "coverage"),
+    ("nees", "nees"),
+    ("traction_rmse", "traction_rmse"),
+    ("traction_largest_error", "traction_max_error"),
+    ("samples", "samples"),
+    ("missing", "missing"),
+];
+
+/// Columns before the scores.
+const NAMES: [&str; 3] = ["run", "scene", "estimator"];
+
+/// The scores with their names here.
+fn scores() -> impl Iterator<Item = (&'static str, &'static ScoreColumn)> {
+    let score = |(here, name): (&'static str, &str)| {
+        let found = ScoreColumn::all().iter().find(|score| score.name == name);
+        found.map(|score| (here, score))
+    };
+    SCORES.into_iter().filter_map(score)
+}
+
+/// The runs with their labels as rows: the texts of [`NAMES`], and each score.
+fn rows<T>(
+    runs: &[(&str, &Summary)],
+    name: impl Fn(&str) -> T,
+    score: impl Fn(&ScoreColumn, Option<f64>) -> T,
+) -> Vec<Vec<T>> {
+    let of_run = |(label, run): &(&str, &Summary)| {
+        let row = |e: &EstimatorSummary| {
+            let names = [*label, &run.scene, &e.name].map(&name).into_iter();
+            let scores = scores().map(|(_, s)| score(s, s.value(run, None, Some(e))));
+            names.chain(scores).collect()
+        };
+        run.estimators.iter().map(row).collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
+/// A JSON array with an object for each run and estimator: `run`, `scene`, `estimator`, and the
+/// scores by name, all digits; null where there is none.
+///
+/// # Errors
+/// Those of the writer; in memory there is none to expect.
+pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::Error> {
+    let value = |score: &ScoreColumn, value: Option<f64>| match value {
+        // A count, kept as a number.
+        Some(count) if score.is_count => Value::from(count as u64),
+        value => Value::from(value),
+    };
+    let names = || NAMES.into_iter().chain(scores().map(|(name, _)| name));
+    let object = |row: Vec<Value>| names().zip(row).collect::<IndexMap<_, _>>();
+    let rows = rows(runs, |name| Value::from(name), value).into_iter();
+    serde_json::to_string_pretty(&rows.map(object).collect::<Vec<_>>())
+}
+
+/// Titles with units, and the cells of each row with four significant digits.
+pub(crate) fn comparison_cells(runs: &[(&str, &Summary)]) -> (Vec<String>, Vec<Vec<String>>) {
+    let title = |(name, score): (&str, &ScoreColumn)| match score.unit {
+        "" => name.to_owned(),
+        unit => format!("{name}, {unit}"),
+    };
+    let titles = NAMES.map(str::to_owned).into_iter();
+    let cell = |_: &ScoreColumn, value: Option<f64>| value.map_or_else(String::new, significant);
+    let rows = rows(runs, str::to_owned, cell);
+    (titles.chain(scores().map(title)).collect(), rows)
+}
+
+/// Four significant digits; whole numbers with all of theirs.
+fn significant(value: f64) -> String {
+    if value.fract().abs() > 0.0 && value.is_finite() {
+        let digits = 3 - value.abs().log10().floor() as i32;
+        format!("{value:.*}", digits.clamp(0, 12) as usize)
+    } else {
+        value.to_string()
+    }
 }

@@ -1,6 +1,7 @@
 //! The results of a study as one page of HTML that needs no other file.
 
 use crate::dataset::{Dataset, DatasetColumn, DatasetValues};
+use crate::grid::wide;
 use crate::page::document;
 use crate::quantile::quantiles;
 use maud::{Markup, html};
@@ -32,13 +33,9 @@ fn runs_in_words(dataset: &Dataset) -> String {
         0 => "none failed".to_owned(),
         failed => format!("{failed} of them failed"),
     };
-    format!(
-        "Study {}, scene {}: {} runs; {failures}. Made by {}.",
-        dataset.study.name,
-        dataset.study.scene().display(),
-        dataset.runs,
-        dataset.version
-    )
+    let (study, runs, version) = (&dataset.study, dataset.runs, &dataset.version);
+    let (name, scene) = (&study.name, study.scene().display());
+    format!("Study {name}, scene {scene}: {runs} runs; {failures}. Made by {version}.")
 }
 
 /// A number with four digits.
@@ -64,20 +61,18 @@ fn scores(dataset: &Dataset) -> Markup {
     html! {
         @if scores.is_empty() { p { "No run has scores." } }
         @else {
-            div class="wide" {
-                table {
-                    tr { th { "score" } @for label in dataset.estimators() { th { (label) } } th { "meaning" } }
-                    @for (column, cells) in &scores {
-                        tr {
-                            td { code { (column.name) } @if !column.unit.is_empty() { ", " (column.unit) } }
-                            @for cell in cells {
-                                td { @if let Some([low, median, high]) = cell { (number(*median)) " (" (number(*low)) " to " (number(*high)) ")" } }
-                            }
-                            td style="text-align: left; white-space: normal; min-width: 16rem" { (column.description) }
+            (wide(&html! {
+                tr { th { "score" } @for label in dataset.estimators() { th { (label) } } th { "meaning" } }
+                @for (column, cells) in &scores {
+                    tr {
+                        td { code { (column.name) } @if !column.unit.is_empty() { ", " (column.unit) } }
+                        @for cell in cells {
+                            td { @if let Some([low, median, high]) = cell { (number(*median)) " (" (number(*low)) " to " (number(*high)) ")" } }
                         }
+                        td style="text-align: left; white-space: normal; min-width: 16rem" { (column.description) }
                     }
                 }
-            }
+            }))
         }
     }
 }
@@ -101,14 +96,12 @@ fn failures(dataset: &Dataset) -> Markup {
     html! {
         @if failures.is_empty() { p { "No run failed." } }
         @else {
-            div class="wide" {
-                table {
-                    tr { th { "reason" } th { "runs" } th { "first run" } }
-                    @for (reason, count, first) in &failures {
-                        tr { td style="white-space: normal" { (reason) } td { (count) } td { (first) } }
-                    }
+            (wide(&html! {
+                tr { th { "reason" } th { "runs" } th { "first run" } }
+                @for (reason, count, first) in &failures {
+                    tr { td style="white-space: normal" { (reason) } td { (count) } td { (first) } }
                 }
-            }
+            }))
         }
     }
 }

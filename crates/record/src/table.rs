@@ -4,10 +4,8 @@ use crate::batch::BatchBuilder;
 use crate::columns::Table;
 use crate::error::{RecordError, check_name, create_folder};
 use crate::estimated_terrain::EstimatedTerrains;
-use crate::format::TableFormat;
-use crate::ground_table::ground_batches;
-use crate::table_file::{GROUP_ROWS, TableFile, start_columns, write_table};
-use crate::terrain_table::terrain_batch;
+use crate::point_table::ground_tables;
+use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -44,7 +42,7 @@ impl RowTable {
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         self.rows.push_all(frames);
         match &mut self.file {
-            Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
+            Some(file) if self.rows.rows >= GROUP_ROWS => file.write(&self.rows.take()?),
             _ => Ok(()),
         }
     }
@@ -53,7 +51,7 @@ impl RowTable {
     fn finish(mut self) -> Result<Option<(String, RecordBatch)>, RecordError> {
         let Some(mut file) = self.file else {
             let batch = self.rows.take()?;
-            return Ok(Some((self.rows.name().to_owned(), batch)));
+            return Ok(Some((self.rows.table.name, batch)));
         };
         file.write(&self.rows.take()?)?;
         file.finish(false).map(|()| None)
@@ -80,27 +78,6 @@ impl TableSink {
         self.in_memory
     }
 
-    fn open(&mut self, run: &RunDescription) -> Result<(), RecordError> {
-        if let Some((folder, format)) = &self.folder {
-            for estimator in &run.estimators {
-                check_name(&estimator.label, folder)?;
-            }
-            create_folder(folder)?;
-            start_columns(folder, *format)?;
-        }
-        self.grounds = Some((run.clone(), EstimatedTerrains::new(run)));
-        let metadata = metadata(run);
-        for table in Table::all(run) {
-            let rows = BatchBuilder::new(table, &metadata);
-            let create = |(folder, format): &(PathBuf, TableFormat)| {
-                TableFile::create(folder, *format, rows.name(), rows.schema(), false)
-            };
-            let file = self.folder.as_ref().map(create).transpose()?;
-            self.tables.push(RowTable { rows, file });
-        }
-        Ok(())
-    }
-
     /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left
     /// out from then on.
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
@@ -112,34 +89,6 @@ impl TableSink {
         let mut is_whole = written.iter().map(Result::is_ok);
         self.tables.retain(|_| is_whole.next().unwrap_or(true));
         written.into_iter().collect()
-    }
-
-    /// Closes all tables even if one fails.
-    fn close(&mut self) -> Result<(), RecordError> {
-        let tables = std::mem::take(&mut self.tables);
-        let closed: Vec<_> = tables.into_par_iter().map(RowTable::finish).collect();
-        for table in closed {
-            self.in_memory.extend(table?);
-        }
-        Ok(())
-    }
-
-    /// The tables of the ground, true and found.
-    fn make_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
-        let Some((run, mut grounds)) = self.grounds.take() else {
-            return Ok(());
-        };
-        grounds.finish(end);
-        let metadata = metadata(&run);
-        let terrain = terrain_batch(&run, &metadata)?;
-        let found = ground_batches(&run, &grounds, &metadata)?;
-        for (name, batch) in terrain.into_iter().chain(found) {
-            match &self.folder {
-                Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
-                None => self.in_memory.push((name, batch)),
-            }
-        }
-        Ok(())
     }
 }
 
@@ -157,7 +106,24 @@ impl Sink for TableSink {
     }
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        Ok(self.open(run)?)
+        if let Some((folder, format)) = &self.folder {
+            for estimator in &run.estimators {
+                check_name(&estimator.label, folder)?;
+            }
+            create_folder(folder)?;
+            start_columns(folder, *format)?;
+        }
+        self.grounds = Some((run.clone(), EstimatedTerrains::new(run)));
+        let metadata = metadata(run);
+        for table in Table::all(run) {
+            let rows = BatchBuilder::new(table, &metadata);
+            let create = |(folder, format): &(PathBuf, TableFormat)| {
+                TableFile::create(folder, *format, &rows.table.name, &rows.schema, false)
+            };
+            let file = self.folder.as_ref().map(create).transpose()?;
+            self.tables.push(RowTable { rows, file });
+        }
+        Ok(())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
@@ -171,9 +137,20 @@ impl Sink for TableSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.close()?;
-        if !self.failed {
-            self.make_grounds(end)?;
+        // All tables are closed, even if one fails.
+        let tables = std::mem::take(&mut self.tables);
+        let closed: Vec<_> = tables.into_par_iter().map(RowTable::finish).collect();
+        for table in closed {
+            self.in_memory.extend(table?);
+        }
+        let Some((run, grounds)) = self.grounds.take().filter(|_| !self.failed) else {
+            return Ok(());
+        };
+        for (name, batch) in ground_tables(&run, &grounds, end, &metadata(&run))? {
+            match &self.folder {
+                Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
+                None => self.in_memory.push((name, batch)),
+            }
         }
         Ok(())
     }

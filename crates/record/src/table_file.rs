@@ -1,7 +1,6 @@
 //! Files of tables: the one way from Arrow batches to Parquet or comma-separated text.
 
 use crate::error::{RecordError, io_error};
-use crate::format::TableFormat;
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
@@ -22,6 +21,25 @@ use std::sync::Arc;
 pub const GROUP_ROWS: usize = 16 * 1024;
 /// Bytes in a call of the system: the library copies 8 kB at a time.
 const WRITTEN_AT_ONCE: usize = 256 * 1024;
+
+/// Format of the tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Apache Parquet; unit and description of a column stand in its field metadata.
+    Parquet,
+    /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
+    Csv,
+}
+
+impl TableFormat {
+    /// Extension of its files, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Parquet => "parquet",
+            Self::Csv => "csv",
+        }
+    }
+}
 
 /// A table while it is written. It gets its name when it is complete; until then, and after a kill,
 /// it has that of an incomplete one.
@@ -55,9 +73,8 @@ impl TableFile {
         let mut file = BufWriter::with_capacity(WRITTEN_AT_ONCE, file);
         let out = match format {
             TableFormat::Parquet => {
-                let writer =
-                    writer(file, schema, values_repeat).map_err(io_error("write", &path))?;
-                Out::Parquet(Box::new(writer))
+                let writer = writer(file, schema, values_repeat);
+                Out::Parquet(Box::new(writer.map_err(io_error("write", &path))?))
             }
             TableFormat::Csv => {
                 let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
@@ -74,12 +91,11 @@ impl TableFile {
     /// # Errors
     /// [`RecordError`] of the file system, or for values of another type.
     pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
+        let path = &self.path;
         match &mut self.out {
             _ if batch.num_rows() == 0 => Ok(()),
-            Out::Parquet(writer) => {
-                write_group(writer, batch).map_err(io_error("write", &self.path))
-            }
-            Out::Csv(out) => write_lines(out, batch).map_err(io_error("write", &self.path)),
+            Out::Parquet(writer) => write_group(writer, batch).map_err(io_error("write", path)),
+            Out::Csv(out) => write_lines(out, batch).map_err(io_error("write", path)),
         }
     }
 
@@ -126,12 +142,9 @@ const COLUMNS: &str = "columns.csv";
 fn add_columns(folder: &Path, table: &str, schema: &SchemaRef) -> Result<(), RecordError> {
     let line = |field: &Arc<arrow_schema::Field>| {
         let note = |key: &str| field.metadata().get(key).cloned().unwrap_or_default();
+        let (name, unit) = (field.name(), note("unit"));
         let description = note("description").replace('"', "\"\"");
-        format!(
-            "{table},{},{},\"{description}\"\n",
-            field.name(),
-            note("unit")
-        )
+        format!("{table},{name},{unit},\"{description}\"\n")
     };
     let text: String = schema.fields().iter().map(line).collect();
     let path = folder.join(COLUMNS);
@@ -193,7 +206,23 @@ fn writer(
         .map(|(k, v)| KeyValue::new(k.clone(), v.clone()))
         .collect();
     metadata.sort_by(|a, b| a.key.cmp(&b.key));
-    let mut properties = properties(metadata, values_repeat);
+    // Measured values hardly ever do: compression takes a tenth of a run's work for a twentieth of
+    // its size, and a dictionary would only cost time.
+    let compression = match values_repeat {
+        true => Compression::SNAPPY,
+        false => Compression::UNCOMPRESSED,
+    };
+    let mut properties = WriterProperties::builder()
+        .set_compression(compression)
+        .set_dictionary_enabled(values_repeat)
+        // Readers skip row groups by their times. Those of hundreds of other columns would be kept
+        // in memory to the end.
+        .set_statistics_enabled(EnabledStatistics::None)
+        .set_column_statistics_enabled("time".into(), EnabledStatistics::Chunk)
+        .set_offset_index_disabled(true)
+        .set_max_row_group_row_count(Some(GROUP_ROWS))
+        .set_key_value_metadata(Some(metadata))
+        .build();
     let schema = Schema::new(schema.fields().clone());
     add_encoded_arrow_schema_to_metadata(&schema, &mut properties);
     let columns = ArrowSchemaConverter::new().convert(&schema)?;
@@ -249,24 +278,4 @@ fn put<T: stored::DataType>(
     let values: Vec<T::T> = values.into_iter().flatten().map(Into::into).collect();
     let column = to.typed::<T>();
     column.write_batch(&values, levels, None).map(|_| ())
-}
-
-fn properties(metadata: Vec<KeyValue>, values_repeat: bool) -> WriterProperties {
-    // Measured values hardly ever do: compression takes a tenth of a run's work for a twentieth of
-    // its size, and a dictionary would only cost time.
-    let compression = match values_repeat {
-        true => Compression::SNAPPY,
-        false => Compression::UNCOMPRESSED,
-    };
-    WriterProperties::builder()
-        .set_compression(compression)
-        .set_dictionary_enabled(values_repeat)
-        // Readers skip row groups by their times. Those of hundreds of other columns would be kept
-        // in memory to the end.
-        .set_statistics_enabled(EnabledStatistics::None)
-        .set_column_statistics_enabled("time".into(), EnabledStatistics::Chunk)
-        .set_offset_index_disabled(true)
-        .set_max_row_group_row_count(Some(GROUP_ROWS))
-        .set_key_value_metadata(Some(metadata))
-        .build()
 }

@@ -19,6 +19,8 @@ pub struct TruthClearance {
     meter: ClearanceMeter,
     /// The least that [`Self::at_change`] has found, m.
     least: f64,
+    /// At which records the sinks of a run need it.
+    pub(crate) need: ClearanceNeed,
 }
 
 impl TruthClearance {
@@ -28,6 +30,7 @@ impl TruthClearance {
         Self {
             meter: ClearanceMeter::new(&robot.geometry, scene.terrain.build(robot)),
             least: f64::INFINITY,
+            need: ClearanceNeed::Always,
         }
     }
 
@@ -41,13 +44,13 @@ impl TruthClearance {
     /// ground, or has just left it.
     pub fn at_change(&mut self, truth: &Truth) -> Option<Clearances> {
         let found = self.meter.measure_below(&places(truth), self.least)?;
-        self.least = self.least.min(found.least().1);
+        self.least = self.least.min(found.least.1);
         Some(found)
     }
 
     /// As far as sinks need it.
-    pub(crate) fn for_sinks(&mut self, truth: &Truth, need: ClearanceNeed) -> Option<Clearances> {
-        match need {
+    pub(crate) fn for_sinks(&mut self, truth: &Truth) -> Option<Clearances> {
+        match self.need {
             ClearanceNeed::Never => None,
             ClearanceNeed::AtChanges => self.at_change(truth),
             ClearanceNeed::Always => Some(self.at(truth)),

@@ -62,9 +62,12 @@ impl RunDescription {
         let estimators: Result<_, ModelErrorTooLarge> =
             scene.estimators.iter().map(estimator).collect();
         let damping = scene.drive.viscous_damping;
+        let mut hash = Fnv1a::default();
+        // Writing all that a scene holds into the hash cannot fail.
+        let _ = write!(hash, "{scene:?}");
         Ok(Self {
             name: scene.name.clone(),
-            fingerprint: fingerprint(scene),
+            fingerprint: hash.value(),
             record: scene.record,
             estimators: estimators?,
             robot: scene.robot.clone(),
@@ -74,9 +77,7 @@ impl RunDescription {
             world: Some(Box::new(scene.clone())),
         })
     }
-}
 
-impl RunDescription {
     /// Whether a control that takes readings gives the records commands: see
     /// [`crate::Frame::commands`].
     pub fn takes_commands(&self) -> bool {
@@ -103,14 +104,6 @@ impl RunDescription {
             world: None,
         }
     }
-}
-
-/// Hash of all that a scene holds.
-fn fingerprint(scene: &Scene) -> u64 {
-    let mut hash = Fnv1a::default();
-    // Writing into the hash cannot fail.
-    let _ = write!(hash, "{scene:?}");
-    hash.value()
 }
 
 #[cfg(test)]

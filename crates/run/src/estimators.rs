@@ -1,6 +1,6 @@
 //! The estimators of a run, side by side on the same readings.
 
-use crate::ground::EstimatedTerrain;
+use crate::ground::{EstimatedTerrain, Memory};
 use crate::source::{Sample, sensor_frame};
 use rayon::prelude::*;
 use robhaz_estimator::{
@@ -80,7 +80,10 @@ impl Estimators {
 
     /// The ground as the estimators know it now.
     pub fn ground(&self) -> EstimatedTerrain<'_> {
-        EstimatedTerrain::new(&self.estimators, &self.completed)
+        EstimatedTerrain {
+            memory: Memory::Live(&self.estimators),
+            completed: &self.completed,
+        }
     }
 
     /// Number of the estimators.
@@ -92,13 +95,6 @@ impl Estimators {
     pub(crate) fn memory(&self) -> Vec<Vec<GroundPoint>> {
         let memories = self.estimators.iter().map(Estimator::ground);
         memories.map(Iterator::collect).collect()
-    }
-
-    /// Removes the completed points of the ground, which a record has given.
-    pub(crate) fn clear_completed(&mut self) {
-        for completed in &mut self.completed {
-            completed.clear();
-        }
     }
 }
 
@@ -121,8 +117,8 @@ fn update(
 /// estimates.
 pub struct Observers {
     sensors: Sensors,
-    estimators: Estimators,
-    frame: Option<SensorFrame>,
+    /// Their completed points of the ground are those since the start.
+    pub estimators: Estimators,
 }
 
 impl Observers {
@@ -136,19 +132,13 @@ impl Observers {
         Ok(Self {
             sensors: scene.sensors(),
             estimators: Estimators::new(&scene.nominal_robot()?, settings),
-            frame: None,
         })
     }
 
     /// Reads the sensors at one sample and updates every estimator. Returns readings and estimates,
     /// in the scene's order.
-    pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
-        let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
-        (frame, self.estimators.update(frame))
-    }
-
-    /// The ground as the estimators know it now. Completed points are those since the start.
-    pub fn ground(&self) -> EstimatedTerrain<'_> {
-        self.estimators.ground()
+    pub fn observe(&mut self, truth: &Truth) -> (SensorFrame, &[Result<Estimate, EstimateError>]) {
+        let frame = sensor_frame(&self.sensors.read(truth));
+        (frame, self.estimators.update(&frame))
     }
 }

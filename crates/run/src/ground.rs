@@ -5,13 +5,14 @@ use robhaz_estimator::{Estimator, GroundPoint};
 /// The ground as the estimators of a run know it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EstimatedTerrain<'a> {
-    memory: Memory<'a>,
-    completed: &'a [Vec<GroundPoint>],
+    pub(crate) memory: Memory<'a>,
+    /// The points that each has completed.
+    pub(crate) completed: &'a [Vec<GroundPoint>],
 }
 
 /// Where the points in memory are.
 #[derive(Clone, Copy, Debug)]
-enum Memory<'a> {
+pub(crate) enum Memory<'a> {
     /// In the estimators themselves.
     Live(&'a [Estimator]),
     /// In copies, one of each estimator, because the estimators are ahead of the records.
@@ -25,29 +26,6 @@ impl Default for Memory<'_> {
 }
 
 impl<'a> EstimatedTerrain<'a> {
-    /// The ground of estimators, and the points that each has completed.
-    pub(crate) const fn new(
-        estimators: &'a [Estimator],
-        completed: &'a [Vec<GroundPoint>],
-    ) -> Self {
-        Self {
-            memory: Memory::Live(estimators),
-            completed,
-        }
-    }
-
-    /// Copies of the points in the memory of each estimator, and the points that each has
-    /// completed.
-    pub(crate) const fn copied(
-        memory: &'a [Vec<GroundPoint>],
-        completed: &'a [Vec<GroundPoint>],
-    ) -> Self {
-        Self {
-            memory: Memory::Copied(memory),
-            completed,
-        }
-    }
-
     /// Points that left the memory of an estimator since the last record, in their final form: see
     /// [`Estimator::completed_ground`]. In a run on several threads some records share them: the
     /// last one has them.

@@ -20,7 +20,6 @@
 
 mod clearance;
 mod description;
-mod driven_plant;
 mod driver;
 mod error;
 mod estimators;
@@ -33,8 +32,7 @@ pub mod verify;
 
 pub use clearance::TruthClearance;
 pub use description::{EstimatorDescription, RunDescription};
-pub use driven_plant::DrivenPlant;
-pub use driver::Driver;
+pub use driver::{DrivenPlant, Driver};
 pub use error::{MOST_KEPT, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
@@ -70,8 +68,6 @@ pub struct Run {
     driver: Option<Driver>,
     /// At records alone. `None` for recorded readings.
     clearance: Option<TruthClearance>,
-    /// At which records the sinks need the clearance.
-    clearance_need: ClearanceNeed,
     /// Points of the ground that each estimator has completed, as far as records had them.
     ground: Vec<Vec<GroundPoint>>,
     /// Whether source, estimators and sinks have threads of their own.
@@ -130,7 +126,6 @@ impl Run {
         Self {
             estimators: Estimators::new(&description.nominal_robot, settings),
             clearance: description.world.as_deref().map(TruthClearance::of),
-            clearance_need: ClearanceNeed::Always,
             ground: vec![Vec::new(); description.estimators.len()],
             description,
             source,
@@ -152,8 +147,10 @@ impl Run {
         stop: Stop<'_>,
     ) -> Result<RunEnd, RunError> {
         begin(&self.description, sinks)?;
-        let needs = sinks.iter().map(|sink| sink.clearance_need());
-        self.clearance_need = needs.max().unwrap_or(ClearanceNeed::Never);
+        if let Some(clearance) = &mut self.clearance {
+            let needs = sinks.iter().map(|sink| sink.clearance_need());
+            clearance.need = needs.max().unwrap_or(ClearanceNeed::Never);
+        }
         let result = if self.on_threads && self.driver.is_none() {
             self.on_several_threads(sinks, stop)
         } else {
@@ -207,13 +204,9 @@ impl Run {
                 None => Ok(()),
             }
         };
-        pipeline::run(
-            self.source.as_mut(),
-            &mut self.estimators,
-            self.clearance.as_mut().map(|c| (c, self.clearance_need)),
-            &mut self.wall,
-            hand_on,
-        )
+        let (source, clearance) = (self.source.as_mut(), self.clearance.as_mut());
+        let (estimators, wall) = (&mut self.estimators, &mut self.wall);
+        pipeline::run(source, estimators, clearance, wall, hand_on)
     }
 
     fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
@@ -237,11 +230,10 @@ impl Run {
             }
             let truth = sample.truth.as_ref();
             let clearance = self.clearance.as_mut().zip(truth);
-            let clearances = clearance.and_then(|(c, t)| c.for_sinks(t, self.clearance_need));
             let frame = Frame {
                 time: sample.time,
-                clearances,
-                truth: sample.truth.as_ref(),
+                clearances: clearance.and_then(|(c, truth)| c.for_sinks(truth)),
+                truth,
                 sensors: &sample.sensors,
                 estimates: self.estimators.estimates(),
                 commands,
@@ -251,7 +243,7 @@ impl Run {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
             add_completed(&mut self.ground, &frame.ground);
-            self.estimators.clear_completed();
+            self.estimators.completed.iter_mut().for_each(Vec::clear);
             self.time = Some(sample.time);
         }
     }
@@ -266,6 +258,7 @@ impl Run {
             points.into()
         };
         let completed = std::mem::take(&mut self.ground);
+        let friction_tests = self.driver.iter().flat_map(Driver::friction_tests);
         Some(RunEnd {
             ground: completed.into_iter().enumerate().map(whole).collect(),
             duration: match error {
@@ -275,11 +268,7 @@ impl Run {
             wall: self.wall.as_secs_f64(),
             step: self.source.mean_step(),
             broken_off: error.map(|error| in_one_line(error)),
-            friction_tests: self
-                .driver
-                .iter()
-                .flat_map(Driver::friction_tests)
-                .collect(),
+            friction_tests: friction_tests.collect(),
             log: self.source.log_report(),
         })
     }

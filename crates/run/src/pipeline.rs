@@ -12,8 +12,8 @@
 use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
-use crate::ground::EstimatedTerrain;
-use crate::sink::{ClearanceNeed, Frame};
+use crate::ground::{EstimatedTerrain, Memory};
+use crate::sink::Frame;
 use crate::source::{Sample, Source};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
@@ -62,7 +62,7 @@ struct Batch {
 pub(crate) fn run(
     source: &mut (dyn Source + Send),
     estimators: &mut Estimators,
-    clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
+    clearance: Option<&mut TruthClearance>,
     wall: &mut Duration,
     mut hand_on: impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
@@ -154,7 +154,7 @@ fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut f64) -> bo
 fn estimate_all(
     pool: &ThreadPool,
     estimators: &mut Estimators,
-    mut clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
+    mut clearance: Option<&mut TruthClearance>,
     read: &Receiver<Batch>,
     out: &SyncSender<Batch>,
 ) -> Duration {
@@ -164,44 +164,34 @@ fn estimate_all(
         let Batch {
             samples,
             estimates,
-            clearances: of_records,
+            clearances,
             ..
         } = &mut batch;
         match clearance.as_mut() {
             None => pool.install(|| estimators.update_all(samples, estimates)),
-            Some((clearance, need)) => {
+            Some(clearance) => {
+                let records = samples.iter().filter(|sample| sample.is_record);
+                let truths = records.filter_map(|sample| sample.truth.as_ref());
+                let of_truths = truths.map(|truth| clearance.for_sinks(truth));
+                clearances.clear();
                 pool.join(
                     || estimators.update_all(samples, estimates),
-                    || clearances(clearance, *need, samples, of_records),
+                    || clearances.extend(of_truths),
                 );
             }
         }
         time += start.elapsed();
         let none = vec![Vec::new(); estimators.count()];
         batch.completed = std::mem::replace(&mut estimators.completed, none);
-        batch.memory = if batch.ends_with_ground {
-            estimators.memory()
-        } else {
-            Vec::new()
+        batch.memory = match batch.ends_with_ground {
+            true => estimators.memory(),
+            false => Vec::new(),
         };
         if out.send(batch).is_err() {
             break;
         }
     }
     time
-}
-
-/// Clearances at the records among samples.
-fn clearances(
-    clearance: &mut TruthClearance,
-    need: ClearanceNeed,
-    samples: &[Sample],
-    to: &mut Vec<Option<Clearances>>,
-) {
-    let records = samples.iter().filter(|sample| sample.is_record);
-    let truths = records.filter_map(|sample| sample.truth.as_ref());
-    to.clear();
-    to.extend(truths.map(|truth| clearance.for_sinks(truth, need)));
 }
 
 /// Hands the records of a batch on. The points of the ground go with the last one.
@@ -215,23 +205,23 @@ fn records(
     let last = samples.iter().rposition(|sample| sample.is_record);
     keep(left, &mut batch.completed);
     let mut clearances = batch.clearances.iter();
-    let ground = EstimatedTerrain::copied(&batch.memory, left);
+    let ground = EstimatedTerrain {
+        memory: Memory::Copied(&batch.memory),
+        completed: left,
+    };
     let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);
+    let estimates = |k: usize| batch.estimates.get(k * count..(k + 1) * count);
     let frames: Vec<Frame<'_>> = recorded
         .map(|(k, sample)| Frame {
             time: sample.time,
             truth: sample.truth.as_ref(),
             clearances: clearances.next().copied().flatten(),
             sensors: &sample.sensors,
-            estimates: batch
-                .estimates
-                .get(k * count..(k + 1) * count)
-                .unwrap_or_default(),
+            estimates: estimates(k).unwrap_or_default(),
             commands: None,
-            ground: if last == Some(k) {
-                ground
-            } else {
-                EstimatedTerrain::default()
+            ground: match last == Some(k) {
+                true => ground,
+                false => EstimatedTerrain::default(),
             },
         })
         .collect();

@@ -71,7 +71,7 @@ impl Simulation {
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
         let plant = Plant::new(&scene.plant_setup())
             .map_err(|cause| RunError::Start(PlantFailure::from(cause)))?;
-        let samples = (scene.record_count() - 1) * scene.samples_per_record() + 1;
+        let samples = (scene.record.count() - 1) * scene.samples_per_record() + 1;
         Ok(Self::of(scene, Origin::Plant(Box::new(plant)), samples))
     }
 

@@ -1,16 +1,23 @@
-//! Rules that involve several keys.
+//! Rules that involve several keys; among them the stability limits of the steps of `rapier`, which the
+//! engine divides into [`MOST_PARTS`] parts at most.
 
-use crate::conflict::{Conflict, conflict, named, valued};
+use crate::conflict::{Conflict, Value, conflict, floor, named, valued};
 use crate::contact;
-use crate::control;
+use crate::drive;
 use crate::error::Problem;
-use crate::explicit_step;
 use crate::quantity::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_sim::EngineKind;
+use robhaz_sim::drive::FRICTION_SPEED;
+use robhaz_sim::friction::FrictionKind;
+use robhaz_sim::rapier::MOST_PARTS;
+use robhaz_sim::stability::{
+    largest_integral_gain, largest_slope, longest_step_for_contact, longest_step_for_friction,
+    longest_step_for_stiffness, rolling_is_stiffer,
+};
 
 /// Largest number of records of a run.
 const MOST_RECORDS: f64 = 1e8;
@@ -27,11 +34,17 @@ type Rules = (&'static [&'static str], fn(&Scene) -> Vec<Conflict>);
 const RULES: &[Rules] = &[
     (&["contact."], contact::conflicts),
     (&["record."], record),
-    (&["drive.", "sensors.", "robot."], control::conflicts),
+    (&["drive.", "sensors.", "robot."], drive::conflicts),
     (&["record.", "sensors."], sensors),
     (&["record.", "engine."], engine),
     (&["record.", "drive."], friction_test),
-    (&["contact.", "drive.", "engine.", "robot."], stability),
+    (
+        &["contact.", "drive.", "engine.", "robot."],
+        |scene| match scene.engine.kind {
+            EngineKind::Rapier => stability(scene),
+            EngineKind::Direct => Vec::new(),
+        },
+    ),
 ];
 
 /// Checks the rules whose keys have no problem of their own.
@@ -93,7 +106,7 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
     let fastest = FrictionTestPlan::fastest_rate(robot);
     if rate > fastest {
         let rate = valued("drive.friction_test.rate", rate);
-        let most = explicit_step::floor(fastest);
+        let most = floor(fastest);
         let rule = format!("at most {most} N m/s for the weight and the wheels of this robot");
         found.push(conflict([rate], rule));
     }
@@ -110,11 +123,8 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
 }
 
 fn sensors(scene: &Scene) -> Vec<Conflict> {
-    let (jitter, rate, record_rate) = (
-        scene.sensors.spec.jitter,
-        scene.sensors.rate,
-        scene.record.rate,
-    );
+    let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
+    let record_rate = scene.record.rate;
     let sensors_rate = || valued("sensors.rate", rate);
     let mut found = Vec::new();
     if !is_whole(rate / record_rate) {
@@ -124,12 +134,9 @@ fn sensors(scene: &Scene) -> Vec<Conflict> {
     }
     if jitter * rate > MOST_JITTER {
         let most = short(MOST_JITTER / rate);
-        let rule =
-            format!("sensors.jitter at most {most} s, {MOST_JITTER} of the time between samples");
-        found.push(conflict(
-            [valued("sensors.jitter", jitter), sensors_rate()],
-            rule,
-        ));
+        let most = format!("{most} s, {MOST_JITTER} of the time between samples");
+        let keys = [valued("sensors.jitter", jitter), sensors_rate()];
+        found.push(conflict(keys, format!("sensors.jitter at most {most}")));
     }
     found
 }
@@ -145,14 +152,6 @@ fn engine(scene: &Scene) -> Vec<Conflict> {
     ];
     let rule = format!("at most {} steps", short(MOST_STEPS));
     vec![conflict(keys, rule)]
-}
-
-/// The step of `rapier` against the stability limits of contact, friction and drive.
-fn stability(scene: &Scene) -> Vec<Conflict> {
-    match scene.engine.kind {
-        EngineKind::Rapier => explicit_step::conflicts(scene),
-        EngineKind::Direct => Vec::new(),
-    }
 }
 
 /// Whether a number is 1, 2, 3 ... apart from rounding.
@@ -171,6 +170,121 @@ fn report(reader: &mut Reader, root: &Node, found: &Conflict) {
     // No key is written: the cause is in the robot, so the report is for the whole file.
     let (key, origin) = blamed.unwrap_or((keys().next().unwrap_or(""), &root.origin));
     reader.push(Problem::at(origin, key, found.message()).whole());
+}
+
+impl Scene {
+    /// Why the forces of this scene are too stiff for the steps of `rapier`, whether it is the
+    /// engine of the scene or not; `None` if they are not.
+    pub fn too_stiff_for_rapier(&self) -> Option<String> {
+        stability(self).first().map(Conflict::message)
+    }
+}
+
+/// The limits of `rapier` that a scene exceeds: contact, friction, drive. Beyond them the forces
+/// oscillate without any other sign of the error.
+fn stability(scene: &Scene) -> Vec<Conflict> {
+    let (contact, robot) = (&scene.contact, &scene.robot.robot);
+    let limits = [
+        (
+            vec![valued("contact.damping", contact.damping)],
+            f64::from(MOST_PARTS) * longest_step_for_contact(contact, robot),
+            "39 times the wheel's mass over the damping",
+        ),
+        (
+            vec![valued("contact.stiffness", contact.stiffness)],
+            longest_step_for_stiffness(contact, robot),
+            "two over the natural frequency of the wheel on the contact",
+        ),
+        friction(scene),
+    ];
+    let exceeded = limits
+        .into_iter()
+        .filter(|limit| scene.engine.step > limit.1);
+    let mut found: Vec<_> = exceeded
+        .map(|(keys, longest, why)| {
+            let rule = format!("engine.step at most {} s, {why}", floor(longest));
+            beyond(scene, keys, rule)
+        })
+        .collect();
+    found.extend(of_drive(scene));
+    found
+}
+
+/// Keys whose values the step does not bear, and what is allowed beside the other engine.
+fn beyond(scene: &Scene, mut keys: Vec<Value>, rule: String) -> Conflict {
+    keys.push(valued("engine.step", scene.engine.step));
+    conflict(keys, rule + "; or engine.kind = \"direct\"")
+}
+
+/// The keys that make friction or rolling resistance stiff, the longest step (s), and the reason.
+fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
+    let (law, rolling, robot) = (&scene.friction, &scene.rolling, &scene.robot.robot);
+    let (v_s, kind) = (
+        valued("contact.v_s", law.v_s),
+        named("contact.friction", law.kind.name()),
+    );
+    let slip_stiffness = valued("contact.slip_stiffness", law.slip_stiffness);
+    // The engine cuts its steps where the friction needs it. With the law for implicit engines all
+    // steps would need it.
+    let (parts, keys) = match law.kind {
+        FrictionKind::Adams => (f64::from(MOST_PARTS), vec![v_s]),
+        FrictionKind::Brush => (f64::from(MOST_PARTS), vec![kind, slip_stiffness]),
+        FrictionKind::Rigid => (1.0, vec![kind, v_s]),
+    };
+    let load = 2.0 * robot.mean_wheel_load();
+    let longest = parts * longest_step_for_friction(law, rolling, robot, load);
+    if rolling_is_stiffer(law, rolling, robot) {
+        let key = valued("contact.rolling_resistance", rolling.coefficient);
+        let why = "the moment's slope at standstill against wheel and rotor";
+        return (vec![key], longest, why);
+    }
+    let why = "the friction's slope at zero slip against wheel and robot";
+    (keys, longest, why)
+}
+
+/// The step against the slope of the torque over the wheel speed, and against the integral gain.
+fn of_drive(scene: &Scene) -> Vec<Conflict> {
+    let (drive, mass) = (&scene.drive, &scene.robot.robot.mass);
+    let part = scene.engine.step / f64::from(MOST_PARTS);
+    let Some(greatest) = largest_slope(&scene.robot.robot, part) else {
+        let keys = [
+            valued("robot.mass.wheel_inertia", mass.wheel_inertia),
+            valued("robot.mass.rotor_inertia", mass.rotor_inertia),
+        ];
+        let rule = "inertias of wheels and rotors small against those of the links; or engine.kind = \"direct\"";
+        return vec![conflict(keys, rule)];
+    };
+    let mut found = Vec::new();
+    let slope = drive.slope();
+    if slope > greatest {
+        let slopes = [
+            ("drive.gear_friction", drive.gear_friction, FRICTION_SPEED),
+            ("drive.viscous_damping", drive.viscous_damping, 1.0),
+            ("drive.kp", drive.kp, 1.0),
+        ];
+        let of = |(_, value, unit): &(_, f64, f64)| value / unit;
+        let most = slopes.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
+        let most = most.unwrap_or(&slopes[0]);
+        let left = greatest - (slope - of(most));
+        let instead = match left > 0.0 {
+            true => format!(" or {} at most {}", most.0, floor(left * most.2)),
+            false => String::new(),
+        };
+        let longest = floor(scene.engine.step * greatest / slope);
+        let rule = format!(
+            "engine.step at most {longest} s{instead}, the drive's slope against wheel, rotor and links"
+        );
+        found.push(beyond(scene, vec![valued(most.0, most.1)], rule));
+    }
+    let most = largest_integral_gain(drive, part);
+    if drive.ki > most {
+        let rule = format!(
+            "drive.ki at most {}, what drive.kp and the losses damp at this step",
+            floor(most)
+        );
+        found.push(beyond(scene, vec![valued("drive.ki", drive.ki)], rule));
+    }
+    found
 }
 
 #[cfg(test)]

@@ -62,10 +62,8 @@ pub(crate) fn chosen_law(root: &Node) -> FrictionLaw {
 
 /// Removes the file's values of keys that belong to its own law, where an override chooses the law.
 pub(crate) fn drop_keys_of_other_laws(root: &mut Node) {
-    let law = root.find("contact.friction");
-    if law.is_some_and(|l| l.origin.is_override()) {
-        root.drop_keys("contact", |key| ["v_s", "slip_stiffness"].contains(&key));
-    }
+    let is_of_law = |key: &str| ["v_s", "slip_stiffness"].contains(&key);
+    root.drop_keys("contact.friction", "contact", is_of_law);
 }
 
 /// The rules of the friction law that a scene breaks.

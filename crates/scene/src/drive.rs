@@ -1,6 +1,9 @@
-//! `[drive]`: eq. (2), motors, their speed control and its friction tests.
+//! `[drive]`: eq. (2), motors, their speed control and its friction tests; the estimator that the
+//! control gets, and what does not go with it.
 
-use crate::form::{Plain, word};
+use crate::conflict::{Conflict, conflict, floor, named, valued};
+use crate::estimators;
+use crate::form::{Plain, did_you_mean, quote, quoted, word};
 use crate::key::{List, Table, keys, section};
 use crate::quantity::{
     LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
@@ -9,7 +12,7 @@ use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
 use crate::values::{NAME, SWITCH, WHEEL_LIST, WHEEL_SET};
-use crate::write::quote;
+use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_sim::scaling::SpeedScaling;
 
@@ -54,9 +57,8 @@ keys! {
     /// what kind friction-test does
     friction_test ("each wheel in turn"): Table {
         words: "a table {wheels, start, rate, both_ways}",
-        is_hidden: |plan| *plan == FrictionTestPlan::default(),
         ..section(FRICTION_TEST)
-    } => control.friction_test;
+    } => control.friction_test if |s| s.control.friction_test != FrictionTestPlan::default();
 
     /// times in which single wheels have another set speed; those of one wheel must not overlap
     scaling ("none"): List {
@@ -66,11 +68,15 @@ keys! {
         // Each evaluation of the drive looks them up.
         most: 100,
         start: || SpeedScaling { wheels: [false; 3], from: 0.0, to: 0.0, factor: 1.0 },
-        check: check_scaling,
+        check: |reader, node, path, scaling, others| {
+            if let Err((key, rule)) = checked(scaling, others) {
+                reader.refuse_key(node, path, key, &rule);
+            }
+        },
     } => drive.scalings;
 }
 
-/// Which one it is, or the default, is known when the estimators are: see [`crate::control`].
+/// Which one it is, or the default, is known when the estimators are: see [`choose_estimator`].
 const LABEL: Plain<Option<String>> = Plain {
     words: "the label of one of the scene's estimators",
     schema: NAME.schema,
@@ -111,28 +117,108 @@ keys! {
     factor (required): number(NONE, at_least(-100.0).at_most(100.0)) => factor;
 }
 
-fn check_scaling(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    scaling: &mut SpeedScaling,
-    others: &[SpeedScaling],
-) {
-    let mut refuse = |key: &str, rule: &str| reader.refuse_key(node, path, key, rule);
-    if scaling.to <= scaling.from {
-        return refuse("to", &format!("above from, {} s", scaling.from));
+/// The key at fault and what is allowed.
+fn checked(scaling: &SpeedScaling, others: &[SpeedScaling]) -> Result<(), (&'static str, String)> {
+    let SpeedScaling { from, to, .. } = scaling;
+    if to <= from {
+        return Err(("to", format!("above from, {from} s")));
     }
     for (i, other) in others.iter().enumerate() {
         let shared = (0..3).find(|wheel| scaling.wheels[*wheel] && other.wheels[*wheel]);
-        let overlap = scaling.from < other.to && other.from < scaling.to;
-        if let (Some(wheel), true) = (shared, overlap) {
+        if let Some(wheel) = shared.filter(|_| *from < other.to && other.from < *to) {
+            let (from, to, wheel) = (other.from, other.to, wheel + 1);
             let rule = format!(
-                "a time outside of that of drive.scaling[{i}], {} to {} s, which has wheel {} too",
-                other.from,
-                other.to,
-                wheel + 1
+                "a time outside of that of drive.scaling[{i}], {from} to {to} s, which has wheel {wheel} too"
             );
-            return refuse("from", &rule);
+            return Err(("from", rule));
         }
     }
+    Ok(())
+}
+
+/// The estimators that a control gets if none is named, the first one that the scene has.
+const DEFAULTS: [&str; 2] = [
+    estimators::WITHOUT_ANGLES,
+    estimators::PRESETS[estimators::BEST],
+];
+
+/// Checks the estimator of the control, or chooses the default one. A control without readings
+/// needs none.
+pub(crate) fn choose_estimator(reader: &mut Reader, root: &Node, scene: &mut Scene) {
+    const PATH: &str = "drive.estimator";
+    if !reader.is_clean(&[estimators::PATH]) {
+        return;
+    }
+    let labels: Vec<&str> = scene.estimators.iter().map(|e| e.name.as_str()).collect();
+    if let Some(node) = root.find(PATH) {
+        let label = node.as_text().unwrap_or_default();
+        if !labels.contains(&label) {
+            let allowed = listed(&labels) + &did_you_mean(label, &labels);
+            reader.refuse(node, PATH, &allowed);
+        }
+    } else if scene.control.kind.is_closed_loop() {
+        let default = DEFAULTS.iter().find(|label| labels.contains(label));
+        if default.is_none() {
+            let kind = root.find("drive.kind").unwrap_or(root);
+            let allowed = format!(
+                "\"{}\" without one of the estimators {}; or {PATH}: {}",
+                ControlKind::Speed.name(),
+                listed(&DEFAULTS),
+                listed(&labels)
+            );
+            reader.refuse(kind, "drive.kind", &allowed);
+        }
+        scene.control.estimator = default.map(|label| (*label).to_owned());
+    }
+}
+
+/// The rate of friction tests that a robot of this size bears, where none is stated.
+pub(crate) fn choose_rate(root: &Node, scene: &mut Scene) {
+    let control = &mut scene.control;
+    if control.kind == ControlKind::FrictionTest && root.find("drive.friction_test.rate").is_none()
+    {
+        control.friction_test.rate = FrictionTestPlan::usual_rate(&scene.robot.robot);
+    }
+}
+
+/// What does not go with one speed control, which has one set speed, and gains that the rate of its
+/// samples limits.
+pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
+    if scene.control.kind != ControlKind::Shared {
+        return Vec::new();
+    }
+    let (drive, rate) = (&scene.drive, scene.sensors.rate);
+    let kind = || named("drive.kind", scene.control.kind.name());
+    let mut found = Vec::new();
+    if !drive.scalings.is_empty() {
+        let count = ("drive.scaling", drive.scalings.len().to_string());
+        let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
+        found.push(conflict([count, kind()], rule));
+    }
+    let most_kp = largest_proportional_gain(&scene.robot.robot, rate);
+    let most_ki = largest_integral_ratio(rate) * drive.kp;
+    let inertia = "what the inertia of a wheel in the air bears at this rate";
+    let gains = [
+        ("drive.kp", drive.kp, most_kp, inertia),
+        (
+            "drive.ki",
+            drive.ki,
+            most_ki,
+            "what drive.kp damps at this rate",
+        ),
+    ];
+    for (key, gain, most, why) in gains.into_iter().filter(|(_, gain, most, _)| gain > most) {
+        let keys = [valued(key, gain), valued("sensors.rate", rate), kind()];
+        let rule = format!("{key} at most {}, {why}", floor(most));
+        found.push(conflict(keys, rule));
+    }
+    found
+}
+
+/// The labels in words.
+fn listed(labels: &[&str]) -> String {
+    if labels.is_empty() {
+        return "one of the scene's estimators, which has none".to_owned();
+    }
+    quoted(labels)
 }

@@ -7,11 +7,15 @@ use std::fmt;
 /// One problem. Its `Display` is one complete line, with control characters escaped.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    file: String,
-    line: Option<usize>,
-    key: String,
-    message: String,
-    origin: Option<Origin>,
+    /// The file as the user named it, or `--set key=value` for an override.
+    pub file: String,
+    /// The line in the file, from 1; `None` for an override and for a file that cannot be read.
+    pub line: Option<usize>,
+    /// The full dotted key; empty where there is none.
+    pub key: String,
+    /// What was found and what is allowed.
+    pub message: String,
+    pub(crate) origin: Option<Origin>,
     /// Whether it is about several keys or a missing key.
     pub(crate) whole: bool,
 }
@@ -23,7 +27,7 @@ impl Problem {
             line: (!source.is_override).then(|| origin.line()),
             key: harmless(key),
             origin: Some(origin.clone()),
-            ..Self::unread(&source.name, message)
+            ..Self::unread(source.text.name(), message)
         }
     }
 
@@ -40,49 +44,22 @@ impl Problem {
     }
 
     /// The same problem at another place.
-    pub(crate) fn moved_to(&self, origin: &Origin) -> Self {
-        Self {
-            whole: self.whole,
-            ..Self::at(origin, &self.key, self.message.clone())
-        }
+    pub(crate) fn moved_to(self, origin: &Origin) -> Self {
+        let mut moved = Self::at(origin, &self.key, self.message);
+        moved.whole = self.whole;
+        moved
     }
 
-    pub(crate) fn whole(self) -> Self {
-        Self {
-            whole: true,
-            ..self
-        }
-    }
-
-    pub(crate) fn origin(&self) -> Option<&Origin> {
-        self.origin.as_ref()
-    }
-
-    /// The file as the user named it, or `--set key=value` for an override.
-    pub fn file(&self) -> &str {
-        &self.file
-    }
-
-    /// The line in the file, from 1; `None` for an override and for a file that cannot be read.
-    pub fn line(&self) -> Option<usize> {
-        self.line
-    }
-
-    /// The full dotted key; empty where there is none.
-    pub fn key(&self) -> &str {
-        &self.key
-    }
-
-    /// What was found and what is allowed.
-    pub fn message(&self) -> &str {
-        &self.message
+    pub(crate) fn whole(mut self) -> Self {
+        self.whole = true;
+        self
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.file)?;
-        if let Some(line) = self.line() {
+        if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
         f.write_str(": ")?;
@@ -97,7 +74,7 @@ impl std::error::Error for Problem {}
 
 impl Diagnostic for Problem {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(&*self.origin.as_ref()?.source)
+        Some(&self.origin.as_ref()?.source.text)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
@@ -109,47 +86,41 @@ impl Diagnostic for Problem {
 
 /// The problems of a scene: at least one, at most 20.
 ///
-/// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those
+/// `Display` gives the first problem and the number of others; [`SceneError::problems`] are those
 /// that are shown. As a [`Diagnostic`] it shows the place of the first problem, and the others as
 /// related diagnostics.
 #[derive(Debug)]
 pub struct SceneError {
-    /// Those that are shown: at least one.
-    shown: Vec<Problem>,
+    /// The problems that are shown: file by file in the order of their lines, those of overrides
+    /// last. Of more than 20, the first 20 and a last one with the number of the others.
+    pub problems: Vec<Problem>,
     /// Number of all problems.
-    count: usize,
+    pub count: usize,
 }
 
 impl SceneError {
-    /// `count` is the number of all problems, including those that are not `shown`.
-    pub(crate) fn new(shown: Vec<Problem>, count: usize) -> Self {
-        Self { shown, count }
-    }
-
     pub(crate) fn unread(file: &str, message: String) -> Self {
-        Self::new(vec![Problem::unread(file, message)], 1)
-    }
-
-    /// Number of all problems.
-    pub fn count(&self) -> usize {
-        self.count
+        Problem::unread(file, message).into()
     }
 
     /// Whether every problem is about several keys, each of which is allowed alone.
     pub fn is_conflict(&self) -> bool {
-        self.problems().all(|problem| problem.whole)
+        self.problems.iter().all(|problem| problem.whole)
     }
+}
 
-    /// The problems that are shown: file by file in the order of their lines, those of overrides
-    /// last. Of more than 20, the first 20 and a last one with the number of the others.
-    pub fn problems(&self) -> impl Iterator<Item = &Problem> {
-        self.shown.iter()
+impl From<Problem> for SceneError {
+    fn from(problem: Problem) -> Self {
+        Self {
+            problems: vec![problem],
+            count: 1,
+        }
     }
 }
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.shown.first().map_or(Ok(()), |first| first.fmt(f))?;
+        self.problems.first().map_or(Ok(()), |first| first.fmt(f))?;
         match self.count {
             0 | 1 => Ok(()),
             2 => f.write_str(" (and 1 more problem)"),
@@ -162,15 +133,15 @@ impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.shown.first()?.source_code()
+        self.problems.first()?.source_code()
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        self.shown.first()?.labels()
+        self.problems.first()?.labels()
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        let rest = self.shown.get(1..).filter(|rest| !rest.is_empty())?;
+        let rest = self.problems.get(1..).filter(|rest| !rest.is_empty())?;
         Some(Box::new(rest.iter().map(|p| p as &dyn Diagnostic)))
     }
 }

@@ -1,13 +1,11 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{Form, KeyReference, word};
-use crate::json::items;
+use crate::form::{About, Form, KeyReference, Out, items, word};
 use crate::key::{self, Key, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::values::{NAME, SWITCH};
-use crate::write::Out;
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,
 };
@@ -99,8 +97,9 @@ keys! {
     viscous_damping ("that of the drive"): number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => settings.viscous_damping;
 
     /// place of the linkage's mass
-    masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], masses_name)
-        => settings.masses;
+    masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], |masses| {
+        ["body", "wheels", "true"][masses as usize]
+    }) => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
     filters: word(&[Filters::Paper, Filters::Kalman], |f| ["paper", "kalman"][f as usize])
@@ -111,8 +110,9 @@ keys! {
 
     /// whether the estimator reads the contact angles, as the paper does, or finds them itself;
     /// none needs rolling = "on"
-    contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], angles_name)
-        => kalman.contact_angles;
+    contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], |angles| {
+        ["given", "none"][angles as usize]
+    }) => kalman.contact_angles;
 
     /// inertial loads in addition to gravity; needs filters = "kalman"
     inertia: SWITCH => kalman.inertia;
@@ -128,14 +128,6 @@ keys! {
 
     /// the rolling constraints correct torques and contact angles; needs filters = "kalman"
     rolling: SWITCH => kalman.rolling;
-}
-
-fn masses_name(masses: Masses) -> &'static str {
-    ["body", "wheels", "true"][masses as usize]
-}
-
-fn angles_name(angles: ContactAngles) -> &'static str {
-    ["given", "none"][angles as usize]
 }
 
 /// Index of the preset `best`.
@@ -172,22 +164,16 @@ pub(crate) fn defaults() -> Vec<EstimatorChoice> {
 
 /// That list as a node, which overrides can change.
 pub(crate) fn default_node(origin: &Origin) -> Node {
-    let entry = |key: &str, word: &str| Entry {
-        key: key.to_owned(),
-        origin: origin.clone(),
-        node: Node::text(origin, word),
+    let entry = |(key, word): &(&str, &str)| Entry::new(key, origin, Node::text(origin, word));
+    let table = |words: &[_]| {
+        let entries = words.iter().map(entry).collect();
+        Node::new(origin, Value::Table(entries))
     };
-    let preset = |name: &&str| Node::table(origin, vec![entry("name", name)]);
-    let without_angles = vec![
-        entry("name", PRESETS[BEST]),
-        entry("label", WITHOUT_ANGLES),
-        entry("contact_angles", "none"),
-    ];
-    let without_angles = Node::table(origin, without_angles);
-    Node {
-        origin: origin.clone(),
-        value: Value::Array(PRESETS.iter().map(preset).chain([without_angles]).collect()),
-    }
+    let preset = |name: &&'static str| table(&[("name", name)]);
+    let (best, label) = (("name", PRESETS[BEST]), ("label", WITHOUT_ANGLES));
+    let without_angles = table(&[best, label, ("contact_angles", "none")]);
+    let list = PRESETS.iter().map(preset).chain([without_angles]);
+    Node::new(origin, Value::Array(list.collect()))
 }
 
 /// The list of estimators; an empty one means no estimator. Defaults are those of the preset.
@@ -219,8 +205,8 @@ impl Form for Estimators {
         value.is_empty().then(|| "[]".to_owned())
     }
 
-    fn allowed(&self) -> String {
-        "an array of tables, each headed [[estimator]]".to_owned()
+    fn about(&self) -> About {
+        About::new("an array of tables, each headed [[estimator]]")
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {

@@ -1,16 +1,11 @@
 //! Forms: what the value of a key may be. Each reads, writes and describes values of one type.
 
-use crate::json::items;
-use crate::reader::{Reader, refusal};
+use crate::reader::{Reader, nearest, refusal};
 use crate::source::{Node, Value};
-use crate::suggest::nearest;
-use crate::write::{Out, quote};
-use robhaz_model::Vec2;
-use serde_json::{Value as Json, json};
-use std::marker::PhantomData;
+use serde_json::{Map, Value as Json, json};
 
 /// A key of scene files.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct KeyReference {
     /// Full dotted key; `[]` stands for an index.
     pub key: String,
@@ -26,6 +21,28 @@ pub struct KeyReference {
     pub meaning: &'static str,
 }
 
+/// What a form allows.
+pub(crate) struct About {
+    /// Allowed values in messages.
+    pub allowed: String,
+    /// The same in tables of keys, which have a column for units.
+    pub values: String,
+    /// The units that the value may have, SI first.
+    pub units: &'static [&'static str],
+}
+
+impl About {
+    /// Values without a unit, in words.
+    pub fn new(allowed: impl Into<String>) -> Self {
+        let (allowed, units) = (allowed.into(), &[]);
+        Self {
+            values: allowed.clone(),
+            allowed,
+            units,
+        }
+    }
+}
+
 /// What a value may be.
 pub(crate) trait Form: Sync {
     /// The type of the value, or of what holds it.
@@ -37,19 +54,14 @@ pub(crate) trait Form: Sync {
     /// JSON Schema, with the defaults of keys below that `defaults` holds.
     fn schema(&self, defaults: Option<&mut Self::Value>) -> Json;
 
+    /// What is allowed.
+    fn about(&self) -> About {
+        About::new("a table")
+    }
+
     /// Allowed values in messages.
     fn allowed(&self) -> String {
-        "a table".to_owned()
-    }
-
-    /// Allowed values in tables of keys, which have a column for units.
-    fn allowed_values(&self) -> String {
-        self.allowed()
-    }
-
-    /// The units that the value may have, SI first.
-    fn units(&self) -> &'static [&'static str] {
-        &[]
+        self.about().allowed
     }
 
     /// The value in TOML; `None` where no line is written for it.
@@ -95,8 +107,8 @@ impl<V> Form for Plain<V> {
         (self.schema)()
     }
 
-    fn allowed(&self) -> String {
-        self.words.to_owned()
+    fn about(&self) -> About {
+        About::new(self.words)
     }
 
     fn text(&self, value: &mut V) -> Option<String> {
@@ -150,8 +162,8 @@ impl<E: Copy + Sync> Form for Word<E> {
         }
     }
 
-    fn allowed(&self) -> String {
-        quoted(&self.words())
+    fn about(&self) -> About {
+        About::new(quoted(&self.words()))
     }
 
     fn text(&self, value: &mut E) -> Option<String> {
@@ -183,8 +195,8 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
         self.0.text(value.as_mut()?)
     }
 
-    fn allowed(&self) -> String {
-        self.0.allowed()
+    fn about(&self) -> About {
+        self.0.about()
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
@@ -192,86 +204,66 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
     }
 }
 
-/// An array of a fixed number of values.
-pub(crate) struct Array<F, V> {
-    item: F,
+/// An array of values.
+pub(crate) struct Array<F: Form, V> {
+    pub item: F,
     /// In words, with `{}` for an item.
-    words: &'static str,
-    values: PhantomData<V>,
+    pub words: &'static str,
+    /// Least and largest number of items in a file.
+    pub count: [usize; 2],
+    pub items: fn(&mut V) -> &mut [F::Value],
+    /// How many of the items are written.
+    pub written: fn(&V) -> usize,
 }
 
 /// An array of a fixed number of values; `words` have `{}` for an item.
-pub(crate) const fn array<F, V>(words: &'static str, item: F) -> Array<F, V> {
+pub(crate) const fn array<F: Form, const N: usize>(
+    words: &'static str,
+    item: F,
+) -> Array<F, [F::Value; N]> {
     Array {
         item,
         words,
-        values: PhantomData,
+        count: [N; 2],
+        items: |values| values,
+        written: |_| N,
     }
 }
 
-/// Values in a row.
-pub(crate) trait Items<T>: Sync {
-    const COUNT: usize;
-
-    fn items(&mut self) -> &mut [T];
-}
-
-impl<T: Sync, const N: usize> Items<T> for [T; N] {
-    const COUNT: usize = N;
-
-    fn items(&mut self) -> &mut [T] {
-        self
-    }
-}
-
-impl Items<f64> for Vec2 {
-    const COUNT: usize = 2;
-
-    fn items(&mut self) -> &mut [f64] {
-        self.as_mut_slice()
-    }
-}
-
-impl<F: Form, V: Items<F::Value>> Form for Array<F, V> {
+impl<F: Form, V> Form for Array<F, V> {
     type Value = V;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut V) {
-        let items = reader.items(node, path, V::COUNT..=V::COUNT, || self.allowed());
-        for ((item, path), into) in items.into_iter().zip(into.items()) {
+        let [least, most] = self.count;
+        let items = reader.items(node, path, least..=most, || self.allowed());
+        for ((item, path), into) in items.into_iter().zip((self.items)(into)) {
             self.item.read(reader, item, &path, into);
         }
     }
 
     fn schema(&self, _defaults: Option<&mut V>) -> Json {
-        items(self.item.schema(None), V::COUNT, V::COUNT)
+        items(self.item.schema(None), self.count[0], self.count[1])
     }
 
-    fn allowed(&self) -> String {
-        self.in_words(&self.item.allowed())
-    }
-
-    fn allowed_values(&self) -> String {
-        self.in_words(&self.item.allowed_values())
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.item.units()
+    fn about(&self) -> About {
+        let item = self.item.about();
+        let in_words = |item: &str| {
+            // Of a point, its coordinates are described.
+            let number = item.trim_start_matches("[x, y], each ");
+            self.words.replace("{}", number)
+        };
+        About {
+            allowed: in_words(&item.allowed),
+            values: in_words(&item.values),
+            ..item
+        }
     }
 
     fn text(&self, value: &mut V) -> Option<String> {
-        let items = value.items().iter_mut().map(|v| self.item.text(v));
-        Some(format!(
-            "[{}]",
-            items.collect::<Option<Vec<_>>>()?.join(", ")
-        ))
-    }
-}
-
-impl<F, V> Array<F, V> {
-    /// Of a point, its coordinates are described.
-    fn in_words(&self, item: &str) -> String {
-        let number = item.strip_prefix("[x, y], each ").unwrap_or(item);
-        self.words.replace("{}", number)
+        let count = (self.written)(value);
+        let items = (self.items)(value).iter_mut().take(count);
+        let texts: Vec<String> = items.filter_map(|v| self.item.text(v)).collect();
+        (!texts.is_empty()).then(|| format!("[{}]", texts.join(", ")))
     }
 }
 
@@ -325,4 +317,57 @@ pub(crate) fn did_you_mean(found: &str, words: &[&str]) -> String {
 pub(crate) fn quoted(words: &[&str]) -> String {
     let words: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
     words.join(", ")
+}
+
+/// JSON Schema of a table with these properties and no others.
+pub(crate) fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
+    let mut object = json!({
+        "type": "object",
+        "additionalProperties": false,
+        "properties": properties,
+    });
+    if !required.is_empty() {
+        object["required"] = json!(required);
+    }
+    object
+}
+
+/// JSON Schema of a list of at least `least` and at most `most` items.
+pub(crate) fn items(item: Json, least: usize, most: usize) -> Json {
+    json!({"type": "array", "items": item, "minItems": least, "maxItems": most})
+}
+
+/// A TOML file being written: every choice with its unit, from the declarations of the keys.
+#[derive(Default)]
+pub(crate) struct Out(pub String);
+
+impl Out {
+    /// A line.
+    pub fn line(&mut self, line: &str) {
+        self.0.push_str(line);
+        self.0.push('\n');
+    }
+
+    /// The heading of a table.
+    pub fn head(&mut self, head: &str, comment: &str) {
+        self.line("");
+        self.line(&with_comment(head, comment));
+    }
+
+    /// A key with its value.
+    pub fn key(&mut self, name: &str, value: &str, comment: &str) {
+        self.line(&with_comment(&format!("{name} = {value}"), comment));
+    }
+}
+
+fn with_comment(text: &str, comment: &str) -> String {
+    match comment {
+        "" => text.to_owned(),
+        _ => format!("{text} # {comment}"),
+    }
+}
+
+/// A text in quotes, as TOML writes it.
+pub(crate) fn quote(value: &str) -> String {
+    toml::Value::String(value.to_owned()).to_string()
 }

@@ -6,12 +6,10 @@
 //! holds the field.
 
 use crate::error::Problem;
-use crate::form::{Form, KeyReference};
-use crate::json::{items, object};
+use crate::form::{About, Form, KeyReference, Out, items, object, quote};
 use crate::quantity::short;
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
-use crate::write::{Out, quote};
 use serde_json::{Map, Value as Json, json};
 
 /// A key of a table that sets a field of `T`.
@@ -40,50 +38,52 @@ pub(crate) enum Absent {
 
 /// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the
 /// default in words where the field does not hold it, the form of the value, and the field: its
-/// path in the table's type, `self` for a section of it, or a closure in brackets.
+/// path in the table's type, `self` for a section of it, or a closure in brackets. A key that is not
+/// always written has a condition.
 macro_rules! keys {
+    (@absent) => {
+        crate::key::Absent::Default
+    };
+    (@absent required) => {
+        crate::key::Absent::Required
+    };
+    (@absent $words:literal) => {
+        crate::key::Absent::Words($words)
+    };
+    (@at self) => {
+        |it| it
+    };
+    (@at ($at:expr)) => {
+        $at
+    };
+    (@at $($field:tt).+) => {
+        |it| &mut it.$($field).+
+    };
     ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
         $(#[doc = $meaning:literal])+
-        $name:ident $(($($absent:tt)+))?: $form:expr => $($at:tt).+;
+        $name:ident $(($($absent:tt)+))?: $form:expr => $($at:tt).+ $(if $is_written:expr)?;
     )+) => {
         $(#[doc = $about])*
         $vis const $table: &[crate::key::Key<$t>] = &[$(crate::key::Key {
             name: stringify!($name),
             meaning: concat!($($meaning),+).trim_ascii(),
-            absent: crate::key::absent!($($($absent)+)?),
-            field: &crate::key::At::<$t, _> { at: crate::key::at!($($at).+), form: $form },
+            absent: crate::key::keys!(@absent $($($absent)+)?),
+            field: &crate::key::At::<$t, _> {
+                at: crate::key::keys!(@at $($at).+),
+                form: $form,
+                // The condition, if there is one, comes before that which always holds.
+                is_written: [$($is_written as fn(&$t) -> bool,)? |_: &$t| true][0],
+            },
         }),+];
     };
 }
-macro_rules! absent {
-    () => {
-        crate::key::Absent::Default
-    };
-    (required) => {
-        crate::key::Absent::Required
-    };
-    ($words:literal) => {
-        crate::key::Absent::Words($words)
-    };
-}
-macro_rules! at {
-    (self) => {
-        |it| it
-    };
-    (($at:expr)) => {
-        $at
-    };
-    ($($field:tt).+) => {
-        |it| &mut it.$($field).+
-    };
-}
-
-pub(crate) use {absent, at, keys};
+pub(crate) use keys;
 
 /// A form of values at a field of `T`.
 pub(crate) struct At<T: 'static, F: Form> {
     pub at: fn(&mut T) -> &mut F::Value,
     pub form: F,
+    pub is_written: fn(&T) -> bool,
 }
 
 impl<T, F: Form> Form for At<T, F> {
@@ -97,20 +97,12 @@ impl<T, F: Form> Form for At<T, F> {
         self.form.schema(of.map(self.at))
     }
 
-    fn allowed(&self) -> String {
-        self.form.allowed()
-    }
-
-    fn allowed_values(&self) -> String {
-        self.form.allowed_values()
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.form.units()
+    fn about(&self) -> About {
+        self.form.about()
     }
 
     fn text(&self, of: &mut T) -> Option<String> {
-        self.form.text((self.at)(of))
+        (self.is_written)(of).then(|| self.form.text((self.at)(of)))?
     }
 
     fn is_section(&self) -> bool {
@@ -118,7 +110,9 @@ impl<T, F: Form> Form for At<T, F> {
     }
 
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T) {
-        self.form.tables(out, path, meaning, (self.at)(of));
+        if (self.is_written)(of) {
+            self.form.tables(out, path, meaning, (self.at)(of));
+        }
     }
 
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, of: &mut T) {
@@ -193,7 +187,7 @@ impl Out {
             let Some(value) = key.field.text(of) else {
                 continue;
             };
-            match key.field.units().first() {
+            match key.field.about().units.first() {
                 None => self.key(key.name, &value, key.meaning),
                 Some(unit) => self.key(key.name, &value, &format!("{unit}; {}", key.meaning)),
             }
@@ -227,7 +221,7 @@ pub(crate) fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str,
 
 /// The row of one key.
 pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
-    let units = key.field.units();
+    let About { values, units, .. } = key.field.about();
     KeyReference {
         key: join(path, key.name),
         unit: units.first().copied().unwrap_or_default(),
@@ -237,7 +231,7 @@ pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
             Absent::Words(words) => words.to_owned(),
             Absent::Default => shown(&key.field.text(of).unwrap_or_default()),
         },
-        allowed: key.field.allowed_values(),
+        allowed: values,
         meaning: key.meaning,
     }
 }
@@ -268,7 +262,7 @@ pub(crate) fn properties<'k, T: 'static>(
     let property = |key: &Key<T>| {
         let mut schema = key.field.schema(of.as_deref_mut());
         let mut meaning = key.meaning.to_owned();
-        if let Some(unit) = key.field.units().first() {
+        if let Some(unit) = key.field.about().units.first() {
             meaning += &format!(". Unit: {unit}");
         }
         if let Absent::Words(default) = key.absent {
@@ -291,8 +285,6 @@ pub(crate) struct Table<T: 'static> {
     pub keys: &'static [Key<T>],
     /// In words; empty for a section, of which tables of keys list the keys alone.
     pub words: &'static str,
-    /// Whether it is not written.
-    pub is_hidden: fn(&T) -> bool,
     /// Checks a table whose keys have no problem.
     pub check: fn(&mut Reader, &Node, &T),
 }
@@ -302,7 +294,6 @@ pub(crate) const fn section<T>(keys: &'static [Key<T>]) -> Table<T> {
     Table {
         keys,
         words: "",
-        is_hidden: |_| false,
         check: |_, _, _| {},
     }
 }
@@ -318,11 +309,12 @@ impl<T> Form for Table<T> {
         }
     }
 
-    fn allowed(&self) -> String {
-        match self.words {
-            "" => "a table".to_owned(),
-            words => words.to_owned(),
-        }
+    fn about(&self) -> About {
+        About::new(if self.is_section() {
+            "a table"
+        } else {
+            self.words
+        })
     }
 
     fn schema(&self, defaults: Option<&mut T>) -> Json {
@@ -334,10 +326,8 @@ impl<T> Form for Table<T> {
     }
 
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut T) {
-        if !(self.is_hidden)(value) {
-            out.head(&format!("[{path}]"), meaning);
-            out.table(self.keys, value, path);
-        }
+        out.head(&format!("[{path}]"), meaning);
+        out.table(self.keys, value, path);
     }
 
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, value: &mut T) {
@@ -373,8 +363,8 @@ impl<T> Form for List<T> {
         }
     }
 
-    fn allowed(&self) -> String {
-        self.words.to_owned()
+    fn about(&self) -> About {
+        About::new(self.words)
     }
 
     fn schema(&self, _defaults: Option<&mut Vec<T>>) -> Json {

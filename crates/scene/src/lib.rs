@@ -9,25 +9,22 @@
 //! |---|---|
 //! | `source` | a file or an override as a tree of values with their places |
 //! | `key` | keys: name, meaning, form, field; each declared once; tables of keys |
-//! | `form`, `values`, `quantity` | what a value may be: read, written, described; single values; numbers with unit and range |
+//! | `form`, `values`, `quantity` | what a value may be: read, written into files, described; single values; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
-//! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
-//! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
+//! | `robot`, `terrain`, `contact`, `drive`, `estimators` | its sections |
+//! | `overrides`, `checks`, `conflict` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `schema`, `json` | files, tables of keys and JSON Schema from the declarations |
-//! | `reader`, `error`, `suggest` | problems and their messages |
+//! | `schema` | JSON Schema from the declarations |
+//! | `reader`, `error` | problems and their messages |
 
 mod checks;
 mod conflict;
 mod contact;
-mod control;
 mod drive;
 mod error;
 mod estimators;
-mod explicit_step;
 mod form;
-mod json;
 mod key;
 mod load;
 mod log;
@@ -38,13 +35,10 @@ mod reader;
 mod robot;
 mod scene;
 mod schema;
-mod sensors;
 mod source;
 mod study;
-mod suggest;
 mod terrain;
 mod values;
-mod write;
 
 pub use error::{Problem, SceneError, harmless};
 pub use estimators::EstimatorChoice;

@@ -1,18 +1,22 @@
-//! The keys of a scene file; from a file to a [`Scene`], and back.
+//! The keys of a scene file, those of `[sensors]`, `[model_error]`, `[engine]` and `[record]` among
+//! them; from a file to a [`Scene`], and back.
 
 use crate::error::SceneError;
 use crate::estimators::Estimators;
-use crate::form::{KeyReference, word};
+use crate::form::{KeyReference, Out, word};
 use crate::key::{self, keys, section};
-use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
+use crate::quantity::{
+    ANGLE, ANGULAR_RATE, FORCE, FREQUENCY, LENGTH, LONGEST_RUN, NONE, RATE_WALK, TIME, TORQUE,
+    above, at_least, number,
+};
 use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
 use crate::source::Node;
 use crate::terrain::Terrain;
-use crate::values::{NAME, SEED, from_stem};
-use crate::write::Out;
-use crate::{checks, contact, control, drive, overrides, robot, sensors};
+use crate::values::{MEASURED, NAME, SEED, from_stem};
+use crate::{checks, contact, drive, overrides, robot};
 use robhaz_masses::ModelError;
+use robhaz_sim::sensors::{Grade, ImuPlace};
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -46,10 +50,10 @@ keys! {
     drive: section(drive::KEYS) => self;
 
     /// errors of the readings
-    sensors: section(sensors::KEYS) => self;
+    sensors: section(SENSORS) => self;
 
     /// differences between the nominal robot and the simulated one
-    model_error: section(sensors::MODEL_ERROR) => self;
+    model_error: section(MODEL_ERROR) => self;
 
     /// the engine that computes the truth
     engine: section(ENGINE) => self;
@@ -59,6 +63,115 @@ keys! {
 
     /// the estimators
     estimator: Estimators => estimators;
+}
+
+keys! {
+    SENSORS: Scene;
+
+    /// preset of all sensor errors; each key below, except rate, overrides one of them
+    grade: word(&Grade::ALL, Grade::name) => sensors.grade;
+
+    /// samples a second, a whole multiple of record.rate
+    rate: number(FREQUENCY, above(0.0).at_most(1e6)) => sensors.rate;
+
+    /// counts of the encoder in a turn of the wheel; 0 for an exact angle
+    encoder_counts: number(NONE, at_least(0.0).at_most(1e12)) => sensors.spec.encoder_counts;
+
+    /// relative error of the torque's scale, standard deviation, drawn once a run and wheel
+    torque_gain: number(NONE, at_least(0.0).at_most(1.0)) => sensors.spec.torque_gain;
+
+    /// offset of the torque, standard deviation, drawn once a run and wheel
+    torque_offset: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_offset;
+
+    /// white noise of the torque, standard deviation of a sample
+    torque_noise: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_noise;
+
+    /// step in which the motor current is read, as a torque at the wheel; 0 for none
+    torque_step: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_step;
+
+    /// Coulomb friction in the reading alone, which shows torque + F sign(speed); it does not act
+    /// on the robot
+    torque_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_friction;
+
+    /// where inclinometers and gyros sit: on both links, or in the body, with an angle sensor in pin
+    /// Q; each reading of a link is then one of the body less angles of the linkage
+    imu: word(&ImuPlace::ALL, ImuPlace::name) => sensors.spec.imu;
+
+    /// with imu = "body": white noise of the angle of pin Q, standard deviation of a sample
+    pin_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.pin_noise;
+
+    /// with imu = "body": bias of the angle of pin Q, standard deviation, drawn once a run
+    pin_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.pin_bias;
+
+    /// white noise of the inclinometers, standard deviation of a sample
+    inclination_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.inclination_noise;
+
+    /// bias of the inclinometers, standard deviation, drawn once a run and link
+    inclination_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => sensors.spec.inclination_bias;
+
+    /// time constant of the inclinometers' low pass
+    inclination_lag: number(TIME, at_least(0.0).at_most(1e3)) => sensors.spec.inclination_lag;
+
+    /// what the inclinometers measure: the direction of gravity, or of the specific force, which
+    /// includes the link's acceleration
+    inclination_feels: MEASURED => sensors.spec.specific_force;
+
+    /// white noise of the gyros, standard deviation of a sample
+    rate_noise: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => sensors.spec.rate_noise;
+
+    /// bias of the gyros at the start, standard deviation, drawn once a run and link
+    rate_bias: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => sensors.spec.rate_bias;
+
+    /// random walk of the gyros' bias: its standard deviation after one second
+    rate_walk: number(RATE_WALK, at_least(0.0).at_most(1e2)) => sensors.spec.rate_walk;
+
+    /// relative error of the gyros' scale, standard deviation, drawn once a run and link
+    rate_scale: number(NONE, at_least(0.0).at_most(1.0)) => sensors.spec.rate_scale;
+
+    /// RMS error of the contact angles given to the estimators
+    contact_angle_error: number(ANGLE, at_least(0.0).at_most(1.0))
+        => sensors.spec.contact_angle_error;
+
+    /// correlation time of that error; 0 for white noise
+    contact_angle_time: number(TIME, at_least(0.0).at_most(1e6)) => sensors.spec.contact_angle_time;
+
+    /// standard deviation of the sampling time about its time stamp; at most 0.3 of the sampling
+    /// period
+    jitter: number(TIME, at_least(0.0).at_most(1.0)) => sensors.spec.jitter;
+
+    /// share of the readings of each channel that are lost
+    dropped: number(NONE, at_least(0.0).below(1.0)) => sensors.spec.dropped;
+}
+
+keys! {
+    MODEL_ERROR: Scene;
+
+    /// distance by which the body's centre of mass is moved in a random direction
+    body_cg: number(LENGTH, at_least(0.0).at_most(1.0)) => model_error.body_cg;
+
+    /// relative error of the masses of links 1 to 3, standard deviation; their inertias change in
+    /// proportion
+    link_masses: number(NONE, at_least(0.0).at_most(1.0)) => model_error.link_masses;
+
+    /// distance by which each pin is moved, each in its own random direction
+    pins: number(LENGTH, at_least(0.0).at_most(1.0)) => model_error.pins;
+
+    /// relative error of the nominal damping B: with 0.1 it is 10 % too high; 0.1 with
+    /// sensors.grade typical and poor
+    viscous_damping: number(NONE, at_least(-1.0).at_most(10.0)) => model_error.viscous_damping;
+
+    /// relative error of J_wheel
+    wheel_inertia: number(NONE, above(-1.0).at_most(10.0)) => model_error.wheel_inertia;
+
+    /// relative error of J_rotor
+    rotor_inertia: number(NONE, above(-1.0).at_most(10.0)) => model_error.rotor_inertia;
+
+    /// relative error of the wheels' radius
+    wheel_radius: number(NONE, above(-1.0).at_most(10.0)) => model_error.wheel_radius;
+
+    /// standard deviation of scales on which the simulated robot is weighed in six postures, which
+    /// corrects the nominal one (weighing.md); 0: not weighed
+    scales: number(FORCE, at_least(0.0).at_most(1e3)) => model_error.scales;
 }
 
 keys! {
@@ -124,9 +237,9 @@ impl Scene {
             for text in overrides {
                 overrides::apply(reader, &mut root, text);
             }
-            sensors::drop_keys_of_other_grades(&mut root);
+            drop_keys_of_other_grades(&mut root);
             contact::drop_keys_of_other_laws(&mut root);
-            Some(read(reader, &root, source_name))
+            read(reader, &root, source_name)
         })
     }
 
@@ -142,7 +255,7 @@ impl Scene {
 
 fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     let stem = Path::new(source_name).file_stem().unwrap_or_default();
-    let grade = sensors::chosen_grade(root);
+    let grade = chosen_grade(root);
     let mut scene = Scene {
         name: from_stem(&stem.to_string_lossy()),
         friction: contact::chosen_law(root),
@@ -154,10 +267,27 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     let seed = root.get("seed").and_then(Node::whole);
     reader.seed = seed.and_then(|s| u64::try_from(s).ok()).unwrap_or_default();
     reader.table(SCENE, root, "", &mut scene);
-    control::choose_estimator(reader, root, &mut scene);
-    control::choose_rate(root, &mut scene);
+    drive::choose_estimator(reader, root, &mut scene);
+    drive::choose_rate(root, &mut scene);
     checks::check(reader, root, &scene);
     scene
+}
+
+/// The chosen grade. It is needed before all other keys, which override its values. An unknown word
+/// is refused when the section is read.
+fn chosen_grade(root: &Node) -> Grade {
+    let name = root.find("sensors.grade").and_then(Node::as_text);
+    let grade = Grade::ALL.into_iter().find(|g| Some(g.name()) == name);
+    grade.unwrap_or(Grade::Ideal)
+}
+
+/// Removes the file's values of keys that a grade sets, where an override chooses the grade.
+fn drop_keys_of_other_grades(root: &mut Node) {
+    const GRADE: &str = "sensors.grade";
+    let is_kept = |key: &str| ["grade", "rate"].contains(&key);
+    let is_set = |key: &str| !is_kept(key) && key::names(SENSORS).contains(&key);
+    root.drop_keys(GRADE, "sensors", is_set);
+    root.drop_keys(GRADE, "model_error", |key| key == "viscous_damping");
 }
 
 /// Every key that a scene file can have, section by section.

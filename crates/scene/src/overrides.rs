@@ -77,25 +77,15 @@ fn put(
                 return;
             };
             put(reader, &mut child, &path, rest, origin, value);
-            let entry = Entry {
-                key: (*key).to_owned(),
-                origin: origin.clone(),
-                node: child,
-            };
+            let entry = Entry::new(key, origin, child);
             entries.insert(at.unwrap_or(entries.len()), entry);
         }
         (Step::Index(index), Value::Array(items)) => {
             let count = items.len();
             match items.get_mut(*index) {
                 Some(item) => {
-                    put(
-                        reader,
-                        item,
-                        &format!("{path}[{index}]"),
-                        rest,
-                        origin,
-                        value,
-                    );
+                    let path = format!("{path}[{index}]");
+                    put(reader, item, &path, rest, origin, value);
                 }
                 None => {
                     let message = match count {
@@ -134,16 +124,15 @@ fn before(
     rest: &[Step<'_>],
     origin: &Origin,
 ) -> Option<Node> {
-    let part = [&GEOMETRY_PART, &MASS_PART]
-        .into_iter()
-        .find(|p| p.path == path);
+    let mut parts = [&GEOMETRY_PART, &MASS_PART].into_iter();
+    let part = parts.find(|p| p.path == path);
     match (present, part) {
         (present, Some(part)) if !rest.is_empty() => {
             part.written_out(reader, present.as_ref(), origin)
         }
         (Some(present), _) => Some(present),
         (None, _) if path == estimators::PATH => Some(estimators::default_node(origin)),
-        (None, _) => Some(Node::table(origin, Vec::new())),
+        (None, _) => Some(Node::new(origin, Value::Table(Vec::new()))),
     }
 }
 

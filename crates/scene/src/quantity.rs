@@ -2,58 +2,34 @@
 //! `"20 cm/s"` carries its own unit.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, array};
+use crate::form::{About, Array, Form};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
 use robhaz_model::Vec2;
 use serde_json::{Value as Json, json};
 use std::fmt;
 
-/// A unit by its name, and how a number in it becomes SI.
-pub(crate) struct Unit {
-    pub name: &'static str,
-    to_si: fn(f64) -> f64,
-}
-
 /// The units in which a key may be written: SI first. None for a pure number.
 pub(crate) struct Dimension {
-    pub units: &'static [Unit],
-    /// Their names.
     pub names: &'static [&'static str],
-}
-
-/// Why a text is no number of a dimension.
-#[derive(Debug, PartialEq)]
-pub(crate) enum UnitError {
-    /// It does not start with a finite number.
-    NotANumber,
-    /// Its number is too large for a double.
-    TooLarge,
-    /// It has no unit.
-    NoUnit,
-    /// It has a unit that the key does not take.
-    Wrong(String),
-}
-
-const fn si(name: &'static str) -> Unit {
-    Unit { name, to_si: |v| v }
+    /// How a number in each becomes SI.
+    to_si: &'static [fn(f64) -> f64],
 }
 
 // Sub-units divide: 35 cm is then exactly the double 0.35, which 35 * 0.01 is not.
 macro_rules! dimension {
-    ($(#[$doc:meta])* $name:ident: $si:literal $(, $unit:literal => $to_si:expr)*) => {
-        $(#[$doc])*
+    ($name:ident: $si:literal $(, $unit:literal => $to_si:expr)*) => {
         pub(crate) const $name: &Dimension = &Dimension {
-            units: &[si($si) $(, Unit { name: $unit, to_si: $to_si })*],
             names: &[$si $(, $unit)*],
+            to_si: &[|v| v $(, $to_si)*],
         };
     };
 }
 
 /// A pure number.
 pub(crate) const NONE: &Dimension = &Dimension {
-    units: &[],
     names: &[],
+    to_si: &[],
 };
 dimension!(LENGTH: "m", "cm" => |v| v / 1e2, "mm" => |v| v / 1e3, "um" => |v| v / 1e6);
 dimension!(TIME: "s", "ms" => |v| v / 1e3, "us" => |v| v / 1e6);
@@ -72,10 +48,8 @@ dimension!(DAMPING: "N s/m", "N s/mm" => |v| v * 1e3);
 dimension!(ROTARY_DAMPING: "N m s", "mN m s" => |v| v / 1e3);
 dimension!(STOP_STIFFNESS: "N m/rad", "N m/deg" => f64::to_degrees);
 dimension!(STOP_DAMPING: "N m s/rad", "N m s/deg" => f64::to_degrees);
-dimension!(
-    /// Its unit depends on the exponent n, so that no other one is offered.
-    CONTACT_STIFFNESS: "N/m^n"
-);
+// Its unit depends on the exponent n, so that no other one is offered.
+dimension!(CONTACT_STIFFNESS: "N/m^n");
 
 /// Longest text that is parsed as a unit, bytes.
 const LONGEST_UNIT: usize = 200;
@@ -84,30 +58,6 @@ impl Dimension {
     /// Name of the SI unit; empty for a pure number.
     pub fn si(&self) -> &'static str {
         self.names.first().copied().unwrap_or_default()
-    }
-
-    /// Names of all units, for messages.
-    pub fn listed(&self) -> String {
-        self.names.join(", ")
-    }
-
-    /// The SI value of a text such as `20 cm/s`.
-    pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
-        let (number, rest) = leading_number(text.trim()).ok_or(UnitError::NotANumber)?;
-        if number.is_infinite() {
-            return Err(UnitError::TooLarge);
-        }
-        if rest.len() > LONGEST_UNIT {
-            return Err(UnitError::Wrong("...".to_owned()));
-        }
-        let unit = rest.split_whitespace().collect::<Vec<_>>().join(" ");
-        if unit.is_empty() {
-            return Err(UnitError::NoUnit);
-        }
-        match self.units.iter().find(|u| u.name == unit) {
-            Some(found) => Ok((found.to_si)(number)),
-            None => Err(UnitError::Wrong(unit)),
-        }
     }
 }
 
@@ -222,32 +172,43 @@ impl Number {
 
     /// The same, with the units that a text may have.
     pub fn allowed_in_full(&self) -> String {
-        match self.unit.units.len() {
-            0 => self.allowed(),
-            _ => format!(
-                "{}, or a text with a unit ({})",
-                self.allowed(),
-                self.unit.listed()
-            ),
+        let (allowed, units) = (self.allowed(), self.unit.names.join(", "));
+        match units.is_empty() {
+            true => allowed,
+            false => format!("{allowed}, or a text with a unit ({units})"),
         }
     }
 
-    /// The SI value of a text with a unit; the error says what was `found` and what is allowed.
+    /// The SI value of a text such as `20 cm/s`; the error says what was `found` and what is
+    /// allowed.
     pub fn parse(&self, text: &str, found: &str) -> Result<f64, String> {
-        let full = self.allowed_in_full();
-        self.unit.parse(text).map_err(|error| match error {
-            UnitError::NotANumber => format!("found {found}, allowed: {full}"),
-            // The same message as for a bare number.
-            UnitError::TooLarge => format!("found {found}, allowed: {}", self.allowed()),
-            UnitError::NoUnit => format!("found {found}, a text without a unit, allowed: {full}"),
-            UnitError::Wrong(unit) if self.unit.units.is_empty() => {
-                format!("found {found} with the unit {unit}, allowed: {full}, without a unit")
+        let (full, names) = (self.allowed_in_full(), self.unit.names);
+        let Some((number, rest)) = leading_number(text.trim()) else {
+            return Err(format!("found {found}, allowed: {full}"));
+        };
+        if number.is_infinite() {
+            // Too large for a double: the same message as for a bare number.
+            return Err(format!("found {found}, allowed: {}", self.allowed()));
+        }
+        let unit = match rest.len() > LONGEST_UNIT {
+            true => "...".to_owned(),
+            false => rest.split_whitespace().collect::<Vec<_>>().join(" "),
+        };
+        match names.iter().position(|name| *name == unit) {
+            Some(i) => Ok((self.unit.to_si[i])(number)),
+            None if unit.is_empty() => Err(format!(
+                "found {found}, a text without a unit, allowed: {full}"
+            )),
+            None if names.is_empty() => Err(format!(
+                "found {found} with the unit {unit}, allowed: {full}, without a unit"
+            )),
+            None => {
+                let units = names.join(", ");
+                Err(format!(
+                    "found {found} with the unit {unit}, allowed units: {units}"
+                ))
             }
-            UnitError::Wrong(unit) => {
-                let units = self.unit.listed();
-                format!("found {found} with the unit {unit}, allowed units: {units}")
-            }
-        })
+        }
     }
 }
 
@@ -265,27 +226,23 @@ impl Form for Number {
         Some(format!("{value:?}"))
     }
 
-    fn allowed(&self) -> String {
-        self.allowed_in_full()
-    }
-
-    fn allowed_values(&self) -> String {
+    fn about(&self) -> About {
         let range = self.range.to_string();
-        range.trim_start_matches("of ").to_owned()
+        About {
+            allowed: self.allowed_in_full(),
+            values: range.trim_start_matches("of ").to_owned(),
+            units: self.unit.names,
+        }
     }
 
     /// A number in its range, or a text of a number and a unit. The range of such a text is not in
     /// the schema.
     fn schema(&self, _defaults: Option<&mut f64>) -> Json {
         let bare = bounded(self);
-        match self.unit.units.is_empty() {
+        match self.unit.names.is_empty() {
             true => bare,
             false => json!({"anyOf": [bare, with_unit(self.unit)]}),
         }
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.unit.names
     }
 }
 
@@ -294,13 +251,10 @@ impl Reader {
     pub fn number(&mut self, number: &Number, node: &Node, path: &str) -> Option<f64> {
         let value = match &node.value {
             Value::Float(value) | Value::Integer(_, value) => *value,
-            Value::Text(text) => match number.parse(text, &node.origin.found()) {
-                Ok(value) => value,
-                Err(message) => {
-                    self.push(Problem::at(&node.origin, path, message));
-                    return None;
-                }
-            },
+            Value::Text(text) => {
+                let value = number.parse(text, &node.origin.found());
+                self.keep(value.map_err(|message| Problem::at(&node.origin, path, message)))?
+            }
             _ => {
                 self.refuse(node, path, &number.allowed_in_full());
                 return None;
@@ -319,7 +273,13 @@ pub(crate) type Point = Array<Number, Vec2>;
 
 /// A point in a range, SI.
 pub(crate) const fn point(number: Number) -> Point {
-    array("[x, y], each {}", number)
+    Array {
+        item: number,
+        words: "[x, y], each {}",
+        count: [2; 2],
+        items: |point| point.as_mut_slice(),
+        written: |_| 2,
+    }
 }
 
 /// A text of a number, as the reader takes it, and a unit.
@@ -367,18 +327,22 @@ mod tests {
         assert_eq!(escaped(INERTIA.si()), r"kg\s+m\^2");
     }
 
+    fn parse(unit: &'static Dimension, text: &str) -> Result<f64, String> {
+        number(unit, at_least(-1e9).at_most(1e9)).parse(text, "it")
+    }
+
     #[test]
     fn units_become_si() {
-        assert_eq!(SPEED.parse("20 cm/s"), Ok(0.2));
-        assert_eq!(SPEED.parse("0.72 km/h"), Ok(0.2));
-        assert_eq!(ANGLE.parse("-40 deg"), Ok((-40.0_f64).to_radians()));
-        assert_eq!(LENGTH.parse("0.1 mm"), Ok(1e-4));
-        assert_eq!(FREQUENCY.parse("1 kHz"), Ok(1000.0));
-        assert_eq!(TIME.parse("0.1 ms"), Ok(1e-4));
-        assert_eq!(TIME.parse("1.5e2us"), Ok(1.5e-4));
-        assert_eq!(TORQUE.parse(" 1e1   N  m "), Ok(10.0));
-        assert_eq!(DAMPING.parse("20 N s/mm"), Ok(2e4));
-        assert_eq!(INERTIA.parse("135 g cm^2"), Ok(135e-7));
+        assert_eq!(parse(SPEED, "20 cm/s"), Ok(0.2));
+        assert_eq!(parse(SPEED, "0.72 km/h"), Ok(0.2));
+        assert_eq!(parse(ANGLE, "-40 deg"), Ok((-40.0_f64).to_radians()));
+        assert_eq!(parse(LENGTH, "0.1 mm"), Ok(1e-4));
+        assert_eq!(parse(FREQUENCY, "1 kHz"), Ok(1000.0));
+        assert_eq!(parse(TIME, "0.1 ms"), Ok(1e-4));
+        assert_eq!(parse(TIME, "1.5e2us"), Ok(1.5e-4));
+        assert_eq!(parse(TORQUE, " 1e1   N  m "), Ok(10.0));
+        assert_eq!(parse(DAMPING, "20 N s/mm"), Ok(2e4));
+        assert_eq!(parse(INERTIA, "135 g cm^2"), Ok(135e-7));
     }
 
     /// Decimal sub-units give the very double that the same length in metres gives.
@@ -386,20 +350,39 @@ mod tests {
     fn decimal_units_round_once() {
         for i in 0..1000 {
             let metres: f64 = format!("{}.{:02}", i / 100, i % 100).parse().unwrap();
-            assert_eq!(LENGTH.parse(&format!("{i} cm")), Ok(metres));
+            assert_eq!(parse(LENGTH, &format!("{i} cm")), Ok(metres));
         }
     }
 
     #[test]
     fn what_is_no_number_with_a_unit_is_refused() {
-        assert_eq!(LENGTH.parse("abc"), Err(UnitError::NotANumber));
-        assert_eq!(LENGTH.parse(""), Err(UnitError::NotANumber));
-        assert_eq!(LENGTH.parse("inf m"), Err(UnitError::NotANumber));
-        assert_eq!(LENGTH.parse("3"), Err(UnitError::NoUnit));
-        assert_eq!(SPEED.parse("1e400 m/s"), Err(UnitError::TooLarge));
-        assert_eq!(SPEED.parse("-1e400"), Err(UnitError::TooLarge));
-        assert_eq!(LENGTH.parse("3 kg"), Err(UnitError::Wrong("kg".into())));
-        assert_eq!(NONE.parse("3 m"), Err(UnitError::Wrong("m".into())));
+        let allowed = "allowed: a number of at least -1e9 and at most 1e9";
+        let of_length = format!("{allowed}, in m, or a text with a unit (m, cm, mm, um)");
+        let of_speed = format!("found it, {allowed}, in m/s");
+        for (unit, text, message) in [
+            (LENGTH, "abc", format!("found it, {of_length}")),
+            (LENGTH, "", format!("found it, {of_length}")),
+            (LENGTH, "inf m", format!("found it, {of_length}")),
+            (
+                LENGTH,
+                "3",
+                format!("found it, a text without a unit, {of_length}"),
+            ),
+            (SPEED, "1e400 m/s", of_speed.clone()),
+            (SPEED, "-1e400", of_speed),
+            (
+                LENGTH,
+                "3 kg",
+                "found it with the unit kg, allowed units: m, cm, mm, um".to_owned(),
+            ),
+            (
+                NONE,
+                "3 m",
+                format!("found it with the unit m, {allowed}, without a unit"),
+            ),
+        ] {
+            assert_eq!(parse(unit, text), Err(message), "{text}");
+        }
     }
 
     #[test]

@@ -1,9 +1,7 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
-use crate::source::{self, Entry, Node, Origin, Source, Value, document};
-use crate::suggest::nearest;
-use crate::write::grouped;
+use crate::source::{self, Entry, Node, Origin, Source, Value, document, grouped};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -55,12 +53,24 @@ impl Reader {
         mut self,
         name: &str,
         text: &str,
-        read: impl FnOnce(&mut Self, Node) -> Option<T>,
+        read: impl FnOnce(&mut Self, Node) -> T,
     ) -> Result<T, SceneError> {
         source::check_toml(text).map_err(|error| SceneError::unread(name, error))?;
         let root = self.document(&Source::file(name, text));
-        let value = root.and_then(|root| read(&mut self, root));
-        self.finish(value)
+        let value = root.map(|root| read(&mut self, root));
+        let mut problems = self.problems;
+        let count = problems.len() + self.hidden;
+        // Nothing was read only after a problem.
+        match value {
+            Some(value) if count == 0 => return Ok(value),
+            _ => problems.sort_by_cached_key(|p| (p.line.is_none(), p.file.clone(), p.line)),
+        }
+        problems.truncate(SHOWN);
+        if count > SHOWN {
+            let message = format!("and {} more problems", grouped(count - SHOWN));
+            problems.push(Problem::unread(&problems[0].file, message));
+        }
+        Err(SceneError { problems, count })
     }
 
     /// The entries of a table; anything else is a problem.
@@ -92,7 +102,7 @@ impl Reader {
 
     /// Whether no problem lies under one of these keys.
     pub fn is_clean(&self, keys: &[&str]) -> bool {
-        let under = |problem: &Problem| keys.iter().any(|k| problem.key().starts_with(k));
+        let under = |problem: &Problem| keys.iter().any(|k| problem.key.starts_with(k));
         self.hidden == 0 && !self.problems.iter().any(under)
     }
 
@@ -107,6 +117,11 @@ impl Reader {
 
     pub fn push(&mut self, problem: Problem) {
         self.problems.push(problem);
+    }
+
+    /// A value, or none after a problem, which is added.
+    pub fn keep<T>(&mut self, found: Result<T, Problem>) -> Option<T> {
+        found.map_err(|problem| self.push(problem)).ok()
     }
 
     /// Adds a problem: the value at a node is not allowed.
@@ -128,29 +143,6 @@ impl Reader {
                 format!("TOML does not allow this: {message}; found: {line}")
             });
         })
-    }
-
-    /// What was read, or the problems by file and line. Nothing was read only after a problem.
-    fn finish<T>(self, value: Option<T>) -> Result<T, SceneError> {
-        let mut problems = self.problems;
-        let count = problems.len() + self.hidden;
-        let place = |p: &Problem| {
-            let line = p.line();
-            (line.is_none(), p.file().to_owned(), line)
-        };
-        problems.sort_by_cached_key(place);
-        problems.truncate(SHOWN);
-        let first = match (problems.first(), value) {
-            (None, Some(value)) => return Ok(value),
-            (None, None) => return Err(SceneError::unread("", "cannot be read".to_owned())),
-            (Some(first), _) => first,
-        };
-        if count > SHOWN {
-            let message = format!("and {} more problems", grouped(count - SHOWN));
-            let more = Problem::unread(first.file(), message);
-            problems.push(more);
-        }
-        Err(SceneError::new(problems, count))
     }
 }
 
@@ -180,5 +172,56 @@ fn short_key(key: &str) -> String {
     match key.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}...", &key[..end]),
         None => key.to_owned(),
+    }
+}
+
+/// Longest name that is compared, characters: the time of a comparison grows with the length.
+const LONGEST: usize = 64;
+
+/// The allowed name that a misspelt one most likely means: few letters differ, or the start is the
+/// same.
+pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
+    /// Least Jaro-Winkler similarity, 0 to 1; it gives the start more weight.
+    const ALIKE: f64 = 0.85;
+    if found.len() > LONGEST {
+        return None;
+    }
+    let found = found.to_lowercase();
+    // Three letters in ten may be wrong, but never all of them.
+    let tolerance = (found.chars().count() * 3 / 10).max(1);
+    let typing_error = allowed
+        .iter()
+        .map(|name| {
+            let lower = name.to_lowercase();
+            (strsim::damerau_levenshtein(&found, &lower), *name)
+        })
+        .filter(|(distance, name)| *distance <= tolerance && *distance < name.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name);
+    let alike = || {
+        let likeness = |name: &&str| strsim::jaro_winkler(&found, &name.to_lowercase());
+        let best = allowed
+            .iter()
+            .max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+        (likeness(best) > ALIKE).then_some(*best)
+    };
+    typing_error.or_else(alike)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typing_errors_find_their_word() {
+        let words = ["speed", "torque_limit", "kp", "ki"];
+        assert_eq!(nearest("torqe_limit", &words), Some("torque_limit"));
+        assert_eq!(nearest("Speed", &words), Some("speed"));
+        assert_eq!(nearest("kx", &words), Some("kp"));
+        assert_eq!(nearest("torqe", &words), Some("torque_limit"));
+        assert_eq!(nearest("gravity", &words), None);
+        assert_eq!(nearest("", &words), None);
+        assert_eq!(nearest("b", &["A", "B"]), Some("B"));
+        assert_eq!(nearest("C", &["A", "B"]), None);
     }
 }

@@ -1,8 +1,9 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, KeyReference, Maybe, Plain, array, did_you_mean, quoted, word};
-use crate::json::items;
+use crate::form::{
+    About, Array, Form, KeyReference, Maybe, Out, Plain, array, did_you_mean, quoted, word,
+};
 use crate::key::{self, Key, Table, keys, section};
 use crate::quantity::{
     ANGLE, INERTIA, LENGTH, MASS, Number, Point, STOP_DAMPING, STOP_STIFFNESS, above, at_least,
@@ -11,10 +12,9 @@ use crate::quantity::{
 use crate::reader::{Reader, join};
 use crate::source::{self, Entry, Node, Origin, Source, Value};
 use crate::values::TEXT;
-use crate::write::Out;
 use robhaz_model::{
-    Bar, Carrier, GRAVITY, Geometry, GeometryError, Outline, Pin, Pins, Robot, StanceError,
-    Suspension, Vec2,
+    Bar, Carrier, GRAVITY, Geometry, GeometryError, Outline, Pin, Robot, StanceError, Suspension,
+    Vec2, named,
 };
 use serde_json::{Value as Json, json};
 use std::f64::consts::PI;
@@ -22,9 +22,6 @@ use std::path::Path;
 
 /// Largest deviation of an axle's height from the wheel radius in the nominal pose, m.
 const LEVEL: f64 = 1e-4;
-
-const DEFAULT_GEOMETRY: &str = "A";
-const DEFAULT_MASS: &str = "caption";
 
 /// A robot file that is compiled into the program: its name, path and text.
 type BuiltIn = (&'static str, &'static str, &'static str);
@@ -145,21 +142,14 @@ pub struct RobotChoice {
     body: Option<Carrier>,
 }
 
-/// `suspension.kind`
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum SuspensionKind {
-    FourBar,
-    Bogie,
-}
-
-const SUSPENSIONS: &[SuspensionKind] = &[SuspensionKind::FourBar, SuspensionKind::Bogie];
-
-impl SuspensionKind {
-    fn name(self) -> &'static str {
-        match self {
-            Self::FourBar => "four-bar",
-            Self::Bogie => "bogie",
-        }
+named! {
+    /// `suspension.kind`
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum SuspensionKind {
+        /// Link 3 joins the body to link 2.
+        FourBar = "four-bar",
+        /// The body is fixed to link 1 or 2.
+        Bogie = "bogie",
     }
 }
 
@@ -183,7 +173,7 @@ impl RobotChoice {
 impl Default for RobotChoice {
     /// Geometry A with the masses of the captions.
     fn default() -> Self {
-        let [geometry, mass] = [DEFAULT_GEOMETRY, DEFAULT_MASS].map(str::to_owned);
+        let [geometry, mass] = [&GEOMETRY_PART, &MASS_PART].map(|p| p.builtins[0].0.to_owned());
         Self::new(geometry, mass, Robot::default_a())
     }
 }
@@ -267,17 +257,15 @@ impl Form for Part {
         }
     }
 
-    fn allowed(&self) -> String {
-        format!(
-            "{}, the path of a {} file ending in .toml, or a table with the keys of such a file",
-            quoted(&self.names()),
-            self.what
-        )
-    }
-
-    fn allowed_values(&self) -> String {
-        let names = quoted(&self.names());
-        format!("{names}, the path of a .toml file, or a table")
+    fn about(&self) -> About {
+        let (names, what) = (quoted(&self.names()), self.what);
+        let values = format!("{names}, the path of a .toml file, or a table");
+        About {
+            values,
+            ..About::new(format!(
+                "{names}, the path of a {what} file ending in .toml, or a table with the keys of such a file"
+            ))
+        }
     }
 
     fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
@@ -312,18 +300,13 @@ impl Part {
         }
         let path = reader.base_dir.join(name);
         let shown = path.display().to_string();
-        match source::read_toml(&path) {
-            Ok(text) => reader.document(&Source::file(&shown, &text)),
-            Err(error) => {
-                let message = format!(
-                    "found {}, but {shown} {error}; allowed: {}",
-                    node.origin.found(),
-                    self.allowed()
-                );
-                reader.push(Problem::at(&node.origin, self.path, message));
-                None
-            }
-        }
+        let text = source::read_toml(&path).map_err(|error| {
+            let (found, allowed) = (node.origin.found(), self.allowed());
+            let message = format!("found {found}, but {shown} {error}; allowed: {allowed}");
+            Problem::at(&node.origin, self.path, message)
+        });
+        let text = reader.keep(text)?;
+        reader.document(&Source::file(&shown, &text))
     }
 
     /// The name and the table that `chosen`, or the default, stands for, and the table's key; an
@@ -369,12 +352,9 @@ impl Part {
         let name = name.strip_suffix(CHANGED).unwrap_or(&name);
         let mut entries: Vec<Entry> = node.entries().unwrap_or_default().to_vec();
         entries.retain(|e| e.key != "name");
-        entries.push(Entry {
-            key: "name".to_owned(),
-            origin: origin.clone(),
-            node: Node::text(origin, &format!("{name}{CHANGED}")),
-        });
-        Some(Node::table(&node.origin, entries))
+        let name = Node::text(origin, &format!("{name}{CHANGED}"));
+        entries.push(Entry::new("name", origin, name));
+        Some(Node::new(&node.origin, Value::Table(entries)))
     }
 }
 
@@ -471,136 +451,32 @@ fn check(geometry: &Geometry) -> Result<(), Fault> {
 /// Largest coordinate of the robot, m.
 const FARTHEST: f64 = 10.0;
 
-/// A pin that a four-bar has and a bogie has not.
-struct OfFourBar(fn(&mut Pins) -> &mut Vec2);
-
-impl Form for OfFourBar {
-    type Value = RobotChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
-        POINT.read(reader, node, path, (self.0)(&mut into.robot.geometry.pins));
-    }
-
-    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
-        POINT.schema(None)
-    }
-
-    fn allowed(&self) -> String {
-        POINT.allowed()
-    }
-
-    fn allowed_values(&self) -> String {
-        POINT.allowed_values()
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        POINT.units()
-    }
-
-    fn text(&self, robot: &mut RobotChoice) -> Option<String> {
-        let has = robot.suspension == SuspensionKind::FourBar;
-        has.then(|| POINT.text((self.0)(&mut robot.robot.geometry.pins)))?
-    }
-}
-
 /// Values of links 1 to 3, or of links 1 and 2 of a bogie.
-struct OfLinks<F: Form> {
-    item: F,
-    /// Allowed values in words, with `{}` for an item.
+const fn links<F: Form>(
     words: &'static str,
-    at: fn(&mut RobotChoice) -> &mut [F::Value; 3],
-}
-
-impl<F: Form> OfLinks<F> {
-    fn in_words(&self, item: &str) -> String {
-        let number = item.strip_prefix("[x, y], each ").unwrap_or(item);
-        self.words.replace("{}", number)
+    item: F,
+    items: fn(&mut RobotChoice) -> &mut [F::Value],
+) -> Array<F, RobotChoice> {
+    Array {
+        item,
+        words,
+        count: [2, 3],
+        items,
+        written: |robot| robot.robot.geometry.suspension.bars().len() - 1,
     }
 }
 
-impl<F: Form> Form for OfLinks<F> {
-    type Value = RobotChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
-        let items = reader.items(node, path, 2..=3, || self.allowed());
-        for ((item, path), value) in items.into_iter().zip((self.at)(into)) {
-            self.item.read(reader, item, &path, value);
-        }
-    }
-
-    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
-        items(self.item.schema(None), 2, 3)
-    }
-
-    fn allowed(&self) -> String {
-        self.in_words(&self.item.allowed())
-    }
-
-    fn allowed_values(&self) -> String {
-        self.in_words(&self.item.allowed_values())
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.item.units()
-    }
-
-    fn text(&self, robot: &mut RobotChoice) -> Option<String> {
-        let count = robot.robot.geometry.suspension.bars().len() - 1;
-        let values = (self.at)(robot)[..count].iter_mut();
-        let texts = values.map(|value| self.item.text(value));
-        Some(format!(
-            "[{}]",
-            texts.collect::<Option<Vec<_>>>()?.join(", ")
-        ))
-    }
-}
-
-/// Up to two points of a link, by its number less 1.
-struct Through(usize);
-
-impl Form for Through {
-    type Value = RobotChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
-        let items = reader.items(node, path, 0..=2, || self.allowed());
-        let points = &mut into.robot.geometry.outline.through[self.0];
-        *points = [None; 2];
-        for ((item, path), value) in items.into_iter().zip(points) {
-            let mut point = Vec2::zeros();
-            POINT.read(reader, item, &path, &mut point);
-            *value = Some(point);
-        }
-    }
-
-    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
-        items(POINT.schema(None), 0, 2)
-    }
-
-    fn allowed(&self) -> String {
-        format!("up to two points, each {}", POINT.allowed())
-    }
-
-    fn allowed_values(&self) -> String {
-        format!("up to two points, each {}", POINT.allowed_values())
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        POINT.units()
-    }
-
-    fn text(&self, robot: &mut RobotChoice) -> Option<String> {
-        let points = &mut robot.robot.geometry.outline.through[self.0];
-        let texts: Option<Vec<String>> = (points.iter_mut().flatten())
-            .map(|point| POINT.text(point))
-            .collect();
-        let texts = texts.filter(|texts| !texts.is_empty())?;
-        Some(format!("[{}]", texts.join(", ")))
-    }
+fn is_four_bar(robot: &RobotChoice) -> bool {
+    robot.suspension == SuspensionKind::FourBar
 }
 
 /// A point of the robot in its nominal pose.
 const POINT: Point = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
-const THREE_POINTS: Array<Point, [Vec2; 3]> = array("[[x, y], [x, y], [x, y]], each {}", POINT);
+/// Up to two points of a link.
+const THROUGH: Array<Maybe<Point>, [Option<Vec2>; 2]> = Array {
+    count: [0, 2],
+    ..array("up to two points, each [x, y], each {}", Maybe(POINT))
+};
 const LINKS: &[Carrier] = &[Carrier::Link1, Carrier::Link2];
 const MASS_OF: Number = number(MASS, above(0.0).at_most(1e6));
 const INERTIA_OF: Number = number(INERTIA, above(0.0).at_most(1e6));
@@ -617,7 +493,8 @@ keys! {
         => robot.geometry.wheel_radius;
 
     /// axles of the front, middle and rear wheel; their height is the wheel radius
-    axles (required): THREE_POINTS => robot.geometry.axles;
+    axles (required): array("[[x, y], [x, y], [x, y]], each {}", POINT)
+        => robot.geometry.axles;
 
     /// the link that carries each wheel; both links must carry one
     carriers (required): array("three of {}", word(LINKS, |link| link.bar().name()))
@@ -628,11 +505,10 @@ keys! {
 
     /// centres of mass of the links without wheels; by default the mean of the link's own pins and
     /// axles
-    link_cg ("mean of own pins and axles"): OfLinks {
-        item: POINT,
-        words: "[[x, y], [x, y], [x, y]], of a bogie two points, each {}",
-        at: |robot| &mut robot.robot.geometry.link_cg,
-    } => self;
+    link_cg ("mean of own pins and axles"): links(
+        "[[x, y], [x, y], [x, y]], of a bogie two points, each {}", POINT,
+        |robot| &mut robot.robot.geometry.link_cg,
+    ) => self;
 
     /// how the body hangs on links 1 and 2
     suspension: section(SUSPENSION) => self;
@@ -652,7 +528,7 @@ keys! {
 
     /// link 3 joins the body to link 2, as in ROBHAZ-6WHEEL; or the body is fixed to a link, as in a
     /// rocker-bogie or a triple bogie
-    kind: word(SUSPENSIONS, |kind| kind.name()) => suspension;
+    kind: word(&SuspensionKind::ALL, SuspensionKind::name) => suspension;
 
     /// of a bogie: the link that the body is fixed to
     body ("required of a bogie"): Maybe(word(LINKS, |link| link.bar().name())) => body;
@@ -662,16 +538,16 @@ keys! {
     PINS: RobotChoice;
 
     /// between body and link 1
-    p ("required of a four-bar"): OfFourBar(|pins| &mut pins.p) => self;
+    p ("required of a four-bar"): POINT => robot.geometry.pins.p if is_four_bar;
 
     /// between link 1 and link 2
     q (required): POINT => robot.geometry.pins.q;
 
     /// between link 2 and link 3
-    r ("required of a four-bar"): OfFourBar(|pins| &mut pins.r) => self;
+    r ("required of a four-bar"): POINT => robot.geometry.pins.r if is_four_bar;
 
     /// between link 3 and body
-    s ("required of a four-bar"): OfFourBar(|pins| &mut pins.s) => self;
+    s ("required of a four-bar"): POINT => robot.geometry.pins.s if is_four_bar;
 }
 
 keys! {
@@ -690,10 +566,10 @@ keys! {
 
     /// points that link 1 goes through beside its pins and axles, such as the top of a strut over a
     /// wheel
-    link1 ("none"): Through(0) => self;
+    link1 ("none"): THROUGH => (|r| &mut r.robot.geometry.outline.through[0]);
 
     /// the same of link 2
-    link2 ("none"): Through(1) => self;
+    link2 ("none"): THROUGH => (|r| &mut r.robot.geometry.outline.through[1]);
 }
 
 keys! {
@@ -723,11 +599,8 @@ keys! {
     body (required): MASS_OF => robot.mass.body;
 
     /// the links without wheels
-    links (required): OfLinks {
-        item: MASS_OF,
-        words: "[a, b, c], of a bogie [a, b], each {}",
-        at: |robot| &mut robot.robot.mass.links,
-    } => self;
+    links (required): links("[a, b, c], of a bogie [a, b], each {}", MASS_OF, |robot| &mut robot.robot.mass.links)
+        => self;
 
     /// each wheel module
     wheel (required): MASS_OF => robot.mass.wheel;
@@ -736,11 +609,10 @@ keys! {
     body_inertia (required): INERTIA_OF => robot.mass.body_inertia;
 
     /// of the links about their centres of mass
-    link_inertias (required): OfLinks {
-        item: INERTIA_OF,
-        words: "[a, b, c], of a bogie [a, b], each {}",
-        at: |robot| &mut robot.robot.mass.link_inertias,
-    } => self;
+    link_inertias (required): links(
+        "[a, b, c], of a bogie [a, b], each {}", INERTIA_OF,
+        |robot| &mut robot.robot.mass.link_inertias,
+    ) => self;
 
     /// J_wheel: the disc, which resists the absolute spin
     wheel_inertia (required): INERTIA_OF => robot.mass.wheel_inertia;

@@ -252,7 +252,7 @@ impl Scene {
 
     /// The sensors of this scene, with the errors that its seed draws.
     pub fn sensors(&self) -> Sensors {
-        Sensors::on(&self.sensors.spec, self.seed, &self.robot.robot)
+        Sensors::new(&self.sensors.spec, self.seed, &self.robot.robot)
     }
 
     /// The nominal robot, which the estimators are given.
@@ -363,10 +363,5 @@ impl Scene {
         // Checked when read: a small whole number.
         let samples = (self.sensors.rate / self.record.rate).round() as u64;
         samples.max(1)
-    }
-
-    /// Number of records: see [`RecordChoice::count`].
-    pub fn record_count(&self) -> u64 {
-        self.record.count()
     }
 }

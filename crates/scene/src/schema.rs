@@ -1,11 +1,13 @@
 //! JSON Schema of the files that people write: an editor completes and checks them by it.
 
+use crate::form::Form as _;
 use crate::key::{self, IGNORED, Key};
 use crate::load::SCENE;
 use crate::log::{LOG, LogChoice};
 use crate::robot::{GEOMETRY, MASSES};
 use crate::scene::Scene;
-use crate::{study, terrain};
+use crate::study::STUDY;
+use crate::terrain::Terrain;
 use serde_json::{Value, json};
 
 /// A kind of file.
@@ -30,10 +32,10 @@ pub fn schema(kind: SchemaKind) -> Value {
     let (title, mut schema) = match kind {
         SchemaKind::Scene => {
             let mut scene = file(SCENE, &mut Scene::default());
-            scene["definitions"] = json!({"part": terrain::part_schema()});
+            scene["definitions"] = json!({"part": Terrain { is_part: true }.schema(None)});
             ("Scene of robhaz", scene)
         }
-        SchemaKind::Study => ("Study of robhaz", study::schema()),
+        SchemaKind::Study => ("Study of robhaz", key::schema(STUDY, None)),
         SchemaKind::Geometry => (
             "Geometry of a robot for robhaz",
             key::schema(GEOMETRY, None),

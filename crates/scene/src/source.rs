@@ -1,14 +1,13 @@
 //! Files up to a size limit; a file or an override as a tree of nodes with their places in the
 //! text.
 
-use crate::write::grouped;
-use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
+use miette::NamedSource;
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 use tracing::debug;
 
@@ -75,73 +74,37 @@ fn too_large(most: usize) -> String {
 pub(crate) struct Source {
     /// Whether it is an override of the command line: one line, named by itself.
     pub is_override: bool,
-    pub name: String,
-    pub text: String,
-    /// Byte at which each line starts; found once, on demand.
-    line_starts: OnceLock<Vec<usize>>,
+    pub text: NamedSource<String>,
+    /// Byte at which each line starts.
+    line_starts: Vec<usize>,
 }
 
 impl Source {
-    fn new(is_override: bool, name: String, text: &str) -> Arc<Self> {
+    fn new(is_override: bool, name: &str, text: &str) -> Arc<Self> {
+        let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+        let starts = std::iter::once(0).chain(breaks.map(|(i, _)| i + 1));
         Arc::new(Self {
             is_override,
-            name,
-            text: text.to_owned(),
-            line_starts: OnceLock::new(),
+            line_starts: starts.collect(),
+            text: NamedSource::new(name, text.to_owned()),
         })
     }
 
     pub fn file(name: &str, text: &str) -> Arc<Self> {
-        Self::new(false, name.to_owned(), text)
+        Self::new(false, name, text)
     }
 
     /// An override `key=value` as given to `--set`.
     pub fn set(text: &str) -> Arc<Self> {
-        Self::new(true, format!("--set {text}"), text)
-    }
-
-    fn line_starts(&self) -> &[usize] {
-        self.line_starts.get_or_init(|| {
-            let breaks = self.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
-            std::iter::once(0)
-                .chain(breaks.map(|(i, _)| i + 1))
-                .collect()
-        })
-    }
-
-    /// The line of a byte, from 1.
-    pub fn line_of(&self, byte: usize) -> usize {
-        self.line_starts().partition_point(|start| *start <= byte)
+        Self::new(true, &format!("--set {text}"), text)
     }
 
     /// The bytes of a line (from 1) without its line break; `None` where there is no such line.
     pub fn line_span(&self, line: usize) -> Option<Range<usize>> {
-        let starts = self.line_starts();
+        let (starts, text) = (&self.line_starts, self.text.inner());
         let start = *starts.get(line.checked_sub(1)?)?;
-        let end = starts.get(line).map_or(self.text.len(), |next| next - 1);
-        let text = self.text.get(start..end)?;
-        Some(start..start + text.trim_end_matches('\r').len())
-    }
-}
-
-/// The lines around a place, for whom shows it.
-impl SourceCode for Source {
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        before: usize,
-        after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let found = self.text.read_span(span, before, after)?;
-        let lines = found.data().strip_suffix(b"\n").unwrap_or(found.data());
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.name.clone(),
-            lines.strip_suffix(b"\r").unwrap_or(lines),
-            *found.span(),
-            found.line(),
-            found.column(),
-            found.line_count(),
-        )))
+        let end = starts.get(line).map_or(text.len(), |next| next - 1);
+        Some(start..start + text.get(start..end)?.trim_end_matches('\r').len())
     }
 }
 
@@ -163,7 +126,8 @@ impl Origin {
 
     /// The line, from 1.
     pub fn line(&self) -> usize {
-        self.source.line_of(self.span.start)
+        let starts = &self.source.line_starts;
+        starts.partition_point(|start| *start <= self.span.start)
     }
 
     pub fn is_override(&self) -> bool {
@@ -176,10 +140,15 @@ impl Origin {
         self.span.start..self.span.end.min(line.end).max(self.span.start)
     }
 
-    /// The text at the place, on one line and cut.
+    /// The text at the place.
+    pub fn text(&self) -> &str {
+        let text = self.source.text.inner().get(self.span.clone());
+        text.unwrap_or_default()
+    }
+
+    /// The same on one line and cut.
     pub fn found(&self) -> String {
-        let text = self.source.text.get(self.span.clone());
-        match shortened(text.unwrap_or_default()) {
+        match shortened(self.text()) {
             line if line.is_empty() => "nothing".to_owned(),
             line => line,
         }
@@ -188,7 +157,7 @@ impl Origin {
     /// The start of the line on which it is written.
     pub fn whole_line(&self) -> String {
         let span = self.source.line_span(self.line()).unwrap_or_default();
-        shortened(self.source.text.get(span).unwrap_or_default())
+        shortened(self.source.text.inner().get(span).unwrap_or_default())
     }
 }
 
@@ -243,21 +212,24 @@ pub(crate) struct Entry {
     pub node: Node,
 }
 
+impl Entry {
+    /// A key at a place with its value.
+    pub fn new(key: &str, origin: &Origin, node: Node) -> Self {
+        let (key, origin) = (key.to_owned(), origin.clone());
+        Self { key, origin, node }
+    }
+}
+
 impl Node {
-    /// A text node that is not in the source.
-    pub fn text(origin: &Origin, text: &str) -> Self {
-        Self {
-            origin: origin.clone(),
-            value: Value::Text(text.to_owned()),
-        }
+    /// A value at a place.
+    pub fn new(origin: &Origin, value: Value) -> Self {
+        let origin = origin.clone();
+        Self { origin, value }
     }
 
-    /// A table node that is not in the source.
-    pub fn table(origin: &Origin, entries: Vec<Entry>) -> Self {
-        Self {
-            origin: origin.clone(),
-            value: Value::Table(entries),
-        }
+    /// A text at a place.
+    pub fn text(origin: &Origin, text: &str) -> Self {
+        Self::new(origin, Value::Text(text.to_owned()))
     }
 
     /// The type of the value in words.
@@ -321,9 +293,10 @@ impl Node {
         path.split('.').try_fold(self, |node, key| node.get(key))
     }
 
-    /// Removes keys of a section that come from the file, not from overrides.
-    pub fn drop_keys(&mut self, section: &str, which: impl Fn(&str) -> bool) {
-        let Value::Table(sections) = &mut self.value else {
+    /// Where an override sets the key `by`, removes keys of a section that come from the file.
+    pub fn drop_keys(&mut self, by: &str, section: &str, which: impl Fn(&str) -> bool) {
+        let is_override = self.find(by).is_some_and(|n| n.origin.is_override());
+        let (true, Value::Table(sections)) = (is_override, &mut self.value) else {
             return;
         };
         for entry in sections.iter_mut().filter(|e| e.key == section) {
@@ -339,7 +312,7 @@ pub(crate) fn document(
     source: &Arc<Source>,
     mut refuse: impl FnMut(&Origin, &str),
 ) -> Option<Node> {
-    let (table, errors) = DeTable::parse_recoverable(&source.text);
+    let (table, errors) = DeTable::parse_recoverable(source.text.inner());
     let place = Place { source, offset: 0 };
     let mut lines = HashSet::new();
     for error in &errors {
@@ -349,13 +322,14 @@ pub(crate) fn document(
             refuse(&origin, error.message());
         }
     }
-    let node = || Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
+    let value = || Value::Table(place.entries(table.get_ref()));
+    let node = || Node::new(&place.origin(table.span()), value());
     errors.is_empty().then(node)
 }
 
 /// The part of a source from `offset` on as a TOML value; as a text if it is none.
 pub(crate) fn value_or_text(source: &Arc<Source>, offset: usize) -> Node {
-    let text = source.text.get(offset..).unwrap_or_default();
+    let text = source.text.inner().get(offset..).unwrap_or_default();
     let place = Place { source, offset };
     match DeValue::parse(text) {
         Ok(value) => place.node(value.get_ref(), value.span()),
@@ -390,19 +364,15 @@ impl Place<'_> {
             }
             DeValue::Table(table) => Value::Table(self.entries(table)),
         };
-        Node {
-            origin: self.origin(span),
-            value,
-        }
+        Node::new(&self.origin(span), value)
     }
 
     fn entries(&self, table: &DeTable<'_>) -> Vec<Entry> {
         let mut entries: Vec<_> = table
             .iter()
-            .map(|(key, value)| Entry {
-                key: key.get_ref().to_string(),
-                origin: self.origin(key.span()),
-                node: self.node(value.get_ref(), value.span()),
+            .map(|(key, value)| {
+                let node = self.node(value.get_ref(), value.span());
+                Entry::new(key.get_ref(), &self.origin(key.span()), node)
             })
             .collect();
         // The parser sorts by name.
@@ -415,4 +385,17 @@ fn whole(integer: &DeInteger<'_>) -> Value {
     let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok();
     let float = value.map_or(f64::INFINITY, |v| v as f64);
     Value::Integer(value, float)
+}
+
+/// A count with a space between groups of three digits.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
 }

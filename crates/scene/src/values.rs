@@ -2,11 +2,10 @@
 //! covariances.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, Plain, Word, array, word};
+use crate::form::{About, Array, Form, Plain, Word, array, quote, word};
 use crate::quantity::{NONE, Number, at_least, number};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
-use crate::write::quote;
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use serde_json::{Value as Json, json};
 
@@ -16,11 +15,8 @@ pub(crate) const fn text(words: &'static str) -> Plain<String> {
         words,
         schema: || json!({"type": "string", "pattern": r"\S"}),
         read: |node| {
-            Some(
-                node.as_text()
-                    .filter(|text| !text.trim().is_empty())?
-                    .to_owned(),
-            )
+            let text = node.as_text().filter(|text| !text.trim().is_empty());
+            text.map(str::to_owned)
         },
         text: |text| (!text.is_empty()).then(|| quote(text)),
     }
@@ -100,12 +96,8 @@ pub(crate) const WHEEL_LIST: Plain<[Option<usize>; 3]> = Plain {
         wheels[0].map(|_| wheels)
     },
     text: |wheels| {
-        let wheels: Vec<_> = wheels
-            .iter()
-            .flatten()
-            .map(|w| (w + 1).to_string())
-            .collect();
-        Some(format!("[{}]", wheels.join(", ")))
+        let wheels = wheels.iter().flatten().map(|w| (w + 1).to_string());
+        Some(format!("[{}]", wheels.collect::<Vec<_>>().join(", ")))
     },
 };
 
@@ -126,24 +118,29 @@ pub(crate) const SWITCH: Word<bool> = word(&[false, true], |on| match on {
     true => "on",
 });
 
+/// What inclinometers measure: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off
+/// and on.
+pub(crate) const MEASURED: Word<bool> =
+    word(&[false, true], |specific_force| match specific_force {
+        false => "gravity",
+        true => "specific-force",
+    });
+
 /// Rows of a covariance of the load parameters, SI.
 pub(crate) struct Covariance;
 
-type Rows<V> = Array<Array<Number, [f64; LOAD_PARAMETERS]>, V>;
+type Row = [f64; LOAD_PARAMETERS];
 
-impl Covariance {
-    const ROWS: Rows<[[f64; LOAD_PARAMETERS]; LOAD_PARAMETERS]> = array(
-        "7 rows of 7 numbers, a covariance",
-        array("7 numbers", number(NONE, at_least(-1e12).at_most(1e12))),
-    );
-}
+const ROW: Array<Number, Row> = array("7 numbers", number(NONE, at_least(-1e12).at_most(1e12)));
+const ROWS: Array<Array<Number, Row>, [Row; LOAD_PARAMETERS]> =
+    array("7 rows of 7 numbers, a covariance", ROW);
 
 impl Form for Covariance {
     type Value = Option<LoadCovariance>;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
         let (mark, mut rows) = (reader.mark(), [[0.0; LOAD_PARAMETERS]; LOAD_PARAMETERS]);
-        Self::ROWS.read(reader, node, path, &mut rows);
+        ROWS.read(reader, node, path, &mut rows);
         if reader.mark() != mark {
             return;
         }
@@ -158,20 +155,17 @@ impl Form for Covariance {
     }
 
     fn text(&self, value: &mut Self::Value) -> Option<String> {
-        let text = Self::ROWS.text(&mut value.as_ref()?.rows())?;
-        Some(
-            text.replace("[[", "[\n[")
-                .replace("], ", "],\n")
-                .replace("]]", "]\n]"),
-        )
+        let text = ROWS.text(&mut value.as_ref()?.rows())?;
+        let text = text.replace("[[", "[\n[").replace("]]", "]\n]");
+        Some(text.replace("], ", "],\n"))
     }
 
-    fn allowed(&self) -> String {
-        Self::ROWS.allowed()
+    fn about(&self) -> About {
+        ROWS.about()
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        Self::ROWS.schema(None)
+        ROWS.schema(None)
     }
 }
 

@@ -249,7 +249,7 @@ fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &s
 
 /// All messages of an error, one a line.
 fn messages(error: &SceneError) -> String {
-    let lines: Vec<String> = error.problems().map(ToString::to_string).collect();
+    let lines: Vec<String> = error.problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
 

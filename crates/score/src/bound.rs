@@ -51,14 +51,9 @@ impl SampleNoise {
         let geometry = &robot.geometry;
         let arms = Arms::new(geometry, truth.links[0].angle, truth.links[1].angle).ok()?;
         // Loads are known: H does not depend on them.
-        let equilibrium = Equilibrium::new(
-            &arms,
-            &geometry.carriers,
-            geometry.wheel_radius,
-            &Loads::default(),
-            &wheels.map(|wheel| wheel.angle),
-            1.0,
-        )?;
+        let (loads, angles) = (Loads::default(), wheels.map(|wheel| wheel.angle));
+        let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+        let equilibrium = Equilibrium::new(&arms, carriers, radius, &loads, &angles, 1.0)?;
         let inverse = equilibrium.least_squares()?;
         let r = self.residual_covariance(robot, truth, wheels, &equilibrium);
         let left = inverse.rows;

@@ -152,11 +152,10 @@ impl Counts {
     }
 
     fn score(&self) -> FlagScore {
-        let delay = (self.found > 0).then(|| self.delays / self.found as f64);
         FlagScore {
             events: self.events,
             found: self.found,
-            delay_s: delay,
+            delay_s: (self.found > 0).then(|| self.delays / self.found as f64),
             false_share: share(self.wrong[0], self.samples[0]),
             missed_share: share(self.wrong[1], self.samples[1]),
         }
@@ -203,14 +202,7 @@ impl Judge {
                 self.open.push_back(now);
             }
         }
-        let since = |time: &f64| now - time;
-        while self
-            .open
-            .front()
-            .is_some_and(|event| !near(since(event), 0.0))
-        {
-            self.open.pop_front();
-        }
+        self.open.retain(|event| near(now, *event));
         if let Some(held) = self.held {
             self.open.retain(|event| {
                 let found = near(held, *event);

@@ -122,23 +122,16 @@ impl EventDetector {
         clearances: Option<&Clearances>,
         found: &mut dyn FnMut(Event),
     ) {
-        let mut at = |kind| {
-            found(Event {
-                time: truth.time,
-                kind,
-            });
-        };
+        let time = truth.time;
+        let mut at = |kind| found(Event { time, kind });
         for (i, wheel) in truth.wheels.iter().enumerate() {
-            if let Some(kind) = self.contact_event(i, wheel.contacts) {
-                at(kind);
-            }
-            if let Some(kind) = self.slip_event(i, wheel) {
-                at(kind);
-            }
+            let events = [
+                self.contact_event(i, wheel.contacts),
+                self.slip_event(i, wheel),
+            ];
+            events.into_iter().flatten().for_each(&mut at);
         }
-        if let Some(kind) = self.stop_event(truth) {
-            at(kind);
-        }
+        self.stop_event(truth).into_iter().for_each(&mut at);
         if let Some(clearances) = clearances {
             self.bar_events(clearances).for_each(at);
         }
@@ -157,12 +150,10 @@ impl EventDetector {
 
     fn slip_event(&mut self, i: usize, wheel: &WheelTruth) -> Option<EventKind> {
         let before = self.wheels[i];
-        let limit = if before == Some(WheelState::Slips) {
-            Self::HYSTERESIS * wheel.slip_limit
-        } else {
-            wheel.slip_limit
-        };
-        let state = match (wheel.contacts, wheel.slip_speed.abs() > limit) {
+        let slipped = before == Some(WheelState::Slips);
+        let share = if slipped { Self::HYSTERESIS } else { 1.0 };
+        let slips = wheel.slip_speed.abs() > share * wheel.slip_limit;
+        let state = match (wheel.contacts, slips) {
             (0, _) => WheelState::InTheAir,
             (_, true) => WheelState::Slips,
             (_, false) => WheelState::Grips,
@@ -192,7 +183,7 @@ impl EventDetector {
     }
 
     fn bar_events(&mut self, clearances: &Clearances) -> impl Iterator<Item = EventKind> {
-        let bars = Bar::ALL.into_iter().zip(clearances.touching());
+        let bars = Bar::ALL.into_iter().zip(clearances.touching);
         bars.zip(&mut self.touching)
             .filter_map(|((bar, touches), touching)| {
                 let touches = touches?;

@@ -45,14 +45,12 @@ pub struct GroundErrors {
 #[derive(Default)]
 struct Sums {
     rms: Rms,
-    count: u64,
     inside: u64,
 }
 
 impl Sums {
     fn add(&mut self, error: f64, sigma: f64) {
         self.rms.add(error);
-        self.count += 1;
         self.inside += u64::from(error.abs() <= 2.0 * sigma);
     }
 }
@@ -68,11 +66,11 @@ impl GroundErrors {
             }
         }
         Some(Self {
-            points: height.count,
+            points: height.rms.count,
             height_rmse_m: height.rms.value()?,
-            height_coverage: share(height.inside, height.count)?,
+            height_coverage: share(height.inside, height.rms.count)?,
             slope_rmse_rad: slope.rms.value(),
-            slope_coverage: share(slope.inside, slope.count),
+            slope_coverage: share(slope.inside, slope.rms.count),
         })
     }
 }

@@ -22,11 +22,9 @@
 
 mod bound;
 pub mod contact;
-mod errors;
 pub mod events;
 mod friction;
 mod ground;
-mod lag;
 mod progress;
 mod rule;
 mod score;
@@ -34,11 +32,10 @@ mod statistics;
 mod sum;
 
 pub use bound::{Bound, SampleNoise};
-pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, estimated_needed_friction, needed_friction};
 pub use ground::{GroundErrors, TrueGround, ground_origin};
 pub use progress::{Progress, ProgressMeter};
 pub use rule::{Compared, Inclusion, Rule};
 pub use score::Score;
-pub use statistics::Statistics;
+pub use statistics::{ForceErrors, Statistics, rms_over_wheels};
 pub use sum::{Rms, Sum};

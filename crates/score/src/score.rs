@@ -11,13 +11,16 @@ use std::ops::Deref;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     rule: Rule,
-    missing: u64,
-    no_equivalent: u64,
+    /// Samples that count but have no estimate.
+    pub missing: u64,
+    /// Samples left out because no single contact is equivalent to those of a wheel.
+    pub no_equivalent: u64,
     all: Statistics,
     /// Those of the samples without two contacts; `None` while all samples are such.
     one_contact: Option<Statistics>,
 }
 
+/// As the errors over all samples that count and have an estimate.
 impl Deref for Score {
     type Target = Statistics;
 
@@ -71,30 +74,15 @@ impl Score {
         self.all.add(time, compared, estimate);
     }
 
-    /// The errors over all samples that count and have an estimate.
-    pub fn all(&self) -> &Statistics {
-        &self.all
-    }
-
     /// The errors over the samples at which no wheel has two contacts. Relative errors refer to the
     /// mean N of these samples.
     pub fn at_one_contact(&self) -> &Statistics {
         self.one_contact.as_ref().unwrap_or(&self.all)
     }
 
-    /// Samples that count but have no estimate.
-    pub fn missing(&self) -> u64 {
-        self.missing
-    }
-
     /// How many of the samples with an estimate have a wheel with two contacts.
     pub fn two_contacts(&self) -> u64 {
         self.all.samples() - self.at_one_contact().samples()
-    }
-
-    /// Samples left out because no single contact is equivalent to those of a wheel.
-    pub fn no_equivalent(&self) -> u64 {
-        self.no_equivalent
     }
 }
 
@@ -134,7 +122,7 @@ mod tests {
     fn an_empty_score_has_no_results() {
         let mut score = Score::new(Rule { compare_from: 0.0 });
         score.add(&Truth::default(), None);
-        assert_eq!((score.samples(), score.missing()), (0, 1));
+        assert_eq!((score.samples(), score.missing), (0, 1));
         let all = [
             score.nrmse(),
             score.stated(),
@@ -173,7 +161,7 @@ mod tests {
         truth.wheels[0].traction = 5.1;
         score.add(&truth, Some(&estimate));
         assert_eq!((score.samples(), score.two_contacts()), (2, 1));
-        assert_eq!((score.missing(), score.no_equivalent()), (0, 1));
+        assert_eq!((score.missing, score.no_equivalent), (0, 1));
         let errors = score.normal_force().expect("samples");
         // Differences of small whole numbers are exact.
         assert_eq!(errors.max_abs.to_bits(), 2.0_f64.to_bits());

@@ -1,11 +1,10 @@
 //! Statistics of errors over samples.
 
-use crate::errors::{ErrorSums, ForceErrors};
-use crate::lag::LagSums;
 use crate::rule::Compared;
 use crate::sum::{Sum, means, share};
 use nalgebra::{Matrix3, Vector3};
 use robhaz_estimator::Estimate;
+use serde::{Deserialize, Serialize};
 
 /// Errors of one estimator over a set of samples, and how they compare with the covariance that it
 /// states.
@@ -157,9 +156,128 @@ fn mahalanobis(e: &Vector3<f64>, p: Matrix3<f64>) -> Option<f64> {
     Some(e.dot(&p.cholesky()?.solve(e)))
 }
 
+/// Errors of one force over the samples of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceErrors {
+    /// Root mean square error of each wheel, N.
+    pub rmse: [f64; 3],
+    /// Root mean square error over the three wheels, N.
+    pub rmse_all: f64,
+    /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever
+    /// carried load.
+    pub nrmse: Option<f64>,
+    /// Mean error of each wheel, estimate minus truth, N; `None` in results of earlier versions.
+    pub bias: Option<[f64; 3]>,
+    /// Largest absolute error of any wheel, N.
+    pub max_abs: f64,
+    /// Time of that error, s; `None` in results of earlier versions.
+    pub max_abs_time_s: Option<f64>,
+}
+
+/// Root mean square error of N over the three wheels at one sample, N.
+pub fn rms_over_wheels(estimate: &Estimate, compared: &Compared) -> f64 {
+    let wheels = compared.wheels.iter().zip(estimate.normal_force);
+    let squares: f64 = wheels
+        .map(|(wheel, n)| (n - wheel.normal_force).powi(2))
+        .sum();
+    (squares / 3.0).sqrt()
+}
+
+/// Running sums of the errors of one force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ErrorSums {
+    errors: [Sum; 3],
+    squares: [Sum; 3],
+    largest: f64,
+    largest_at: f64,
+}
+
+impl ErrorSums {
+    /// Adds the errors of the three wheels (N) at the sample of a time (s).
+    fn add(&mut self, time: f64, errors: [f64; 3]) {
+        for (i, error) in errors.into_iter().enumerate() {
+            self.errors[i].add(error);
+            self.squares[i].add(error * error);
+            if error.abs() > self.largest {
+                (self.largest, self.largest_at) = (error.abs(), time);
+            }
+        }
+    }
+
+    /// The errors over `samples`, for a mean load in N; `None` without samples.
+    fn errors(&self, samples: u64, mean_load: Option<f64>) -> Option<ForceErrors> {
+        let mean_squares = means(&self.squares, samples)?;
+        let rmse_all = (mean_squares.iter().sum::<f64>() / 3.0).sqrt();
+        Some(ForceErrors {
+            rmse: mean_squares.map(f64::sqrt),
+            rmse_all,
+            nrmse: mean_load.map(|load| rmse_all / load),
+            bias: means(&self.errors, samples),
+            max_abs: self.largest,
+            max_abs_time_s: Some(self.largest_at),
+        })
+    }
+}
+
+/// The time by which an estimate follows the truth: sums over pairs of neighbouring samples.
+///
+/// An estimate that is late by tau errs by `-tau dN/dt` to first order: tau is the least-squares
+/// fit of that line to the errors of the three wheels. A constant error does not change it where
+/// the truth comes back to its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct LagSums {
+    /// The last sample: time (s), true N and its error (N).
+    last: Option<(f64, [f64; 3], [f64; 3])>,
+    /// Sum of error times change of the truth, N^2.
+    product: Sum,
+    /// Sum of the squared change of the truth over the time between the samples, N^2/s.
+    square: Sum,
+    /// Sum of these times over pairs and wheels, s.
+    time: Sum,
+}
+
+impl LagSums {
+    /// Longest time between neighbouring samples, s: records at 50 Hz.
+    const LONGEST_STEP: f64 = 0.02 + 1e-9;
+    /// Rate of the true N from which a change is an impact, in wheel loads a second: there the
+    /// first order does not hold, and a few samples would outweigh all others. Rolling wheels stay
+    /// below a fifth of it.
+    const IMPACT: f64 = 10.0;
+    /// RMS rate of the true N below which there is nothing to follow, N/s.
+    const LEAST_RATE: f64 = 0.1;
+
+    /// Adds the true N and its errors (N) at a time (s).
+    fn add(&mut self, time: f64, truth: [f64; 3], error: [f64; 3]) {
+        let Some((before, old_truth, old_error)) = self.last.replace((time, truth, error)) else {
+            return;
+        };
+        let dt = time - before;
+        if !(dt > 0.0 && dt <= Self::LONGEST_STEP) {
+            return;
+        }
+        let load = truth.iter().sum::<f64>() / 3.0;
+        for i in 0..3 {
+            let change = truth[i] - old_truth[i];
+            if change.abs() <= Self::IMPACT * load * dt {
+                self.product.add(0.5 * (error[i] + old_error[i]) * change);
+                self.square.add(change * change / dt);
+                self.time.add(dt);
+            }
+        }
+    }
+
+    /// The lag, s; `None` where the truth hardly changes.
+    fn lag(&self) -> Option<f64> {
+        let square = self.square.value();
+        let least = Self::LEAST_RATE * Self::LEAST_RATE * self.time.value();
+        (square > least).then(|| -self.product.value() / square)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// Closed form: P = L L' with L = [[2,0,0],[1,1,0],[0,3,1]] and e = L (1, 2, 3) give 1 + 4 + 9.
     #[test]
@@ -169,5 +287,48 @@ mod tests {
         let square = mahalanobis(&e, l * l.transpose()).expect("positive definite");
         assert!((square - 14.0).abs() < 1e-12, "{square}");
         assert_eq!(mahalanobis(&e, Matrix3::zeros()), None);
+    }
+
+    /// Feeds N = 40 + 10 sin(pi t) over five periods at 1 kHz, estimated with a delay (s) and a
+    /// bias (N).
+    fn found(delay: f64, bias: f64, impact: f64) -> Option<f64> {
+        let mut sums = LagSums::default();
+        let n = |t: f64| 40.0 + 10.0 * (PI * t).sin();
+        for k in 0..10_000 {
+            let t = 1e-3 * f64::from(k);
+            // A record in which the truth jumps and the estimate does not.
+            let jump = if k == 5000 { impact } else { 0.0 };
+            sums.add(t, [n(t) + jump; 3], [n(t - delay) + bias - n(t) - jump; 3]);
+        }
+        sums.lag()
+    }
+
+    /// Closed form: over whole periods a sine of the rate w that is late by tau has the lag
+    /// `sin(w tau)/w`, whatever the bias. The last step of the record is missing: 1e-3 of the lag,
+    /// and 1e-3 of the bias over the amplitude w 10 N.
+    #[test]
+    fn a_delayed_sine_has_that_lag() {
+        for delay in [-0.02, 0.0, 0.005, 0.05] {
+            let lag = found(delay, 0.0, 0.0).expect("the truth changes");
+            let expected = (PI * delay).sin() / PI;
+            assert!(
+                (lag - expected).abs() < 1e-3 * delay.abs() + 1e-9,
+                "{delay} {lag}"
+            );
+            let biased = found(delay, 1.0, 0.0).expect("the truth changes");
+            assert!((biased - lag).abs() < 1e-4, "{biased} {lag}");
+        }
+    }
+
+    /// An impact does not count, a constant truth has no lag.
+    #[test]
+    fn impacts_do_not_count() {
+        let lag = found(0.01, 0.0, 100.0).expect("the truth changes");
+        assert!((lag - 0.01).abs() < 1e-4, "{lag}");
+        let mut sums = LagSums::default();
+        for k in 0..100 {
+            sums.add(1e-3 * f64::from(k), [40.0; 3], [1.0; 3]);
+        }
+        assert_eq!(sums.lag(), None);
     }
 }

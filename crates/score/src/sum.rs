@@ -43,7 +43,8 @@ pub(crate) fn share(part: u64, of: u64) -> Option<f64> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rms {
     squares: Sum,
-    count: u64,
+    /// Values so far.
+    pub(crate) count: u64,
 }
 
 impl Rms {

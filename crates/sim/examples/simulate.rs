@@ -25,9 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             return Err(format!("course {other} is not smooth, stairs, cosbump or flat").into());
         }
     };
-    let engine = EngineKind::ALL
-        .into_iter()
-        .find(|kind| kind.name() == engine);
+    let mut kinds = EngineKind::ALL.into_iter();
+    let engine = kinds.find(|kind| kind.name() == engine);
     let setup = PlantSetup {
         robot: Robot::default_a(),
         terrain: Terrain::new(profile),

@@ -37,7 +37,7 @@ pub(crate) struct WheelLoad {
     /// Torque of the ground that resists the forward spin, N m.
     pub ground_torque: f64,
     /// Torque of damping and friction in the gear, N m.
-    gear_torque: f64,
+    pub gear_torque: f64,
 }
 
 impl WheelLoad {

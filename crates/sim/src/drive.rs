@@ -2,7 +2,7 @@
 //! speed control.
 
 use crate::scaling::{SpeedScaling, quintic, ramp};
-use robhaz_model::WheelCommand;
+use robhaz_model::{MassSet, WheelCommand};
 
 /// Speed control and losses of the three drives.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Drive {
 }
 
 /// What a drive does at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveResponse {
     /// Motor torque at the wheel, N m.
     pub torque: f64,
@@ -70,10 +70,8 @@ impl Drive {
     /// quintic ramp (no jump in acceleration).
     #[inline]
     pub(crate) fn start_speed(&self, t: f64, wheel_radius: f64) -> f64 {
-        quintic(
-            self.speed / wheel_radius,
-            ramp(t, self.start_time, self.ramp_time),
-        )
+        let share = ramp(t, self.start_time, self.ramp_time);
+        quintic(self.speed / wheel_radius, share)
     }
 
     /// Factor of a wheel's set speed at time `t` (s), -.
@@ -223,16 +221,11 @@ pub fn coulomb_sign(omega: f64) -> f64 {
 /// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with separate inertias of
 /// wheel and rotor, solved for the spin relative to the link.
 ///
-/// `drive_torque` is `tau - B omega - F_g sign(omega)` (N m), `ground_torque` is `d T` (N m),
+/// `drive` is `tau - B omega - F_g sign(omega)` (N m), `ground` is `d T` (N m),
 /// `alpha_link` is counter-clockwise (rad/s^2).
-pub fn wheel_acceleration(
-    drive_torque: f64,
-    ground_torque: f64,
-    alpha_link: f64,
-    wheel_inertia: f64,
-    rotor_inertia: f64,
-) -> f64 {
-    (drive_torque - ground_torque + wheel_inertia * alpha_link) / (wheel_inertia + rotor_inertia)
+pub fn wheel_acceleration(drive: f64, ground: f64, alpha_link: f64, mass: &MassSet) -> f64 {
+    let (wheel, rotor) = (mass.wheel_inertia, mass.rotor_inertia);
+    (drive - ground + wheel * alpha_link) / (wheel + rotor)
 }
 
 #[cfg(test)]
@@ -438,7 +431,8 @@ mod tests {
             gear_friction: 0.5,
             ..Drive::default()
         };
-        let rate = |omega| wheel_acceleration(-drive.loss_torque(omega), 0.0, 0.0, 0.0075, 0.0864);
+        let rate =
+            |omega| wheel_acceleration(-drive.loss_torque(omega), 0.0, 0.0, &MassSet::caption());
         (0..steps).fold(2.0, |omega, _| {
             let a = rate(omega);
             let b = rate(omega + 0.5 * dt * a);

@@ -65,19 +65,15 @@ impl EnergyWatch {
     /// [`PlantError::EnergyMade`]
     pub fn check(&mut self, robot: &Robot, instant: &Instant) -> Result<(), PlantError> {
         let truth = &instant.truth;
-        let stop = robot
-            .geometry
-            .stop
-            .energy(truth.links[0].angle - truth.links[1].angle);
+        let [a, b, _] = truth.links.map(|link| link.angle);
+        let stop = robot.geometry.stop.energy(a - b);
         let stored = mechanical_energy(robot, truth) + instant.contact_energy + stop;
         let passive = stored - instant.balance.motor_work;
         self.minimum = self.minimum.min(passive);
         let made = passive - self.minimum;
         if made > self.allowed {
-            return Err(PlantError::EnergyMade {
-                time: truth.time,
-                made,
-            });
+            let time = truth.time;
+            return Err(PlantError::EnergyMade { time, made });
         }
         Ok(())
     }

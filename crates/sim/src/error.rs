@@ -135,9 +135,24 @@ pub enum NoRest {
     },
 }
 
+/// Reason why the forces at a state cannot be evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum NoForces {
+    /// The four-bar cannot close.
+    Loop,
+    /// A wheel's centre is below the ground.
+    BelowGround {
+        /// Index of the wheel, 0 front.
+        wheel: usize,
+        /// The place.
+        source: BelowGround,
+    },
+    /// The mass matrix is not positive definite.
+    Singular,
+}
+
 /// The centre of a wheel is below the ground, where the contact laws do not apply.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("the centre of a wheel is below the ground (x = {x:.3} m)")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BelowGround {
     /// Position of the wheel's centre, m.
     pub x: f64,
@@ -146,11 +161,8 @@ pub(crate) struct BelowGround {
 impl BelowGround {
     /// The same fact with its time (s) and the index of the wheel (0 front).
     pub fn at(self, time: f64, wheel: usize) -> PlantError {
-        PlantError::WheelBelowGround {
-            time,
-            wheel: wheel + 1,
-            x: self.x,
-        }
+        let (wheel, x) = (wheel + 1, self.x);
+        PlantError::WheelBelowGround { time, wheel, x }
     }
 }
 

@@ -173,11 +173,6 @@ impl FrictionLaw {
         }
     }
 
-    /// Whether the contact slides: its slip speed is beyond [`Self::slip_limit`].
-    pub fn slides(&self, slip: &Slip) -> bool {
-        slip.speed().abs() > self.slip_limit(slip)
-    }
-
     /// Largest slope of T/N over the slip speed, s/m: that at zero slip, `3 mu_s/(2 v_s)` in
     /// ADAMS's form, `C/v_0` in the brush model at standstill.
     pub fn steepest_slope(&self) -> f64 {

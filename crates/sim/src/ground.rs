@@ -21,7 +21,7 @@ pub(crate) struct Ground {
     rolling: RollingResistance,
     wheel_radius: f64,
     /// Contacts of each wheel at the last call of [`Ground::act`].
-    found: [Vec<Contact>; 3],
+    pub found: [Vec<Contact>; 3],
     /// Where each wheel was last.
     hints: [Hint; 3],
     has_corners: bool,
@@ -41,17 +41,6 @@ pub(crate) struct WheelMotion {
     pub velocity: Vec2,
     /// Absolute spin, rad/s, forward positive.
     pub spin: f64,
-}
-
-/// Spin and motor torque of a wheel, for its truth.
-#[derive(Clone, Copy)]
-pub(crate) struct AxleState {
-    /// Spin relative to the link since the start, rad.
-    pub angle: f64,
-    /// Spin speed relative to the link, rad/s.
-    pub omega: f64,
-    /// Motor torque, N m.
-    pub torque: f64,
 }
 
 /// Forces at one contact.
@@ -143,8 +132,7 @@ impl Ground {
         motion: &WheelMotion,
         forces: &mut GroundForces,
     ) -> Result<(), BelowGround> {
-        self.find(wheel, motion.centre);
-        self.act_at(&self.found[wheel], motion, forces)
+        self.act_each(wheel, motion, forces, |_, _| ())
     }
 
     /// As [`Self::act`], and passes each contact with its forces to `each`.
@@ -158,20 +146,13 @@ impl Ground {
         forces: &mut GroundForces,
         each: impl FnMut(&Contact, &OneContact),
     ) -> Result<(), BelowGround> {
-        self.find(wheel, motion.centre);
-        self.sum(&self.found[wheel], motion, forces, each)
-    }
-
-    /// Searches the contacts of a wheel (0 front, 1 middle, 2 rear) with its centre at `centre`, m.
-    fn find(&mut self, wheel: usize, centre: Vec2) {
-        let found = &mut self.found[wheel];
-        let hint = &mut self.hints[wheel];
+        let (hint, found) = (&mut self.hints[wheel], &mut self.found[wheel]);
+        (self.terrain).contacts_near(motion.centre, self.wheel_radius, hint, found);
         #[cfg(test)]
         {
             self.queries += 1;
         }
-        self.terrain
-            .contacts_near(centre, self.wheel_radius, hint, found);
+        self.sum(&self.found[wheel], motion, forces, each)
     }
 
     /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of
@@ -183,12 +164,8 @@ impl Ground {
             return false;
         }
         let centre = motion.centre + motion.velocity * time;
-        self.terrain.contacts_near(
-            centre,
-            self.wheel_radius,
-            &mut self.hints[wheel],
-            &mut self.ahead,
-        );
+        let (hint, ahead) = (&mut self.hints[wheel], &mut self.ahead);
+        (self.terrain).contacts_near(centre, self.wheel_radius, hint, ahead);
         let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
         !self.ahead.iter().all(known)
     }
@@ -210,27 +187,12 @@ impl Ground {
         self.queries
     }
 
-    /// Contacts of a wheel (0 front, 1 middle, 2 rear) at the last call of [`Self::act`].
-    pub fn contacts(&self, wheel: usize) -> &[Contact] {
-        &self.found[wheel]
-    }
-
-    /// Forces of given contacts of a wheel.
+    /// Sums the forces of given contacts of a wheel, and passes each one to `each`.
     ///
     /// # Errors
     /// [`BelowGround`]
-    pub fn act_at(
-        &self,
-        found: &[Contact],
-        wheel: &WheelMotion,
-        sum: &mut GroundForces,
-    ) -> Result<(), BelowGround> {
-        self.sum(found, wheel, sum, |_, _| ())
-    }
-
-    /// Sums the forces of given contacts of a wheel, and passes each one to `each`.
     #[inline(always)]
-    fn sum(
+    pub fn sum(
         &self,
         found: &[Contact],
         wheel: &WheelMotion,
@@ -251,14 +213,10 @@ impl Ground {
             }
             let one = self.one_contact(contact, wheel)?;
             each(contact, &one);
-            let ContactTruth {
-                normal,
-                normal_force,
-                traction,
-                ..
-            } = one.truth;
-            normal_sum += normal * normal_force;
-            sum.force += normal * normal_force + contact.tangent * traction;
+            let (normal_force, traction) = (one.truth.normal_force, one.truth.traction);
+            let pressing = one.truth.normal * normal_force;
+            normal_sum += pressing;
+            sum.force += pressing + contact.tangent * traction;
             sum.torque += contact.distance * traction;
             sum.torque += self.rolling_moment(normal_force, wheel.spin);
             sum.traction += traction;
@@ -280,7 +238,7 @@ impl Ground {
         Ok(())
     }
 
-    /// As [`Self::act_at`] for a wheel with one contact, the usual case.
+    /// As [`Self::sum`] for a wheel with one contact, the usual case.
     #[inline(always)]
     fn sum_of_one(
         &self,
@@ -341,7 +299,7 @@ impl Ground {
         })
     }
 
-    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), whose last call of [`Self::act`]
+    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear) but spin and motor torque, whose last call of [`Self::act`]
     /// gave `forces` at the same motion. A wheel without contact gets gap, slope and slip speed at
     /// the nearest ground.
     ///
@@ -352,13 +310,9 @@ impl Ground {
         index: usize,
         forces: &GroundForces,
         wheel: &WheelMotion,
-        axle: AxleState,
         truth: &mut WheelTruth,
     ) -> Result<(), BelowGround> {
         truth.position = wheel.centre;
-        truth.angle = axle.angle;
-        truth.omega = axle.omega;
-        truth.torque = axle.torque;
         truth.normal_force = forces.normal_force;
         truth.traction = forces.traction;
         truth.contact_angle = direction(forces.tangent);
@@ -399,9 +353,8 @@ impl Ground {
                 let found = &self.found[index];
                 truth.contact_list.clear();
                 for contact in found.iter().filter(|c| !is_behind(c, found)) {
-                    truth
-                        .contact_list
-                        .push(self.one_contact(contact, wheel)?.truth);
+                    let one = self.one_contact(contact, wheel)?;
+                    truth.contact_list.push(one.truth);
                 }
             }
         }
@@ -421,10 +374,8 @@ pub(crate) fn is_same(a: Vec2, b: Vec2) -> bool {
 /// side: the centre is behind the contact's surface, and nearer to a surface that faces it. Such a
 /// contact exerts no force.
 fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
-    contact.distance < 0.0
-        && found
-            .iter()
-            .any(|c| c.distance > 0.0 && c.distance < -contact.distance)
+    let nearer = |c: &Contact| c.distance > 0.0 && c.distance < -contact.distance;
+    contact.distance < 0.0 && found.iter().any(nearer)
 }
 
 /// Speeds of a contact with the tangent `t` and the distance `arm` (m) from the wheel's centre.

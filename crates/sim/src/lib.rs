@@ -7,7 +7,6 @@
 //! | eq. (11), friction | [`friction`] |
 //! | set speeds that differ from wheel to wheel | [`scaling`] |
 //! | rolling resistance | [`rolling`] |
-//! | limited pin joint | [`stop`] |
 //! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
 //! | stability of an explicit step | [`stability`] |
 //! | distance of body and links to the ground | [`clearance`] |
@@ -42,7 +41,6 @@ pub mod sensors;
 mod setup;
 pub mod stability;
 mod start;
-pub mod stop;
 mod truth;
 
 pub use balance::Balance;

@@ -92,18 +92,13 @@ fn check(truth: &Truth) -> Result<(), PlantError> {
     }
     for (i, wheel) in truth.wheels.iter().enumerate() {
         if wheel.penetration < -MAX_GAP {
-            return Err(PlantError::OffTheGround {
-                time,
-                wheel: i + 1,
-                x: wheel.position.x,
-            });
+            let (wheel, x) = (i + 1, wheel.position.x);
+            return Err(PlantError::OffTheGround { time, wheel, x });
         }
     }
-    if truth.loop_error > Plant::MAX_LOOP_ERROR {
-        return Err(PlantError::LoopOpen {
-            time,
-            distance: truth.loop_error,
-        });
+    let distance = truth.loop_error;
+    if distance > Plant::MAX_LOOP_ERROR {
+        return Err(PlantError::LoopOpen { time, distance });
     }
     Ok(())
 }

@@ -25,13 +25,9 @@ impl SpeedScaling {
     }
 
     /// The times at which a change begins or ends, s.
-    pub(crate) fn changes(&self, ramp_time: f64) -> [f64; 4] {
-        [
-            self.from,
-            self.from + ramp_time,
-            self.to,
-            self.to + ramp_time,
-        ]
+    pub(crate) fn changes(&self, ramp_time: f64) -> impl Iterator<Item = f64> {
+        let ends = [self.from, self.to].into_iter();
+        ends.flat_map(move |end| [end, end + ramp_time])
     }
 }
 

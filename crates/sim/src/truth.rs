@@ -32,7 +32,7 @@ pub struct ContactTruth {
     /// Slip speed, m/s, positive when the rim is faster than the wheel's centre.
     pub slip_speed: f64,
     /// Whether it slides: its slip is beyond the peak of the friction law
-    /// ([`FrictionLaw::slides`](crate::friction::FrictionLaw::slides)).
+    /// ([`FrictionLaw::slip_limit`](crate::friction::FrictionLaw::slip_limit)).
     pub slides: bool,
 }
 
@@ -72,10 +72,9 @@ impl ContactList {
         let [first, second] = self.entries;
         let least = first.normal_force.min(second.normal_force);
         if contact.normal_force > least {
-            let kept = if first.normal_force > least {
-                first
-            } else {
-                second
+            let kept = match first.normal_force > least {
+                true => first,
+                false => second,
             };
             self.entries = [kept, contact];
         }
@@ -171,18 +170,13 @@ impl WheelTruth {
             return None;
         }
         // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
-        let (x, y) = (self.force.x, self.force.y);
-        let tangent = Vec2::new(
-            x * traction + y * normal_force,
-            y * traction - x * normal_force,
-        );
+        let tangent = self.force * traction - perp(self.force) * normal_force;
         Some(EquivalentContact {
             normal_force,
             traction,
-            angle: if tangent == Vec2::zeros() {
-                self.contact_angle
-            } else {
-                tangent.y.atan2(tangent.x)
+            angle: match tangent == Vec2::zeros() {
+                true => self.contact_angle,
+                false => tangent.y.atan2(tangent.x),
             },
         })
     }

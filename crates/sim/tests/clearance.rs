@@ -42,7 +42,7 @@ fn level_ground_has_the_nominal_heights() {
     // Sunk so deep that pin Q is in the ground.
     let sunk = places(&geometry, [0.0; 2], geometry.pins.q - Vec2::new(0.0, 0.135)).unwrap();
     let found = meter.measure(&sunk);
-    assert!(found.touches() && found.least().0 != Bar::Body);
+    assert!(found.touches() && found.least.0 != Bar::Body);
     // Nose up by 0.2 rad about Q: the lowest point of the body is its rear corner or pin S.
     let angle = 0.2_f64;
     let found = meter.measure_each(&places(&geometry, [angle; 2], geometry.pins.q).unwrap());
@@ -95,7 +95,7 @@ fn a_kerb_under_the_linkage_is_seen() {
         let mut meter = ClearanceMeter::new(&geometry, terrain);
         let robot = places(&geometry, [0.0; 2], geometry.pins.q).unwrap();
         let found = meter.measure(&robot);
-        let (bar, least) = found.least();
+        let (bar, least) = found.least;
         assert!(
             bar == Bar::Link1 && (least - (0.125 - rise)).abs() < 1e-9,
             "{found:?}"

@@ -2,9 +2,8 @@
 
 use crate::dataset;
 use crate::error::{StudyError, io_error};
-use crate::folder::{DATASET, Folder};
+use crate::folder::{DATASET, Folder, Shard};
 use crate::journal::{Journal, RunRecord, scan};
-use crate::shard::Shard;
 use crate::single::{self, SharedTruth};
 use crate::study::Study;
 use rayon::ThreadPoolBuilder;
@@ -13,17 +12,6 @@ use robhaz_record::Dataset;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-
-/// What is to be computed, and where it is written.
-#[derive(Clone, Copy, Debug)]
-pub struct Job<'a> {
-    /// Folder of the study.
-    pub folder: &'a Path,
-    /// Its part of the runs.
-    pub shard: Shard,
-    /// Number of threads, at least 1.
-    pub jobs: usize,
-}
 
 /// What the caller hears of, and how it stops.
 pub struct Watch<'a> {
@@ -57,15 +45,21 @@ pub struct Done {
     pub dataset: Option<PathBuf>,
 }
 
-/// Computes the missing runs of a shard. With all runs of the study it makes the dataset, of
+/// Computes the missing runs of a shard on `jobs` threads, at least 1, in the folder of its study. With all runs of the study it makes the dataset, of
 /// whichever shards have computed them in its folder.
 ///
 /// # Errors
 /// [`StudyError`]; [`StudyError::Stopped`] when the caller stopped it. Finished runs stay in the
 /// folder.
-pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, StudyError> {
-    let folder = Folder::open(job.folder, study.identity())?;
-    let (shard, dataset, hash) = (job.shard, folder.dataset(), &study.identity().sha256);
+pub fn compute(
+    study: &Study,
+    folder: &Path,
+    shard: Shard,
+    jobs: usize,
+    watch: &Watch<'_>,
+) -> Result<Done, StudyError> {
+    let folder = Folder::open(folder, &study.identity)?;
+    let (dataset, hash) = (folder.dataset(), &study.identity.sha256);
     let runs = shard.count(study.runs());
     let done = |computed, damaged, dataset| Done {
         runs,
@@ -104,7 +98,7 @@ pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
         watch,
         failure: Mutex::new(None),
     };
-    let computed = work.run(job.jobs, runs);
+    let computed = work.run(jobs, runs);
     lock(&work.journal).sync()?;
     let computed = computed?;
     if shard != Shard::ALL {
@@ -125,21 +119,12 @@ pub fn compute_dataset(
     watch: &Watch<'_>,
 ) -> Result<Dataset, StudyError> {
     let folder = tempfile::tempdir().map_err(io_error("create", &std::env::temp_dir()))?;
-    let (shard, folder) = (Shard::ALL, folder.path());
-    let mut done = compute(
-        study,
-        &Job {
-            folder,
-            shard,
-            jobs,
-        },
-        watch,
-    );
+    let mut done = compute(study, folder.path(), Shard::ALL, jobs, watch);
     if let Err(StudyError::Stopped { kept, .. }) = &mut done {
         *kept = false;
     }
     done?;
-    Ok(Dataset::read(&folder.join(DATASET))?)
+    Ok(Dataset::read(&folder.path().join(DATASET))?)
 }
 
 /// What the threads share.
@@ -179,7 +164,7 @@ impl Work<'_> {
 
     /// Computes the pending runs of one truth. Returns how many.
     fn of_truth(&self, truth: u64) -> u64 {
-        let plan = self.study.plan();
+        let plan = &self.study.plan;
         let runs = || (0..plan.runs_of_truth()).map(|place| plan.run(truth, place));
         let mut pending = runs().filter(|run| (self.is_pending)(*run));
         let (Some(first), second) = (pending.next(), pending.next()) else {
@@ -206,7 +191,7 @@ impl Work<'_> {
         if stop().is_some() {
             return false;
         }
-        let keeps = self.study.choice().tables.keeps(run);
+        let keeps = self.study.choice.tables.keeps(run);
         let tables = keeps.then(|| self.folder.tables(run));
         let computed = single::compute(self.study, run, truth, tables.as_deref(), &stop);
         let kept = computed.and_then(|record| {

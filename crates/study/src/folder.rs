@@ -1,4 +1,4 @@
-//! The folder of a study.
+//! The folder of a study; files and folders that are complete or not there; a part of the runs.
 //!
 //! | file | content |
 //! |---|---|
@@ -8,13 +8,51 @@
 //! | `tables/run-N` | full tables of chosen runs |
 
 use crate::error::{StudyError, io_error};
-use crate::files;
-use crate::shard::Shard;
 use crate::study::Identity;
 use serde_json::Value;
-use std::fs;
-use std::io;
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
+
+/// A part of the runs, for one of several machines: every `of`-th run from the `part`-th on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    part: u64,
+    of: NonZeroU64,
+}
+
+impl Shard {
+    /// All runs.
+    pub const ALL: Self = Self {
+        part: 1,
+        of: NonZeroU64::MIN,
+    };
+
+    /// Part `part` of `of`, from 1 on; `None` if there is no such part.
+    pub fn new(part: u64, of: u64) -> Option<Self> {
+        let of = NonZeroU64::new(of)?;
+        (1..=of.get()).contains(&part).then_some(Self { part, of })
+    }
+
+    /// Whether a run belongs to it.
+    pub fn has(&self, run: u64) -> bool {
+        run % self.of == self.part - 1
+    }
+
+    /// How many of `runs` runs belong to it.
+    pub fn count(&self, runs: u64) -> u64 {
+        (runs + self.of.get() - self.part) / self.of
+    }
+}
+
+/// `2-of-8`
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}-of-{}", self.part, self.of)
+    }
+}
 
 /// Name of the file of the dataset.
 pub const DATASET: &str = "study.parquet";
@@ -47,7 +85,7 @@ impl Folder {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 check_only_begun(path)?;
                 let text = serde_json::to_vec_pretty(identity).map_err(io::Error::from);
-                files::write_whole(&manifest, &text.map_err(io_error("write", &manifest))?)?;
+                write_whole(&manifest, &text.map_err(io_error("write", &manifest))?)?;
             }
             Err(error) => return Err(io_error("read", &manifest)(error)),
         }
@@ -140,4 +178,64 @@ fn check_same(folder: &Path, found: &Identity, wanted: &Identity) -> Result<(), 
         folder: folder.to_path_buf(),
         difference: format!("{difference} (SHA-256 {found}..., now {wanted}...)"),
     })
+}
+
+/// The name under which a file or folder is written.
+pub fn partial(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    PathBuf::from(name)
+}
+
+/// Writes a small file. It has its name only when all of it is on the disk. Several processes may
+/// write the same content.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
+    let mut temporary = partial(path).into_os_string();
+    temporary.push(format!("-{}", std::process::id()));
+    let temporary = PathBuf::from(temporary);
+    let mut file = File::create(&temporary).map_err(io_error("create", &temporary))?;
+    file.write_all(content)
+        .and_then(|()| file.sync_all())
+        .map_err(io_error("write", &temporary))?;
+    settle(&temporary, path)
+}
+
+/// Gives a complete file or folder its name, and waits until the disk has the name, too.
+pub fn settle(temporary: &Path, path: &Path) -> Result<(), StudyError> {
+    fs::rename(temporary, path).map_err(io_error("rename", temporary))?;
+    sync_parent(path);
+    Ok(())
+}
+
+/// Waits until the disk has the name of a file or folder. Some file systems cannot; the content is
+/// there in any case.
+pub fn sync_parent(path: &Path) {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Property: every run belongs to one shard, and the shards count right.
+    #[test]
+    fn shards_share_all_runs() {
+        for (runs, of) in [(0, 1), (1, 3), (10, 3), (12, 4), (5, 7)] {
+            let shards: Vec<Shard> = (1..=of).filter_map(|part| Shard::new(part, of)).collect();
+            assert_eq!(shards.len() as u64, of);
+            for shard in &shards {
+                let count = (0..runs).filter(|run| shard.has(*run)).count() as u64;
+                assert_eq!(count, shard.count(runs), "{shard:?} of {runs}");
+            }
+            for run in 0..runs {
+                assert_eq!(shards.iter().filter(|shard| shard.has(run)).count(), 1);
+            }
+        }
+        assert_eq!((Shard::new(0, 3), Shard::new(4, 3)), (None, None));
+        assert_eq!(Shard::new(1, 0), None);
+    }
 }

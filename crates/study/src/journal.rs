@@ -34,16 +34,13 @@ impl RunRecord {
         Self {
             run,
             error: Some(reason),
-            rows: vec![Row {
-                estimator: None,
-                scores: Vec::new(),
-            }],
+            rows: vec![Row::default()],
         }
     }
 }
 
 /// The scores of one estimator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Label of the estimator; `None` for a failed run.
     pub estimator: Option<String>,

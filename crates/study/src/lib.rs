@@ -13,41 +13,32 @@
 //! | modules | job |
 //! |---|---|
 //! | `study` | study file and base scene, or scene and seeds, checked; what identifies them |
-//! | `plan`, `draw` | the settings of every run, and which runs have one truth; drawn values |
-//! | `truth_run`, `single` | the truth of several runs; one run and its scores |
+//! | `plan` | the settings of every run, and which runs have one truth; drawn values |
+//! | `single` | the truth of several runs; one run and its scores |
 //! | `ablation` | the ladder of estimators |
-//! | `scores`, `columns` | columns of scores; all columns of the dataset |
-//! | `journal`, `folder`, `files` | finished runs on disk; the folder of a study; files that are complete or not there |
-//! | `shard`, `compute` | a part of the runs; its runs, on several threads |
-//! | `dataset`, `report` | the dataset of all journals; means, consistency and verdicts |
-//! | `statistics`, `consistency` | means with standard errors; is a stated covariance right? |
+//! | `journal`, `folder` | finished runs on disk; the folder of a study, files that are complete or not there, a part of the runs |
+//! | `compute` | the runs of such a part, on several threads |
+//! | `dataset`, `report` | the dataset of all journals with its columns; means, consistency and verdicts |
+//! | `statistics` | means with standard errors; is a stated covariance right? |
 
 mod ablation;
-mod columns;
 mod compute;
-mod consistency;
 mod dataset;
-mod draw;
 mod error;
-mod files;
 mod folder;
 mod journal;
 mod plan;
 mod report;
-mod shard;
 mod single;
 mod statistics;
 mod study;
-mod truth_run;
 
 pub use ablation::ladder;
-pub use compute::{Done, Job, Watch, compute, compute_dataset};
-pub use consistency::{Consistency, CovarianceVerdict};
+pub use compute::{Done, Watch, compute, compute_dataset};
 pub use error::StudyError;
-pub use folder::DATASET;
+pub use folder::{DATASET, Shard};
 pub use journal::{Row, RunRecord};
 pub use report::{Line, Report};
-pub use shard::Shard;
-pub use statistics::Mean;
+pub use single::TruthRun;
+pub use statistics::{Consistency, CovarianceVerdict, Mean};
 pub use study::{Identity, Study};
-pub use truth_run::TruthRun;

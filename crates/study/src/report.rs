@@ -1,8 +1,7 @@
 //! The result of a study, as a table and as JSON.
 
-use crate::consistency::{Consistency, CovarianceVerdict};
 use crate::error::StudyError;
-use crate::statistics::{LEAST_RUNS, Mean};
+use crate::statistics::{Consistency, CovarianceVerdict, LEAST_RUNS, Mean};
 use crate::study::Study;
 use robhaz_record::{Dataset, Grid};
 use robhaz_scene::Scene;
@@ -139,7 +138,7 @@ impl Report {
         let only_seeds = study.driven().is_some();
         let labels = data.estimators().into_iter();
         let estimators: Vec<Rows<'_>> = labels.map(|label| Rows { data, label }).collect();
-        let name = &study.choice().name;
+        let name = &study.choice.name;
         let failed = |reason: String| StudyError::Failed {
             scene: name.clone(),
             reason,
@@ -147,7 +146,7 @@ impl Report {
         if let (true, Some((reason, ..))) = (only_seeds, failures.first()) {
             return Err(failed((*reason).to_owned()));
         }
-        let scenes = study.scenes();
+        let scenes = &study.scenes;
         let compare_from_s = common(scenes.iter().map(|scene| scene.record.compare_from));
         let samples = count(&estimators, |rows| rows.counted());
         let left_out = count(&estimators, |rows| rows.of("no_equivalent"));
@@ -211,13 +210,8 @@ impl Report {
             ));
         }
         lines.extend(self.estimators.iter().filter_map(Line::wrong_parity));
-        for Line {
-            name,
-            missing,
-            counted,
-            ..
-        } in self.estimators.iter().filter(|l| l.missing > 0)
-        {
+        for line in self.estimators.iter().filter(|l| l.missing > 0) {
+            let (name, missing, counted) = (&line.name, line.missing, line.counted);
             lines.push(format!(
                 "{name}: no estimate in {missing} of {counted} samples of all {each}; these do not count."
             ));
@@ -239,11 +233,8 @@ impl Report {
     /// of the others.
     fn without_two_contacts(&self) -> Option<String> {
         let of = |line: &Line| {
-            Some(format!(
-                "{} {}",
-                line.name,
-                percent(line.nrmse_at_one_contact?)
-            ))
+            let error = percent(line.nrmse_at_one_contact?);
+            Some(format!("{} {error}", line.name))
         };
         let errors: Vec<String> = self.estimators.iter().filter_map(of).collect();
         let is_of_interest = self.two_contacts != Some(0) && !errors.is_empty();
@@ -276,14 +267,11 @@ impl Report {
             Some(n) => format!("{n} of them with two contacts of a wheel, "),
             None => "some of them with two contacts of a wheel, ".to_owned(),
         };
-        let left_out = match self.left_out {
-            Some(0) => "none".to_owned(),
-            Some(n) => n.to_string(),
-            None => "some".to_owned(),
-        };
-        let why = match self.left_out {
-            Some(0) => "",
-            _ => " because the contacts of a wheel have no equivalent single contact",
+        let why = " because the contacts of a wheel have no equivalent single contact";
+        let (left_out, why) = match self.left_out {
+            Some(0) => ("none".to_owned(), ""),
+            Some(n) => (n.to_string(), why),
+            None => ("some".to_owned(), why),
         };
         format!(
             "{}: {runs}{seeds}; engine {engine}, sensors {sensors}; {samples}, {two_contacts}{left_out} left out{why}.",
@@ -321,10 +309,9 @@ impl Line {
     fn wrong_parity(&self) -> Option<String> {
         use CovarianceVerdict::{Cautious, Overconfident};
         let nis = self.consistency?.nis?.mean;
-        let verdict = self
-            .parity_verdict
-            .filter(|v| matches!(v, Cautious | Overconfident))?;
-        let (name, words) = (&self.name, verdict.words());
+        let verdict = self.parity_verdict;
+        let verdict = verdict.filter(|v| matches!(v, Cautious | Overconfident))?;
+        let (name, words) = (&self.name, verdict.name());
         Some(format!(
             "{name}: the expected variance of the parity residual is {words} (NIS {nis:.2})."
         ))
@@ -336,43 +323,32 @@ impl Line {
             Some(value) => format!("{value:.digits$}"),
             None => "-".to_owned(),
         };
-        let stated = self.stated;
+        let stated = self.stated.map(|m| 100.0 * m.mean);
         [
             self.name.clone(),
             self.nrmse.map_or_else(|| "-".to_owned(), percent),
             number(self.error_over_floor, 2),
             number(self.traction_rmse_n.map(|m| m.mean), 2),
-            number(
-                stated.map(|m| 100.0 * m.mean),
-                stated.as_ref().map_or(0, digits),
-            ),
+            number(stated, self.stated.as_ref().map_or(0, digits)),
             number(self.error_over_stated.map(|m| m.mean), 2),
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
             number(c.map(|c| c.nees.mean), 2),
             number(c.and_then(|c| c.nis).map(|m| m.mean), 2),
-            self.verdict
-                .map_or("-", CovarianceVerdict::words)
-                .to_owned(),
+            self.verdict.map_or("-", CovarianceVerdict::name).to_owned(),
         ]
     }
 }
 
 /// The seeds of all runs, each once, from the least on.
 fn seeds(data: &Dataset, scenes: &[Scene]) -> Vec<u64> {
-    let mut varied: Vec<u64> = data
-        .numbers("seed")
-        .iter()
-        .flatten()
-        .map(|s| *s as u64)
-        .collect();
+    let varied = data.numbers("seed").iter().flatten();
+    let mut varied: Vec<u64> = varied.map(|s| *s as u64).collect();
     varied.sort_unstable();
     varied.dedup();
-    match varied.is_empty() {
-        true => common(scenes.iter().map(|scene| scene.seed))
-            .into_iter()
-            .collect(),
-        false => varied,
+    if varied.is_empty() {
+        varied.extend(common(scenes.iter().map(|scene| scene.seed)));
     }
+    varied
 }
 
 /// A fraction in %, with its standard error where there is one.

@@ -1,17 +1,56 @@
-//! One run and its scores.
+//! The truth of a scene, which several runs may share; one run and its scores.
 
 use crate::error::{StudyError, io_error};
-use crate::files;
+use crate::folder::{partial, settle};
 use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
-use crate::truth_run::{TruthRun, bound, rule};
 use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
-use robhaz_run::{Frame, Run, RunError, Sink, SinkError, Stop, in_one_line};
-use robhaz_scene::{Scene, SceneError};
-use robhaz_score::{Bound, Inclusion, Rule};
+use robhaz_run::{
+    DrivenPlant, Frame, MOST_KEPT, Run, RunError, Sink, SinkError, Stop, in_one_line,
+};
+use robhaz_scene::{PlantFailure, Scene, SceneError};
+use robhaz_score::{Bound, Inclusion, Rule, SampleNoise};
+use robhaz_sim::Truth;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds:
+/// without a control that takes readings it does not depend on sensor noise; with one it is the run
+/// of the scene's own seed, which other seeds observe without driving.
+#[derive(Clone, Debug)]
+pub struct TruthRun(Arc<[Truth]>);
+
+impl TruthRun {
+    /// Simulates a scene with its engine.
+    ///
+    /// # Errors
+    /// [`RunError`]: it is too long, cannot start or does not reach its end.
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
+        Self::simulate(scene, &|| None)
+    }
+
+    /// The same; `stop` is asked at every sample.
+    pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
+        let found = (scene.record.count() - 1) * scene.samples_per_record() + 1;
+        if found > MOST_KEPT {
+            let (of, who) = ("samples", "a study");
+            return Err(RunError::TooLong { found, of, who });
+        }
+        let mut plant = DrivenPlant::new(scene, &scene.plant_setup())?;
+        let next = |_| match stop() {
+            Some(cause) => Err(RunError::Stopped { cause }),
+            None => Ok(plant.next_truth().map_err(PlantFailure::from)?),
+        };
+        Ok(Self((0..found).map(next).collect::<Result<_, _>>()?))
+    }
+
+    /// Every sample.
+    pub fn samples(&self) -> impl Iterator<Item = &Truth> {
+        self.0.iter()
+    }
+}
 
 /// What the runs of one truth share.
 #[derive(Debug)]
@@ -47,13 +86,10 @@ impl SharedTruth {
 
     /// The run of a scene.
     fn run(&self, scene: &Scene) -> Result<Run, RunError> {
+        let is_it = |seen: &Scene| *seen == seen_by_plant(scene);
         match self {
-            Self::Kept(truth, seen)
-                if seen
-                    .as_ref()
-                    .is_none_or(|seen| **seen == seen_by_plant(scene)) =>
-            {
-                Run::observing(scene, truth.shared())
+            Self::Kept(truth, seen) if seen.as_deref().is_none_or(is_it) => {
+                Run::observing(scene, Arc::clone(&truth.0))
             }
             _ => Run::new(scene),
         }
@@ -78,10 +114,10 @@ pub fn compute(
     }));
     Ok(match computed {
         Ok(outcome) => match outcome? {
-            Ok(outcome) => Some(RunRecord {
+            Ok(rows) => Some(RunRecord {
                 run,
                 error: None,
-                rows: rows(&outcome.0, outcome.1),
+                rows,
             }),
             Err(_) if stop().is_some() => None,
             Err(reason) => Some(RunRecord::failed(run, reason)),
@@ -93,14 +129,14 @@ pub fn compute(
     })
 }
 
-/// Summary and Cramer-Rao bound of a run, or why it has no scores.
+/// The scores of a run, or why it has none.
 fn outcome(
     study: &Study,
     run: u64,
     truth: &SharedTruth,
     tables: Option<&Path>,
     stop: Stop<'_>,
-) -> Result<Result<(Summary, Option<f64>), String>, StudyError> {
+) -> Result<Result<Vec<Row>, String>, StudyError> {
     if let SharedTruth::Failed(reason) = truth {
         return Ok(Err(reason.clone()));
     }
@@ -125,12 +161,12 @@ fn outcome(
                 return Err(cannot(std::io::Error::other(error)));
             }
             Err(RunError::Stopped { .. }) => {}
-            _ => files::settle(temporary, folder)?,
+            _ => settle(temporary, folder)?,
         }
     }
     let summary = summary.summary().map_err(|error| in_one_line(&error));
     Ok(match ended {
-        Ok(_) => summary.map(|summary| (summary, bound.0.nrmse())),
+        Ok(_) => summary.map(|summary| rows(&summary, bound.0.nrmse())),
         Err(error) => Err(in_one_line(&error)),
     })
 }
@@ -141,7 +177,10 @@ pub struct BoundSink(pub Bound, Rule);
 impl BoundSink {
     /// For a run of a scene.
     pub fn new(scene: &Scene) -> Self {
-        Self(bound(scene), rule(scene))
+        let compare_from = scene.record.compare_from;
+        let noise = SampleNoise::of(&scene.sensors.spec, scene.drive.gear_friction);
+        let bound = Bound::new(noise, scene.robot.robot.clone());
+        Self(bound, Rule { compare_from })
     }
 }
 
@@ -158,7 +197,7 @@ impl Sink for BoundSink {
 
 /// An empty folder for the tables of a run, with its scene and tracks.
 fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, StudyError> {
-    let temporary = files::partial(folder);
+    let temporary = partial(folder);
     for old in [folder, &temporary] {
         // Of a run that was killed before its line was in the journal.
         if old.exists() {
@@ -166,7 +205,7 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, Study
         }
     }
     fs::create_dir_all(&temporary).map_err(io_error("create", &temporary))?;
-    let version = &study.identity().version;
+    let version = &study.identity.version;
     let text = scene.to_toml(version).into_bytes();
     let tracks = scene.terrain.tracks.iter();
     let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
@@ -180,8 +219,7 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, Study
 fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
     let row = |estimator: Option<&EstimatorSummary>| Row {
         estimator: estimator.map(|e| e.name.clone()),
-        scores: ScoreColumn::all()
-            .iter()
+        scores: (ScoreColumn::all().iter())
             .map(|column| column.value(run, bound, estimator))
             .collect(),
     };
@@ -193,9 +231,9 @@ fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
 
 /// The problems of a scene without the names of files, which differ between machines.
 fn of_scene(error: &SceneError) -> String {
-    let problems = error.problems().map(|p| match p.key() {
-        "" => p.message().to_owned(),
-        key => format!("{key}: {}", p.message()),
+    let problems = error.problems.iter().map(|p| match p.key.as_str() {
+        "" => p.message.clone(),
+        key => format!("{key}: {}", p.message),
     });
     problems.collect::<Vec<_>>().join("; ")
 }

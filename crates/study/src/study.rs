@@ -33,12 +33,15 @@ pub struct Identity {
 /// process computes any run without asking another.
 #[derive(Clone, Debug)]
 pub struct Study {
-    choice: StudyChoice,
+    /// The study file.
+    pub choice: StudyChoice,
+    /// What identifies the dataset.
+    pub identity: Identity,
+    /// Scenes that have every value of every axis, without those whose values do not go together:
+    /// see [`Self::load`].
+    pub scenes: Vec<Scene>,
+    pub(crate) plan: Plan,
     base: Base,
-    plan: Plan,
-    identity: Identity,
-    /// The scenes of representative runs, without those whose values do not go together.
-    scenes: Vec<Scene>,
 }
 
 /// Where the scenes of the runs come from.
@@ -151,16 +154,6 @@ impl Study {
         Ok(study)
     }
 
-    /// The study file.
-    pub fn choice(&self) -> &StudyChoice {
-        &self.choice
-    }
-
-    /// What identifies the dataset.
-    pub fn identity(&self) -> &Identity {
-        &self.identity
-    }
-
     /// Number of runs.
     pub fn runs(&self) -> u64 {
         self.plan.runs()
@@ -190,11 +183,6 @@ impl Study {
         }
     }
 
-    /// Scenes that have every value of every axis: see [`Self::load`].
-    pub fn scenes(&self) -> &[Scene] {
-        &self.scenes
-    }
-
     /// Warnings about allowed values that may be mistakes, one line each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -204,10 +192,6 @@ impl Study {
             }
         }
         warnings
-    }
-
-    pub(crate) fn plan(&self) -> &Plan {
-        &self.plan
     }
 
     /// The scene whose one truth all runs observe; `None` of a study file, whose runs have truths
@@ -263,10 +247,6 @@ fn hash<'a>(identity: &Identity, scenes: impl Iterator<Item = &'a Scene>) -> Str
 
 /// The program and the libraries of its engines.
 fn version() -> String {
-    let engines = EngineKind::ALL.map(EngineKind::library);
-    format!(
-        "robhaz {}, {}",
-        env!("CARGO_PKG_VERSION"),
-        engines.join(", ")
-    )
+    let engines = EngineKind::ALL.map(EngineKind::library).join(", ");
+    format!("robhaz {}, {engines}", env!("CARGO_PKG_VERSION"))
 }

@@ -1,7 +1,6 @@
-//! One edge of the ground, between two neighbouring knots.
+//! One edge of the ground, between two neighbouring knots; contacts with it, and jumps between two.
 
 use crate::Vec2;
-use crate::contact::Contact;
 
 /// Chebyshev's method stops after a step shorter than this, m: the next step would be of the order
 /// of its cube, below 1e-10 m on the tightest curves.
@@ -10,24 +9,15 @@ const LAST_STEP: f64 = 2.0e-5;
 /// rounding.
 const SMOOTH: f64 = 1e-9;
 
-/// Height (m), slope (-) and second derivative (1/m) of a curve at one x (m).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Knot {
-    pub x: f64,
-    pub at: [f64; 3],
-}
-
-impl Knot {
-    /// The point of the curve, m.
-    pub fn point(&self) -> Vec2 {
-        Vec2::new(self.x, self.at[0])
-    }
-}
+/// An x (m), and height (m), slope (-) and second derivative (1/m) of a curve there.
+pub(crate) type Knot = (f64, [f64; 3]);
 
 /// Appends an edge to a chain; where it meets the last one at a corner, a new run starts.
 pub(crate) fn append(chain: &mut Vec<Edge>, mut edge: Edge) {
-    let run = |last: &Edge| last.run + u32::from(!last.joins_smoothly(&edge));
-    edge.run = chain.last().map_or(0, run);
+    if let Some(last) = chain.last() {
+        let is_smooth = last.turn_to(&edge).abs() < SMOOTH;
+        edge.run = last.run + u32::from(!is_smooth);
+    }
     chain.push(edge);
 }
 
@@ -45,7 +35,8 @@ pub(crate) struct Edge {
     pub second_derivatives: [f64; 2],
     /// Coefficients of (x - from.x)^3 to ^5.
     higher: [f64; 3],
-    straight: bool,
+    /// Whether it is straight; risers are.
+    pub straight: bool,
     /// Number of corners behind this edge. Edges with the same number are joined smoothly.
     pub run: u32,
 }
@@ -66,17 +57,16 @@ impl Edge {
     }
 
     /// A curved edge between two knots.
-    pub fn curve(from: Knot, to: Knot) -> Self {
-        let ([y0, m0, b0], [y1, m1, b1]) = (from.at, to.at);
-        let h = to.x - from.x;
+    pub fn curve((from, [y0, m0, b0]): Knot, (to, [y1, m1, b1]): Knot) -> Self {
+        let h = to - from;
         // Difference at `to` between the curve and the parabola that fits it at `from`, in height,
         // slope and second derivative.
         let y = y1 - y0 - h * (m0 + 0.5 * h * b0);
         let m = h * (m1 - m0 - h * b0);
         let b = 0.5 * h * h * (b1 - b0);
         Self {
-            from: Vec2::new(from.x, y0),
-            to: Vec2::new(to.x, y1),
+            from: Vec2::new(from, y0),
+            to: Vec2::new(to, y1),
             slopes: [m0, m1],
             second_derivatives: [b0, b1],
             higher: [
@@ -92,11 +82,6 @@ impl Edge {
     /// Whether it is vertical.
     pub fn is_riser(&self) -> bool {
         self.slopes[0].is_infinite()
-    }
-
-    /// Whether it is straight; risers are.
-    pub fn is_line(&self) -> bool {
-        self.straight
     }
 
     /// Coefficients of Taylor's series of the height above `from` (m) at the distance `s` in x from
@@ -150,7 +135,7 @@ impl Edge {
     /// Lower and upper bound of the height, m. For a straight edge, which can be long, between two
     /// x (m) only.
     pub fn heights(&self, from_x: f64, to_x: f64) -> (f64, f64) {
-        let (a, b) = if self.is_riser() || !self.is_line() {
+        let (a, b) = if self.is_riser() || !self.straight {
             (self.from.y, self.to.y)
         } else {
             (self.height(from_x), self.height(to_x))
@@ -166,12 +151,11 @@ impl Edge {
     pub fn second_derivative_bounds(&self) -> (f64, f64) {
         let h = self.to.x - self.from.x;
         let [c3, c4, _] = self.higher;
-        let (b0, b1) = (self.second_derivatives[0], self.second_derivatives[1]);
+        let [b0, b1] = self.second_derivatives;
         let first = b0 + 2.0 * h * c3;
         let second = b0 + 4.0 * h * (c3 + h * c4);
         let low = b0.min(first).min(second).min(b1);
-        let high = b0.max(first).max(second).max(b1);
-        (low, high)
+        (low, b0.max(first).max(second).max(b1))
     }
 
     /// Tangents at both ends, directed along the edge; not unit vectors.
@@ -184,11 +168,6 @@ impl Edge {
     pub fn turn_to(&self, next: &Self) -> f64 {
         let (a, b) = (self.tangents()[1], next.tangents()[0]);
         (a.x * b.y - a.y * b.x) / (a.norm() * b.norm())
-    }
-
-    /// Whether this edge and the next one have the same tangent at their joint.
-    pub fn joins_smoothly(&self, next: &Self) -> bool {
-        self.turn_to(next).abs() < SMOOTH
     }
 
     /// Whether the joint with the next edge is a concave corner.
@@ -207,20 +186,13 @@ impl Edge {
         ]
     }
 
-    /// x after one Newton step from `from` towards the point nearest to `centre`, m. Not for
-    /// risers.
-    pub fn newton_x_from(&self, centre: Vec2) -> f64 {
-        newton(
-            self.from,
-            centre,
-            self.slopes[0],
-            self.second_derivatives[0],
-        )
-    }
-
-    /// The same from `to`.
-    pub fn newton_x_to(&self, centre: Vec2) -> f64 {
-        newton(self.to, centre, self.slopes[1], self.second_derivatives[1])
+    /// x after one Newton step towards the point nearest to `centre`, m, from the end 0, `from`, or
+    /// 1, `to`. Not for risers.
+    pub fn newton_x(&self, centre: Vec2, end: usize) -> f64 {
+        let at = [self.from, self.to][end];
+        let (arm, slope) = (at - centre, self.slopes[end]);
+        let rise = 1.0 + slope * slope + arm.y * self.second_derivatives[end];
+        at.x - (arm.x + arm.y * slope) / rise
     }
 
     /// [`Self::foot`] if it lies on the edge; `None` elsewhere, and always on a riser.
@@ -245,7 +217,7 @@ impl Edge {
     pub fn foot(&self, centre: Vec2, rates: [f64; 2]) -> Contact {
         let arm = self.from - centre;
         let slope = self.slopes[0];
-        if self.is_line() {
+        if self.straight {
             if self.is_riser() {
                 let point = Vec2::new(self.from.x, centre.y);
                 let away = Vec2::new(-arm.x, 0.0);
@@ -293,12 +265,8 @@ impl Edge {
             [y, slope, half_second, sixth_third] = self.series(s);
         }
         let foot = Vec2::new(s, y);
-        Contact::on_edge(
-            self.from + foot,
-            Vec2::new(1.0, slope),
-            2.0 * half_second,
-            -(arm + foot),
-        )
+        let (point, tangent) = (self.from + foot, Vec2::new(1.0, slope));
+        Contact::on_edge(point, tangent, 2.0 * half_second, -(arm + foot))
     }
 
     /// A place within some micrometres of the foot on a curve, as distance in x from `from`, m: a
@@ -340,8 +308,102 @@ fn distance_rate(arm: Vec2, slope: f64) -> f64 {
     }
 }
 
-/// x after one Newton step from the point `at`, m.
-fn newton(at: Vec2, centre: Vec2, slope: f64, second: f64) -> f64 {
-    let arm = at - centre;
-    at.x - (arm.x + arm.y * slope) / (1.0 + slope * slope + arm.y * second)
+/// A point of the ground where the distance to a wheel's centre has a local minimum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The point on the ground, m.
+    pub point: Vec2,
+    /// Unit tangent of the ground, pointing forward.
+    pub tangent: Vec2,
+    /// Signed distance of the centre from the point, along the normal, m; negative if the centre is
+    /// below the ground.
+    pub distance: f64,
+    /// Second derivative of the ground's height there, 1/m; minus infinity at a corner.
+    pub(crate) second_derivative: f64,
+}
+
+impl Contact {
+    /// Contact angle gamma: slope of the tangent, rad. The tangent is `(cos gamma, sin gamma)`, the
+    /// normal `(-sin gamma, cos gamma)`.
+    pub fn angle(&self) -> f64 {
+        self.tangent.y.atan2(self.tangent.x)
+    }
+
+    /// Unit normal, pointing out of the ground.
+    pub fn normal(&self) -> Vec2 {
+        Vec2::new(-self.tangent.y, self.tangent.x)
+    }
+
+    /// Rate at which the contact angle changes when the centre moves along the tangent, rad/m:
+    /// `kappa/(1 - kappa d)` with the distance d and the curvature kappa of the ground, positive in
+    /// a hollow; `-1/d` at a corner.
+    pub fn turning(&self) -> f64 {
+        if self.second_derivative == f64::NEG_INFINITY {
+            return -1.0 / self.distance;
+        }
+        // kappa = f''/(1 + f'^2)^(3/2), and 1/(1 + f'^2) is the square of the tangent's x.
+        let curvature = self.second_derivative * self.tangent.x.powi(3);
+        curvature / (1.0 - curvature * self.distance)
+    }
+
+    /// The contact after a small displacement of the centre (m): tangent and distance to first
+    /// order. The point stays.
+    #[must_use]
+    pub fn displaced(&self, by: Vec2) -> Self {
+        let normal = self.normal();
+        Self {
+            tangent: self.tangent + normal * (self.turning() * self.tangent.dot(&by)),
+            distance: self.distance + normal.dot(&by),
+            ..*self
+        }
+    }
+
+    /// A contact where the ground has a tangent, which need not be a unit vector, and a second
+    /// derivative (1/m). `arm` goes from point to centre, m.
+    #[inline]
+    pub(crate) fn on_edge(point: Vec2, tangent: Vec2, second_derivative: f64, arm: Vec2) -> Self {
+        let tangent = tangent / tangent.norm();
+        Self {
+            point,
+            tangent,
+            distance: tangent.x * arm.y - tangent.y * arm.x,
+            second_derivative,
+        }
+    }
+
+    /// A contact at a corner: the normal points from the corner to the centre.
+    pub(crate) fn on_corner(point: Vec2, arm: Vec2) -> Self {
+        let distance = arm.norm();
+        Self {
+            point,
+            tangent: Vec2::new(arm.y, -arm.x) / distance,
+            distance,
+            second_derivative: f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// A place of the ground that divides the motion of a wheel in two smooth parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The place, m.
+    pub point: Vec2,
+    /// Unit tangent there, pointing forward. The contact of a wheel passes the place when the
+    /// wheel's centre passes the normal.
+    pub tangent: Vec2,
+    /// Magnitude of the jump of the curvature, 1/m.
+    pub curvature: f64,
+}
+
+impl Jump {
+    /// At the smooth joint of two edges.
+    pub(crate) fn at_joint(before: &Edge, after: &Edge) -> Self {
+        let tangent = after.tangents()[0].normalize();
+        let second = after.second_derivatives[0] - before.second_derivatives[1];
+        Self {
+            point: after.from,
+            tangent,
+            curvature: (second * tangent.x.powi(3)).abs(),
+        }
+    }
 }

@@ -269,13 +269,9 @@ impl Grid {
     /// Those of `edges`, without the last, whose front end can lie between two local minima of the
     /// distance.
     pub fn breaks(&self, edges: &RangeInclusive<usize>) -> impl Iterator<Item = usize> {
-        let from = self
-            .breaks
-            .partition_point(|b| (*b as usize) < *edges.start());
-        let end = *edges.end();
-        self.breaks[from..]
-            .iter()
-            .map(|b| *b as usize)
-            .take_while(move |b| *b < end)
+        let (start, end) = (*edges.start(), *edges.end());
+        let from = self.breaks.partition_point(|b| (*b as usize) < start);
+        let breaks = self.breaks[from..].iter().map(|b| *b as usize);
+        breaks.take_while(move |b| *b < end)
     }
 }

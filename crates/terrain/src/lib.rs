@@ -7,44 +7,24 @@
 //! force. [`read_track`] reads measured points; [`text_table`] is the reader of text tables for all
 //! other crates, too.
 
-mod blunt;
-mod bumps;
 mod chain;
-mod contact;
-mod cosbump;
-mod ditch;
 mod edge;
-mod error;
 mod grid;
 mod heights;
-mod jump;
-mod presets;
+mod kinds;
 mod profile;
-mod ramp;
 mod rough;
 mod shape;
-mod sine;
-mod stairs;
-mod survey;
 mod terrain;
 pub mod text_table;
 mod track;
 
-pub use bumps::Bump;
-pub use contact::Contact;
-pub use cosbump::CosBump;
-pub use ditch::Ditch;
-pub use error::ProfileError;
+pub use edge::{Contact, Jump};
 pub use heights::{Heights, Interpolation, Overshoot};
-pub use jump::Jump;
+pub use kinds::{Bump, CosBump, Ditch, Ramp, Sine, Stairs};
 pub use profile::{Course, Profile};
-pub use ramp::Ramp;
+pub use robhaz_model::Vec2;
 pub use rough::{Rough, RoughClass, RoughSettings};
-pub use sine::Sine;
-pub use stairs::Stairs;
-pub use survey::Surveyed;
-pub use terrain::{Hint, Terrain};
+pub use shape::ProfileError;
+pub use terrain::{Hint, Surveyed, Terrain};
 pub use track::{Column, TrackError, TrackFormat, read_track};
-
-/// A point or direction in the plane (x forward, y up).
-pub type Vec2 = nalgebra::Vector2<f64>;

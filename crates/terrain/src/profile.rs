@@ -3,9 +3,8 @@
 //!
 //! [`Profile`] and [`Course`] contain each other and therefore share a module.
 
-use crate::error::ProfileError;
-use crate::shape::{Piece, Shape};
-use crate::{Bump, CosBump, Ditch, Heights, Ramp, Rough, Sine, Stairs, Vec2};
+use crate::shape::{Piece, ProfileError, Shape};
+use crate::{Bump, CosBump, Ditch, Heights, Ramp, Rough, RoughSettings, Sine, Stairs, Vec2};
 
 /// Overlap of two parts that counts as rounding, m.
 const TOLERANCE: f64 = 1e-9;
@@ -35,19 +34,13 @@ pub enum Profile {
     Course(Course),
 }
 
-/// Level ground.
-struct Level;
-
-impl Shape for Level {
-    fn pieces(&self) -> (Vec2, Vec<Piece>) {
-        (Vec2::zeros(), Vec::new())
-    }
-}
+/// Level ground: no bumps.
+static LEVEL: Vec<Bump> = Vec::new();
 
 impl Profile {
     fn shape(&self) -> &dyn Shape {
         match self {
-            Self::Flat => &Level,
+            Self::Flat => &LEVEL,
             Self::Bumps(bumps) => bumps,
             Self::CosBump(bump) => bump,
             Self::Ramp(ramp) => ramp,
@@ -80,11 +73,57 @@ impl Profile {
     }
 }
 
+/// Profiles of the shipped scenes.
+impl Profile {
+    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile",
+    /// which was not published.
+    pub fn smooth() -> Self {
+        let bump = |height, centre, width| Bump {
+            height,
+            centre,
+            width,
+        };
+        Self::Bumps(vec![
+            bump(0.050, 1.00, 0.22),
+            bump(-0.035, 1.45, 0.20),
+            bump(0.040, 1.90, 0.17),
+            bump(0.060, 2.50, 0.28),
+            bump(-0.030, 2.95, 0.16),
+        ])
+    }
+
+    /// Profile `cosbump`: [`CosBump::default`].
+    pub fn cosbump() -> Self {
+        Self::CosBump(CosBump::default())
+    }
+
+    /// Profile `ramp`: [`Ramp::default`].
+    pub fn ramp() -> Self {
+        Self::Ramp(Ramp::default())
+    }
+
+    /// Profile `step`: [`Stairs::step`].
+    pub fn step() -> Self {
+        Self::Stairs(Stairs::step())
+    }
+
+    /// Profile `stairs`: [`Stairs::default`].
+    pub fn stairs() -> Self {
+        Self::Stairs(Stairs::default())
+    }
+
+    /// Profile `rough`: [`RoughSettings::default`] with a seed.
+    pub fn rough(seed: u64) -> Self {
+        let settings = RoughSettings::default();
+        Self::Rough(Rough::new(RoughSettings { seed, ..settings }))
+    }
+}
+
 /// Profiles one after the other with level ground between them. Each starts at the height at which
 /// the last one ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
 }
 
 /// A profile at its place in a course.
@@ -142,10 +181,6 @@ impl Course {
     /// The profiles from rear to front.
     pub fn profiles(&self) -> impl Iterator<Item = &Profile> {
         self.parts.iter().map(|p| &p.profile)
-    }
-
-    pub(crate) fn parts(&self) -> &[Part] {
-        &self.parts
     }
 }
 

@@ -1,11 +1,11 @@
 //! Random ground by the classes of ISO 8608.
 
 use crate::Vec2;
-use crate::error::ProfileError;
-use crate::shape::{Piece, SPACING, Shape};
+use crate::shape::{Piece, ProfileError, SPACING, Shape};
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
+use robhaz_model::named;
 use std::f64::consts::TAU;
 
 /// Number of waves in the sum. The band of frequencies is divided into as many parts of equal
@@ -14,33 +14,23 @@ const WAVES: u32 = 64;
 /// Reference spatial frequency n0 of ISO 8608, cycles/m.
 const N0: f64 = 0.1;
 
-/// A class of ISO 8608, from very good roads (A) to ground that no road vehicle crosses (H).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "ISO 8608 names them by their letters")]
-pub enum RoughClass {
-    A,
-    B,
-    C,
-    D,
-    E,
-    F,
-    G,
-    H,
+named! {
+    /// A class of ISO 8608, from very good roads (A) to ground that no road vehicle crosses (H).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[expect(missing_docs, reason = "ISO 8608 names them by their letters")]
+    pub enum RoughClass {
+        A = "A",
+        B = "B",
+        C = "C",
+        D = "D",
+        E = "E",
+        F = "F",
+        G = "G",
+        H = "H",
+    }
 }
 
 impl RoughClass {
-    /// All classes, from smooth to rough.
-    pub const ALL: [Self; 8] = [
-        Self::A,
-        Self::B,
-        Self::C,
-        Self::D,
-        Self::E,
-        Self::F,
-        Self::G,
-        Self::H,
-    ];
-
     /// Gd(n0): the power spectral density of the height at 0.1 cycles/m, m^3. The geometric mean of
     /// the class.
     pub fn density(self) -> f64 {
@@ -67,11 +57,18 @@ pub struct RoughSettings {
     pub seed: u64,
 }
 
-impl RoughSettings {
-    /// Variance of the height between the fades, m^2: the integral of the spectral density
-    /// `Gd(n0) (n/n0)^-2` over the frequencies n of the band (cycles/m).
-    pub fn variance(&self) -> f64 {
-        variance(self.class, 1.0 / self.longest, 1.0 / self.shortest)
+impl Default for RoughSettings {
+    /// Class C, wavelengths from 0.2 m to 10 m; 10 m long from x = 0.7 m, with fades of 1 m.
+    fn default() -> Self {
+        Self {
+            class: RoughClass::C,
+            shortest: 0.2,
+            longest: 10.0,
+            start: 0.7,
+            extent: 10.0,
+            fade: 1.0,
+            seed: 0,
+        }
     }
 }
 
@@ -171,7 +168,7 @@ impl Shape for Rough {
     }
 }
 
-/// Integral of the spectral density from frequency `low` to `high` (cycles/m), m^2.
+/// Variance of the height, m^2: the integral of the spectral density `Gd(n0) (n/n0)^-2` from frequency `low` to `high` (cycles/m), m^2.
 fn variance(class: RoughClass, low: f64, high: f64) -> f64 {
     class.density() * N0 * N0 * (1.0 / low - 1.0 / high)
 }
@@ -221,7 +218,15 @@ mod tests {
     #[test]
     fn variance_is_the_integral_of_the_density() {
         let expected = 256e-6 * 0.01 * (10.0 - 0.2);
-        assert!((settings(0).variance() - expected).abs() < 1e-18);
+        assert!(
+            (variance(
+                settings(0).class,
+                1.0 / settings(0).longest,
+                1.0 / settings(0).shortest
+            ) - expected)
+                .abs()
+                < 1e-18
+        );
         let mut mean = 0.0;
         for seed in 0..10 {
             let ratio = mean_square(&Rough::new(settings(seed))) / expected;

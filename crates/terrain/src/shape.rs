@@ -1,7 +1,6 @@
-//! The interface of every kind of ground.
+//! The interface of every kind of ground, and why a ground is refused.
 
 use crate::Vec2;
-use crate::error::ProfileError;
 
 /// The interface of every kind of ground.
 pub(crate) trait Shape {
@@ -33,3 +32,19 @@ pub(crate) enum Piece {
 /// Greatest spacing of knots, m: so small that an edge has at most one point nearest to a wheel's
 /// centre.
 pub(crate) const SPACING: f64 = 0.01;
+
+/// Why a profile is refused: what was found, what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ProfileError(pub(crate) String);
+
+impl ProfileError {
+    /// Refuses a value that is not `inside` its range; `allowed` completes the sentence "it must be
+    /// ...".
+    pub(crate) fn unless(inside: bool, entry: &str, found: f64, allowed: &str) -> Result<(), Self> {
+        match inside {
+            true => Ok(()),
+            false => Err(Self(format!("{entry} is {found}; it must be {allowed}"))),
+        }
+    }
+}

@@ -1,10 +1,8 @@
-//! The ground as a chain of edges, and the contacts of a wheel with it.
+//! The ground as a chain of edges, the contacts of a wheel with it, and its points as rows of numbers.
 
 use crate::chain::{REACH, chain};
-use crate::contact::Contact;
-use crate::edge::Edge;
+use crate::edge::{Contact, Edge, Jump};
 use crate::grid::{Grid, Near};
-use crate::jump::Jump;
 use crate::{Profile, Vec2};
 use std::sync::Arc;
 
@@ -16,6 +14,8 @@ const SAME_NORMAL: f64 = 0.14;
 /// Distance of two nearest points below which they count as one contact, m: at a smooth joint,
 /// rounding can find one on each edge.
 const SAME_POINT: f64 = 1.0e-6;
+/// Tangents and curvatures of two edges that differ by less, of their size, are the same: rounding.
+const SAME: f64 = 1e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
 
@@ -30,9 +30,7 @@ pub struct Hint {
 ///
 /// Clones share the data.
 #[derive(Clone)]
-pub struct Terrain {
-    ground: Arc<Ground>,
-}
+pub struct Terrain(Arc<Ground>);
 
 struct Ground {
     profile: Profile,
@@ -52,31 +50,28 @@ impl Terrain {
     pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
         let edges = chain(&profile, wheel_radius);
         let grid = Grid::new(&edges, wheel_radius);
-        Self {
-            ground: Arc::new(Ground {
-                profile,
-                edges,
-                grid,
-            }),
-        }
+        Self(Arc::new(Ground {
+            profile,
+            edges,
+            grid,
+        }))
     }
 
     /// The profile from which the terrain was built.
     pub fn profile(&self) -> &Profile {
-        &self.ground.profile
+        &self.0.profile
     }
 
     pub(crate) fn edges(&self) -> &[Edge] {
-        &self.ground.edges
+        &self.0.edges
     }
 
     /// Whether the ground has corners: joints where the tangent turns by more than 0.01 rad (0.6
     /// deg). There the contact force of a wheel can rise within less than a millisecond.
     pub fn has_corners(&self) -> bool {
-        let pairs = self.ground.edges.windows(2);
-        pairs
-            .map(|pair| pair[0].turn_to(&pair[1]))
-            .any(|turn| turn.abs() > 0.01)
+        let pairs = self.0.edges.windows(2);
+        let mut turns = pairs.map(|pair| pair[0].turn_to(&pair[1]));
+        turns.any(|turn| turn.abs() > 0.01)
     }
 
     /// All contacts of a wheel from rear to front: points of the ground within `radius` (m) of
@@ -98,7 +93,7 @@ impl Terrain {
         out: &mut Vec<Contact>,
     ) {
         out.clear();
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         match grid.near(centre, radius) {
             Near::Single(range) => {
                 // The usual case: the place is still on the edge of the hint.
@@ -123,7 +118,7 @@ impl Terrain {
     /// The contacts of a wheel of any size anywhere. `out` is empty.
     #[inline(never)]
     fn search(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         let mut found = Found::new(centre, radius, out);
         let Some(reach) = grid.within(centre, radius, edges) else {
             return;
@@ -151,7 +146,7 @@ impl Terrain {
         centre: Vec2,
         hint: Option<&mut Hint>,
     ) -> Option<Place> {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         let mut index = match &hint {
             Some(hint) if (first..=last).contains(&hint.edge) => hint.edge,
             _ => grid.edge_at(edges, centre.x).clamp(first, last),
@@ -177,7 +172,7 @@ impl Terrain {
                     return Some(joint);
                 }
                 last = index - 1;
-                edge.newton_x_from(centre)
+                edge.newton_x(centre, 0)
             } else {
                 if index == last {
                     return None;
@@ -186,7 +181,7 @@ impl Terrain {
                     return Some(joint);
                 }
                 first = index + 1;
-                edge.newton_x_to(centre)
+                edge.newton_x(centre, 1)
             };
             if first > last {
                 return None;
@@ -203,7 +198,7 @@ impl Terrain {
     /// Places where the curvature jumps by more than `least` (1/m) and the tangent does not, from
     /// rear to front: the ends of bumps and parts, and knots of curves that are not smooth enough.
     pub fn curvature_jumps(&self, least: f64) -> Vec<Jump> {
-        let pairs = self.ground.edges.windows(2);
+        let pairs = self.0.edges.windows(2);
         pairs
             .filter(|pair| pair[0].run == pair[1].run && !pair[0].is_riser())
             .map(|pair| Jump::at_joint(&pair[0], &pair[1]))
@@ -213,14 +208,14 @@ impl Terrain {
 
     /// Height of the ground at x (m), m; on a riser that of one of its ends.
     pub fn height(&self, x: f64) -> f64 {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         edges[grid.edge_at(edges, x)].height(x)
     }
 
     /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None`
     /// on a riser.
     pub fn jump_at(&self, x: f64) -> Option<Jump> {
-        let Ground { edges, grid, .. } = &*self.ground;
+        let Ground { edges, grid, .. } = &*self.0;
         let edge = &edges[grid.edge_at(edges, x)];
         let [height, slope, _] = edge.eval(x);
         slope.is_finite().then(|| Jump {
@@ -236,10 +231,8 @@ impl Terrain {
         let mut radius = 0.1;
         while radius < 2.0 * REACH {
             self.contacts(centre, radius, &mut found);
-            if let Some(best) = found
-                .iter()
-                .min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()))
-            {
+            let far = |a: &&Contact, b: &&Contact| a.distance.abs().total_cmp(&b.distance.abs());
+            if let Some(best) = found.iter().min_by(far) {
                 return Some(*best);
             }
             radius *= 2.0;
@@ -251,12 +244,87 @@ impl Terrain {
     /// points on curves at most `spacing` (m) apart in x.
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
         let mut points = Vec::new();
-        let edges = self.ground.edges.iter();
+        let edges = self.0.edges.iter();
         for edge in edges.filter(|e| e.to.x >= from && e.from.x <= to) {
             // The start of an edge is the end of the one before.
             let known = usize::from(!points.is_empty());
             let places = edge.places(from, to, spacing).skip(known);
             points.extend(places.map(|x| Vec2::new(x, edge.height(x))));
+        }
+        points
+    }
+}
+
+/// A point of the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surveyed {
+    /// m
+    pub x: f64,
+    /// m
+    pub height: f64,
+    /// dy/dx, -; `None` on a riser, which is upright.
+    pub slope: Option<f64>,
+    /// y''/(1 + y'^2)^(3/2), 1/m, positive in hollows; `None` on a riser.
+    pub curvature: Option<f64>,
+}
+
+impl Surveyed {
+    fn on(edge: &Edge, x: f64) -> Self {
+        let [height, slope, bend] = edge.eval(x);
+        Self {
+            x,
+            height,
+            slope: Some(slope),
+            curvature: Some(bend / (1.0 + slope * slope).powf(1.5)),
+        }
+    }
+
+    /// The same point with the same tangent and curvature.
+    #[expect(clippy::float_cmp, reason = "the same point of the chain")]
+    fn is_same(&self, other: &Self) -> bool {
+        let near = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => (a - b).abs() <= SAME * (1.0 + a.abs().max(b.abs())),
+            (a, b) => a == b,
+        };
+        self.x == other.x
+            && self.height == other.height
+            && near(self.slope, other.slope)
+            && near(self.curvature, other.curvature)
+    }
+}
+
+impl Terrain {
+    /// x at which the level ground before the profile ends and that behind it starts, m.
+    pub fn extent(&self) -> (f64, f64) {
+        let start = self.edges().first().map_or(0.0, |e| e.to.x);
+        (start, self.edges().last().map_or(0.0, |e| e.from.x))
+    }
+
+    /// Points along the ground from `from` to `to`: both ends of every straight piece, and points
+    /// on curves no more than `spacing` apart; m. Where tangent or curvature jump there are two
+    /// points at the same x, one for each side.
+    pub fn survey(&self, from: f64, to: f64, spacing: f64) -> Vec<Surveyed> {
+        let mut points: Vec<Surveyed> = Vec::new();
+        let mut add = |point: Surveyed| {
+            if points.last().is_none_or(|last| !last.is_same(&point)) {
+                points.push(point);
+            }
+        };
+        let edges = self.edges().iter();
+        for edge in edges.filter(|e| e.to.x >= from && e.from.x <= to) {
+            if edge.is_riser() {
+                for end in [edge.from, edge.to] {
+                    add(Surveyed {
+                        x: end.x,
+                        height: end.y,
+                        slope: None,
+                        curvature: None,
+                    });
+                }
+                continue;
+            }
+            edge.places(from, to, spacing)
+                .for_each(|x| add(Surveyed::on(edge, x)));
         }
         points
     }
@@ -287,10 +355,8 @@ struct Place {
 impl Place {
     /// The joint of two edges if the distance from `centre` has a local minimum there.
     fn joint(before: &Edge, after: &Edge, centre: Vec2) -> Option<Self> {
-        let (falls, rises) = (
-            before.distance_rates(centre)[1],
-            after.distance_rates(centre)[0],
-        );
+        let falls = before.distance_rates(centre)[1];
+        let rises = after.distance_rates(centre)[0];
         (falls <= 0.0 && rises >= 0.0).then(|| Self::at_joint(before, after, centre))
     }
 

@@ -18,7 +18,8 @@ const SEPARATORS: [(u8, &str); 3] = [(b'\t', "tab"), (b';', "semicolon"), (b',',
 /// A table as text, read row by row.
 pub struct TextTable<'a> {
     reader: Reader<Box<dyn Read + Send + 'a>>,
-    separator: (u8, &'static str),
+    /// The separator, and its name.
+    pub(crate) separator: (u8, &'static str),
     /// Line feeds that the reader has passed at the end of a row: none of `\r\n`, which it ends at
     /// `\r`.
     passed: u64,
@@ -33,9 +34,8 @@ impl<'a> TextTable<'a> {
         let mut head = Vec::new();
         source.by_ref().take(HEAD as u64).read_to_end(&mut head)?;
         if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
-            return Err(invalid(
-                "found text in UTF-16, allowed: UTF-8 or plain ASCII",
-            ));
+            let message = "found text in UTF-16, allowed: UTF-8 or plain ASCII";
+            return Err(invalid(message));
         }
         let line_end: &[u8] = match head.iter().position(|b| b"\r\n".contains(b)) {
             None if head.len() == HEAD => {
@@ -53,16 +53,6 @@ impl<'a> TextTable<'a> {
             separator,
             passed: u64::from(line_end == b"\n"),
         })
-    }
-
-    /// The separator.
-    pub fn separator(&self) -> char {
-        char::from(self.separator.0)
-    }
-
-    /// The separator in words.
-    pub fn separator_name(&self) -> &'static str {
-        self.separator.1
     }
 
     /// Reads the next row; false at the end.
@@ -109,9 +99,8 @@ fn separator(head: &[u8]) -> (u8, &'static str) {
         filled.take(SAMPLE).map(|row| row.len()).collect()
     };
     let tried = SEPARATORS.map(|(byte, _)| counts(byte));
-    let all = tried
-        .iter()
-        .position(|c| !c.is_empty() && c.iter().all(|n| *n > 1));
+    let is_table = |c: &Vec<usize>| !c.is_empty() && c.iter().all(|n| *n > 1);
+    let all = tried.iter().position(is_table);
     let first = || tried.iter().position(|c| c.first().is_some_and(|n| *n > 1));
     SEPARATORS[all.or_else(first).unwrap_or(2)]
 }
@@ -129,15 +118,11 @@ fn is_blank(row: &ByteRecord) -> bool {
 #[derive(Default)]
 pub struct TextRow {
     cells: ByteRecord,
-    line: u64,
+    /// The line on which it starts, from 1.
+    pub line: u64,
 }
 
 impl TextRow {
-    /// The line on which it starts, from 1.
-    pub fn line(&self) -> u64 {
-        self.line
-    }
-
     /// Number of its cells.
     pub fn count(&self) -> usize {
         self.cells.len()
@@ -197,7 +182,7 @@ mod tests {
                 let mut table = TextTable::open(text.as_bytes())?;
                 let (mut row, mut found) = (TextRow::default(), Vec::new());
                 while table.read(&mut row)? {
-                    found.push((row.line(), row.texts().join("|")));
+                    found.push((row.line, row.texts().join("|")));
                 }
                 let expected = [(2, "x|y"), (4, "1,5|2"), (7, "3|4"), (9, "5|6")];
                 assert_eq!(found, expected.map(|(line, row)| (line, row.to_owned())));

@@ -21,51 +21,37 @@ pub enum ViewerError {
         /// The library's or the system's error.
         source: Cause,
     },
-    /// A sink was used for a second run.
-    #[error("the recording {destination} already holds a run")]
-    Used {
-        /// File or address.
-        destination: String,
-    },
+    /// A sink, for this file or address, was used for a second run.
+    #[error("the recording {0} already holds a run")]
+    Used(String),
     /// A thread cannot be started.
     #[error("cannot start a thread for the viewer")]
     Thread(#[source] std::io::Error),
     /// Not the address of a viewer.
     #[error(
-        "{address:?} is not the address of a viewer: allowed are HOST:PORT and rerun+http://HOST:PORT/proxy"
+        "{0:?} is not the address of a viewer: allowed are HOST:PORT and rerun+http://HOST:PORT/proxy"
     )]
-    Address {
-        /// The given address.
-        address: String,
-    },
-    /// No program listens at the address.
+    Address(String),
+    /// No program listens at this address.
     #[error(
-        "no viewer listens at {address}: start one with `rerun --bind 127.0.0.1`, or let `--rerun spawn` start it"
+        "no viewer listens at {0}: start one with `rerun --bind 127.0.0.1`, or let `--rerun spawn` start it"
     )]
-    NobodyListens {
-        /// The address.
-        address: String,
-    },
+    NobodyListens(String),
     /// No viewer is on the PATH.
     #[error(
         "no Rerun viewer is installed (`rerun` is not on the PATH): pip install rerun-sdk=={VIEWER_VERSION}"
     )]
     NotInstalled,
-    /// The installed viewer has another minor version, and may not read the recording.
+    /// The installed viewer has another minor version, which `rerun --version` prints, and may not
+    /// read the recording.
     #[error(
-        "the installed Rerun viewer is {found}, but recordings need {VIEWER_VERSION}: \
+        "the installed Rerun viewer is {0}, but recordings need {VIEWER_VERSION}: \
          pip install rerun-sdk=={VIEWER_VERSION}"
     )]
-    OtherVersion {
-        /// The version that `rerun --version` prints.
-        found: String,
-    },
-    /// The viewer cannot be started, or exits with an error.
-    #[error("the Rerun viewer does not start: {reason}")]
-    Start {
-        /// The system's error or the viewer's output.
-        reason: String,
-    },
+    OtherVersion(String),
+    /// The viewer cannot be started, or exits with an error: the system's or the viewer's words.
+    #[error("the Rerun viewer does not start: {0}")]
+    Start(String),
     /// A request to the viewer fails.
     #[error("the viewer does not answer the request for {request}")]
     Control {
@@ -74,12 +60,9 @@ pub enum ViewerError {
         /// The connection's or the viewer's error.
         source: Cause,
     },
-    /// The picture does not show the run.
-    #[error("the viewer's picture does not show the data: {reason}")]
-    Picture {
-        /// What the picture lacks.
-        reason: String,
-    },
+    /// The picture does not show the run: what it lacks.
+    #[error("the viewer's picture does not show the data: {0}")]
+    Picture(String),
     /// A time outside the recording.
     #[error("{at} s is not in the run: its recording goes from 0 s to {end:.3} s")]
     Time {
@@ -88,12 +71,9 @@ pub enum ViewerError {
         /// Time of the newest row, s.
         end: f64,
     },
-    /// The caller stopped the work.
-    #[error("stopped by {cause}")]
-    Stopped {
-        /// The cause that [`robhaz_run::Stop`] returned.
-        cause: &'static str,
-    },
+    /// The caller stopped the work, for the cause that [`robhaz_run::Stop`] returned.
+    #[error("stopped by {0}")]
+    Stopped(&'static str),
 }
 
 impl ViewerError {

@@ -3,10 +3,8 @@
 
 use crate::ViewerError;
 use crate::colours::by_index;
-use crate::rows::Strips;
+use crate::draw::{Strips, lines};
 use crate::writer::Writer;
-use rerun::archetypes::LineStrips2D;
-use rerun::components::Radius;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription};
@@ -27,6 +25,7 @@ struct Lines {
 }
 
 /// Draws the ground of one estimator.
+#[derive(Default)]
 pub(crate) struct Terrain {
     /// Index of the estimator; `None`: nothing is drawn.
     estimator: Option<usize>,
@@ -49,11 +48,7 @@ impl Terrain {
         Self {
             estimator: estimator.filter(|k| run.world.is_some() && finds_ground(k)),
             wheel_radius: run.robot.robot.geometry.wheel_radius,
-            origin: None,
-            points: Vec::new(),
-            is_due: false,
-            left: Lines::default(),
-            memory: Lines::default(),
+            ..Self::default()
         }
     }
 
@@ -64,10 +59,7 @@ impl Terrain {
         };
         for entity in [LEFT, MEMORY] {
             for (entity, width) in [(entity.to_owned(), 1.25), (bounds_of(entity), 0.4)] {
-                let look = LineStrips2D::update_fields()
-                    .with_colors([by_index(estimator)])
-                    .with_radii([Radius::new_ui_points(width)]);
-                out.constant(entity, &look)?;
+                out.constant(entity, &lines(by_index(estimator), width))?;
             }
         }
         Ok(())
@@ -104,8 +96,9 @@ impl Terrain {
     /// Logs what was drawn since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         for (lines, entity) in [(&mut self.left, LEFT), (&mut self.memory, MEMORY)] {
-            lines.middle.flush(out, entity)?;
-            lines.bounds.flush(out, &bounds_of(entity))?;
+            let Lines { middle, bounds } = std::mem::take(lines);
+            middle.log(out, entity)?;
+            bounds.log(out, &bounds_of(entity))?;
         }
         Ok(())
     }
@@ -152,7 +145,7 @@ mod tests {
         let points = [0.0, 0.01, 0.06, 0.07, 0.2].map(point);
         let mut lines = Lines::default();
         lines.push(0.0, &points, Vec2::new(1.0, 2.0));
-        let (middle, bounds) = (lines.middle.strips(), lines.bounds.strips());
+        let (middle, bounds) = (lines.middle.strips, lines.bounds.strips);
         assert_eq!((middle.len(), bounds.len()), (2, 4));
         assert_eq!(middle[0], [[1.0, 2.1], [1.01, 2.1]]);
         // Single precision.

@@ -3,6 +3,7 @@
 
 use crate::ViewerError;
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
+use crate::draw::rounded;
 use crate::friction_tests;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
@@ -66,12 +67,9 @@ impl Lane {
 
     fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         let (times, states) = (std::mem::take(&mut self.times), self.states.drain(..));
-        let columns = StateChange::update_fields().with_state(states);
-        out.columns(
-            self.entity.as_str(),
-            &times,
-            columns.columns_of_unit_batches(),
-        )
+        let states = StateChange::update_fields().with_state(states);
+        let entity = self.entity.as_str();
+        out.columns(entity, &times, states.columns_of_unit_batches())
     }
 }
 
@@ -180,21 +178,17 @@ impl Events {
             if before == Some(flags) {
                 continue;
             }
-            let names = |flags: Flags| flags.names().collect::<Vec<_>>().join(", ");
             let state = match flags {
                 None => NO_ESTIMATE.to_owned(),
                 Some(flags) if flags.is_empty() => TRUSTED.to_owned(),
-                Some(flags) => names(flags),
+                Some(flags) => flags.names().collect::<Vec<_>>().join(", "),
             };
             self.estimators[k].trust.note(frame.time, &state);
             let (text, level) = match (before, estimate) {
                 (_, Err(error)) => (format!("no estimate, {error}"), TextLogLevel::WARN),
                 (_, Ok(e)) if !e.flags.is_empty() => {
-                    let faulty_channels = faulty_channels(e).unwrap_or_default();
-                    (
-                        format!("flags: {state}{faulty_channels}"),
-                        TextLogLevel::WARN,
-                    )
+                    let channels = faulty_channels(e).unwrap_or_default();
+                    (format!("flags: {state}{channels}"), TextLogLevel::WARN)
                 }
                 (None, Ok(_)) => continue,
                 (Some(None), Ok(_)) => ("estimates again".to_owned(), TextLogLevel::INFO),
@@ -212,11 +206,10 @@ impl Events {
             let colour = WHEELS[result.wheel];
             self.add(result.time, text, TextLogLevel::INFO, colour);
         }
-        let (text, level) = if end.is_some_and(RunEnd::is_complete) {
-            ("end of the run", TextLogLevel::INFO)
-        } else {
-            let text = "the run broke off: this is its last record";
-            (text, TextLogLevel::ERROR)
+        let broke_off = "the run broke off: this is its last record";
+        let (text, level) = match end.is_some_and(RunEnd::is_complete) {
+            true => ("end of the run", TextLogLevel::INFO),
+            false => (broke_off, TextLogLevel::ERROR),
         };
         self.add(self.last_time, text.to_owned(), level, NEUTRAL);
         // The results are known at the end alone.
@@ -281,15 +274,13 @@ impl Events {
                 lane.note(truth.time, wheel_state(state, two_contacts));
             }
         }
-        for event in events {
-            let (text, level, colour) = message(&event, truth);
-            self.add(event.time, text, level, colour);
-        }
+        let messages = events.iter().map(|event| message(event, truth));
+        self.events.extend(messages);
     }
 }
 
-/// The message about a detected event, its severity and colour.
-fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Colour) {
+/// The message about a detected event.
+fn message(event: &events::Event, truth: &Truth) -> Event {
     let (info, warn) = (TextLogLevel::INFO, TextLogLevel::WARN);
     let wheel = |i: usize, what: &str, level| {
         let x = rounded(truth.wheels[i].position.x, 1e3);
@@ -307,7 +298,7 @@ fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Colou
         let text = format!("{name} {what}, with its centre of mass at x = {x:.3} m");
         (text, level, NEUTRAL)
     };
-    match event.kind {
+    let (text, level, colour) = match event.kind {
         EventKind::ContactLost(i) => wheel(i, "leaves the ground", warn),
         EventKind::ContactRegained(i) => wheel(i, "touches the ground again", info),
         EventKind::TwoContacts(i) => wheel(i, "touches at two places", info),
@@ -322,6 +313,12 @@ fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Colou
             bar(which, what, TextLogLevel::ERROR)
         }
         EventKind::BarClear(which) => bar(which, "is clear of the ground again", info),
+    };
+    Event {
+        time: event.time,
+        text,
+        level,
+        colour,
     }
 }
 
@@ -329,9 +326,4 @@ fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Colou
 fn faulty_channels(estimate: &Estimate) -> Option<String> {
     let names: Vec<&str> = estimate.health?.faulty.names().collect();
     (!names.is_empty()).then(|| format!(" ({})", names.join(", ")))
-}
-
-/// Rounds a value to a multiple of 1/`fractions`. Adding 0 turns -0 into 0.
-fn rounded(value: f64, fractions: f64) -> f64 {
-    (value * fractions).round() / fractions + 0.0
 }

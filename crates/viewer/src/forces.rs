@@ -3,14 +3,12 @@
 
 use crate::ViewerError;
 use crate::colours::{NEUTRAL, WHEELS, by_index};
-use crate::contact::{contact_point, tangent_and_normal};
-use crate::convert::narrow;
-use crate::rows::{Arrows, Strips};
+use crate::draw::{Arrows, Strips, contact_point, lines, narrow, tangent_and_normal};
 use crate::writer::Writer;
-use rerun::archetypes::{Arrows2D, LineStrips2D};
+use rerun::archetypes::Arrows2D;
 use rerun::components::Radius;
-use robhaz_estimator::Estimate;
 use robhaz_model::{Robot, Vec2, perp};
+use robhaz_run::Frame;
 use robhaz_sim::Truth;
 
 /// Length of the arrow of the mean static wheel load, m.
@@ -20,34 +18,16 @@ const BESIDE: f64 = 0.03;
 /// Half the length of the cross lines at the ends of a bar, m.
 const BAR_END: f64 = 0.009;
 
-/// The scale of forces: length of an arrow by force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ForceScale {
-    mean_load: f64,
-}
-
-impl ForceScale {
-    /// The scale at which the arrow of a robot's mean static wheel load is 0.15 m long.
-    pub(crate) fn new(robot: &Robot) -> Self {
-        Self {
-            mean_load: robot.mean_wheel_load(),
-        }
-    }
-
-    /// Force per length of arrow, N/m.
-    pub(crate) fn newtons_per_metre(self) -> f64 {
-        self.mean_load / MEAN_LOAD_LENGTH
-    }
-
-    /// Length of the arrow of a force (N), m. Negative for a negative force.
-    fn length(self, force: f64) -> f64 {
-        force / self.newtons_per_metre()
-    }
+/// Force per length of arrow, N/m, for a mean static wheel load (N): its arrow is 0.15 m long.
+pub(crate) fn newtons_per_metre(mean_load: f64) -> f64 {
+    mean_load / MEAN_LOAD_LENGTH
 }
 
 /// The arrows of a run.
+#[derive(Default)]
 pub(crate) struct Forces {
-    scale: ForceScale,
+    /// Mean static wheel load, N.
+    mean_load: f64,
     radius: f64,
     /// Index and name of the estimator that is drawn.
     estimator: Option<(usize, String)>,
@@ -64,29 +44,24 @@ impl Forces {
     /// The arrows of a robot. `estimator` is the index and the name of the estimator that is drawn.
     pub(crate) fn new(robot: &Robot, estimator: Option<(usize, String)>) -> Self {
         Self {
-            scale: ForceScale::new(robot),
+            mean_load: robot.mean_wheel_load(),
             radius: robot.geometry.wheel_radius,
             estimator,
-            truth: Default::default(),
-            estimated: Default::default(),
-            bars: Default::default(),
+            ..Self::default()
         }
     }
 
     /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame
     /// that moves with the body (m, y down).
     pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result<(), ViewerError> {
-        let load = format!("{:.0} N, {MEAN_LOAD_LENGTH} m", self.scale.mean_load);
+        let load = format!("{:.0} N, {MEAN_LOAD_LENGTH} m", self.mean_load);
         let mut rows = vec![("true", format!("true, {load}"), NEUTRAL, 2.5)];
         if let Some((index, name)) = &self.estimator {
             let (label, colour) = (format!("estimated by {name}, {load}"), by_index(*index));
             rows.push(("estimated", label, colour, 1.25));
             for force in NAMES {
-                let bars = LineStrips2D::update_fields()
-                    .with_colors([colour])
-                    .with_radii([Radius::new_ui_points(1.0)]);
                 let entity = format!("world/forces/estimated/{force}/two_sigma");
-                out.constant(entity, &bars)?;
+                out.constant(entity, &lines(colour, 1.0))?;
             }
         }
         let [x, mut y] = corner;
@@ -107,19 +82,15 @@ impl Forces {
         Ok(())
     }
 
-    /// Adds the arrows of a time (s): true forces; and of an estimate, for each wheel whose contact
-    /// angle the estimator gets (rad), with bars of two standard deviations.
-    pub(crate) fn push(
-        &mut self,
-        truth: &Truth,
-        given_angle: &[Option<f64>; 3],
-        estimate: Option<&Estimate>,
-    ) {
-        let length = |force: f64| self.scale.length(force);
-        let (mut true_n, mut true_t) = (Vec::new(), Vec::new());
-        let (mut estimated_n, mut estimated_t) = (Vec::new(), Vec::new());
+    /// Adds the arrows of a frame: true forces; and of an estimate, for each wheel whose contact angle
+    /// the estimator gets, with bars of two standard deviations.
+    pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
+        // Negative for a negative force.
+        let length = |force: f64| force / newtons_per_metre(self.mean_load);
+        let [mut true_n, mut true_t, mut estimated_n, mut estimated_t] = [const { Vec::new() }; 4];
         let (mut bars_n, mut bars_t) = (Vec::new(), Vec::new());
-        let estimator = self.estimator.as_ref().map(|(k, _)| by_index(*k));
+        let estimator = self.estimator.as_ref();
+        let estimate = estimator.and_then(|(k, _)| Some((frame.estimates[*k].as_ref().ok()?, *k)));
         for (i, wheel) in truth.wheels.iter().enumerate() {
             for contact in wheel.contact_list.iter() {
                 let (point, n) = (contact.point, contact.normal);
@@ -129,10 +100,11 @@ impl Forces {
                 true_n.push((WHEELS[i], point - normal, normal));
                 true_t.push((WHEELS[i], point, t * length(contact.traction)));
             }
-            let Some(((estimate, angle), colour)) = estimate.zip(given_angle[i]).zip(estimator)
-            else {
+            let given = frame.sensors.contact_angle[i];
+            let Some(((estimate, k), angle)) = estimate.zip(given) else {
                 continue;
             };
+            let colour = by_index(k);
             let point = contact_point(wheel, self.radius);
             let (t, n) = tangent_and_normal(angle);
             let normal = n * length(estimate.normal_force[i]);
@@ -165,7 +137,7 @@ impl Forces {
                 arrows.log(out, &entity, times)?;
             }
             // An estimator without covariance has none.
-            if !bars.is_empty() {
+            if !bars.strips.is_empty() {
                 bars.log(out, &format!("{entity}/two_sigma"))?;
             }
         }
@@ -194,9 +166,8 @@ mod tests {
     /// Closed form: the arrow of the mean load is 0.15 m long.
     #[test]
     fn the_mean_load_is_fifteen_centimetres_long() {
-        let robot = Robot::default_a();
-        let scale = ForceScale::new(&robot);
-        assert!((scale.length(robot.mean_wheel_load()) - 0.15).abs() < 1e-12);
+        let load = Robot::default_a().mean_wheel_load();
+        assert!((load / newtons_per_metre(load) - 0.15).abs() < 1e-12);
     }
 
     /// Closed form: the ends of a bar are two standard deviations from its centre, along the force.

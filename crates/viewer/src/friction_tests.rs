@@ -2,7 +2,7 @@
 
 use crate::ViewerError;
 use crate::colours::WHEELS;
-use crate::convert::flat;
+use crate::draw::flat;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::archetypes::Points2D;

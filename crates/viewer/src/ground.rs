@@ -1,12 +1,14 @@
 //! The ground in the animation, as far as the robot drives, with friction stretches in another
-//! colour.
+//! colour, and an axis below it: the 2-D views have none of their own. The arrows of the legend are
+//! the scale beside the robot.
 
 use crate::ViewerError;
-use crate::colours;
-use crate::convert::flat;
+use crate::colours::{GROUND, NEUTRAL, ROUGH, SLIPPERY};
+use crate::draw::{flat, lines, rounded};
 use crate::writer::Writer;
-use rerun::archetypes::LineStrips2D;
+use rerun::archetypes::{LineStrips2D, Points2D};
 use rerun::components::Radius;
+use robhaz_model::Vec2;
 use robhaz_run::RunDescription;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
@@ -17,6 +19,14 @@ use robhaz_terrain::Terrain;
 const SPACING: f64 = 0.005;
 /// Length of drawn ground beyond the axles, m.
 const MARGIN: f64 = 0.4;
+/// Distance of the axis below the lowest ground, m. The arrows of N lie between them.
+const BELOW: f64 = 0.30;
+/// Length of a tick, m.
+const TICK: f64 = 0.03;
+/// Least number of ticks of an axis.
+const LEAST_TICKS: f64 = 4.0;
+/// Height that the axis needs below the lowest ground, m.
+pub(crate) const ROOM: f64 = 0.55;
 
 /// The ground of a run.
 pub(crate) struct Ground {
@@ -52,23 +62,16 @@ impl Ground {
         let (from, to) = self.drawn;
         let points = self.terrain.outline(from, to, SPACING);
         let heights = || points.iter().map(|p| p.y);
-        let (low, high) = (
-            heights().fold(f64::MAX, f64::min),
-            heights().fold(f64::MIN, f64::max),
-        );
-        [from, to, low, high]
-    }
-
-    /// Whether the ground has a corner anywhere.
-    pub(crate) fn has_corners(&self) -> bool {
-        self.terrain.has_corners()
+        let low = heights().fold(f64::MAX, f64::min);
+        [from, to, low, heights().fold(f64::MIN, f64::max)]
     }
 
     /// Extends the range that must be drawn to the wheels of a record.
     pub(crate) fn cover(&mut self, truth: &Truth) {
+        let (from, to) = &mut self.covered;
         for wheel in &truth.wheels {
-            self.covered.0 = self.covered.0.min(wheel.position.x - MARGIN);
-            self.covered.1 = self.covered.1.max(wheel.position.x + MARGIN);
+            *from = from.min(wheel.position.x - MARGIN);
+            *to = to.max(wheel.position.x + MARGIN);
         }
     }
 
@@ -97,19 +100,15 @@ impl Ground {
             let points = self.terrain.outline(from, to, SPACING);
             points.into_iter().map(flat).collect::<Vec<_>>()
         };
-        out.constant(
-            "world/ground",
-            &LineStrips2D::new([strip(from, to)])
-                .with_colors([colours::GROUND])
-                .with_radii([Radius::new_ui_points(1.5)]),
-        )?;
+        let ground = lines(GROUND, 1.5).with_strips([strip(from, to)]);
+        out.constant("world/ground", &ground)?;
         let seen = || self.stretches.iter().filter(|s| s.from < to && s.to > from);
         if seen().next().is_none() {
             return Ok(());
         }
         let colour = |s: &Stretch| match s.mu_s < self.mu_s {
-            true => colours::SLIPPERY,
-            false => colours::ROUGH,
+            true => SLIPPERY,
+            false => ROUGH,
         };
         out.constant(
             "world/ground/stretches",
@@ -119,5 +118,52 @@ impl Ground {
                 .with_show_labels(true)
                 .with_radii([Radius::new_ui_points(4.0)]),
         )
+    }
+}
+
+/// Logs the axis below a piece of ground (start, end, lowest point; m).
+pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3]) -> Result<(), ViewerError> {
+    let ticks = ticks(from, to);
+    let (Some(first), Some(last)) = (ticks.first(), ticks.last()) else {
+        return Ok(());
+    };
+    let at = |x: f64, above: f64| flat(Vec2::new(x, low - BELOW + above));
+    let marks = ticks.iter().map(|x| [at(*x, 0.0), at(*x, TICK)]);
+    let axis = marks.chain([[at(*first, 0.0), at(*last, 0.0)]]);
+    let axis = lines(NEUTRAL, 0.75).with_strips(axis);
+    out.constant("world/scale/axis", &axis)?;
+    let labels = Points2D::new(ticks.iter().map(|x| at(*x, 0.0)))
+        .with_labels(ticks.iter().map(|x| format!("{} m", rounded(*x, 1e6))))
+        .with_show_labels(true)
+        .with_colors([NEUTRAL])
+        .with_radii([Radius::new_ui_points(1.0)]);
+    out.constant("world/scale/labels", &labels)
+}
+
+/// Ticks from one place to another, m: multiples of 1, 2 or 5 times a power of ten.
+fn ticks(from: f64, to: f64) -> Vec<f64> {
+    let most = (to - from) / LEAST_TICKS;
+    let decade = 10f64.powf(most.log10().floor());
+    let steps = [5.0, 2.0, 1.0].map(|m| m * decade);
+    let step = steps.into_iter().find(|step| *step <= most);
+    let step = step.unwrap_or(decade);
+    let first = (from / step).ceil();
+    let ticks = std::iter::successors(Some(first), |k| Some(k + 1.0));
+    ticks.map(|k| k * step).take_while(|x| *x <= to).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: 5 m are divided by ticks every metre, 1.2 m by ticks every 0.2 m.
+    #[test]
+    fn ticks_are_round_numbers() {
+        assert_eq!(ticks(-0.7, 4.3).len(), 5);
+        let fine: Vec<f64> = ticks(-0.1, 1.1)
+            .into_iter()
+            .map(|x| rounded(x, 1e6))
+            .collect();
+        assert_eq!(fine, [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
     }
 }

@@ -28,30 +28,22 @@
 //! Time is the timeline `sim_time`. A saved recording does not depend on the clock: the same scene
 //! gives the same recording.
 
-mod about;
 mod colours;
-mod contact;
-mod control;
-mod convert;
+mod draw;
 mod error;
 mod estimated_terrain;
 mod events;
+mod explain;
 mod forces;
 mod friction_tests;
 mod ground;
-mod key;
 mod layout;
 mod picture;
-mod plot;
 mod program;
-mod rates;
 mod reading;
 mod recorder;
-mod rows;
-mod scale;
 mod scene_view;
 mod series;
-mod shapes;
 mod sink;
 mod writer;
 

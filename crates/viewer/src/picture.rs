@@ -1,17 +1,27 @@
 //! A picture of a recording in the viewer, as a PNG, without a screen.
 
 use crate::ViewerError;
-use crate::control::Control;
+use crate::error::Cause;
 use crate::program::{Started, free_port, start_error};
 use crate::reading::recording_end;
+use crate::writer::TIMELINE;
+use re_protos::common::v1alpha1::{Timeline, TimelineTime};
+use re_protos::sdk_comms::v1alpha1::viewer_control_service_client::ViewerControlServiceClient;
+use re_protos::sdk_comms::v1alpha1::{
+    GetViewerStateRequest, SaveScreenshotRequest, SetTimeCursorRequest,
+};
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use tempfile::{NamedTempFile, TempPath};
+use tokio::runtime::{Builder, Runtime};
+use tonic::transport::{Channel, Endpoint};
 
 /// Longest time until a picture shows the data.
 const TIMEOUT: Duration = Duration::from_secs(90);
+/// Longest time for an answer of the viewer. Software rendering is slow.
+const ANSWER_TIME: Duration = Duration::from_secs(30);
 /// Time after which the viewer has removed its own messages from its upper right corner.
 const MESSAGE_TIME: Duration = Duration::from_secs(7);
 /// Time between two pictures.
@@ -41,9 +51,8 @@ pub fn picture(
     at: Option<f64>,
     stop: Stop<'_>,
 ) -> Result<(), ViewerError> {
-    let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
-        reason: format!("{} has no data", recording.display()),
-    })?;
+    let none = || ViewerError::Picture(format!("{} has no data", recording.display()));
+    let end = recording_end(recording)?.ok_or_else(none)?;
     let time = at.unwrap_or(0.5 * end);
     // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
@@ -51,15 +60,9 @@ pub fn picture(
     }
     let port = free_port()?;
     let size = format!("{}x{}", size[0], size[1]);
-    let mut viewer = Started::at(
-        port,
-        &[
-            OsStr::new("--headless"),
-            OsStr::new("--window-size"),
-            OsStr::new(&size),
-            recording.as_os_str(),
-        ],
-    )?;
+    let arguments = ["--headless", "--window-size", &size].map(OsStr::new);
+    let arguments = [&arguments[..], &[recording.as_os_str()]].concat();
+    let mut viewer = Started::at(port, &arguments)?;
     let deadline = Deadline {
         start: Instant::now(),
         stop,
@@ -69,8 +72,8 @@ pub fn picture(
     let message = viewer.exit_message();
     viewer.end();
     match (taken, message) {
-        (Err(ViewerError::Stopped { cause }), _) => Err(ViewerError::Stopped { cause }),
-        (Err(_), Some(message)) => Err(start_error(&message)),
+        (stopped @ Err(ViewerError::Stopped(_)), _) => stopped,
+        (Err(_), Some(message)) => Err(start_error(message)),
         (taken, _) => taken,
     }
 }
@@ -88,13 +91,11 @@ impl Deadline<'_> {
 
     /// Sleeps, unless the caller stops the work.
     fn pause(&self, time: Duration) -> Result<(), ViewerError> {
-        match (self.stop)() {
-            Some(cause) => Err(ViewerError::Stopped { cause }),
-            None => {
-                std::thread::sleep(time);
-                Ok(())
-            }
+        if let Some(cause) = (self.stop)() {
+            return Err(ViewerError::Stopped(cause));
         }
+        std::thread::sleep(time);
+        Ok(())
     }
 }
 
@@ -105,13 +106,12 @@ fn take(
     [time, end]: [f64; 2],
     deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
+    let failed = |why: &str| Err(ViewerError::Picture(format!("{why} after 90 s")));
     let mut control = Control::call(port)?;
     // One nanosecond is the recording's resolution.
     while control.newest()?.is_none_or(|newest| newest < end - 1e-9) {
         if deadline.is_over() {
-            return Err(ViewerError::Picture {
-                reason: "the recording is not loaded after 90 s".to_owned(),
-            });
+            return failed("the recording is not loaded");
         }
         deadline.pause(PERIOD)?;
     }
@@ -124,14 +124,11 @@ fn take(
     loop {
         let image = take_draft(&draft, &mut control, deadline)?;
         if before.as_ref() == Some(&image) {
-            return draft
-                .persist(out)
-                .map_err(|error| ViewerError::io("create", out.display())(error.error));
+            // Not the viewer's file: it may be written once more.
+            return std::fs::write(out, image).map_err(ViewerError::io("create", out.display()));
         }
         if deadline.is_over() {
-            return Err(ViewerError::Picture {
-                reason: "it still changes after 90 s".to_owned(),
-            });
+            return failed("it still changes");
         }
         before = Some(image);
         deadline.pause(PERIOD)?;
@@ -164,11 +161,80 @@ fn take_draft(
         match std::fs::read(draft) {
             Ok(image) if image.ends_with(PNG_END) => return Ok(image),
             Err(cause) if deadline.is_over() => {
-                return Err(ViewerError::io("read the recording", draft.display())(
-                    cause,
-                ));
+                let failed = ViewerError::io("read the recording", draft.display());
+                return Err(failed(cause));
             }
             _ => deadline.pause(PERIOD / 10)?,
         }
     }
+}
+
+/// A connection to a viewer.
+struct Control {
+    runtime: Runtime,
+    client: ViewerControlServiceClient<Channel>,
+}
+
+impl Control {
+    /// Connects to the viewer that listens at a port of this machine.
+    fn call(port: u16) -> Result<Self, ViewerError> {
+        let runtime = Builder::new_current_thread().enable_all().build();
+        let runtime = runtime.map_err(ViewerError::Thread)?;
+        let channel = answer(&runtime, "a connection", async {
+            let endpoint = Endpoint::from_shared(format!("http://127.0.0.1:{port}"))?;
+            endpoint.timeout(ANSWER_TIME).connect().await
+        })?;
+        let client = ViewerControlServiceClient::new(channel);
+        Ok(Self { runtime, client })
+    }
+
+    /// Newest simulated time of any recording in the viewer, s. `None`: the viewer has no recording
+    /// yet.
+    fn newest(&mut self) -> Result<Option<f64>, ViewerError> {
+        let request = self.client.get_viewer_state(GetViewerStateRequest {});
+        let state = answer(&self.runtime, "its state", request)?.into_inner();
+        let timelines = state.recordings.iter().flat_map(|r| &r.timelines);
+        let ours = timelines.filter(|t| t.timeline.as_ref().is_some_and(|t| t.name == TIMELINE));
+        let newest = ours.filter_map(|t| Some(t.time_range.as_ref()?.end)).max();
+        // Exact up to a hundred days.
+        Ok(newest.map(|ns| ns as f64 * 1e-9))
+    }
+
+    /// Moves the cursor to a simulated time (s) and pauses there.
+    fn show(&mut self, time: f64) -> Result<(), ViewerError> {
+        // Times of a run.
+        let time = (time * 1e9).round() as i64;
+        let name = TIMELINE.to_owned();
+        let request = SetTimeCursorRequest {
+            store_id: None,
+            timeline: Some(Timeline { name }),
+            time: Some(TimelineTime { time }),
+            play: false,
+        };
+        let request = self.client.set_time_cursor(request);
+        answer(&self.runtime, "another time", request).map(|_| ())
+    }
+
+    /// Lets the viewer save a picture of its window (PNG). It answers before the file is complete.
+    fn save_picture(&mut self, path: &Path) -> Result<(), ViewerError> {
+        let request = SaveScreenshotRequest {
+            view_id: None,
+            file_path: path.display().to_string(),
+        };
+        let request = self.client.save_screenshot(request);
+        answer(&self.runtime, "a picture", request).map(|_| ())
+    }
+}
+
+/// Waits for the answer of a viewer; [`ViewerError::Control`] without one.
+fn answer<T, E: Into<Cause>>(
+    runtime: &Runtime,
+    request: &'static str,
+    answer: impl Future<Output = Result<T, E>>,
+) -> Result<T, ViewerError> {
+    let answer = runtime.block_on(answer);
+    answer.map_err(|cause| ViewerError::Control {
+        request,
+        source: cause.into(),
+    })
 }

@@ -32,14 +32,14 @@ pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
     let mut viewer = Started::with("auto", recordings)?;
     loop {
         let ended = viewer.child.try_wait();
-        match ended.map_err(|e| start_error(&e.to_string()))? {
+        match ended.map_err(start_error)? {
             Some(status) if status.success() => return Ok(()),
-            Some(_) => return Err(start_error(&exit_message(viewer.log.path()))),
+            Some(_) => return Err(start_error(exit_message(viewer.log.path()))),
             None => {}
         }
         if let Some(cause) = stop() {
             viewer.end();
-            return Err(ViewerError::Stopped { cause });
+            return Err(ViewerError::Stopped(cause));
         }
         std::thread::sleep(POLL_TIME);
     }
@@ -55,7 +55,7 @@ pub(crate) fn listens(port: u16) -> bool {
 pub(crate) fn free_port() -> Result<u16, ViewerError> {
     let address = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
     let port = TcpListener::bind(address).and_then(|l| l.local_addr());
-    let cannot = |error| start_error(&format!("no port of {address} is free: {error}"));
+    let cannot = |error| start_error(format!("no port of {address} is free: {error}"));
     port.map(|a| a.port()).map_err(cannot)
 }
 
@@ -75,10 +75,12 @@ impl Started {
         // has ended.
         let log = NamedTempFile::new()
             .map_err(ViewerError::io("create", std::env::temp_dir().display()))?;
-        let output = log.reopen().map_err(|e| start_error(&e.to_string()))?;
-        command.stderr(output);
-        in_own_group(&mut command);
-        let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
+        command.stderr(log.reopen().map_err(start_error)?);
+        // Ctrl-C in the terminal then reaches the simulation alone, and `end` reaches all processes
+        // that the viewer started.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let child = command.spawn().map_err(start_error)?;
         Ok(Self { child, log })
     }
 
@@ -89,12 +91,12 @@ impl Started {
         let deadline = Instant::now() + START_TIME;
         while !listens(port) {
             if let Some(message) = started.exit_message() {
-                return Err(start_error(&message));
+                return Err(start_error(message));
             }
             if Instant::now() > deadline {
                 started.end();
                 let waited = START_TIME.as_secs();
-                return Err(start_error(&format!("it does not listen after {waited} s")));
+                return Err(start_error(format!("it does not listen after {waited} s")));
             }
             std::thread::sleep(POLL_TIME);
         }
@@ -128,18 +130,14 @@ fn installed() -> Result<Command, ViewerError> {
     let output = version.arg("--version").stdin(Stdio::null()).output();
     let output = output.map_err(|error| match error.kind() {
         ErrorKind::NotFound => ViewerError::NotInstalled,
-        _ => start_error(&error.to_string()),
+        _ => start_error(error),
     })?;
     let output = String::from_utf8_lossy(&output.stdout);
     // For example "rerun-cli 0.36.3 [rustc ...".
-    let found = output
-        .split_whitespace()
-        .nth(1)
-        .unwrap_or("of an unknown version");
+    let found = output.split_whitespace().nth(1);
+    let found = found.unwrap_or("of an unknown version");
     if minor(found) != minor(VIEWER_VERSION) {
-        return Err(ViewerError::OtherVersion {
-            found: found.to_owned(),
-        });
+        return Err(ViewerError::OtherVersion(found.to_owned()));
     }
     let mut command = Command::new(PROGRAM);
     command.stdin(Stdio::null()).stdout(Stdio::null());
@@ -156,23 +154,9 @@ fn minor(version: &str) -> Option<(&str, &str)> {
     Some((parts.next()?, parts.next()?))
 }
 
-/// Gives the viewer a process group of its own. Ctrl-C in the terminal then reaches the simulation
-/// alone, and [`Started::end`] reaches all processes that the viewer started.
-fn in_own_group(command: &mut Command) {
-    #[cfg(unix)]
-    {
-        use std::os::unix::process::CommandExt as _;
-        command.process_group(0);
-    }
-    #[cfg(not(unix))]
-    let _ = command;
-}
-
 /// [`ViewerError::Start`] with a reason.
-pub(crate) fn start_error(reason: &str) -> ViewerError {
-    ViewerError::Start {
-        reason: reason.trim().to_owned(),
-    }
+pub(crate) fn start_error(reason: impl ToString) -> ViewerError {
+    ViewerError::Start(reason.to_string().trim().to_owned())
 }
 
 /// The first lines of the output, without warnings and stack trace: they state why the viewer
@@ -186,10 +170,9 @@ fn exit_message(log: &Path) -> String {
         .filter(|line| !line.is_empty() && !line.contains(" WARN "))
         .take(MOST_LINES)
         .collect();
-    if first.is_empty() {
-        "it exited without a message".to_owned()
-    } else {
-        first.join(" ")
+    match first.is_empty() {
+        true => "it exited without a message".to_owned(),
+        false => first.join(" "),
     }
 }
 

@@ -1,13 +1,11 @@
 //! Turns the records of a run into a recording: selects the records to keep, and logs them.
 
 use crate::ViewerError;
-use crate::about;
 use crate::estimated_terrain::Terrain;
 use crate::events::Events;
+use crate::explain::{log_key, page, rates};
 use crate::friction_tests::{self, TestPlaces};
-use crate::key;
 use crate::layout;
-use crate::rates::rates;
 use crate::scene_view::SceneView;
 use crate::series::Series;
 use crate::writer::{Target, Writer};
@@ -56,13 +54,13 @@ impl Recorder {
         // The viewer would mix two runs with the same identifier.
         let fingerprint = run.fingerprint ^ if is_live { now() } else { 0 };
         let mut out = Writer::start(destination, target, &run.name, fingerprint)?;
-        layout::log(&mut out, &layout::run::layout(run), is_live)?;
-        let page = TextDocument::new(about::page(run, chosen, thinning));
+        layout::log(&mut out, run, is_live)?;
+        let page = TextDocument::new(page(run, chosen, thinning));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
-        key::log(&mut out, run)?;
+        log_key(&mut out, run)?;
         let [series, frames] = rates(thinning);
         let world = run.world.as_ref();
-        let recorder = Self {
+        let mut recorder = Self {
             view: world.map(|world| SceneView::new(run, world, chosen)),
             series: Series::new(run, chosen),
             events: Events::new(run),
@@ -73,24 +71,21 @@ impl Recorder {
             next_ground: Ticker::new(thinning / GROUND_RATE),
             out,
         };
-        recorder.declare()
-    }
-
-    fn declare(mut self) -> Result<Self, ViewerError> {
-        if let Some(view) = &self.view {
-            view.declare(&mut self.out)?;
+        let out = &mut recorder.out;
+        if let Some(view) = &recorder.view {
+            view.declare(out)?;
         }
-        self.estimated_terrain.declare(&mut self.out)?;
-        self.events.declare(&mut self.out)?;
-        Ok(self)
+        recorder.estimated_terrain.declare(out)?;
+        recorder.events.declare(out)?;
+        Ok(recorder)
     }
 
     /// Takes a record, and keeps it if it is a frame of the animation or a row of the time series.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
         let time = frame.time;
         self.events.sample(frame);
-        self.estimated_terrain
-            .sample(frame, self.next_ground.is_due(time));
+        let is_ground = self.next_ground.is_due(time);
+        self.estimated_terrain.sample(frame, is_ground);
         let is_frame = self.next_frame.is_due(time);
         if let Some(truth) = frame.truth {
             self.tests.sample(truth);

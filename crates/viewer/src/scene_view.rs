@@ -5,20 +5,23 @@
 
 use crate::ViewerError;
 use crate::colours::{self, Colour};
-use crate::convert::{deep, flat, narrow, turn};
+use crate::draw::{Strips, deep, flat, lines, narrow, turn};
 use crate::forces::Forces;
-use crate::ground::Ground;
-use crate::rows::Strips;
-use crate::scale;
-use crate::shapes;
+use crate::ground::{Ground, log_axis};
 use crate::writer::Writer;
-use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
+use rerun::archetypes::{Ellipses2D, Points2D, Transform3D};
 use rerun::components::Radius;
-use robhaz_model::{Bar, Robot, Vec2};
+use robhaz_model::{Bar, Geometry, MassSet, PinStop, Robot, Vec2};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 
+/// Number of spokes of a wheel. With few spokes its rotation is visible.
+const SPOKES: u32 = 5;
+/// Distances from Q at which the mark of an end stop starts and ends, m.
+const STOP_TICK: [f64; 2] = [0.03, 0.08];
+/// Number of straight pieces of the arc between the end stops.
+const STOP_PIECES: u32 = 24;
 /// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
 const FRAMES_PER_TRAIL: u32 = 3;
 /// Visible range around the body in the view that moves with it, m: half the width, above, below.
@@ -29,8 +32,6 @@ pub(crate) struct SceneView {
     robot: Robot,
     ground: Ground,
     forces: Forces,
-    /// Index of the estimator that is drawn.
-    chosen: Option<usize>,
     frames: u32,
     trail_ends: Option<Vec<Vec2>>,
     /// Times of the frames, s.
@@ -53,7 +54,6 @@ impl SceneView {
             ground: Ground::new(run, world),
             forces: Forces::new(&robot, estimator),
             robot,
-            chosen,
             frames: 0,
             trail_ends: None,
             times: Vec::new(),
@@ -73,25 +73,15 @@ impl SceneView {
         self.declare_bars(out)?;
         self.declare_wheels(out)?;
         self.declare_stops(out)?;
-        out.constant(
-            "world/robot/pins",
-            &Points2D::update_fields()
-                .with_labels(["P", "Q", "R", "S"])
-                .with_colors([colours::PIN])
-                .with_radii([Radius::new_ui_points(4.0)]),
-        )?;
-        out.constant(
-            "world/trails",
-            &LineStrips2D::update_fields()
-                .with_colors([colours::TRAIL])
-                .with_radii([Radius::new_ui_points(0.75)]),
-        )?;
-        out.constant(
-            "world/robot/contacts",
-            &Points2D::update_fields().with_radii([Radius::new_ui_points(4.0)]),
-        )?;
+        let points = Points2D::update_fields().with_radii([Radius::new_ui_points(4.0)]);
+        let pins = points.clone().with_colors([colours::PIN]);
+        let names = self.robot.geometry.suspension.pins().iter();
+        let names = names.map(|pin| pin.name().to_uppercase());
+        out.constant("world/robot/pins", &pins.with_labels(names))?;
+        out.constant("world/trails", &lines(colours::TRAIL, 0.75))?;
+        out.constant("world/robot/contacts", &points)?;
         let [from, to, low, _] = self.ground.box_of();
-        scale::log_axis(out, [from, to, low])?;
+        log_axis(out, [from, to, low])?;
         let [half_width, above, _] = FOLLOWED;
         self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
@@ -124,9 +114,7 @@ impl SceneView {
             self.trails.push(truth.time, pieces);
         }
         self.frames = self.frames.wrapping_add(1);
-        let estimate = self.chosen.and_then(|k| frame.estimates[k].as_ref().ok());
-        self.forces
-            .push(truth, &frame.sensors.contact_angle, estimate);
+        self.forces.push(frame, truth);
     }
 
     /// Logs the frames that were added since the last call.
@@ -159,66 +147,45 @@ impl SceneView {
             .with_colors(contacts.iter().map(|(_, colour)| *colour));
         let counts = std::mem::take(&mut self.contact_counts);
         out.columns("world/robot/contacts", &times, points.columns(counts))?;
-        self.trails.flush(out, "world/trails")?;
+        std::mem::take(&mut self.trails).log(out, "world/trails")?;
         self.forces.flush(out, &times)
     }
 
     fn declare_bars(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let geometry = &self.robot.geometry;
-        let links = [Bar::Link1, Bar::Link2, Bar::Link3];
-        for (bar, colour) in links.into_iter().zip(colours::LINKS) {
-            draw_strip(out, bar, shapes::link(geometry, bar), colour, 2.5)?;
+        let links = [Bar::Link1, Bar::Link2, Bar::Link3].into_iter();
+        let links = links.zip(colours::LINKS);
+        let links = links.map(|(bar, colour)| (bar, link(geometry, bar), colour, 2.5));
+        let body = body(geometry, &self.robot.mass);
+        for (bar, points, colour, radius) in links.chain([(Bar::Body, body, colours::BODY, 1.5)]) {
+            let strip = points.into_iter().map(flat);
+            let strip = lines(colour, radius).with_strips([strip]);
+            out.constant(bar_entity(bar), &strip)?;
         }
-        let body = shapes::body(geometry, &self.robot.mass);
-        draw_strip(out, Bar::Body, body, colours::BODY, 1.5)
+        Ok(())
     }
 
     fn declare_wheels(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let radius = self.robot.geometry.wheel_radius;
-        let half = narrow(radius);
         for (i, colour) in colours::WHEELS.into_iter().enumerate() {
-            out.constant(
-                format!("{}/rim", wheel_entity(i)),
-                &Ellipses2D::update_fields()
-                    .with_half_sizes([[half, half]])
-                    .with_colors([colour])
-                    .with_line_radii([Radius::new_ui_points(1.5)]),
-            )?;
-            out.constant(
-                format!("{}/spokes", wheel_entity(i)),
-                &LineStrips2D::new(shapes::spokes(radius).into_iter().map(|s| s.map(flat)))
-                    .with_colors([colour])
-                    .with_radii([Radius::new_ui_points(0.75)]),
-            )?;
+            let rim = Ellipses2D::update_fields()
+                .with_half_sizes([[narrow(radius), narrow(radius)]])
+                .with_colors([colour])
+                .with_line_radii([Radius::new_ui_points(1.5)]);
+            out.constant(format!("{}/rim", wheel_entity(i)), &rim)?;
+            let spokes = spokes(radius).map(|spoke| spoke.map(flat));
+            let spokes = lines(colour, 0.75).with_strips(spokes);
+            out.constant(format!("{}/spokes", wheel_entity(i)), &spokes)?;
         }
         Ok(())
     }
 
     /// Logs the arc between the end stops, which is fixed to link 2.
     fn declare_stops(&self, out: &mut Writer) -> Result<(), ViewerError> {
-        let strips = shapes::stops(&self.robot.geometry);
-        out.constant(
-            "world/robot/link2/stops",
-            &LineStrips2D::new(strips.map(|strip| strip.into_iter().map(flat).collect::<Vec<_>>()))
-                .with_colors([colours::NEUTRAL])
-                .with_radii([Radius::new_ui_points(0.75)]),
-        )
+        let strips = stops(&self.robot.geometry).map(|strip| strip.into_iter().map(flat));
+        let stops = lines(colours::NEUTRAL, 0.75).with_strips(strips);
+        out.constant("world/robot/link2/stops", &stops)
     }
-}
-
-fn draw_strip(
-    out: &mut Writer,
-    bar: Bar,
-    points: Vec<Vec2>,
-    colour: Colour,
-    radius: f32,
-) -> Result<(), ViewerError> {
-    out.constant(
-        bar_entity(bar),
-        &LineStrips2D::new([points.into_iter().map(flat)])
-            .with_colors([colour])
-            .with_radii([Radius::new_ui_points(radius)]),
-    )
 }
 
 fn bar_entity(bar: Bar) -> String {
@@ -227,4 +194,118 @@ fn bar_entity(bar: Bar) -> String {
 
 fn wheel_entity(wheel: usize) -> String {
     format!("world/robot/wheel{}", wheel + 1)
+}
+
+// Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass, axes
+// of the nominal pose.
+
+/// A link as a polyline through the points of its outline, from rear to front, m.
+fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
+    let cg = geometry.cg(bar);
+    let mut points: Vec<Vec2> = geometry.outline_points(bar).map(|p| p - cg).collect();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    points
+}
+
+/// The body as a closed outline through its pins and a box, m. The box is three times as long as it
+/// is high and has the body's mass and inertia.
+fn body(geometry: &Geometry, mass: &MassSet) -> Vec<Vec2> {
+    let height = (12.0 * mass.body_inertia / mass.body / 10.0).sqrt();
+    let half = Vec2::new(1.5 * height, 0.5 * height);
+    let cg = geometry.cg(Bar::Body);
+    let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+    let corners = corners.map(|(x, y)| Vec2::new(x * half.x, y * half.y));
+    let pins = geometry.suspension.pins().iter();
+    let pins = pins.filter(|pin| pin.bars().0 == Bar::Body || pin.bars().1 == Bar::Body);
+    let pins = pins.map(|pin| geometry.pins.get(*pin) - cg);
+    let mut points: Vec<Vec2> = corners.into_iter().chain(pins).collect();
+    // Corners in the order of their direction from the centre make an outline that does not cross
+    // itself.
+    points.sort_by(|a, b| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
+    points.extend(points.first().copied());
+    points
+}
+
+/// Spokes of a wheel of a radius (m), each from the centre to the rim, m.
+fn spokes(radius: f64) -> impl Iterator<Item = [Vec2; 2]> {
+    (0..SPOKES).map(move |i| {
+        let angle = std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES);
+        [Vec2::zeros(), Vec2::new(angle.cos(), angle.sin()) * radius]
+    })
+}
+
+/// The end stops of pin Q in the frame of link 2, m: the arc over which the line from Q to P on
+/// link 1 can turn, the mark of the lower stop, and that of the upper stop.
+fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
+    let q = geometry.pins.q - geometry.cg(Bar::Link2);
+    let towards_p = geometry.pins.p - geometry.pins.q;
+    let nominal = towards_p.y.atan2(towards_p.x);
+    let at = |radius: f64, turn: f64| {
+        let (sin, cos) = (nominal + turn).sin_cos();
+        q + Vec2::new(cos, sin) * radius
+    };
+    let PinStop { lower, upper, .. } = geometry.stop;
+    let tick = |turn: f64| STOP_TICK.map(|radius| at(radius, turn)).to_vec();
+    let arc = (0..=STOP_PIECES)
+        .map(|i| lower + (upper - lower) * f64::from(i) / f64::from(STOP_PIECES))
+        .map(|turn| at(STOP_TICK[1], turn))
+        .collect();
+    [arc, tick(lower), tick(upper)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: link 2 of geometry A goes from the rear axle through R and Q to the middle
+    /// axle.
+    #[test]
+    fn a_link_goes_through_its_own_pins_and_axles() {
+        let geometry = Geometry::a();
+        let found = link(&geometry, Bar::Link2);
+        let cg = geometry.cg(Bar::Link2);
+        let expected = [
+            geometry.axles[2],
+            geometry.pins.r,
+            geometry.pins.q,
+            geometry.axles[1],
+        ]
+        .map(|p| p - cg);
+        assert_eq!(found, expected);
+    }
+
+    /// Closed form: with link 1 turned to an end stop, its line from Q to P lies along the mark of
+    /// that stop.
+    #[test]
+    fn link_1_meets_its_stops() {
+        let geometry = Geometry::a();
+        let [_, lower, upper] = stops(&geometry);
+        let q = geometry.pins.q - geometry.cg(Bar::Link2);
+        for (mark, turn) in [(lower, geometry.stop.lower), (upper, geometry.stop.upper)] {
+            let line = robhaz_model::rotate(geometry.pins.p - geometry.pins.q, turn);
+            for point in mark {
+                // Rounding: lengths are below 1 m.
+                assert!(robhaz_model::cross(line, point - q).abs() < 1e-12);
+                assert!(line.dot(&(point - q)) > 0.0);
+            }
+        }
+    }
+
+    /// Closed form: the box has the body's inertia m (w^2 + h^2)/12, and the closed outline goes
+    /// through P and S.
+    #[test]
+    fn the_body_has_its_own_inertia_and_pins() {
+        let (geometry, mass) = (Geometry::a(), MassSet::caption());
+        let outline = body(&geometry, &mass);
+        assert_eq!(outline.len(), 7);
+        assert_eq!(outline.first(), outline.last());
+        for pin in [geometry.pins.p, geometry.pins.s] {
+            assert!(outline.contains(&(pin - geometry.body_cg)));
+        }
+        let half = outline
+            .iter()
+            .fold(Vec2::zeros(), |m, p| Vec2::new(m.x.max(p.x), m.y.max(p.y)));
+        let inertia = mass.body * (4.0 * half.norm_squared()) / 12.0;
+        assert!((inertia - mass.body_inertia).abs() < 1e-12);
+    }
 }

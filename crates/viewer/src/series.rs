@@ -3,9 +3,9 @@
 
 use crate::ViewerError;
 use crate::colours::{Colour, WHEELS, by_index};
-use crate::contact::contact_point;
-use crate::plot::{Line, Plot};
+use crate::draw::contact_point;
 use crate::writer::Writer;
+use rerun::archetypes::{Scalars, SeriesLines};
 use robhaz_estimator::Estimate;
 use robhaz_model::WheelCommand;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription};
@@ -14,22 +14,78 @@ use robhaz_sim::{EquivalentContact, Truth};
 
 /// Names of the wheels, front to rear.
 pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
+/// Width of a true line, points.
+pub(crate) const WIDE: f32 = 5.0;
+/// Width of an estimated line, points.
+pub(crate) const NARROW: f32 = 1.5;
+/// Width of the edge of a band, points.
+const EDGE: f32 = 0.75;
 
 /// The values of the lines of a plot in a record, NaN for a gap; `None` where the record has no
 /// row.
 type Values = Box<dyn Fn(&Frame<'_>) -> Option<Vec<f64>> + Send>;
 
+/// A line of a plot.
+#[derive(Clone)]
+struct Line {
+    /// Name with unit.
+    name: String,
+    colour: Colour,
+    /// Width, points.
+    width: f32,
+}
+
+/// Several lines over time in one entity, with one value of each at each time. Scalars need the
+/// least memory and time in this form.
+struct Plot {
+    entity: String,
+    lines: Vec<Line>,
+    get: Values,
+    /// Times that are not logged yet, s.
+    times: Vec<f64>,
+    /// Values at those times, line by line at each.
+    values: Vec<f64>,
+    /// The style of the lines is logged.
+    declared: bool,
+}
+
+impl Plot {
+    /// Adds the values of one record.
+    fn push(&mut self, frame: &Frame<'_>) {
+        if let Some(values) = (self.get)(frame) {
+            self.times.push(frame.time);
+            self.values.extend(values);
+            debug_assert_eq!(self.values.len(), self.times.len() * self.lines.len());
+        }
+    }
+
+    /// Logs the values that were added since the last call. The style of the lines is logged before
+    /// the first values, so that a plot without values is not in the recording.
+    fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+        let (entity, lines) = (self.entity.as_str(), &self.lines);
+        let times = std::mem::take(&mut self.times);
+        if !times.is_empty() && !std::mem::replace(&mut self.declared, true) {
+            let style = SeriesLines::new()
+                .with_names(lines.iter().map(|l| l.name.as_str()))
+                .with_colors(lines.iter().map(|l| l.colour))
+                .with_widths(lines.iter().map(|l| l.width));
+            out.constant(entity, &style)?;
+        }
+        let rows = std::iter::repeat_n(lines.len(), times.len());
+        let values = Scalars::new(self.values.drain(..));
+        out.columns(entity, &times, values.columns(rows))
+    }
+}
+
 /// All time series of a run.
-pub(crate) struct Series(Vec<(Plot, Values)>);
+pub(crate) struct Series(Vec<Plot>);
 
 impl Series {
     /// The series of a run. Without truth there are no true lines. `chosen` is the index of the
     /// estimator whose friction and residual are shown.
     pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
         let mut series = Self(Vec::new());
-        for i in 0..3 {
-            series.add_forces(run, i);
-        }
+        (0..3).for_each(|i| series.add_forces(run, i));
         if run.has_truth {
             let rms = |f: &Frame<'_>| {
                 let compared = Compared::of(f.truth?);
@@ -57,27 +113,29 @@ impl Series {
 
     /// Adds one record.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        for (plot, values) in &mut self.0 {
-            if let Some(values) = values(frame) {
-                plot.push(frame.time, values);
-            }
-        }
+        self.0.iter_mut().for_each(|plot| plot.push(frame));
     }
 
     /// Logs the records that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
-        self.0.iter_mut().try_for_each(|(plot, _)| plot.flush(out))
+        self.0.iter_mut().try_for_each(|plot| plot.flush(out))
     }
 
     fn add(
         &mut self,
         entity: impl std::fmt::Display,
         lines: Vec<Line>,
-        values: impl Fn(&Frame<'_>) -> Option<Vec<f64>> + Send + 'static,
+        get: impl Fn(&Frame<'_>) -> Option<Vec<f64>> + Send + 'static,
     ) {
         if !lines.is_empty() {
-            let plot = Plot::new(format!("series/{entity}"), lines);
-            self.0.push((plot, Box::new(values)));
+            self.0.push(Plot {
+                entity: format!("series/{entity}"),
+                lines,
+                get: Box::new(get),
+                times: Vec::new(),
+                values: Vec::new(),
+                declared: false,
+            });
         }
     }
 
@@ -85,7 +143,8 @@ impl Series {
     /// truth around N and T.
     fn add_forces(&mut self, run: &RunDescription, i: usize) {
         let wheel = format!("wheel{}", i + 1);
-        let truth = run.has_truth.then(|| Line::truth("true [N]", WHEELS[i]));
+        let truth = run.has_truth.then(|| line("true [N]", WHEELS[i], WIDE));
+        let truth = Vec::from_iter(truth);
         let true_normal = move |t: &Truth| {
             let contact = t.wheels[i].equivalent_contact();
             contact.map_or(f64::NAN, |c| c.normal_force)
@@ -93,17 +152,15 @@ impl Series {
         // The viewer draws entities in the order of their names: "estimated" comes after "actual",
         // on top of it.
         let normal = format!("normal_force/{wheel}");
-        self.add(
-            format!("{normal}/actual"),
-            truth.clone().into_iter().collect(),
-            move |f| Some(vec![true_normal(f.truth?)]),
-        );
+        self.add(format!("{normal}/actual"), truth.clone(), move |f| {
+            Some(vec![true_normal(f.truth?)])
+        });
         self.add(format!("{normal}/estimated"), estimates(run), move |f| {
             Some(of_estimates(f, |e| Some(e.normal_force[i])))
         });
         let has_truth = run.has_truth;
         let traction = format!("traction/{wheel}");
-        let lines = truth.into_iter().chain(estimates(run)).collect();
+        let lines = [truth, estimates(run)].concat();
         self.add(&traction, lines, move |f| {
             let truth = f.truth.map_or(f64::NAN, |t| t.wheels[i].traction);
             let estimates = of_estimates(f, |e| Some(e.traction[i]));
@@ -141,22 +198,13 @@ impl Series {
     /// standard deviations.
     fn add_angles(&mut self, run: &RunDescription, chosen: Option<usize>) {
         let truth = run.has_truth;
-        let given = of_each_wheel("given [deg]", |n, colour| Line::estimate(n, colour.dark()));
+        let given = of_each_wheel("given [deg]", Colour::dark, NARROW);
         let lines = of_all_wheels(truth.then_some("true"), None, "deg");
-        self.add(
-            "contact_angle",
-            lines.into_iter().chain(given).collect(),
-            move |f| {
-                let given = f
-                    .sensors
-                    .contact_angle
-                    .map(|angle| angle.unwrap_or(f64::NAN));
-                let all = true_lines(truth, f, |c| Some(c.angle))
-                    .into_iter()
-                    .chain(given);
-                Some(all.map(f64::to_degrees).collect())
-            },
-        );
+        self.add("contact_angle", [lines, given].concat(), move |f| {
+            let given = f.sensors.contact_angle.map(|a| a.unwrap_or(f64::NAN));
+            let truth = true_lines(truth, f, |c| Some(c.angle)).into_iter();
+            Some(truth.chain(given).map(f64::to_degrees).collect())
+        });
         let Some(k) = chosen else {
             return;
         };
@@ -168,7 +216,7 @@ impl Series {
         });
         let edges = ["+", "-"].map(|sign| {
             let name = format!("{name} {sign} 2 sigma [deg]");
-            of_each_wheel(&name, |name, colour| Line::edge(name, colour.light()))
+            of_each_wheel(&name, Colour::light, EDGE)
         });
         self.add("contact_angle/estimated/band", edges.concat(), move |f| {
             let estimate = estimate(f, k)?;
@@ -215,20 +263,11 @@ impl Series {
     /// Residual of eq. (8) of the chosen estimator, and the parity residual of every estimator with
     /// a covariance.
     fn add_residuals(&mut self, run: &RunDescription, chosen: Option<usize>) {
-        for (entity, first, unit, rows) in [
-            ("force", 0, "N", ["horizontal force", "vertical force"]),
-            (
-                "moment",
-                2,
-                "N m",
-                ["moment of link 1 about Q", "moment of link 2 about Q"],
-            ),
-        ] {
-            let lines = chosen.into_iter().flat_map(|k| {
-                let line =
-                    |j: usize| Line::estimate(format!("{} [{unit}]", rows[j]), by_index(k + j));
-                [line(0), line(1)]
-            });
+        let forces = ["horizontal", "vertical"].map(|axis| format!("{axis} force [N]"));
+        let moments = [1, 2].map(|link| format!("moment of link {link} about Q [N m]"));
+        for (entity, first, names) in [("force", 0, forces), ("moment", 2, moments)] {
+            let of = |k: usize| [0, 1].map(|j| line(&*names[j], by_index(k + j), NARROW));
+            let lines = chosen.into_iter().flat_map(of);
             self.add(format!("residual/{entity}"), lines.collect(), move |f| {
                 let estimate = estimate(f, chosen?);
                 let residual = |row: usize| estimate.map_or(f64::NAN, |e| e.residual[row]);
@@ -237,7 +276,7 @@ impl Series {
         }
         for (k, estimator) in run.estimators.iter().enumerate() {
             let name = &estimator.label;
-            let value = Line::estimate(format!("{name} [N]"), by_index(k));
+            let value = line(format!("{name} [N]"), by_index(k), NARROW);
             let lines = [vec![value], edges(name, k)].concat();
             self.add(format!("parity/{name}"), lines, move |f| {
                 // Without a covariance the residual has no standard deviation. The residual of eq.
@@ -256,11 +295,10 @@ fn estimate<'a>(frame: &Frame<'a>, index: usize) -> Option<&'a Estimate> {
 
 /// Lines of N or T of all estimators.
 fn estimates(run: &RunDescription) -> Vec<Line> {
-    let lines = run.estimators.iter().enumerate();
-    let line = |(k, e): (usize, &EstimatorDescription)| {
-        Line::estimate(format!("{} [N]", e.label), by_index(k))
+    let of = |(k, e): (usize, &EstimatorDescription)| {
+        line(format!("{} [N]", e.label), by_index(k), NARROW)
     };
-    lines.map(line).collect()
+    run.estimators.iter().enumerate().map(of).collect()
 }
 
 /// A value of every estimate. NaN, a gap in the line, without an estimate.
@@ -271,7 +309,7 @@ fn of_estimates(frame: &Frame<'_>, value: impl Fn(&Estimate) -> Option<f64>) -> 
 
 /// The lines of two standard deviations of the estimator with an index.
 fn edges(name: &str, index: usize) -> Vec<Line> {
-    let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(index));
+    let edge = |sign| line(format!("{name} {sign} 2 sigma [N]"), by_index(index), EDGE);
     ["+", "-"].map(edge).into()
 }
 
@@ -292,20 +330,25 @@ fn true_lines(
     all.filter(|_| has_truth).collect()
 }
 
-/// A line of each wheel, whose name follows that of the wheel.
-fn of_each_wheel(name: &str, line: impl Fn(String, Colour) -> Line) -> [Line; 3] {
-    [0, 1, 2].map(|i| line(format!("{} {name}", WHEEL_NAMES[i]), WHEELS[i]))
+fn line(name: impl Into<String>, colour: Colour, width: f32) -> Line {
+    Line {
+        name: name.into(),
+        colour,
+        width,
+    }
+}
+
+/// A line of each wheel in a shade of its colour; `name` follows that of the wheel.
+fn of_each_wheel(name: &str, shade: fn(Colour) -> Colour, width: f32) -> Vec<Line> {
+    let wheels = WHEEL_NAMES.iter().zip(WHEELS);
+    let of = |(wheel, colour)| line(format!("{wheel} {name}"), shade(colour), width);
+    wheels.map(of).collect()
 }
 
 /// Wide lines of all wheels from a first source, and narrow lines from a second source. `None`: no
 /// such lines.
 fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
-    let name = &|i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
-    let wide = first
-        .into_iter()
-        .flat_map(|source| (0..3).map(move |i| Line::truth(name(i, source), WHEELS[i])));
-    let narrow = second
-        .into_iter()
-        .flat_map(|source| (0..3).map(move |i| Line::estimate(name(i, source), WHEELS[i].light())));
-    wide.chain(narrow).collect()
+    let wide = first.map(|f| of_each_wheel(&format!("{f} [{unit}]"), |colour| colour, WIDE));
+    let narrow = second.map(|s| of_each_wheel(&format!("{s} [{unit}]"), Colour::light, NARROW));
+    wide.into_iter().chain(narrow).flatten().collect()
 }

@@ -1,8 +1,8 @@
 //! A sink that makes a Rerun recording of a run, in a file or in a viewer.
 
 use crate::ViewerError;
+use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
-use crate::rates::{rates, thinning};
 use crate::recorder::{Recorder, Ticker};
 use crate::writer::Target;
 use rerun::external::re_uri::ProxyUri;
@@ -49,14 +49,19 @@ impl RecordingSink {
     /// # Errors
     /// [`ViewerError::Io`]
     pub fn save(path: &Path) -> Result<Self, ViewerError> {
-        Ok(Self {
-            destination: path.display().to_string(),
-            target: Some(Target::create(path)?),
+        let target = Target::create(path)?;
+        Ok(Self::new(path.display().to_string(), target, None))
+    }
+
+    fn new(destination: String, target: Target, next_batch: Option<Instant>) -> Self {
+        Self {
+            destination,
+            target: Some(target),
             thinning: 1.0,
             run: None,
-            next_batch: None,
+            next_batch,
             lost: None,
-        })
+        }
     }
 
     /// A sink for the viewer that listens at an address: `HOST:PORT` or
@@ -65,33 +70,23 @@ impl RecordingSink {
     /// # Errors
     /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
     pub fn connect(address: &str) -> Result<Self, ViewerError> {
-        let bad = || ViewerError::Address {
-            address: address.to_owned(),
-        };
-        let full = if address.contains("://") {
-            address.to_owned()
-        } else {
-            format!("rerun+http://{address}/proxy")
+        let bad = || ViewerError::Address(address.to_owned());
+        let full = match address.contains("://") {
+            true => address.to_owned(),
+            false => format!("rerun+http://{address}/proxy"),
         };
         let uri = ProxyUri::from_str(&full).map_err(|_| bad())?;
         // The client of the SDK waits for a viewer without limit: test first whether one listens.
         let host = uri.origin.host.to_string();
-        let mut found = (host.as_str(), uri.origin.port)
-            .to_socket_addrs()
-            .map_err(|_| bad())?;
+        let found = (host.as_str(), uri.origin.port).to_socket_addrs();
+        let mut found = found.map_err(|_| bad())?;
         let second = Duration::from_secs(1);
         let answers = |a: SocketAddr| TcpStream::connect_timeout(&a, second).is_ok();
         if !found.any(answers) {
-            return Err(ViewerError::NobodyListens { address: full });
+            return Err(ViewerError::NobodyListens(full));
         }
-        Ok(Self {
-            destination: full,
-            target: Some(Target::Viewer(GrpcSink::new(uri))),
-            thinning: 1.0,
-            run: None,
-            next_batch: Some(Instant::now()),
-            lost: None,
-        })
+        let viewer = Target::Viewer(GrpcSink::new(uri));
+        Ok(Self::new(full, viewer, Some(Instant::now())))
     }
 
     /// A sink for the viewer that listens at the default port of this machine, or else for a new
@@ -137,9 +132,8 @@ impl Sink for RecordingSink {
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let destination = &self.destination;
-        let target = self.target.take().ok_or_else(|| ViewerError::Used {
-            destination: destination.clone(),
-        })?;
+        let used = || ViewerError::Used(destination.clone());
+        let target = self.target.take().ok_or_else(used)?;
         self.thinning = thinning(run);
         let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
         next_write.is_due(0.0);

@@ -14,7 +14,7 @@ use rerun::external::re_log_types::external::re_tuid::Tuid;
 use rerun::external::re_log_types::{
     BlueprintActivationCommand, SetStoreInfo, StoreInfo, StoreSource,
 };
-use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
+use rerun::log::{Chunk, ChunkId, ChunkResult, LogMsg, RowId, TimeColumn};
 use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink as _};
 use rerun::{
     ApplicationId, AsComponents, EntityPath, SerializationResult, SerializedComponentColumn,
@@ -74,15 +74,17 @@ impl Target {
     }
 }
 
+/// The way for batches of messages, and the thread that takes them.
+type Work = (Sender<Vec<LogMsg>>, JoinHandle<Result<(), Cause>>);
+
 /// A target with a thread of its own: messages are encoded and written while the next are
 /// collected. The run does not wait for it. What waits is at most the recording, whose size does
 /// not grow with the length of the run.
 struct Background {
     /// `None` when there are no more messages.
-    batches: Option<Sender<Vec<LogMsg>>>,
+    work: Option<Work>,
     /// A message for each batch that the target has taken.
     taken: Receiver<()>,
-    thread: Option<JoinHandle<Result<(), Cause>>>,
     /// A target that takes nothing for this time is given up; `None` of a file.
     patience: Option<Duration>,
 }
@@ -105,9 +107,8 @@ impl Background {
         let builder = std::thread::Builder::new().name("recording".to_owned());
         let thread = builder.spawn(work).map_err(ViewerError::Thread)?;
         Ok(Self {
-            batches: Some(batches),
+            work: Some((batches, thread)),
             taken,
-            thread: Some(thread),
             patience,
         })
     }
@@ -115,45 +116,36 @@ impl Background {
     /// Fails with the error of this batch or of an earlier one, or leaves its error to the next or
     /// the end.
     fn send(&mut self, batch: Vec<LogMsg>) -> Result<(), Cause> {
-        let batches = self.batches.as_ref();
-        if batches.is_some_and(|batches| batches.send(batch).is_ok()) {
-            return Ok(());
+        match &self.work {
+            Some((batches, _)) if batches.send(batch).is_ok() => Ok(()),
+            // The thread receives until it fails.
+            _ => self.finish(),
         }
-        // The thread receives until it fails.
-        self.finish()
     }
 
     /// Waits until the target has taken everything. A viewer that reads nothing is abandoned with
     /// its thread, which cannot be interrupted.
     fn finish(&mut self) -> Result<(), Cause> {
-        self.batches = None;
+        let Some((batches, thread)) = self.work.take() else {
+            return Err("the recording has ended".into());
+        };
+        drop(batches);
         if let Some(patience) = self.patience {
-            let stalled = loop {
-                match self.taken.recv_timeout(patience) {
-                    Ok(()) => {}
-                    Err(error) => break error == RecvTimeoutError::Timeout,
-                }
-            };
-            if stalled {
-                self.thread = None;
+            let mut taken = std::iter::repeat_with(|| self.taken.recv_timeout(patience));
+            if taken.find_map(Result::err) == Some(RecvTimeoutError::Timeout) {
                 return Err("it takes no more data".into());
             }
         }
-        match self.thread.take().map(JoinHandle::join) {
-            Some(Ok(done)) => done,
-            Some(Err(panic)) => std::panic::resume_unwind(panic),
-            None => Err("the recording has ended".into()),
-        }
+        let done = thread.join();
+        done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
 impl Drop for Background {
     /// A recording that is given up keeps the messages that it has got.
     fn drop(&mut self) {
-        if self.thread.is_some() {
-            // A drop cannot report an error.
-            let _ = self.finish();
-        }
+        // A drop cannot report an error.
+        let _ = self.finish();
     }
 }
 
@@ -198,10 +190,8 @@ impl Writer {
             let info = StoreInfo::new(store, StoreSource::Other("robhaz".to_owned()));
             writer.messages.push(SetStoreInfo { row_id, info }.into());
         }
-        writer.constant(
-            EntityPath::properties(),
-            &RecordingInfo::update_fields().with_name(name),
-        )?;
+        let info = RecordingInfo::update_fields().with_name(name);
+        writer.constant(EntityPath::properties(), &info)?;
         Ok(writer)
     }
 
@@ -232,9 +222,8 @@ impl Writer {
             entity.into(),
             std::iter::once((*time.timeline().name(), time)).collect(),
             columns.map(|c| (c.descriptor, c.list_array)).collect(),
-        )
-        .map_err(ViewerError::io("write", &self.destination))?;
-        self.send_chunk(self.recording.clone(), &chunk)
+        );
+        self.send_chunk(self.recording.clone(), chunk)
     }
 
     /// Logs a part of the layout.
@@ -283,15 +272,13 @@ impl Writer {
         let row = RowId::from_tuid((*id).next());
         let chunk = Chunk::builder_with_id(id, entity)
             .with_archetype(row, time, what)
-            .build()
-            .map_err(ViewerError::io("write", &self.destination))?;
-        self.send_chunk(store, &chunk)
+            .build();
+        self.send_chunk(store, chunk)
     }
 
-    fn send_chunk(&mut self, store: StoreId, chunk: &Chunk) -> Result<(), ViewerError> {
-        let message = chunk
-            .to_arrow_msg()
-            .map_err(ViewerError::io("write", &self.destination))?;
+    fn send_chunk(&mut self, store: StoreId, chunk: ChunkResult<Chunk>) -> Result<(), ViewerError> {
+        let message = chunk.and_then(|chunk| chunk.to_arrow_msg());
+        let message = message.map_err(ViewerError::io("write", &self.destination))?;
         self.messages.push(LogMsg::ArrowMsg(store, message));
         Ok(())
     }
@@ -301,9 +288,7 @@ impl Writer {
     /// later.
     fn next_id(&mut self) -> ChunkId {
         self.chunks += 1;
-        ChunkId::from_tuid(Tuid::from_nanos_and_inc(
-            self.fingerprint >> 8,
-            self.chunks << 32,
-        ))
+        let id = Tuid::from_nanos_and_inc(self.fingerprint >> 8, self.chunks << 32);
+        ChunkId::from_tuid(id)
     }
 }

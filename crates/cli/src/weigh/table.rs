@@ -54,7 +54,7 @@ pub fn read_table(path: &Path) -> Result<Measurements> {
     let columns = columns(&text).map_err(of_header)?;
     let mut measurements = Measurements::default();
     while next(&mut text)? {
-        let of_row = |message| miette!("{shown}, line {}{message}", text.line());
+        let of_row = |message| miette!("{shown}, line {}{message}", text.line);
         row(&columns, &text, &mut measurements).map_err(of_row)?;
     }
     if measurements.count() == 0 {
@@ -68,8 +68,8 @@ pub fn read_table(path: &Path) -> Result<Measurements> {
 fn columns(header: &TextRow) -> Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
     for text in header.texts() {
-        let column =
-            column(&text).ok_or_else(|| format!("found column {text:?}, allowed: {ALLOWED}"))?;
+        let unknown = || format!("found column {text:?}, allowed: {ALLOWED}");
+        let column = column(&text).ok_or_else(unknown)?;
         let is_taken = |c: &Column| c.content == column.content && c.content != Content::Block;
         if columns.iter().any(is_taken) {
             return Err(format!("column {text:?} occurs twice"));
@@ -94,17 +94,9 @@ fn column(text: &str) -> Option<Column> {
         let index: usize = name.strip_prefix(stem)?.parse().ok()?;
         (1..=most).contains(&index).then(|| index - 1)
     };
-    let angle = match unit {
-        "deg" => Some(1_f64.to_radians()),
-        "rad" => Some(1.0),
-        _ => None,
-    };
-    let force = match unit {
-        "N" => Some(1.0),
-        "kg" => Some(GRAVITY),
-        "g" => Some(GRAVITY / 1e3),
-        _ => None,
-    };
+    let of_unit = |units: &[(&str, f64)]| Some(units.iter().find(|(name, _)| *name == unit)?.1);
+    let angle = of_unit(&[("deg", 1_f64.to_radians()), ("rad", 1.0)]);
+    let force = of_unit(&[("N", 1.0), ("kg", GRAVITY), ("g", GRAVITY / 1e3)]);
     let (content, to_si) = if let Some(i) = indexed("link", 2) {
         (Content::Link(i), angle?)
     } else if let Some(i) = indexed("wheel", 3) {
@@ -138,43 +130,35 @@ fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(),
             continue;
         }
         let value = decimal(&cell).map(|v| v * column.to_si);
-        let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| match value {
-            Some(value) if range.contains(&value) => Ok(value),
-            _ => {
-                let message = format!("found {cell:?}, allowed: {allowed}, or an empty cell");
-                Err(refuse(message))
-            }
+        let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| {
+            let message = || format!("found {cell:?}, allowed: {allowed}, or an empty cell");
+            let value = value.filter(|value| range.contains(value));
+            value.ok_or_else(|| refuse(message()))
         };
         match column.content {
             Content::Link(i) => {
                 let allowed = "an inclination between -91 and 91 deg";
                 angles[i] = Some(checked(-STEEPEST..=STEEPEST, allowed)?);
             }
-            Content::Wheel(i) => {
-                forces[i] = Some(checked(0.0..=LARGEST, FORCE)?);
-            }
+            Content::Wheel(i) => forces[i] = Some(checked(0.0..=LARGEST, FORCE)?),
             Content::Weight if into.weight.is_some() => {
                 let message = "the weight stands in an earlier line; allowed: once";
                 return Err(refuse(message.to_owned()));
             }
-            Content::Weight => {
-                into.weight = Some(checked(0.0..=LARGEST, FORCE)?);
-            }
+            Content::Weight => into.weight = Some(checked(0.0..=LARGEST, FORCE)?),
             Content::Block => {}
         }
     }
     match (angles, forces) {
-        (_, [None, None, None]) => Ok(()),
-        ([Some(a), Some(b)], forces) => {
-            into.readings.push(Reading {
-                line: row.line(),
-                inclinations: [a, b],
-                forces,
-            });
-            Ok(())
-        }
-        _ => Err(": a scale was read, but an inclination is missing; allowed: both".to_owned()),
+        (_, [None, None, None]) => {}
+        ([Some(a), Some(b)], forces) => into.readings.push(Reading {
+            line: row.line,
+            inclinations: [a, b],
+            forces,
+        }),
+        _ => return Err(": a scale was read, but an inclination is missing; allowed: both".into()),
     }
+    Ok(())
 }
 
 /// The first line of a table.

@@ -9,40 +9,29 @@ const NOT_SEEN: f64 = 0.95;
 /// The load parameters, the single values, and what was not seen.
 pub fn weighed(of: &Weighed) -> String {
     let mean = of.robot.mean_wheel_load();
-    let percent = |force: f64| 100.0 * force / mean;
+    let (before, after) = (of.forces.before, of.forces.after);
+    let [share_before, share_after] = [before, after].map(|force| 100.0 * force / mean);
+    let (sum, readings) = (of.misfit.sum, of.misfit.readings);
+    let (loads, values) = (table_of(&of.loads, 4), table_of(&of.values, 3));
     let [first, second] = of
         .inclination_offsets
         .map(|(offset, sigma)| format!("{:+.2} ±{:.2}", offset.to_degrees(), sigma.to_degrees()));
     let is_unseen = |value: &&WeighedValue| value.deviation > NOT_SEEN * value.prior;
-    let unseen: Vec<_> = of
-        .values
-        .iter()
-        .filter(is_unseen)
-        .map(|v| v.name.as_str())
-        .collect();
-    let unseen = match unseen.as_slice() {
-        [] => "The readings determine every value better than the tolerances do.".to_owned(),
-        names => format!(
-            "Not observable from these readings, kept at their nominal values: {}.",
-            names.join(", ")
-        ),
+    let unseen = of.values.iter().filter(is_unseen).map(|v| v.name.as_str());
+    let unseen = match unseen.collect::<Vec<_>>().join(", ").as_str() {
+        "" => "The readings determine every value better than the tolerances do.".to_owned(),
+        names => {
+            format!("Not observable from these readings, kept at their nominal values: {names}.")
+        }
     };
     format!(
-        "What the wheel forces depend on, with one standard deviation\n{}\n\
-             Single values; they are known as far as the nominal values separate them\n{}\n\
+        "What the wheel forces depend on, with one standard deviation\n{loads}\n\
+             Single values; they are known as far as the nominal values separate them\n{values}\n\
              {unseen}\n\
              Offsets of the inclinations, deg: link1 {first}, link2 {second}\n\
-             Fit: weighted sum of squares {:.1} for {} readings.\n\
-             Error of N by masses, centres of mass and pins, on a driven ground: {:.2} N ({:.1} %) with the nominal robot, {:.2} N ({:.2} %) \
-             after weighing.",
-        table_of(&of.loads, 4),
-        table_of(&of.values, 3),
-        of.misfit.sum,
-        of.misfit.readings,
-        of.forces.before,
-        percent(of.forces.before),
-        of.forces.after,
-        percent(of.forces.after),
+             Fit: weighted sum of squares {sum:.1} for {readings} readings.\n\
+             Error of N by masses, centres of mass and pins, on a driven ground: {before:.2} N ({share_before:.1} %) with the nominal robot, \
+             {after:.2} N ({share_after:.2} %) after weighing."
     )
 }
 
@@ -58,12 +47,9 @@ fn table_of(values: &[WeighedValue], digits: usize) -> String {
             let (value, sigma) = (factor * value, factor * sigma);
             format!("{value:.digits$} ±{sigma:.digits$}")
         };
-        table.row([
-            value.name.clone(),
-            shown(value.drawn, value.prior),
-            shown(value.found, value.deviation),
-            unit.to_owned(),
-        ]);
+        let drawn = shown(value.drawn, value.prior);
+        let found = shown(value.found, value.deviation);
+        table.row([value.name.clone(), drawn, found, unit.to_owned()]);
     }
     table.text(None)
 }

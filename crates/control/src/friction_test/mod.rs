@@ -6,18 +6,16 @@
 //! | which wheel is tested when, in which direction | `sequence.rs` |
 //! | the torque of one ramp | `ramp.rs` |
 //! | when a ramp ends: [`FrictionTest`] takes the estimates | `test.rs` |
-//! | forces at which a ramp ended in slip | `limit.rs` |
+//! | forces at which a ramp ended in slip, and the result | `result.rs` |
 //! | several ramps together: torque offsets are common to them | `together.rs` |
 
-mod limit;
 mod ramp;
 mod result;
 mod sequence;
 mod test;
 mod together;
 
-pub use limit::RampLimit;
-pub use result::{FrictionTestEnd, FrictionTestResult};
-pub(crate) use sequence::FrictionTests;
+pub use result::{FrictionTestEnd, FrictionTestResult, RampLimit};
+pub use sequence::FrictionTests;
 pub use test::{FrictionTest, FrictionTestPhase};
 pub use together::together;

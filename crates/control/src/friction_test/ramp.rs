@@ -1,6 +1,6 @@
 //! A torque ramp on one wheel: approach, linear rise, back-off.
 
-use super::result::{FrictionTestEnd, FrictionTestResult};
+use super::result::FrictionTestEnd;
 use super::test::{FrictionTest, FrictionTestPhase};
 use crate::input::ControlInput;
 
@@ -13,7 +13,7 @@ const APPROACH: f64 = 1.0;
 /// the test ends, and goes back smoothly to the torque that turns the wheel without traction.
 #[derive(Clone, Debug)]
 pub(crate) struct Ramp {
-    test: FrictionTest,
+    pub test: FrictionTest,
     /// Start, s.
     start: f64,
     /// Torque at the start and after the approach, N m. Without an approach both are the same.
@@ -41,16 +41,6 @@ impl Ramp {
         }
     }
 
-    /// Ends the rise without slip.
-    pub fn end(&mut self, end: FrictionTestEnd) {
-        self.test.end(end);
-    }
-
-    /// The result as far as it is known.
-    pub fn result(&self) -> FrictionTestResult {
-        self.test.result()
-    }
-
     /// The torque at the time of the input; `idle` turns the wheel without traction, `limit` is the
     /// largest torque, N m. `None` when the ramp is over. A wheel that still slips then stays at
     /// `idle`.
@@ -76,10 +66,9 @@ impl Ramp {
         let passed = now - self.start;
         let duration = APPROACH * self.unit;
         let approached = smooth_step((passed / duration).max(0.0).min(1.0));
-        let approach = if (first - second).abs() > 0.0 {
-            duration
-        } else {
-            0.0
+        let approach = match (first - second).abs() > 0.0 {
+            true => duration,
+            false => 0.0,
         };
         first + (second - first) * approached + self.rate * (passed - approach).max(0.0)
     }

@@ -43,14 +43,8 @@ fn relieving(robot: &Robot) -> Option<[f64; 3]> {
     let geometry = &robot.geometry;
     let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
     let arms = Arms::new(geometry, 0.0, 0.0).ok()?;
-    let equations = Equilibrium::new(
-        &arms,
-        carriers,
-        radius,
-        &Loads::default(),
-        &[0.0; 3],
-        radius,
-    )?;
+    let (loads, angles) = (Loads::default(), [0.0; 3]);
+    let equations = Equilibrium::new(&arms, carriers, radius, &loads, &angles, radius)?;
     let inverse = equations.least_squares()?;
     let mut found = [1.0; 3];
     for (wheel, direction) in found.iter_mut().enumerate() {
@@ -127,8 +121,8 @@ impl FrictionTests {
         let mut results = self.results;
         let present = match &self.stage {
             Stage::Waiting(_) => None,
-            Stage::First(ramp) => Some(ramp.result()),
-            Stage::Second(ramp, first) => Some(first.combined(&ramp.result())),
+            Stage::First(ramp) => Some(ramp.test.result),
+            Stage::Second(ramp, first) => Some(first.combined(&ramp.test.result)),
         };
         if let (Some(place), Some(_)) = (results.get_mut(self.number), present) {
             *place = present;
@@ -205,8 +199,8 @@ impl FrictionTests {
             Stage::Waiting(_) => return None,
             Stage::First(ramp) => ramp,
             Stage::Second(ramp, first) => {
-                if first.duration + ramp.result().duration > longest {
-                    ramp.end(FrictionTestEnd::TimeLimit);
+                if first.duration + ramp.test.result.duration > longest {
+                    ramp.test.end(FrictionTestEnd::TimeLimit);
                 }
                 ramp
             }
@@ -214,7 +208,7 @@ impl FrictionTests {
         if let Some(torque) = ramp.update(input, idle, self.torque_limit) {
             return Some(torque);
         }
-        let result = ramp.result();
+        let result = ramp.test.result;
         if self.plan.both_ways && matches!(self.stage, Stage::First(_)) {
             let back = -self.direction(result.wheel);
             // Where no wheel slipped nothing is expected.

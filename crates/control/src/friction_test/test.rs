@@ -1,7 +1,6 @@
 //! One ramp: when to take the torque back, and what it has shown.
 
-use super::limit::RampLimit;
-use super::result::{FrictionTestEnd, FrictionTestResult};
+use super::result::{FrictionTestEnd, FrictionTestResult, RampLimit};
 use libm::hypot;
 use robhaz_estimator::{Estimate, Flags, PeakFriction, WheelFriction};
 
@@ -19,7 +18,9 @@ pub enum FrictionTestPhase {
 /// A test of one wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionTest {
-    result: FrictionTestResult,
+    /// The result; before [`FrictionTestPhase::Done`] as far as it is known: mu_max is at least
+    /// `mu`.
+    pub result: FrictionTestResult,
     phase: FrictionTestPhase,
     /// Start of the ramp, and the last estimate, s.
     start: f64,
@@ -40,16 +41,8 @@ impl FrictionTest {
         Self {
             result: FrictionTestResult {
                 wheel,
-                end: FrictionTestEnd::Unfinished,
                 time,
-                place: None,
-                mu: 0.0,
-                sigma: 0.0,
-                systematic: 0.0,
-                ramps: 0,
-                limits: [None; 2],
-                slipped_distance: 0.0,
-                duration: 0.0,
+                ..FrictionTestResult::default()
             },
             phase: FrictionTestPhase::Rising,
             start: time,
@@ -57,17 +50,6 @@ impl FrictionTest {
             gripped: [false; 3],
             unclear: 0.0,
         }
-    }
-
-    /// What the test asks for now.
-    pub fn phase(&self) -> FrictionTestPhase {
-        self.phase
-    }
-
-    /// The result; before [`FrictionTestPhase::Done`] as far as it is known: mu_max is at least
-    /// `mu`.
-    pub fn result(&self) -> FrictionTestResult {
-        self.result
     }
 
     /// Takes the estimate of a sample at `time` (s); `None` where there is none.
@@ -112,11 +94,8 @@ impl FrictionTest {
             return self.end_with(other, slips, limit);
         }
         let clear = estimate.is_some_and(|estimate| {
-            let loaded = estimate
-                .friction
-                .iter()
-                .flatten()
-                .all(|wheel| wheel.needed.is_some());
+            let mut wheels = estimate.friction.iter().flatten();
+            let loaded = wheels.all(|wheel| wheel.needed.is_some());
             loaded && !estimate.flags.intersects(Flags::UNRELIABLE)
         });
         match wheel.filter(|_| clear) {
@@ -170,12 +149,9 @@ impl FrictionTest {
         let mut others = wheels.iter().enumerate().filter(|(i, _)| *i != tested);
         let first = others.clone().find(|(i, wheel)| slips(*i, wheel));
         let most = others.next().map(|first| {
-            others.fold(first, |most, other| {
-                if need(other.1) > need(most.1) {
-                    other
-                } else {
-                    most
-                }
+            others.fold(first, |most, other| match need(other.1) > need(most.1) {
+                true => other,
+                false => most,
             })
         });
         let found = first.or(most.filter(|_| seems));

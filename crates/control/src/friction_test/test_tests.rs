@@ -1,6 +1,6 @@
 //! Ramps on made-up estimates, and results of several ramps.
 
-use super::super::limit::testing::limit;
+use super::super::result::testing::limit;
 use super::super::together::together;
 use super::*;
 use robhaz_estimator::{
@@ -77,7 +77,7 @@ fn a_slip_gives_the_result() {
             });
         }
     });
-    let result = test.result();
+    let result = test.result;
     assert_eq!((result.wheel, result.end), (1, FrictionTestEnd::Slipped));
     assert_eq!(
         (result.mu, result.sigma, result.place),
@@ -99,7 +99,7 @@ fn other_ends_give_a_lower_bound() {
             wheels[2].slid = Some(0.0);
         }
     });
-    let result = test.result();
+    let result = test.result;
     // It slips at half the friction that the tested one bears: on ground of its own.
     assert_eq!(
         (result.end, result.limits),
@@ -117,14 +117,14 @@ fn other_ends_give_a_lower_bound() {
             wheels[1].needed = None;
         }
     });
-    assert_eq!(test.result().end, FrictionTestEnd::NotClear);
+    assert_eq!(test.result.end, FrictionTestEnd::NotClear);
     assert!((t - 4.5).abs() < 5e-3, "{t}");
     let mut test = FrictionTest::new(0, 0.0);
     assert_eq!(
         test.end(FrictionTestEnd::TorqueLimit),
         FrictionTestPhase::Done
     );
-    assert_eq!(test.result().end, FrictionTestEnd::TorqueLimit);
+    assert_eq!(test.result.end, FrictionTestEnd::TorqueLimit);
     assert_eq!(test.update(1.0, None), FrictionTestPhase::Done);
 }
 
@@ -137,7 +137,7 @@ fn another_wheel_at_the_limit_tells_mu() {
             wheels[0] = needs(-0.1 * share * t);
             wheels[0].slid = (t > 3.0).then_some(0.0);
         });
-        test.result()
+        test.result
     };
     // Within two samples of 0.15/s.
     let near = |found: f64, expected: f64| (found - expected).abs() < 3e-4;
@@ -163,7 +163,7 @@ fn result(wheel: usize, limits: [Option<RampLimit>; 2]) -> FrictionTestResult {
         limits,
         duration: 8.0,
         slipped_distance: 0.01,
-        ..FrictionTest::new(wheel, 0.0).result()
+        ..FrictionTest::new(wheel, 0.0).result
     }
 }
 

@@ -1,7 +1,6 @@
 //! Several ramps together: the torque offsets are common to them.
 
-use super::limit::RampFriction;
-use super::result::FrictionTestResult;
+use super::result::{FrictionTestResult, RampFriction};
 
 /// Steps of the grid from the middle to each side, and its reach in standard deviations.
 const STEPS: i16 = 24;
@@ -48,10 +47,8 @@ fn add_point(tests: &[Option<FrictionTestResult>; 3], [a, b]: [f64; 2], sums: &m
     let mut found = [None; 3];
     for (found, test) in found.iter_mut().zip(tests) {
         let limits = test.as_ref().map_or([None; 2], |test| test.limits);
-        let mut ramps = limits
-            .iter()
-            .flatten()
-            .map(|limit| limit.friction(&offsets));
+        let limits = limits.iter().flatten();
+        let mut ramps = limits.map(|limit| limit.friction(&offsets));
         let Some(first) = ramps.next() else {
             continue;
         };

@@ -1,6 +1,6 @@
 use super::*;
+use crate::input::ControlKind;
 use crate::input::FrictionTestPlan;
-use crate::kind::ControlKind;
 use robhaz_estimator::{
     ContactEstimate, EstimateError, Estimator, EstimatorSettings, LinkReading, SensorFrame,
 };

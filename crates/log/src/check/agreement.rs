@@ -6,8 +6,10 @@
 //! 72 if the torques show nothing. `best` runs with each; the one with the least mean NIS fits
 //! best.
 
+use crate::check::readings::{Readings, Stated};
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::Channel;
+use crate::check::rest::has_quiet_torque;
+use crate::check::rewire::{Channel, moved, names};
 use robhaz_estimator::{
     Channels, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, TorqueScale,
 };
@@ -58,13 +60,13 @@ impl Case {
         let mut all = Vec::new();
         for encoders in PAIRINGS {
             for torques in PAIRINGS {
-                let fits = |order: [usize; 3]| torques.map(|i| order[i]) == encoders;
-                if order.is_none_or(fits) {
-                    all.extend([false, true].map(|links| Self {
-                        encoders,
-                        torques,
-                        links,
-                    }));
+                let of = |links| Self {
+                    encoders,
+                    torques,
+                    links,
+                };
+                if order.is_none_or(|order| torques.map(|i| order[i]) == encoders) {
+                    all.extend([false, true].map(of));
                 }
             }
         }
@@ -74,30 +76,24 @@ impl Case {
 
     /// Number of channels that are not where the log says.
     fn moved(&self) -> usize {
-        let moved = |order: &[usize; 3]| (0..3).filter(|i| order[*i] != *i).count();
-        moved(&self.encoders) + moved(&self.torques) + 4 * usize::from(self.links)
+        let wheels = moved(self.encoders).count() + moved(self.torques).count();
+        wheels + 4 * usize::from(self.links)
     }
 
     fn of(&self, frame: &SensorFrame) -> SensorFrame {
-        let (link1, link2) = match self.links {
-            true => (frame.link2, frame.link1),
-            false => (frame.link1, frame.link2),
-        };
-        SensorFrame {
-            wheel_angle: self.encoders.map(|i| frame.wheel_angle[i]),
-            motor_torque: self.torques.map(|i| frame.motor_torque[i]),
-            link1,
-            link2,
-            ..*frame
+        let mut wired = *frame;
+        wired.wheel_angle = self.encoders.map(|i| frame.wheel_angle[i]);
+        wired.motor_torque = self.torques.map(|i| frame.motor_torque[i]);
+        if self.links {
+            std::mem::swap(&mut wired.link1, &mut wired.link2);
         }
+        wired
     }
 
     /// The channels that it changes.
     fn channels(&self) -> String {
-        let moved = |order: [usize; 3]| (0..3).filter(move |i| order[*i] != *i);
         let encoders = moved(self.encoders).map(Channel::Encoder);
-        let channels = encoders.chain(moved(self.torques).map(Channel::Torque));
-        let mut names: Vec<String> = channels.map(|c| c.to_string()).collect();
+        let mut names = names(encoders.chain(moved(self.torques).map(Channel::Torque)));
         if self.links {
             names.push("gyro 1, inclinometer 1, gyro 2, inclinometer 2".to_owned());
         }
@@ -106,38 +102,31 @@ impl Case {
 
     /// What to do, in words: which reading takes the column of which.
     fn words(&self) -> String {
-        let moved = |order: [usize; 3], name: &str| {
+        let mut parts = Vec::new();
+        for (order, name) in [(self.torques, "motor_torque"), (self.encoders, "angle")] {
             let reading = |i: usize| format!("wheel{}_{name}", i + 1);
-            let moved: Vec<usize> = (0..3).filter(|i| order[*i] != *i).collect();
-            match moved[..] {
-                [] => None,
-                [a, b] => Some(format!(
-                    "exchange the columns of {} and {}",
-                    reading(a),
-                    reading(b)
-                )),
+            match moved(order).collect::<Vec<usize>>()[..] {
+                [] => {}
+                [a, b] => {
+                    let (a, b) = (reading(a), reading(b));
+                    parts.push(format!("exchange the columns of {a} and {b}"));
+                }
                 _ => {
-                    let takes =
-                        |i: &usize| format!("{} that of {}", reading(*i), reading(order[*i]));
-                    let takes: Vec<String> = moved.iter().map(takes).collect();
-                    Some(format!("give other columns: {}", takes.join(", ")))
+                    let takes = |i| format!("{} that of {}", reading(i), reading(order[i]));
+                    let takes: Vec<String> = moved(order).map(takes).collect();
+                    parts.push(format!("give other columns: {}", takes.join(", ")));
                 }
             }
-        };
-        let links = self
-            .links
-            .then(|| "exchange the columns of links 1 and 2".to_owned());
-        let parts = [
-            moved(self.torques, "motor_torque"),
-            moved(self.encoders, "angle"),
-            links,
-        ];
-        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        }
+        if self.links {
+            parts.push("exchange the columns of links 1 and 2".to_owned());
+        }
         parts.join("; ")
     }
 }
 
 /// What `best` says of a log.
+#[derive(Default)]
 struct Judgement {
     faulty: Channels,
     /// Time of the first contradiction, s.
@@ -163,19 +152,20 @@ impl Judgement {
         case: &Case,
     ) -> Self {
         let mut estimator = Estimator::new(robot, *settings);
-        let (mut faulty, mut first, mut scale) = (Channels::NONE, None, None);
-        let (mut absurd, mut refused) = (0.0, 0.0);
-        let (mut largest, mut of, mut sum) = (0.0, "all", 0.0);
+        let mut found = Self {
+            of: "all",
+            ..Self::default()
+        };
         for frame in frames {
             let Ok(estimate) = estimator.update(&case.of(frame)) else {
-                refused += 1.0;
-                sum += REFUSED;
+                found.refused += 1.0;
+                found.nis += REFUSED;
                 continue;
             };
-            scale = estimate.torque_scale.or(scale);
+            found.scale = estimate.torque_scale.or(found.scale);
             if estimate.flags.contains(Flags::SENSOR_ABSURD) {
-                absurd += 1.0;
-                sum += REFUSED;
+                found.absurd += 1.0;
+                found.nis += REFUSED;
             }
             let Some(health) = estimate.health else {
                 continue;
@@ -189,31 +179,25 @@ impl Judgement {
             ];
             for (values, name) in tests {
                 for nis in values {
-                    sum += nis;
-                    if *nis > largest {
-                        (largest, of) = (*nis, name);
+                    found.nis += nis;
+                    if *nis > found.largest {
+                        (found.largest, found.of) = (*nis, name);
                     }
                 }
             }
             // The torques' scale has a finding of its own.
             let bits = health.faulty.bits() & !Channels::TORQUE_SCALE.bits();
             if bits != 0 {
-                first.get_or_insert(frame.time);
-                faulty |= Channels::from_bits(bits);
+                found.first.get_or_insert(frame.time);
+                found.faulty |= Channels::from_bits(bits);
             }
         }
         let count = frames.len().max(1) as f64;
-        let share = |n: f64| if n > FEW { n / count } else { 0.0 };
-        Self {
-            faulty,
-            first,
-            scale,
-            largest,
-            of,
-            nis: sum / count,
-            absurd: share(absurd),
-            refused: share(refused),
+        found.nis /= count;
+        for share in [&mut found.absurd, &mut found.refused] {
+            *share = if *share > FEW { *share / count } else { 0.0 };
         }
+        found
     }
 }
 
@@ -232,22 +216,29 @@ fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
     &frames[begin..end.max(begin)]
 }
 
-/// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which
-/// the torques belong, if these show it. `resolved`: whether the readings follow each other closely
-/// enough for the filters. `quiet`: whether the torques may be in another unit, so that they show
-/// no wiring. `of_body`: one sensor gives the readings of both links, which cannot be exchanged.
-pub fn findings(
-    frames: &[SensorFrame],
-    robot: &Robot,
-    settings: &EstimatorSettings,
-    order: Option<[usize; 3]>,
-    resolved: bool,
-    quiet: bool,
-    of_body: bool,
-) -> (Vec<Finding>, Option<TorqueScale>) {
+/// `best` with what is stated; with contact angles if each wheel has some.
+fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
+    let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
+    let best = match (0..3).all(has_angle) {
+        true => EstimatorSettings::best(),
+        false => EstimatorSettings::best_without_angles(),
+    };
+    EstimatorSettings {
+        viscous_damping: stated.viscous_damping,
+        compression: stated.compression,
+        budget: stated.budget,
+        ..best
+    }
+}
+
+/// All findings. `order`: the encoders to which the torques belong, if these show it. `resolved`:
+/// whether the readings follow each other closely enough for the filters.
+pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -> Vec<Finding> {
+    let (frames, robot) = (&*log.frames, log.stated.robot);
+    let settings = &settings(log.stated, frames);
     let own = Judgement::of(frames, robot, settings, &OWN);
     if own.absurd > OFTEN {
-        return (vec![contradiction(&own, resolved)], own.scale);
+        return vec![torque_scale(&own, robot), contradiction(&own, resolved)];
     }
     let part = part(frames);
     let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
@@ -256,7 +247,8 @@ pub fn findings(
     if !cases.contains(&OWN) {
         cases.insert(0, OWN);
     }
-    cases.retain(|case| !(of_body && case.links));
+    // One sensor of the body gives the readings of both links.
+    cases.retain(|case| !(log.stated.of_body && case.links));
     // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
     cases.retain(|case| !is_right || case.moved() <= 4 && !case.links);
     let judge = |case: Case| (case, Judgement::of(part, robot, settings, &case).nis);
@@ -265,27 +257,23 @@ pub fn findings(
     let nis_of_own = of_own.map_or(REFUSED, |(_, nis)| *nis);
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
     judged.retain(|(case, _)| !is_other || *case != OWN);
-    let least = judged
-        .iter()
-        .map(|(_, nis)| *nis)
-        .fold(f64::INFINITY, f64::min);
+    let all = judged.iter().map(|(_, nis)| *nis);
+    let least = all.fold(f64::INFINITY, f64::min);
     // The first that fits as well as the best: the fewest changes.
     let fits = |(_, nis): &&(Case, f64)| *nis <= AS_WELL * least;
     let best = judged.iter().find(fits).map_or(OWN, |(case, _)| *case);
     // The log's own wiring excludes another one as far as the other one would have to exclude it.
     let margin = if best == OWN { 1.0 / BETTER } else { AS_WELL };
-    let as_well: Vec<Case> = judged
-        .iter()
-        .filter(|(_, nis)| *nis <= margin * least)
-        .map(|(case, _)| *case)
-        .filter(|case| *case != best && *case != OWN)
-        .collect();
+    let as_well = judged.iter().filter(|(_, nis)| *nis <= margin * least);
+    let mut as_well: Vec<Case> = as_well.map(|(case, _)| *case).collect();
+    as_well.retain(|case| *case != best && *case != OWN);
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS) {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
     let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
-    let finding = if quiet {
+    // Torques that may be in another unit show no wiring.
+    let finding = if has_quiet_torque(&log.findings) {
         let remedy = "correct the unit of the torques, or state their noise, first";
         Finding::ok(WIRING, CHANNEL, figure).cannot_tell(remedy)
     } else if is_better || best != OWN && is_other {
@@ -303,20 +291,42 @@ pub fn findings(
     let finding = finding
         .with("as wired", nis_of_own, "-")
         .with("at best", least, "-");
-    let rewired = match finding.verdict == Verdict::Fault {
-        true => Judgement::of(frames, robot, settings, &best),
-        false => own,
+    let rewired = match finding.verdict {
+        Verdict::Fault => Judgement::of(frames, robot, settings, &best),
+        _ => own,
     };
-    let scale = rewired.scale;
-    (vec![finding, contradiction(&rewired, resolved)], scale)
+    let contradiction = contradiction(&rewired, resolved);
+    vec![torque_scale(&rewired, robot), finding, contradiction]
+}
+
+/// The torques against the weight, as `best` has found them.
+fn torque_scale(own: &Judgement, robot: &Robot) -> Finding {
+    const TEST: &str = "scale of torques, mass";
+    const CHANNEL: &str = "torques 1 to 3";
+    let Some(scale) = own.scale else {
+        return Finding::ok(TEST, CHANNEL, "no estimate").cannot_tell("see the faults above");
+    };
+    let figure = scale.in_words(robot.mass.total()).to_string();
+    let finding = Finding::ok(TEST, CHANNEL, figure)
+        .with("ratio", scale.ratio, "-")
+        .with("sigma", scale.sigma, "-");
+    if scale.contradicts {
+        finding.fault(format!(
+            "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
+            1.0 / scale.ratio
+        ))
+    } else if scale.is_known() {
+        finding
+    } else {
+        let remedy = "drive gently over a slope of some degrees that is longer than the robot";
+        finding.cannot_tell(remedy)
+    }
 }
 
 /// Wirings that fit as well as the best, in words, a line each.
 fn also(cases: &[Case]) -> String {
-    let shown = cases.iter().take(MOST_SHOWN);
-    let mut lines: String = shown
-        .map(|case| format!("\nfits as well: {}", case.words()))
-        .collect();
+    let line = |case: &Case| format!("\nfits as well: {}", case.words());
+    let mut lines: String = cases.iter().take(MOST_SHOWN).map(line).collect();
     if let more @ 1.. = cases.len().saturating_sub(MOST_SHOWN) {
         lines += &format!("\nand {more} more");
     }
@@ -344,9 +354,8 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
             return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
         }
         let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";
-        let finding = Finding::ok(TEST, names.join(", "), figure);
+        let finding = Finding::ok(TEST, names.join(", "), figure).fault(remedy);
         return finding
-            .fault(remedy)
             .with("from", first, "s")
             .with("largest", largest, "-");
     }

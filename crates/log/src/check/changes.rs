@@ -2,11 +2,9 @@
 //! first follow the second.
 
 use crate::check::fit::robust_fit;
-use crate::check::motion::Motion;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::signal::{derivative, difference, integral, smooth, zip};
-use robhaz_model::Robot;
 
 /// Time over which changes are compared, s: the specific force of the robot's own motion changes
 /// less in it than the angles on uneven ground.
@@ -54,12 +52,9 @@ impl Changes {
     pub fn of(recording: &Recording, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
         let half = recording.steps(0.5 * SPAN);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let inclination = |k: usize| {
-            let read = &recording.inclination[k];
-            acceleration.map_or_else(
-                || read.clone(),
-                |acceleration| zip(read, acceleration, |x, acceleration| x - acceleration),
-            )
+        let inclination = |k: usize| match (&recording.inclination[k], acceleration) {
+            (read, None) => read.clone(),
+            (read, Some(acceleration)) => zip(read, acceleration, |x, a| x - a),
         };
         let correlated = (recording.steps(SPAN) as f64).sqrt();
         Self {
@@ -73,8 +68,8 @@ impl Changes {
     /// The changes with what the inclinations are fitted to: the rates, and the acceleration where
     /// inclinometers show it.
     pub fn of_links(log: &Readings<'_>) -> Self {
-        let forward = match log.budget.specific_force {
-            true => forward(&log.recording, &log.motion, log.robot),
+        let forward = match log.stated.budget.specific_force {
+            true => forward(log),
             false => Vec::new(),
         };
         Self::of(&log.recording, None, &forward)
@@ -82,7 +77,7 @@ impl Changes {
 
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
     pub fn fit(&self, k: usize, j: usize) -> Option<Coefficients> {
-        let (y, rate) = (&self.inclination[k], self.rate[j].as_slice());
+        let (y, rate) = (&self.inclination[k], &self.rate[j]);
         let of = |values: &[f64], deviations: &[f64], explained: f64| {
             let sigma = |i: usize| self.correlated * deviations[i];
             Coefficients {
@@ -92,7 +87,7 @@ impl Changes {
                 explained,
             }
         };
-        if let Some(fit) = robust_fit(y, &[rate, self.forward.as_slice()]) {
+        if let Some(fit) = robust_fit(y, &[rate, &self.forward]) {
             return Some(of(&fit.coefficients, &fit.deviations, fit.explained));
         }
         let fit = robust_fit(y, &[rate])?;
@@ -117,20 +112,21 @@ impl Coefficients {
     /// Sign of the coefficient of the acceleration: that of the inclinometer. 0 where it is not
     /// known.
     pub fn of_acceleration(&self) -> f64 {
-        let known = self
-            .forward
-            .filter(|(value, sigma)| value.abs() > GATE * sigma);
-        known.map_or(0.0, |(value, _)| value.signum())
+        match self.forward {
+            Some((value, sigma)) if value.abs() > GATE * sigma => value.signum(),
+            _ => 0.0,
+        }
     }
 }
 
 /// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad;
 /// 0 near the ends of the log, where it is not known. Of the encoders alone, so that no other
 /// channel can spoil it.
-fn forward(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
+fn forward(log: &Readings<'_>) -> Vec<f64> {
+    let (recording, robot) = (&log.recording, log.stated.robot);
     let width = recording.steps(0.5 * FORWARD);
     let lever = robot.geometry.wheel_radius / robot.gravity;
-    let acceleration = derivative(&motion.middle_spin, width, recording.dt);
+    let acceleration = derivative(&recording.middle_spin, width, recording.dt);
     let angle = |a: &f64| if a.is_finite() { lever * a } else { 0.0 };
     acceleration.iter().map(angle).collect()
 }

@@ -97,14 +97,10 @@ impl<'a> Clock<'a> {
 
     /// The finding.
     pub fn finding(&self) -> Finding {
-        let largest = self
-            .jumps
-            .iter()
-            .max_by(|a, b| a.back.abs().total_cmp(&b.back.abs()));
-        let Some(Jump { frame, back }) = largest else {
+        let sizes = |a: &&Jump, b: &&Jump| a.back.abs().total_cmp(&b.back.abs());
+        let Some(Jump { frame, back }) = self.jumps.iter().max_by(sizes) else {
             if self.tells {
-                let figure = "the wheels turn as the time stamps say";
-                return Finding::ok(TEST, CHANNEL, figure);
+                return Finding::ok(TEST, CHANNEL, "the wheels turn as the time stamps say");
             }
             let finding = Finding::ok(TEST, CHANNEL, "the wheels do not turn steadily");
             return finding.cannot_tell("record a drive at a steady speed");
@@ -130,7 +126,8 @@ fn steps(frames: &[SensorFrame]) -> impl Iterator<Item = f64> + '_ {
     frames.windows(2).map(|w| w[1].time - w[0].time)
 }
 
-fn length(part: &[SensorFrame]) -> f64 {
+/// Time from the first to the last frame, s.
+pub fn length(part: &[SensorFrame]) -> f64 {
     match part {
         [first, .., last] => last.time - first.time,
         _ => 0.0,
@@ -149,11 +146,12 @@ fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
 /// The jumps, and whether the wheels tell. `step` is the median step of the frames, s.
 fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
     let turns: Vec<Turn> = frames.iter().enumerate().filter_map(turn).collect();
-    let count = |f: &SensorFrame| f.wheel_angle[0].is_some();
-    let share = frames.iter().filter(|f| count(f)).count().max(1);
+    let read = frames.iter().filter(|f| f.wheel_angle[0].is_some());
     // Encoders may have a lower rate than the frames.
-    let period = step * (frames.len() / share).max(1) as f64;
-    let width = window(period);
+    let period = step * (frames.len() / read.count().max(1)).max(1) as f64;
+    // A positive number; the cast saturates.
+    let count = if period > 0.0 { SPAN / period } else { 0.0 };
+    let width = (count as usize).max(LEAST_FRAMES);
     let count = resolution(&turns);
     let (mut jumps, mut tells) = (Vec::new(), false);
     for k in (1 + width)..turns.len().saturating_sub(width) {
@@ -171,21 +169,9 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
     (jumps, tells)
 }
 
-/// Number of frames in [`SPAN`].
-// A positive number; the cast saturates.
-fn window(period: f64) -> usize {
-    if period > 0.0 {
-        ((SPAN / period) as usize).max(LEAST_FRAMES)
-    } else {
-        LEAST_FRAMES
-    }
-}
-
 fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
-    let [Some(a), Some(b), Some(c)] = f.wheel_angle else {
-        return None;
-    };
-    let angle = [a, b, c];
+    let [a, b, c] = f.wheel_angle;
+    let angle = [a?, b?, c?];
     let finite = angle.iter().all(|a| a.is_finite());
     finite.then_some(Turn {
         frame,
@@ -196,16 +182,11 @@ fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
 
 /// Least change of each encoder, rad: its count, if it is coarse.
 fn resolution(turns: &[Turn]) -> [f64; 3] {
-    let mut least = [f64::INFINITY; 3];
-    for w in turns.windows(2) {
-        for (i, least) in least.iter_mut().enumerate() {
-            let change = (w[1].angle[i] - w[0].angle[i]).abs();
-            if change > 0.0 {
-                *least = least.min(change);
-            }
-        }
-    }
-    least
+    [0, 1, 2].map(|i| {
+        let change = |w: &[Turn]| (w[1].angle[i] - w[0].angle[i]).abs();
+        let changes = turns.windows(2).map(change);
+        changes.filter(|c| *c > 0.0).fold(f64::INFINITY, f64::min)
+    })
 }
 
 /// By how much the three wheels have turned longer than the time stamps say in the middle step of a

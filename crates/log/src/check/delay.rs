@@ -4,7 +4,8 @@ use crate::check::fit::{Fit, fit, residuals};
 use crate::check::report::{Finding, Verdict};
 use crate::check::signal::delayed;
 
-/// Delays that channels may have, s: of the later one, from `-early` to `late`.
+/// Delays that channels may have, s: of the later one, from `-early` to `late`. Readings show no
+/// delay below half the period of the slower channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Allowed {
     /// How much earlier.
@@ -27,15 +28,6 @@ const IMPROVEMENT: f64 = 4.0;
 const LEAST_LENGTH: f64 = 20.0;
 
 impl Allowed {
-    /// With half the period of the slower channel (s): its readings show no shorter delay.
-    pub fn at_period(self, period: f64) -> Self {
-        Self {
-            early: self.early + 0.5 * period,
-            late: self.late + 0.5 * period,
-            ..self
-        }
-    }
-
     /// A fault is beyond the allowed delays by its deviation, and fits significantly better than
     /// they do. A delay that is neither a fault nor allowed cannot be told.
     pub fn judge(&self, delay: &Delay) -> Verdict {
@@ -70,16 +62,20 @@ pub struct Delay {
     pub length: f64,
 }
 
+/// The test.
+pub const TEST: &str = "delay";
+
 /// The finding of a delay. `none` and `remedy` say why there is none to judge and which log would
-/// show it, `fault` what to do about one.
+/// show it, `fault` what to do about one: for whose readings are late, those of the later channel or
+/// of the other one, and the offset (s) that they need.
 pub fn finding(
     channel: &str,
     delay: Option<Delay>,
     allowed: &Allowed,
     [none, remedy]: [&str; 2],
-    fault: impl Fn(&Delay) -> String,
+    [later, other]: [&str; 2],
+    fault: impl Fn(&str, f64) -> String,
 ) -> Finding {
-    const TEST: &str = "delay";
     let Some(delay) = delay else {
         return Finding::ok(TEST, channel, none).cannot_tell(remedy);
     };
@@ -93,7 +89,10 @@ pub fn finding(
     let finding = match allowed.judge(&delay) {
         Verdict::Ok => finding,
         Verdict::CannotTell => return finding.cannot_tell(remedy),
-        Verdict::Fault => finding.fault(fault(&delay)),
+        Verdict::Fault => {
+            let late = if delay.seconds > 0.0 { later } else { other };
+            finding.fault(fault(late, -delay.seconds.abs()))
+        }
     };
     let finding = finding.with("delay", delay.seconds, "s");
     finding.with("deviation", delay.sigma, "s")
@@ -110,19 +109,15 @@ pub fn delay<const K: usize>(
     dt: f64,
     allowed: Allowed,
 ) -> Option<Delay> {
-    let left = |lag: isize| {
-        let late = x.map(|x| delayed(x, lag));
-        let refs: [&[f64]; K] = core::array::from_fn(|k| late[k].as_slice());
-        fit(y, &refs)
-    };
+    let late = |lag: isize| x.map(|x| delayed(x, lag));
+    let left = |lag: isize| fit(y, &late(lag));
     let longest = longest as isize;
     // Coarse first: the explained share is smooth over the width of the filters.
     let coarse = (longest / 25).max(1);
     let best = |lags: &mut dyn Iterator<Item = isize>| {
         let explained = |lag: isize| left(lag).map_or(f64::NEG_INFINITY, |f| f.explained);
-        lags.map(|lag| (lag, explained(lag)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(lag, _)| lag)
+        let shares = lags.map(|lag| (lag, explained(lag)));
+        Some(shares.max_by(|a, b| a.1.total_cmp(&b.1))?.0)
     };
     let near = best(&mut (-25..=25).map(|k| k * coarse))?;
     let lag = best(&mut (near - coarse..=near + coarse))?;
@@ -136,10 +131,18 @@ pub fn delay<const K: usize>(
         return None;
     }
     let shift = 0.5 * (cost(&before) - cost(&after)) / curvature;
-    let shifted = x.map(|x| delayed(x, lag));
-    let refs: [&[f64]; K] = core::array::from_fn(|k| shifted[k].as_slice());
-    let left_over = residuals(y, &refs, &here);
-    let correlated = correlation(&left_over, &slope(x, &refs, lag, &here)?, memory);
+    let shifted = late(lag);
+    // Change of the prediction with the delay, a step, of which the regressors explain nothing.
+    let mut slope = vec![0.0; y.len()];
+    let (before_all, after_all) = (late(lag - 1), late(lag + 1));
+    for (k, coefficient) in here.coefficients.iter().enumerate() {
+        let changes = before_all[k].iter().zip(&after_all[k]);
+        for (sum, (a, b)) in slope.iter_mut().zip(changes) {
+            *sum += 0.5 * coefficient * (b - a);
+        }
+    }
+    let slope = residuals(&slope, &shifted, &fit(&slope, &shifted)?);
+    let correlated = correlation(&residuals(y, &shifted, &here), &slope, memory);
     let independent = here.count as f64 / correlated - K as f64;
     if independent <= 0.0 {
         return None;
@@ -157,24 +160,6 @@ pub fn delay<const K: usize>(
     })
 }
 
-/// Change of the prediction with the delay, a step, of which the regressors explain nothing.
-fn slope<const K: usize>(
-    x: &[&[f64]; K],
-    here: &[&[f64]; K],
-    lag: isize,
-    fit_here: &Fit<K>,
-) -> Option<Vec<f64>> {
-    let mut slope = vec![0.0; here.first().map_or(0, |x| x.len())];
-    for (x, coefficient) in x.iter().zip(fit_here.coefficients) {
-        let (before, after) = (delayed(x, lag - 1), delayed(x, lag + 1));
-        for (sum, (a, b)) in slope.iter_mut().zip(before.iter().zip(&after)) {
-            *sum += 0.5 * coefficient * (b - a);
-        }
-    }
-    let explained = fit(&slope, here)?;
-    Some(residuals(&slope, here, &explained))
-}
-
 /// Number of samples over which the products of residuals and slopes are correlated: the sum of
 /// their autocorrelation with Bartlett's weights (Newey and West, Econometrica 55, 1987), from 1 to
 /// `longest`.
@@ -188,12 +173,8 @@ fn correlation(residuals: &[f64], slope: &[f64], longest: usize) -> f64 {
     let longest = longest.max(1);
     let weighted = |lag: usize| (1.0 - lag as f64 / longest as f64) * at(lag);
     let sum = 1.0 + 2.0 * (1..longest).map(weighted).sum::<f64>() / at(0);
-    // Written so that a NaN becomes the longest.
-    if sum < longest as f64 {
-        sum.max(1.0)
-    } else {
-        longest as f64
-    }
+    // `min` takes the other one for a NaN.
+    sum.min(longest as f64).max(1.0)
 }
 
 #[cfg(test)]

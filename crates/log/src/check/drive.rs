@@ -10,18 +10,15 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The
 //! pairing of torques and encoders, and the signs, that this explains best are the true ones.
 
-use crate::check::delay::{self, Allowed, Delay, delay};
-use crate::check::motion::Motion;
+use crate::check::delay::{self, Allowed, delay};
 use crate::check::readings::Readings;
-use crate::check::recording::Recording;
+use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel, Tested};
+use crate::check::rewire::{Change, Channel, moved, names};
 use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 
-/// Time over which torques are averaged, s: as spin speeds.
-const SMOOTHING: f64 = 0.05;
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
 /// Differences between the torques over what noise and gains of the budget make that show
@@ -42,7 +39,6 @@ const CERTAIN: f64 = 0.99;
 const LONGEST_DELAY: f64 = 0.1;
 
 const PAIRING: &str = "wiring of wheels";
-const DELAY: &str = "delay";
 const CHANNEL: &str = "torques and encoders";
 const LATE: &str = "torques after encoders";
 
@@ -55,53 +51,46 @@ const OWN: Wiring = ([0, 1, 2], [1.0; 3]);
 /// All wirings, the fewest changes first.
 fn wirings() -> Vec<Wiring> {
     let of = |bits: u32| [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 });
-    let mut all: Vec<Wiring> = (0..8)
-        .flat_map(|bits| PAIRINGS.map(|order| (order, of(bits))))
-        .collect();
-    all.sort_by_key(|(order, signs)| {
-        let moved = (0..3).filter(|i| order[*i] != *i).count();
-        moved + signs.iter().filter(|s| **s < 0.0).count()
-    });
+    let all = (0..8).flat_map(|bits| PAIRINGS.map(|order| (order, of(bits))));
+    let mut all: Vec<Wiring> = all.collect();
+    all.sort_by_key(|(order, signs)| moved(*order).count() + turned(signs).count());
     all
 }
 
-/// Torques, spin angles and spin speeds, averaged, less their means over [`SPAN`].
-struct Signals {
-    torque: [Vec<f64>; 3],
-    angle: [Vec<f64>; 3],
-    speed: [Vec<f64>; 3],
+/// The torques of the wrong sign.
+fn turned(signs: &[f64; 3]) -> impl Iterator<Item = usize> {
+    (0..3).filter(|i| signs[*i] < 0.0)
 }
 
-impl Signals {
-    fn of(recording: &Recording, motion: &Motion) -> Self {
-        let half = recording.steps(0.5 * SMOOTHING);
-        let span = recording.steps(0.5 * SPAN);
-        let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
-        Self {
-            torque: smoothed(&recording.torque),
-            angle: smoothed(&recording.wheel_angle),
-            speed: motion.spin.each_ref().map(|x| high_pass(x, span)),
-        }
-    }
+/// Torques, spin angles and spin speeds, averaged, less their means over [`SPAN`].
+type Signals = [[Vec<f64>; 3]; 3];
 
-    /// Differences from the mean over the wheels: one wheel after the other, with gaps that no
-    /// delay bridges.
-    fn joined(&self, gap: usize, (order, signs): &Wiring) -> [Vec<f64>; 3] {
-        let joined = |x: [&Vec<f64>; 3], signs: [f64; 3]| {
-            let mut all = Vec::new();
-            for (i, sign) in signs.iter().enumerate() {
-                let mean = |k: usize| (0..3).map(|i| signs[i] * x[i][k]).sum::<f64>() / 3.0;
-                all.extend((0..x[i].len()).map(|k| sign * x[i][k] - mean(k)));
-                all.extend(std::iter::repeat_n(f64::NAN, gap));
-            }
-            all
-        };
-        [
-            joined(self.torque.each_ref(), *signs),
-            joined(order.map(|i| &self.angle[i]), [1.0; 3]),
-            joined(order.map(|i| &self.speed[i]), [1.0; 3]),
-        ]
-    }
+fn signals(recording: &Recording) -> Signals {
+    let half = recording.steps(0.5 * SMOOTHING);
+    let span = recording.steps(0.5 * SPAN);
+    let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
+    let [torque, angle] = [&recording.torque, &recording.wheel_angle].map(smoothed);
+    let speed = recording.spin.each_ref().map(|x| high_pass(x, span));
+    [torque, angle, speed]
+}
+
+/// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay
+/// bridges.
+fn joined([torque, angle, speed]: &Signals, gap: usize, (order, signs): &Wiring) -> [Vec<f64>; 3] {
+    let joined = |x: [&Vec<f64>; 3], signs: [f64; 3]| {
+        let mut all = Vec::new();
+        for (i, sign) in signs.iter().enumerate() {
+            let mean = |k: usize| (0..3).map(|i| signs[i] * x[i][k]).sum::<f64>() / 3.0;
+            all.extend((0..x[i].len()).map(|k| sign * x[i][k] - mean(k)));
+            all.extend(std::iter::repeat_n(f64::NAN, gap));
+        }
+        all
+    };
+    [
+        joined(torque.each_ref(), *signs),
+        joined(order.map(|i| &angle[i]), [1.0; 3]),
+        joined(order.map(|i| &speed[i]), [1.0; 3]),
+    ]
 }
 
 /// Sums of the products of all signals: torques 0 to 2, angles 3 to 5, speeds 6 to 8.
@@ -113,13 +102,11 @@ struct Moments {
 impl Moments {
     fn of(signals: &Signals) -> Self {
         let (mut sums, mut count) = (SMatrix::zeros(), 0.0);
-        for k in 0..signals.torque[0].len() {
-            let all = [&signals.torque, &signals.angle, &signals.speed];
-            let row = SVector::<f64, 9>::from_fn(|i, _| all[i / 3][i % 3][k]);
-            if row.iter().all(|v| v.is_finite()) {
-                sums += row * row.transpose();
-                count += 1.0;
-            }
+        let row = |k: usize| SVector::<f64, 9>::from_fn(|i, _| signals[i / 3][i % 3][k]);
+        let is_whole = |row: &SVector<f64, 9>| row.iter().all(|v| v.is_finite());
+        for row in (0..signals[0][0].len()).map(row).filter(is_whole) {
+            sums += row * row.transpose();
+            count += 1.0;
         }
         Self { sums, count }
     }
@@ -168,10 +155,10 @@ impl Moments {
     }
 }
 
-/// All findings and what to change, and the encoders to which the torques belong, if these show it.
-pub fn findings(log: &Readings<'_>) -> (Tested, Option<[usize; 3]>) {
-    let (recording, motion, budget) = (&log.recording, &log.motion, log.budget);
-    let signals = Signals::of(recording, motion);
+/// All findings, and the encoders to which the torques belong, if these show it.
+pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
+    let (recording, budget) = (&log.recording, &log.stated.budget);
+    let signals = signals(recording);
     let moments = Moments::of(&signals);
     let (size, common) = (moments.size(), moments.common());
     let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
@@ -184,19 +171,15 @@ pub fn findings(log: &Readings<'_>) -> (Tested, Option<[usize; 3]>) {
             format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed")
         };
         let remedy = "drive over an obstacle, so that the wheels' torques differ";
-        let mut pairing = Finding::ok(PAIRING, CHANNEL, &figure).cannot_tell(remedy);
+        let of = |test, channel| Finding::ok(test, channel, &figure).cannot_tell(remedy);
+        let [mut pairing, delay] = [of(PAIRING, CHANNEL), of(delay::TEST, LATE)];
         if size.is_finite() {
             pairing = pairing.with("difference", size, "N m");
         }
-        let delay = Finding::ok(DELAY, LATE, figure).cannot_tell(remedy);
-        let mut tested = Tested::default();
-        tested.findings.extend([pairing, delay]);
-        return (tested, None);
+        return ([pairing, delay], None);
     }
-    let shares: Vec<(Wiring, f64)> = wirings()
-        .into_iter()
-        .map(|wiring| (wiring, moments.explained(&wiring)))
-        .collect();
+    let explained = |wiring| (wiring, moments.explained(&wiring));
+    let shares: Vec<(Wiring, f64)> = wirings().into_iter().map(explained).collect();
     let own = moments.explained(&OWN);
     // The first of equal ones: the fewest changes.
     let (mut best, mut most) = (OWN, own);
@@ -210,11 +193,10 @@ pub fn findings(log: &Readings<'_>) -> (Tested, Option<[usize; 3]>) {
         100.0 * own
     );
     let pairing = if most > EXPLAINED && 1.0 - most < BETTER * (1.0 - own) {
-        let as_well: Vec<String> = shares
-            .iter()
-            .filter(|(wiring, share)| *wiring != best && most - share < AS_WELL * (1.0 - most))
-            .map(|(wiring, _)| words(wiring))
-            .collect();
+        let is_as_well = |share: f64| most - share < AS_WELL * (1.0 - most);
+        let others = shares.iter().filter(|(wiring, _)| *wiring != best);
+        let as_well = others.filter(|(_, share)| is_as_well(*share));
+        let as_well: Vec<String> = as_well.map(|(wiring, _)| words(wiring)).collect();
         let mut remedy = words(&best);
         if !as_well.is_empty() {
             remedy = format!("{remedy}; these fit as well: {}", as_well.join("; "));
@@ -234,89 +216,59 @@ pub fn findings(log: &Readings<'_>) -> (Tested, Option<[usize; 3]>) {
         .with("difference", size, "N m")
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
-    let joined = signals.joined(recording.steps(LONGEST_DELAY) + 2, &best);
-    let mut tested = Tested::default();
+    let joined = joined(&signals, recording.steps(LONGEST_DELAY) + 2, &best);
     let (order, signs) = best;
-    let turned = (0..3).filter(|i| known && signs[*i] < 0.0);
+    let turned = turned(&signs).filter(|_| known);
     let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
-    tested.add(pairing, changes);
-    tested.add(late(recording, &joined), None);
-    (tested, known.then_some(order))
+    let pairing = pairing.change(changes);
+    ([pairing, late(recording, &joined)], known.then_some(order))
 }
 
 /// The channels that a wiring changes.
 fn channels((order, signs): &Wiring) -> String {
-    let moved = (0..3).filter(|i| order[*i] != *i).map(Channel::Encoder);
-    let torques = (0..3)
-        .filter(|i| order[*i] != *i || signs[*i] < 0.0)
-        .map(Channel::Torque);
-    let names: Vec<String> = torques.chain(moved).map(|c| c.to_string()).collect();
-    names.join(", ")
+    let torques = (0..3).filter(|i| order[*i] != *i || signs[*i] < 0.0);
+    let encoders = moved(*order).map(Channel::Encoder);
+    names(torques.map(Channel::Torque).chain(encoders)).join(", ")
 }
 
 /// What to do about a wiring, in words.
 fn words((order, signs): &Wiring) -> String {
-    let belongs: Vec<String> = (0..3)
-        .filter(|i| order[*i] != *i)
-        .map(|i| {
-            format!(
-                "{} belongs to {}",
-                Channel::Torque(i),
-                Channel::Encoder(order[i])
-            )
-        })
-        .collect();
-    let wrong: Vec<String> = (0..3)
-        .filter(|i| signs[*i] < 0.0)
-        .map(|i| Channel::Torque(i).to_string())
-        .collect();
-    let signs = format!(
-        "change the sign of {}, or of its encoder",
-        wrong.join(" and ")
-    );
+    let (torque, encoder) = (Channel::Torque, |i: usize| Channel::Encoder(order[i]));
+    let belongs = moved(*order).map(|i| format!("{} belongs to {}", torque(i), encoder(i)));
+    let belongs = belongs.collect::<Vec<_>>().join(", ");
+    let wrong = names(turned(signs).map(torque)).join(" and ");
+    let signs = format!("change the sign of {wrong}, or of its encoder");
     match (belongs.is_empty(), wrong.is_empty()) {
         (true, _) => signs,
-        (false, true) => belongs.join(", "),
-        (false, false) => format!("{}; {signs}", belongs.join(", ")),
+        (false, true) => belongs,
+        (false, false) => format!("{belongs}; {signs}"),
     }
 }
 
 /// Delay of the torques behind their encoders, of all wheels together.
 fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Finding {
-    let longest = recording.steps(LONGEST_DELAY);
-    let memory = recording.steps(0.25);
+    let [longest, memory] = [LONGEST_DELAY, 0.25].map(|time| recording.steps(time));
     let allowed = Allowed {
-        early: LATE_TORQUE,
-        late: LATE_TORQUE,
+        early: LATE_TORQUE + 0.5 * recording.slowest,
+        late: LATE_TORQUE + 0.5 * recording.slowest,
         explained: CERTAIN,
     };
-    let allowed = allowed.at_period(recording.slowest);
-    let found = delay(
-        torque,
-        &[angle, speed],
-        longest,
-        memory,
-        recording.dt,
-        allowed,
-    );
-    // The wheels are one behind the other in these signals, at the same times: only the time
-    // counts.
-    let found = found.filter(|d| d.explained > EXPLAINED).map(|d| Delay {
-        length: d.length / 3.0,
-        ..d
-    });
+    let by = [angle.as_slice(), speed];
+    let found = delay(torque, &by, longest, memory, recording.dt, allowed);
+    let mut found = found.filter(|d| d.explained > EXPLAINED);
+    if let Some(delay) = &mut found {
+        // The wheels are one behind the other in these signals, at the same times: only the time
+        // counts.
+        delay.length /= 3.0;
+    }
     let unknown = [
         "torques do not follow the encoders",
         "drive under speed control over an obstacle, so that the wheels' torques differ",
     ];
-    delay::finding(LATE, found, &allowed, unknown, |found| {
-        let (what, offset) = if found.seconds > 0.0 {
-            ("the torques'", -found.seconds)
-        } else {
-            ("the encoders'", found.seconds)
-        };
+    let whose = ["the torques'", "the encoders'"];
+    delay::finding(LATE, found, &allowed, unknown, whose, |late, offset| {
         format!(
-            "{what} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
+            "{late} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
         )
     })
 }

@@ -19,12 +19,12 @@ pub struct Fit<const K: usize> {
 
 /// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they
 /// do not determine the coefficients.
-pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
+pub fn fit<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K]) -> Option<Fit<K>> {
     let mut normal = SMatrix::<f64, K, K>::zeros();
     let (mut right, mut square) = (SVector::<f64, K>::zeros(), 0.0);
     let mut count = 0;
     for (i, y) in y.iter().enumerate() {
-        let row = SVector::<f64, K>::from_fn(|k, _| x[k].get(i).copied().unwrap_or(f64::NAN));
+        let row = SVector::<f64, K>::from_fn(|k, _| *x[k].as_ref().get(i).unwrap_or(&f64::NAN));
         if y.is_finite() && row.iter().all(|v| v.is_finite()) {
             normal += row * row.transpose();
             right += row * *y;
@@ -57,7 +57,7 @@ pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
 
 /// As [`fit`], without the samples whose residuals are beyond five standard deviations of the
 /// middle ones: impacts.
-pub fn robust_fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
+pub fn robust_fit<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K]) -> Option<Fit<K>> {
     let mut kept = y.to_vec();
     let mut found = fit(&kept, x)?;
     for _ in 0..3 {
@@ -73,12 +73,11 @@ pub fn robust_fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> 
 }
 
 /// What the fit leaves of `y`.
-pub fn residuals<const K: usize>(y: &[f64], x: &[&[f64]; K], fit: &Fit<K>) -> Vec<f64> {
-    let predicted = |i: usize| -> f64 { (0..K).map(|k| fit.coefficients[k] * x[k][i]).sum() };
-    y.iter()
-        .enumerate()
-        .map(|(i, y)| y - predicted(i))
-        .collect()
+pub fn residuals<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K], fit: &Fit<K>) -> Vec<f64> {
+    let part = |k: usize, i: usize| fit.coefficients[k] * x[k].as_ref()[i];
+    let predicted = |i: usize| -> f64 { (0..K).map(|k| part(k, i)).sum() };
+    let numbered = y.iter().enumerate();
+    numbered.map(|(i, y)| y - predicted(i)).collect()
 }
 
 #[cfg(test)]

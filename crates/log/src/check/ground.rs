@@ -16,13 +16,25 @@
 //! (y_2 - y_3)(s + lambda) - (y_2 - y_3)(s) = (y_1 - y_2)(s) - (y_1 - y_2)(s - mu)
 //! ```
 
-use crate::check::course::{Course, Links, STEP};
+use crate::check::readings::Readings;
+use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel, Tested};
-use crate::check::signal::{median, rms, zip};
-use robhaz_estimator::NoiseBudget;
-use robhaz_model::Robot;
+use crate::check::rewire::{Change, Channel};
+use crate::check::signal::{mean, median, rms, smooth, zip};
+use robhaz_model::{Robot, Units, Vec2};
 
+/// Step of the path, m.
+const STEP: f64 = 0.002;
+/// Least RMS of the differences of height of robot A that shows something, m: 2 mm.
+const LEAST_HEIGHT: f64 = 0.002;
+/// Largest number of steps of a path: 1 km. What follows shows nothing new.
+const MOST_STEPS: usize = 500_000;
+/// Relative difference of the two distances between the axles up to which they count as equal.
+const EQUAL_SPACING: f64 = 0.02;
+
+/// Time over which inclinometers count in [`fused`], s: an acceleration of the robot does not last
+/// as long.
+const SLOW: f64 = 1.0;
 /// Share of the rear difference that the front one explains.
 const EXPLAINED: f64 = 0.7;
 /// Larger share with other signs that is a fault.
@@ -31,6 +43,12 @@ const BETTER: f64 = 0.2;
 const SCALE_ERROR: f64 = 0.09;
 /// Share of the rear curve that the front one explains where no wheel has spun in place.
 const CERTAIN: f64 = 0.9;
+/// Inclination of a link from which on its wheels climb a face, rad: there a wheel rolls further
+/// than the line between the axles, or spins. Smooth ground of the scenes stays below 16 deg,
+/// stairs are beyond it on 7 % of the way.
+const STEEP: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Share of the way on such faces that makes the distance uncertain.
+const SHARE_OF_FACES: f64 = 0.01;
 /// Range of the scale that is looked for.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
@@ -43,6 +61,9 @@ const OFFSET_GATE: f64 = 5.0;
 
 const OFFSET: &str = "zero on the ground";
 
+/// The angles that are used for links 1 and 2: parts of the inclinations of both.
+type Links = [[f64; 2]; 2];
+
 /// Wirings of the two inclinometers: what each link takes of both, and what makes it that of the
 /// log.
 type Wiring = (Links, Option<Change>);
@@ -53,25 +74,19 @@ const OWN: Links = [[1.0, 0.0], [0.0, 1.0]];
 /// the sign of pin Q.
 fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
     let [first, second] = [0, 1].map(Channel::Inclinometer);
-    let flip = |channel| Some(Change::Factor(channel, -1.0));
+    let (own, flip) = ((OWN, None), |channel| Some(Change::Factor(channel, -1.0)));
     match body_link {
-        Some(0) => vec![
-            (OWN, None),
-            ([[1.0, 0.0], [2.0, -1.0]], Some(Change::Pin(0))),
-        ],
-        Some(_) => vec![
-            (OWN, None),
-            ([[-1.0, 2.0], [0.0, 1.0]], Some(Change::Pin(1))),
-        ],
-        None => vec![
-            (OWN, None),
-            ([[-1.0, 0.0], [0.0, 1.0]], flip(first)),
-            ([[1.0, 0.0], [0.0, -1.0]], flip(second)),
-            (
-                [[0.0, 1.0], [1.0, 0.0]],
-                Some(Change::Exchange(first, second)),
-            ),
-        ],
+        Some(0) => vec![own, ([[1.0, 0.0], [2.0, -1.0]], Some(Change::Pin(0)))],
+        Some(_) => vec![own, ([[-1.0, 2.0], [0.0, 1.0]], Some(Change::Pin(1)))],
+        None => {
+            let exchange = Some(Change::Exchange(first, second));
+            vec![
+                own,
+                ([[-1.0, 0.0], [0.0, 1.0]], flip(first)),
+                ([[1.0, 0.0], [0.0, -1.0]], flip(second)),
+                ([[0.0, 1.0], [1.0, 0.0]], exchange),
+            ]
+        }
     }
 }
 
@@ -94,31 +109,20 @@ pub enum Signs {
     Unknown,
 }
 
-/// All findings, and what to change. `body_link`: see [`wirings`]; `is_forward`: whether the
-/// inclinometers show the acceleration of the wheels. The ground is the same for an inertial sensor
-/// that is mounted the other way round as for a pin that is.
-pub fn findings(
-    course: &Course<'_>,
-    (robot, budget): (&Robot, &NoiseBudget),
-    speed: f64,
-    body_link: Option<usize>,
-    is_forward: bool,
-) -> (Tested, Signs) {
-    let wirings = wirings(body_link);
-    let passings: Vec<_> = (wirings.iter().map(|(links, _)| passing(course, links))).collect();
-    let own = passings.first().copied().flatten();
-    let back = course.turned_round();
-    let back = wirings.iter().map(|(links, _)| passing(&back, links));
-    if let Some(finding) = direction(most(passings.iter().copied()), most(back)) {
-        return (
-            Tested {
-                findings: vec![finding],
-                changes: Vec::new(),
-            },
-            Signs::Unknown,
-        );
+/// All findings. `is_forward`: whether the inclinometers show the acceleration of the wheels. The
+/// ground is the same for an inertial sensor that is mounted the other way round as for a pin that
+/// is.
+pub fn findings(log: &Readings<'_>, is_forward: bool) -> (Vec<Finding>, Signs) {
+    let course = Course::new(log, &log.recording.inclination);
+    let wirings = wirings(log.stated.body_link());
+    let passings = |course: &Course<'_>| -> Vec<Option<Passing>> {
+        (wirings.iter().map(|(links, _)| passing(course, links))).collect()
+    };
+    let own = passings(&course);
+    if let Some(finding) = direction(most(&own), most(&passings(&course.turned_round()))) {
+        return (vec![finding], Signs::Unknown);
     }
-    let (mut finding, change) = signs(&wirings, &passings);
+    let (mut finding, change) = signs(&wirings, &own);
     if matches!(change, Some(Change::Pin(_))) && !is_forward {
         finding = finding.fault("turn round sign of reading.pin_angle, or those of body_inclination and body_rate: a start shows which");
     }
@@ -127,25 +131,23 @@ pub fn findings(
         (_, Some(Change::Factor(..))) => Signs::Different,
         _ => Signs::Equal,
     };
-    let mut findings = vec![finding];
-    if change.is_none() && course.is_even() {
-        findings.extend(offset(course, own, (robot, budget), speed));
-    }
     // Which of the two has the other sign, the gyroscopes know.
-    let changes = change
-        .filter(|_| signs != Signs::Different)
-        .into_iter()
-        .collect();
-    (Tested { findings, changes }, signs)
+    let mut findings = vec![finding.change(change.filter(|_| signs != Signs::Different))];
+    if change.is_none() && course.is_even() {
+        findings.extend(offset(&course, own[0], log));
+    }
+    (findings, signs)
 }
 
-fn share(passing: Option<Passing>) -> f64 {
-    passing.map_or(0.0, |passing| passing.explained)
+/// The share of each wiring.
+fn shares(passings: &[Option<Passing>]) -> impl Iterator<Item = f64> {
+    let share = |passing: &Option<Passing>| passing.map_or(0.0, |p| p.explained);
+    passings.iter().map(share)
 }
 
 /// The largest share of any wiring.
-fn most(passings: impl Iterator<Item = Option<Passing>>) -> f64 {
-    passings.map(share).fold(0.0, f64::max)
+fn most(passings: &[Option<Passing>]) -> f64 {
+    shares(passings).fold(0.0, f64::max)
 }
 
 /// A fault where the wheels pass the same ground in the other order, however the links are wired.
@@ -166,19 +168,18 @@ fn direction(own: f64, back: f64) -> Option<Finding> {
 }
 
 fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<Change>) {
-    let shares: Vec<f64> = passings.iter().map(|passing| share(*passing)).collect();
-    let own = shares.first().copied().unwrap_or(0.0);
-    let numbered = shares.iter().copied().enumerate();
-    let (best, most) = numbered.fold(
-        (0, own),
-        |best, now| if now.1 > best.1 { now } else { best },
-    );
+    let own = shares(passings).next().unwrap_or(0.0);
+    let (mut best, mut most) = (None, own);
+    for ((_, change), share) in wirings.iter().zip(shares(passings)) {
+        if share > most {
+            (best, most) = (*change, share);
+        }
+    }
     let mut figure = format!(
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    let change = (wirings.get(best).and_then(|(_, change)| *change))
-        .filter(|_| most > CERTAIN && most > own + BETTER);
+    let change = best.filter(|_| most > CERTAIN && most > own + BETTER);
     if change.is_some() {
         figure += &format!(", otherwise wired {:.0} %", 100.0 * most);
     }
@@ -197,12 +198,8 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
 }
 
 /// Difference of the means of the two curves, over what the inclinometers' biases make of it.
-fn offset(
-    course: &Course<'_>,
-    own: Option<Passing>,
-    (robot, budget): (&Robot, &NoiseBudget),
-    speed: f64,
-) -> Option<Finding> {
+fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Option<Finding> {
+    let (robot, budget) = (log.stated.robot, &log.stated.budget);
     let [front, rear] = course.heights(&OWN);
     // On level ground no distance shows, and none is needed.
     let is_level = |x: &[f64]| {
@@ -220,6 +217,8 @@ fn offset(
     let mean = median(difference)?;
     let angle = mean / course.spacings()[0];
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
+    let spin = log.recording.while_driving(&log.recording.middle_spin);
+    let speed = robot.geometry.wheel_radius * median(spin).unwrap_or(0.0).abs();
     let way = n as f64 * STEP;
     let limit =
         OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * robot.gravity * way);
@@ -227,18 +226,29 @@ fn offset(
     let figure =
         format!("wheels that pass the same ground differ by {angle:.2} deg, at most {limit:.2}");
     let finding = Finding::ok(OFFSET, CHANNEL, figure).with("difference", angle, "deg");
+    if angle.abs() <= limit {
+        return Some(finding);
+    }
     let remedy =
         "one of the inclinometers has an offset: zero both in the nominal pose on level ground";
-    Some(match angle.abs() <= limit {
-        true => finding,
-        false => finding.fault(remedy),
+    Some(finding.fault(remedy))
+}
+
+/// Angles of links 1 and 2, rad: inclinometers over long times, gyroscopes over short ones. For
+/// readings that agree.
+fn fused(recording: &Recording) -> [Vec<f64>; 2] {
+    [0, 1].map(|k| {
+        let (turned, drift) = recording.turned(k);
+        let drift = smooth(&drift, recording.steps(0.5 * SLOW));
+        zip(&turned, &drift, |a, b| a + b)
     })
 }
 
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together:
 /// accelerations do not disturb them.
-pub fn distance(fused: &Course<'_>) -> Finding {
-    let own = passing(fused, &OWN);
+pub fn distance(log: &Readings<'_>) -> Finding {
+    let course = Course::new(log, &fused(&log.recording));
+    let own = passing(&course, &OWN);
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
@@ -252,18 +262,24 @@ pub fn distance(fused: &Course<'_>) -> Finding {
         100.0 * own.explained
     );
     let finding = Finding::ok(SCALE, channel, figure);
-    if (own.scale - 1.0).abs() < SCALE_ERROR {
-        return finding.with("scale", own.scale, "-");
-    }
-    if own.explained < CERTAIN {
+    let is_right = (own.scale - 1.0).abs() < SCALE_ERROR;
+    if !is_right && own.explained < CERTAIN {
         let remedy = "drive without spinning wheels; if no wheel spins, wheel radius, counts a turn or the robot's geometry are wrong";
         return finding.cannot_tell(remedy);
     }
-    let remedy = format!(
+    if own.scale > 1.0 + SCALE_ERROR && course.climbs_faces() {
+        let remedy =
+            "drive where no wheel climbs a riser: there it rolls further than the robot, or spins";
+        return finding.cannot_tell(remedy);
+    }
+    let finding = finding.with("scale", own.scale, "-");
+    if is_right {
+        return finding;
+    }
+    finding.fault(format!(
         "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",
         own.scale
-    );
-    finding.fault(remedy).with("scale", own.scale, "-")
+    ))
 }
 
 /// Steps of the path in the distance of the front two axles, for encoders of a scale.
@@ -286,12 +302,8 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
         let back = (shift as f64 * behind / spacing) as usize;
         let n = count.checked_sub(shift + back);
         let n = n.filter(|n| *n > at(1.0) / 2)?;
-        let moved = |x: &[f64], by: usize, from: usize| {
-            zip(&x[from + by..from + by + n], &x[from..from + n], |a, b| {
-                a - b
-            })
-        };
-        Some((moved(&rear, shift, back), moved(&front, back, 0)))
+        let moved = |x: &[f64], by: usize| zip(&x[by..by + n], &x[..n], |a, b| a - b);
+        Some((moved(&rear[back..], shift), moved(&front, back)))
     };
     let explained = |shift: usize| {
         let (y, x) = sides(shift)?;
@@ -320,8 +332,122 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
 
 /// Root of the mean square of the deviations from the mean.
 fn deviation(x: &[f64]) -> f64 {
-    let finite = || x.iter().filter(|v| v.is_finite());
-    let count = u32::try_from(finite().count().max(1)).unwrap_or(u32::MAX);
-    let mean = finite().sum::<f64>() / f64::from(count);
+    let mean = mean(x).unwrap_or(0.0);
     rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
+}
+
+/// The inclinations of a log along the path of the robot.
+struct Course<'a> {
+    robot: &'a Robot,
+    /// Inclination of links 1 and 2 at each step, rad.
+    inclination: [Vec<f64>; 2],
+}
+
+impl<'a> Course<'a> {
+    /// The course of a robot, for angles of links 1 and 2 (rad), in the order of the places: on the
+    /// way back from its end.
+    fn new(log: &Readings<'a>, inclination: &[Vec<f64>; 2]) -> Self {
+        let (samples, back) = samples(log);
+        let inclination = inclination.each_ref().map(|x| mean_along(&samples, x));
+        let robot = log.stated.robot;
+        let course = Self { robot, inclination };
+        if back { course.turned_round() } else { course }
+    }
+
+    /// The same course driven the other way.
+    fn turned_round(&self) -> Self {
+        let reversed = |x: &Vec<f64>| x.iter().rev().copied().collect();
+        Self {
+            robot: self.robot,
+            inclination: self.inclination.each_ref().map(reversed),
+        }
+    }
+
+    /// Number of steps.
+    fn len(&self) -> usize {
+        self.inclination[0].len()
+    }
+
+    /// Distances between front and middle, and middle and rear axle, m.
+    fn spacings(&self) -> [f64; 2] {
+        let axles = &self.robot.geometry.axles;
+        [axles[0].x - axles[1].x, axles[1].x - axles[2].x]
+    }
+
+    /// Least RMS of the differences of height that shows something, m.
+    fn least_height(&self) -> f64 {
+        LEAST_HEIGHT * Units::of(self.robot).length
+    }
+
+    /// Whether wheels climb faces that are steeper than [`STEEP`].
+    fn climbs_faces(&self) -> bool {
+        let steps = SHARE_OF_FACES * self.len() as f64;
+        let is_beyond = |x: &[f64]| x.iter().filter(|x| x.abs() > STEEP).count() as f64 > steps;
+        self.inclination.iter().any(|x| is_beyond(x))
+    }
+
+    /// Whether both are the same.
+    fn is_even(&self) -> bool {
+        let [front, rear] = self.spacings();
+        (front - rear).abs() <= EQUAL_SPACING * front
+    }
+
+    /// Heights of an axle above the next one behind it, m: front above middle, middle above rear,
+    /// at each step.
+    fn heights(&self, links: &Links) -> [Vec<f64>; 2] {
+        let geometry = &self.robot.geometry;
+        let height = |i: usize, k: usize| {
+            let [a, b] = links[geometry.carriers[i].index()];
+            let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
+            let angle = a * self.inclination[0][k] + b * self.inclination[1][k];
+            let (sin, cos) = angle.sin_cos();
+            arm.x * sin + arm.y * cos
+        };
+        let steps = 0..self.len();
+        [
+            steps.clone().map(|k| height(0, k) - height(1, k)).collect(),
+            steps.map(|k| height(1, k) - height(2, k)).collect(),
+        ]
+    }
+}
+
+/// The sample at each step of the path, and the fraction from there to the next one: at a low rate
+/// or a high speed a sample takes several steps. And whether the way leads back.
+fn samples(log: &Readings<'_>) -> (Vec<(usize, f64)>, bool) {
+    let (recording, radius) = (&log.recording, log.stated.robot.geometry.wheel_radius);
+    let spin = recording.while_driving(&recording.middle_spin);
+    // Most of the way decides the direction.
+    let net: f64 = spin.iter().filter(|s| s.is_finite()).sum();
+    let direction = if net < 0.0 { -1.0 } else { 1.0 };
+    let (mut samples, mut distance) = (vec![(0, 0.0)], 0.0);
+    for (k, (spin, slope)) in spin.iter().zip(&recording.slope).enumerate() {
+        let advance = direction * radius * spin * slope.cos() * recording.dt;
+        if !advance.is_finite() {
+            continue;
+        }
+        let missing = |count: usize| STEP * count as f64 - distance;
+        while samples.len() < MOST_STEPS && missing(samples.len()) < advance {
+            samples.push((k, missing(samples.len()) / advance));
+        }
+        distance += advance;
+    }
+    (samples, direction < 0.0)
+}
+
+/// Values of a signal along the path: means over the samples of a step, and between samples on a
+/// straight line.
+fn mean_along(samples: &[(usize, f64)], x: &[f64]) -> Vec<f64> {
+    let at = |(k, part): (usize, f64)| {
+        let here = x.get(k).copied().unwrap_or(f64::NAN);
+        let next = x.get(k + 1).copied().unwrap_or(here);
+        here + (next - here) * part
+    };
+    let means = samples.windows(2).map(|w| {
+        let (from, to) = (w[0].0, w[1].0);
+        if to <= from + 1 {
+            return 0.5 * (at(w[0]) + at(w[1]));
+        }
+        mean(&x[from..to]).unwrap_or(f64::NAN)
+    });
+    means.collect()
 }

@@ -1,4 +1,4 @@
-//! Gyroscopes against inclinometers: sign, unit, exchange between the links.
+//! Gyroscopes against inclinometers: sign, unit, exchange between the links, delay.
 //!
 //! Over half a second an inclination changes by the integral of its link's rate, and by the
 //! acceleration over g that an inclinometer measures when the robot starts or stops. The
@@ -6,17 +6,30 @@
 //! follows the other link's gyroscope exchanged channels. That of the second is the scale of the
 //! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::check::changes::{Changes, Coefficients, DEGREE, GATE, LEAST_CHANGE, SPAN};
+use crate::check::changes::{
+    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN,
+};
+use crate::check::delay::{self, Allowed, delay};
 use crate::check::fit::robust_fit;
 use crate::check::ground::Signs;
 use crate::check::readings::Readings;
+use crate::check::recording::Recording;
 use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel, Tested};
-use crate::check::signal::{high_pass, rms};
+use crate::check::rewire::{Change, Channel};
+use crate::check::signal::{derivative, high_pass, rms, smooth};
+use robhaz_model::Carrier;
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
+/// Longest delay that is looked for, s.
+const LONGEST_DELAY: f64 = 0.15;
+/// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
+const INCLINOMETER_LAG: f64 = 0.025;
+/// Delay of a gyroscope behind the inclinometer that is a fault, s.
+const GYRO_DELAY: f64 = 0.005;
+/// Error of a delay by accelerations of the robot that the encoders do not show, s.
+const MARGIN: f64 = 0.005;
 /// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than
 /// impacts make.
 const SCALE_ERROR: f64 = 0.25;
@@ -39,13 +52,12 @@ pub fn noise_while_driving(log: &Readings<'_>) -> Vec<Finding> {
     let of_link = |k: usize| {
         let (_, drift) = log.recording.turned(k);
         let fast = high_pass(&drift, half);
-        let error = log.motion.while_driving(log.robot, &fast);
-        if !error.iter().any(|x| x.is_finite()) {
-            return None;
-        }
-        let [noise, stated] = [rms(&error), log.budget.inclination_noise].map(|x| x / DEGREE);
+        let error = log.recording.while_driving(&fast);
+        error.iter().find(|x| x.is_finite())?;
+        let stated = log.stated.budget.inclination_noise;
+        let [noise, stated] = [rms(&error), stated].map(|x| x / DEGREE);
         let figure = format!("{noise:.3} deg, budget.inclination_noise {stated:.3} deg");
-        let finding = Finding::ok(NOISE, format!("inclinometer {}", k + 1), figure);
+        let finding = Finding::ok(NOISE, Channel::Inclinometer(k), figure);
         Some(finding.with("noise", noise, "deg"))
     };
     [0, 1].into_iter().filter_map(of_link).collect()
@@ -53,42 +65,30 @@ pub fn noise_while_driving(log: &Readings<'_>) -> Vec<Finding> {
 
 /// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before
 /// further tests.
-pub fn units(log: &Readings<'_>) -> Tested {
+pub fn units(log: &Readings<'_>) -> Vec<Finding> {
     let changes = Changes::of_links(log);
-    let mut all = Tested::default();
-    for k in 0..2 {
-        let channel = of_link(k);
-        let Some(found) = changes.fit(k, k).filter(Coefficients::is_known) else {
-            continue;
-        };
-        let figure = found.figure();
+    let unit = |k: usize| {
+        let found = changes.fit(k, k).filter(Coefficients::is_known)?;
         let is = |value: f64| (found.rate.abs() / value - 1.0).abs() < SCALE_ERROR;
-        let (remedy, change) = if is(1.0 / DEGREE) {
+        let (remedy, wrong) = if is(1.0 / DEGREE) {
             let remedy = "the inclination is in degrees: state unit = \"deg\"";
-            (remedy, Change::Factor(Channel::Inclinometer(k), DEGREE))
+            (remedy, Channel::Inclinometer(k))
         } else if is(DEGREE) {
             let remedy = "the rate is in degrees a second: state unit = \"deg/s\"";
-            (remedy, Change::Factor(Channel::Gyro(k), DEGREE))
+            (remedy, Channel::Gyro(k))
         } else {
-            continue;
+            return None;
         };
-        let finding = Finding::ok(SIGN, channel, figure).fault(remedy);
-        all.add(finding.with("coefficient", found.rate, "-"), [change]);
-    }
-    all
+        let finding = Finding::ok(SIGN, of_link(k), found.figure()).fault(remedy);
+        let finding = finding.change([Change::Factor(wrong, DEGREE)]);
+        Some(finding.with("coefficient", found.rate, "-"))
+    };
+    [0, 1].into_iter().filter_map(unit).collect()
 }
 
-/// Sign of the acceleration that the inclinometers of both links show, over that of the encoders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sign {
-    Positive,
-    Negative,
-    Unknown,
-}
-
-/// Scale of all encoders, by the acceleration that the inclinometers measure, and its sign; for
-/// right units of the links.
-pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
+/// Scale of all encoders, by the acceleration that the inclinometers measure, and the sign of what
+/// both links show over that of the encoders, 0 where it is not known; for right units of the links.
+pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     let channel = "encoders 1 to 3";
     let changes = Changes::of_links(log);
     let fits = [0, 1].map(|k| changes.fit(k, k));
@@ -98,13 +98,11 @@ pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
         weight += 1.0 / (sigma * sigma);
     }
     let (found, sigma) = (sum / weight, weight.sqrt().recip());
-    let mut all = Tested::default();
     if !found.is_finite() || found < GATE * sigma {
         let remedy = "start and stop on even ground within the log";
         let figure = "the inclinometers do not show the acceleration of the wheels";
         let finding = Finding::ok(ACCELERATION, channel, figure).cannot_tell(remedy);
-        all.add(finding, None);
-        return (all, Sign::Unknown);
+        return (finding, 0.0);
     }
     let scale = 1.0 / found;
     let figure = format!(
@@ -113,27 +111,17 @@ pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
     );
     let is_right = |x: f64| (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&x);
     let margin = GATE * sigma;
-    let finding = Finding::ok(ACCELERATION, channel, figure).with("scale", scale, "-");
+    let mut finding = Finding::ok(ACCELERATION, channel, figure).with("scale", scale, "-");
     let within = [found, found + margin, found - margin];
-    if within.iter().any(|found| is_right(1.0 / found)) {
-        all.add(finding, None);
-    } else {
+    if !within.iter().any(|found| is_right(1.0 / found)) {
         let (remedy, factor) = encoder_unit(scale);
         let changes = (0..3).map(|i| Change::Factor(Channel::Encoder(i), factor));
-        all.add(finding.fault(remedy), changes);
+        finding = finding.fault(remedy).change(changes);
     }
     // A link whose gyroscope and inclinometer disagree has a wrong sign of its own.
-    let own = fits
-        .iter()
-        .flatten()
-        .filter(|f| f.rate > -GATE * f.rate_sigma);
-    let signs: Vec<f64> = own.map(Coefficients::of_acceleration).collect();
-    let sign = match signs[..] {
-        [a, b] if a > 0.0 && b > 0.0 => Sign::Positive,
-        [a, b] if a < 0.0 && b < 0.0 => Sign::Negative,
-        _ => Sign::Unknown,
-    };
-    (all, sign)
+    let agrees = |f: &Coefficients| f.rate > -GATE * f.rate_sigma;
+    let own = fits.map(|f| f.filter(agrees).map_or(0.0, |f| f.of_acceleration()));
+    (finding, if own[0] * own[1] > 0.0 { own[0] } else { 0.0 })
 }
 
 /// What to do about encoders whose angles are `scale` times the true ones, and the factor that
@@ -141,10 +129,8 @@ pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
 fn encoder_unit(scale: f64) -> (String, f64) {
     for (unit, name) in [(1.0 / DEGREE, "deg"), (1.0 / TAU, "turns")] {
         if (scale / unit - 1.0).abs() < SCALE_ERROR {
-            return (
-                format!("the angles are in another unit: state unit = \"{name}\""),
-                1.0 / unit,
-            );
+            let remedy = format!("the angles are in another unit: state unit = \"{name}\"");
+            return (remedy, 1.0 / unit);
         }
     }
     let remedy = format!(
@@ -153,48 +139,33 @@ fn encoder_unit(scale: f64) -> (String, f64) {
     (remedy, 1.0 / scale)
 }
 
-/// All findings of the links, and what to change. `on_ground`: what the ground that the wheels pass
-/// shows of the inclinometers; `body_link`: the link with the body whose readings those of both
-/// links are made of.
-pub fn findings(log: &Readings<'_>, on_ground: Signs, body_link: Option<usize>) -> Tested {
-    let before = Changes::of_links(log);
-    if let Some(k) = body_link {
-        return of_body(&before, k);
+/// All findings of the links. `on_ground`: what the ground that the wheels pass shows of the
+/// inclinometers.
+pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
+    let changes = Changes::of_links(log);
+    let fits = [0, 1].map(|k| changes.fit(k, k));
+    if let Some(k) = log.stated.body_link() {
+        return vec![of_body(sign(&changes, &fits, k, Signs::Unknown))];
     }
-    if let Some(finding) = exchanged(&before, on_ground) {
-        let exchange = Change::Exchange(Channel::Gyro(0), Channel::Gyro(1));
-        return Tested {
-            findings: vec![finding],
-            changes: vec![exchange],
-        };
+    match exchanged(&changes, on_ground) {
+        Some(finding) => vec![finding],
+        None => [0, 1].map(|k| sign(&changes, &fits, k, on_ground)).into(),
     }
-    let fits = [0, 1].map(|k| before.fit(k, k));
-    let mut all = Tested::default();
-    for k in 0..2 {
-        let (finding, change) = sign(&before, &fits, k, on_ground);
-        all.add(finding, change);
-    }
-    all
 }
 
-/// The sign of the readings of the body alone, by those of its link.
-fn of_body(changes: &Changes, k: usize) -> Tested {
-    let fits = [0, 1].map(|k| changes.fit(k, k));
-    let (mut finding, change) = sign(changes, &fits, k, Signs::Unknown);
-    let change = match change {
-        Some(Change::Factor(channel, _)) => {
-            let reading = match channel {
-                Channel::Gyro(_) => "body_rate",
-                _ => "body_inclination",
-            };
-            finding = finding.fault(format!("turn round sign of reading.{reading}"));
-            Some(Change::Body(channel))
-        }
-        other => other,
+/// The finding of the link with the body, whose readings those of both links are made of.
+fn of_body(finding: Finding) -> Finding {
+    let [Change::Factor(channel, _)] = finding.changes[..] else {
+        return finding;
     };
-    let mut all = Tested::default();
-    all.add(finding, change);
-    all
+    let reading = match channel {
+        Channel::Gyro(_) => "body_rate",
+        _ => "body_inclination",
+    };
+    Finding {
+        changes: vec![Change::Body(channel)],
+        ..finding.fault(format!("turn round sign of reading.{reading}"))
+    }
 }
 
 fn of_link(k: usize) -> String {
@@ -203,7 +174,7 @@ fn of_link(k: usize) -> String {
 
 fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
     let share = |k: usize, j: usize| {
-        robust_fit(&changes.inclination[k], &[changes.rate[j].as_slice()]).map(|f| f.explained)
+        robust_fit(&changes.inclination[k], &[&changes.rate[j]]).map(|f| f.explained)
     };
     let own = [share(0, 0)?, share(1, 1)?];
     let other = [share(0, 1)?, share(1, 0)?];
@@ -211,12 +182,10 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
     let all_move = changes.inclination.iter().all(|x| moves(x));
     let crossed = (0..2).all(|k| other[k] > EXPLAINED && own[k] < 0.5 * other[k]);
     (all_move && crossed).then(|| {
+        let shares = |x: [f64; 2]| format!("{:.0} and {:.0} %", 100.0 * x[0], 100.0 * x[1]);
+        let (by_other, by_own) = (shares(other), shares(own));
         let figure = format!(
-            "each inclination follows the other link's rate: {:.0} and {:.0} % of its changes, its own {:.0} and {:.0} %",
-            100.0 * other[0],
-            100.0 * other[1],
-            100.0 * own[0],
-            100.0 * own[1],
+            "each inclination follows the other link's rate: {by_other} of its changes, its own {by_own}"
         );
         let remedy = if on_ground == Signs::Equal {
             "exchange gyro 1 and gyro 2: the inclinometers are right, by the ground that the wheels pass"
@@ -226,6 +195,7 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
         let channel = format!("{}, {}", of_link(0), of_link(1));
         Finding::ok("links exchanged", channel, figure)
             .fault(remedy)
+            .change([Change::Exchange(Channel::Gyro(0), Channel::Gyro(1))])
             .with("own", own[0].min(own[1]), "-")
             .with("other", other[0].min(other[1]), "-")
     })
@@ -236,7 +206,7 @@ fn sign(
     fits: &[Option<Coefficients>; 2],
     k: usize,
     on_ground: Signs,
-) -> (Finding, Option<Change>) {
+) -> Finding {
     let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
         let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
@@ -255,26 +225,23 @@ fn sign(
                 Channel::Gyro(k),
                 Channel::Inclinometer(k)
             );
-            return (finding.fault(remedy), None);
+            return finding.fault(remedy);
         }
         // On level ground a start remains.
-        if let [Some(own), Some(other)] =
-            [fits[k], fits[1 - k]].map(|f| f.map(|f| f.of_acceleration()))
-            && own < 0.0
-            && other > 0.0
-        {
+        let [own, other] = [fits[k], fits[1 - k]].map(|f| f.map_or(0.0, |f| f.of_acceleration()));
+        if own < 0.0 && other > 0.0 {
             let wrong = Channel::Inclinometer(k);
             let remedy = format!(
                 "{wrong} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
             );
-            return (finding.fault(remedy), Some(Change::Factor(wrong, -1.0)));
+            return finding.fault(remedy).change([Change::Factor(wrong, -1.0)]);
         }
         let remedy = if turn < LEAST_CHANGE {
             "drive over an obstacle that turns the links by a few degrees; if the gyro still does not turn, it is dead"
         } else {
             "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand"
         };
-        return (finding.cannot_tell(remedy), None);
+        return finding.cannot_tell(remedy);
     };
     let coefficient =
         Finding::ok(SIGN, of_link(k), found.figure()).with("coefficient", found.rate, "-");
@@ -285,10 +252,10 @@ fn sign(
     let may_accelerate = (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate)
         || (found.rate - 1.0).abs() < SCALE_ERROR + by_robot;
     if is(1.0) {
-        (finding, None)
+        finding
     } else if may_accelerate && !is(-1.0) {
         let remedy = "accelerations change the inclinometer as much as the ground: drive slower";
-        (coefficient.cannot_tell(remedy), None)
+        coefficient.cannot_tell(remedy)
     } else if !found.is_known() {
         // An inclinometer measures the accelerations of impacts.
         let remedy = if is(-1.0) {
@@ -296,13 +263,12 @@ fn sign(
         } else {
             "record a drive over smooth ground"
         };
-        (finding.cannot_tell(remedy), None)
+        finding.cannot_tell(remedy)
     } else if is(-1.0) {
         let (wrong, remedy) = wrong_sign(fits, k, on_ground);
-        (finding.fault(remedy), Some(Change::Factor(wrong, -1.0)))
+        finding.fault(remedy).change([Change::Factor(wrong, -1.0)])
     } else {
-        let remedy = "one of them has a wrong scale: check units and ranges";
-        (finding.fault(remedy), None)
+        finding.fault("one of them has a wrong scale: check units and ranges")
     }
 }
 
@@ -313,33 +279,90 @@ fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (
     let acceleration = fits[k].map_or(0.0, |f| f.of_acceleration());
     // Encoders that count backwards show in the other link, too.
     let acceleration = acceleration * other.map_or(1.0, |f| f.of_acceleration());
-    let (wrong, why) = if on_ground == Signs::Equal && other.is_some() {
-        (
-            gyro,
-            format!("{inclinometer} agrees with the other link on the ground"),
-        )
-    } else if on_ground == Signs::Different && other.is_some() {
+    let on_ground = other.map_or(Signs::Unknown, |_| on_ground);
+    let (wrong, key, why) = if on_ground == Signs::Equal {
+        let why = format!("{inclinometer} agrees with the other link on the ground");
+        (gyro, "rate", why)
+    } else if on_ground == Signs::Different {
         let why = "it disagrees with the other link on the ground".to_owned();
-        (inclinometer, why)
+        (inclinometer, "inclination", why)
     } else if acceleration > 0.0 {
-        (
-            gyro,
-            format!("{inclinometer} shows the robot's acceleration with the right sign"),
-        )
+        let why = format!("{inclinometer} shows the robot's acceleration with the right sign");
+        (gyro, "rate", why)
     } else if acceleration < 0.0 {
-        (
-            inclinometer,
-            "it shows the robot's acceleration with the wrong sign".to_owned(),
-        )
+        let why = "it shows the robot's acceleration with the wrong sign".to_owned();
+        (inclinometer, "inclination", why)
     } else {
         let why =
             format!("or {inclinometer}: lifting the front of the link must make both positive");
-        (gyro, why)
+        (gyro, "rate", why)
     };
-    let (link, key) = (k + 1, if wrong == gyro { "rate" } else { "inclination" });
+    let link = k + 1;
     let remedy = format!(
         "{wrong} has the wrong sign ({why}): turn round sign of reading.link{link}_{key}, or the axes of imu.link{link}, in \
          SENSORS.toml"
     );
     (wrong, remedy)
+}
+
+/// Delays between the gyroscope and the inclinometer of each link, for right signs and units.
+pub fn delays(log: &Readings<'_>) -> [Finding; 2] {
+    let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
+    let changes = Changes::of(&log.recording, acceleration.as_deref(), &[]);
+    [0, 1].map(|k| delay_of(&log.recording, &changes, k))
+}
+
+/// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
+/// measure the specific force: that of Q. 0 near the ends of the log, where it is not known.
+fn specific_force(log: &Readings<'_>) -> Vec<f64> {
+    let width = log.recording.steps(0.5 * FORWARD);
+    let acceleration = derivative(&speed_of_q(log, width), width, log.recording.dt);
+    let g = log.stated.robot.gravity;
+    let over_g = |a: &f64| if a.is_finite() { a / g } else { 0.0 };
+    acceleration.iter().map(over_g).collect()
+}
+
+/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls
+/// along its own direction, with the absolute spin of its wheels, and turns Q about the middle of
+/// its axles.
+fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
+    let (recording, geometry) = (&log.recording, &log.stated.robot.geometry);
+    let carriers = geometry.carriers.map(Carrier::index);
+    let link = usize::from(carriers.iter().sum::<usize>() > 1);
+    let of_link = [&recording.inclination[link], &recording.rate[link]];
+    let [inclination, rate] = of_link.map(|x| smooth(x, width));
+    let on_link = (0..3).filter(|i| carriers[*i] == link);
+    let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
+    let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
+    let spins = recording.middle_spin.iter().zip(&rate);
+    let speed = |((spin, rate), inclination): ((&f64, &f64), &f64)| {
+        (radius * (spin - rate) - arm * rate) * inclination.cos()
+    };
+    spins.zip(&inclination).map(speed).collect()
+}
+
+fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
+    let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
+    let allowed = Allowed {
+        early: GYRO_DELAY + MARGIN + 0.5 * recording.slowest,
+        late: INCLINOMETER_LAG + MARGIN + 0.5 * recording.slowest,
+        explained: CERTAIN,
+    };
+    let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
+    let [longest, memory] = [LONGEST_DELAY, SPAN].map(|time| recording.steps(time));
+    // All samples: those that fit best without a delay would hide it.
+    let found = (rms(rate) > LEAST_CHANGE)
+        .then(|| delay(inclination, &[rate], longest, memory, recording.dt, allowed))
+        .flatten()
+        .filter(|delay| delay.explained > EXPLAINED);
+    let unknown = [
+        "no common motion",
+        "drive over an obstacle that turns the links by a few degrees",
+    ];
+    let whose = ["its", "the gyro's"];
+    delay::finding(&channel, found, &allowed, unknown, whose, |late, offset| {
+        format!(
+            "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
+        )
+    })
 }

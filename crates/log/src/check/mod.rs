@@ -6,12 +6,12 @@
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
-//! | `changes`, `links`, `link_delays` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
+//! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
-//! | `torque_scale` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
+//! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
 //! | `agreement` | Does `best` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot
@@ -20,14 +20,11 @@
 mod agreement;
 mod changes;
 mod clock;
-mod course;
 mod delay;
 mod drive;
 mod fit;
 mod ground;
-mod link_delays;
 mod links;
-mod motion;
 mod readings;
 mod recording;
 mod report;
@@ -36,135 +33,64 @@ mod rewire;
 mod signal;
 mod start;
 mod still;
-mod torque_scale;
 mod wheels;
 
+pub use readings::Stated;
 pub use report::{Finding, Report, Verdict};
 pub(crate) use signal::median;
 
 use self::clock::Clock;
-use self::course::Course;
-use self::motion::Motion;
 use self::readings::Readings;
 use self::recording::Recording;
-use robhaz_estimator::{EstimatorSettings, NoiseBudget, SensorFrame};
-use robhaz_model::{Robot, Suspension};
+use robhaz_estimator::SensorFrame;
 use std::borrow::Cow;
-
-/// What is stated of the robot and its sensors.
-#[derive(Clone, Copy, Debug)]
-pub struct Stated<'a> {
-    /// The nominal robot.
-    pub robot: &'a Robot,
-    /// Standard deviations of all sensor errors.
-    pub budget: NoiseBudget,
-    /// Nominal damping B of the wheel module, N m s.
-    pub viscous_damping: f64,
-    /// Nominal compression of wheel and ground, m.
-    pub compression: f64,
-    /// Whether the readings of the links are made of those of the body and of pin Q.
-    pub of_body: bool,
-}
-
-impl Stated<'_> {
-    /// The link that the body is fixed to, from 0, if the readings of the links are made of those of
-    /// the body; `None` of a four-bar.
-    fn body_link(&self) -> Option<usize> {
-        match self.robot.geometry.suspension {
-            Suspension::Bogie { body } if self.of_body => Some(body.index()),
-            _ => None,
-        }
-    }
-
-    /// `best` with what is stated; with contact angles if each wheel has some.
-    fn settings(&self, frames: &[SensorFrame]) -> EstimatorSettings {
-        let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
-        let best = if (0..3).all(has_angle) {
-            EstimatorSettings::best()
-        } else {
-            EstimatorSettings::best_without_angles()
-        };
-        EstimatorSettings {
-            viscous_damping: self.viscous_damping,
-            compression: self.compression,
-            budget: self.budget,
-            ..best
-        }
-    }
-}
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
-    let (robot, budget) = (stated.robot, &stated.budget);
     let clock = Clock::of(frames);
-    let Some(recording) = Recording::new(&clock) else {
+    let Some(recording) = Recording::new(&clock, stated.robot) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let mut log = Readings {
-        robot,
-        budget,
+        stated,
         frames: Cow::Borrowed(frames),
-        motion: Motion::of(&recording, robot),
         recording,
         findings: vec![clock.finding()],
     };
-    log.findings.extend(still::findings(frames, stated));
-    log.findings.extend(rest::findings(&log.recording, stated));
+    log.take(still::findings(frames, stated));
+    log.take(rest::findings(&log.recording, stated));
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
-    log.take(acceleration);
+    log.take([acceleration]);
     let turn = turn(&log);
     if turn > LARGEST_TURN {
         let figure = format!("the wheels turn by {turn:.2} rad between readings");
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
-        let finding = Finding::ok("motion", "all", figure).cannot_tell(remedy);
-        log.findings.push(finding);
+        log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
         return Report::new(log.findings);
     }
-    log.take(start::findings(&log, forward, stated.body_link()));
-    let course = Course::new(&log.motion, robot, &log.recording.inclination);
-    let speed = log.motion.speed(robot);
-    let (ground, on_ground) = ground::findings(
-        &course,
-        (robot, budget),
-        speed,
-        stated.body_link(),
-        forward == links::Sign::Positive,
-    );
+    log.take(start::findings(&log, forward));
+    let (ground, on_ground) = ground::findings(&log, forward > 0.0);
     log.take(ground);
-    let links = links::findings(&log, on_ground, stated.body_link());
+    let links = links::findings(&log, on_ground);
     // With wrong signs or units a delay has no meaning.
-    let are_right = links.findings.iter().all(|f| f.verdict != Verdict::Fault);
+    let are_right = links.iter().all(|f| f.verdict != Verdict::Fault);
     log.take(links);
     if are_right {
-        let noise = links::noise_while_driving(&log);
-        log.findings.extend(noise);
+        log.take(links::noise_while_driving(&log));
         // The rate of pin Q is that of a filter.
         if !stated.of_body {
-            log.findings.extend(link_delays::findings(&log));
+            log.take(links::delays(&log));
         }
     }
-    let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
-    log.findings.push(ground::distance(&fused));
+    log.take([ground::distance(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
-    let settings = stated.settings(&log.frames);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
-    let quiet = rest::has_quiet_torque(&log.findings);
-    let (agreement, scale) = agreement::findings(
-        &log.frames,
-        robot,
-        &settings,
-        order,
-        resolved,
-        quiet,
-        stated.of_body,
-    );
-    log.findings.push(torque_scale::finding(scale, robot));
-    log.findings.extend(agreement);
+    log.take(agreement::findings(&log, order, resolved));
     if stated.of_body {
         log.findings.iter_mut().for_each(name_sensors_of_body);
     }
@@ -196,7 +122,7 @@ const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {
-    let spin = log.motion.while_driving(log.robot, &log.motion.middle_spin);
+    let spin = log.recording.while_driving(&log.recording.middle_spin);
     let spin = signal::median(spin.iter().map(|spin| spin.abs()));
     spin.unwrap_or(0.0) * log.recording.slowest
 }

@@ -1,8 +1,10 @@
-//! Readings of a log on equal steps of time.
+//! Readings of a log on equal steps of time, and the motion of the robot that they show.
 
-use crate::check::clock::Clock;
-use crate::check::signal::{integral, median, zip};
-use robhaz_estimator::SensorFrame;
+use crate::check::clock::{Clock, length};
+use crate::check::rewire::Channel;
+use crate::check::signal::{derivative, integral, median, smooth, zip};
+use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
+use robhaz_model::{Robot, Units, Vec2, rotate};
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
 /// channel.
@@ -10,6 +12,9 @@ const LONGEST_BRIDGE: f64 = 0.1;
 /// A part of two and a half periods is bridged: one lost reading, whose neighbours' stamps are
 /// rounded.
 const BRIDGED_PERIODS: f64 = 2.5;
+
+/// Time over which speeds and angles are averaged, s.
+pub const SMOOTHING: f64 = 0.05;
 
 /// All channels of a log at equal steps of time; a NaN where there is no reading. Between the parts
 /// of a log with long gaps lies a pause of fixed length.
@@ -27,18 +32,26 @@ pub struct Recording {
     pub rate: [Vec<f64>; 2],
     /// Period of the slowest channel, s.
     pub slowest: f64,
+    /// Spin speed of each wheel, rad/s.
+    pub spin: [Vec<f64>; 3],
+    /// Middle one of the three spin speeds, rad/s.
+    pub middle_spin: Vec<f64>,
+    /// Slope of the line from the rear to the front axle, rad.
+    pub slope: Vec<f64>,
+    /// Spin speed of a robot that drives, rad/s.
+    least_spin: f64,
 }
 
 impl Recording {
     /// The recording of the parts of a log, each with increasing times. `None` without a part of
     /// three frames.
-    pub fn new(clock: &Clock<'_>) -> Option<Self> {
+    pub fn new(clock: &Clock<'_>, robot: &Robot) -> Option<Self> {
         let dt = clock.step?;
         let mut slowest = dt;
-        let mut channel = |value: &dyn Fn(&SensorFrame) -> Option<f64>| {
-            let of_part = |part: &&[SensorFrame]| Channel::of(part, value);
-            let parts: Vec<Channel> = clock.parts.iter().map(of_part).collect();
-            let period = median(parts.iter().flat_map(Channel::steps)).unwrap_or(dt);
+        let mut samples = |channel: Channel| {
+            let of_part = |part: &&[SensorFrame]| Part::of(part, channel);
+            let parts: Vec<Part> = clock.parts.iter().map(of_part).collect();
+            let period = median(parts.iter().flat_map(Part::steps)).unwrap_or(dt);
             slowest = slowest.max(period);
             let mut samples = Vec::new();
             for (i, part) in parts.iter().enumerate() {
@@ -50,16 +63,35 @@ impl Recording {
             }
             samples
         };
+        let wheel_angle = [0, 1, 2].map(|i| samples(Channel::Encoder(i)));
+        let inclination = [0, 1].map(|k| samples(Channel::Inclinometer(k)));
+        let half = steps(0.5 * SMOOTHING, dt);
+        let spin = wheel_angle
+            .each_ref()
+            .map(|angle| derivative(angle, half, dt));
+        let middle = |k: usize| median(spin.each_ref().map(|s| s[k])).unwrap_or(f64::NAN);
+        let geometry = &robot.geometry;
+        let smoothed = inclination.each_ref().map(|x| smooth(x, half));
+        let axle = |i: usize, k: usize| -> Vec2 {
+            let angle = smoothed[geometry.carriers[i].index()][k];
+            rotate(geometry.axles[i] - geometry.pins.q, angle)
+        };
+        let slope = |k: usize| {
+            let line = axle(0, k) - axle(2, k);
+            line.y.atan2(line.x)
+        };
+        let count = wheel_angle[0].len();
         Some(Self {
             dt,
-            wheel_angle: [0, 1, 2].map(|i| channel(&|f| f.wheel_angle[i])),
-            torque: [0, 1, 2].map(|i| channel(&|f| f.motor_torque[i])),
-            inclination: [
-                channel(&|f| f.link1.inclination),
-                channel(&|f| f.link2.inclination),
-            ],
-            rate: [channel(&|f| f.link1.rate), channel(&|f| f.link2.rate)],
+            torque: [0, 1, 2].map(|i| samples(Channel::Torque(i))),
+            rate: [0, 1].map(|k| samples(Channel::Gyro(k))),
             slowest,
+            middle_spin: (0..count).map(middle).collect(),
+            slope: (0..count).map(slope).collect(),
+            least_spin: DRIVING_SPEED * Units::of(robot).speed() / geometry.wheel_radius,
+            wheel_angle,
+            inclination,
+            spin,
         })
     }
 
@@ -75,6 +107,19 @@ impl Recording {
         (turned, drift)
     }
 
+    /// Derivative of a channel, averaged as the spin speeds are.
+    pub fn derivative(&self, x: &[f64]) -> Vec<f64> {
+        derivative(x, self.steps(0.5 * SMOOTHING), self.dt)
+    }
+
+    /// A signal where the robot drives, at rest a NaN.
+    pub fn while_driving(&self, x: &[f64]) -> Vec<f64> {
+        let drives = |spin: f64| spin.abs() > self.least_spin;
+        zip(x, &self.middle_spin, |x, spin| {
+            if drives(spin) { x } else { f64::NAN }
+        })
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.torque[0].len()
@@ -86,23 +131,22 @@ fn steps(time: f64, dt: f64) -> usize {
 }
 
 /// The readings of one channel in a part of a log.
-struct Channel {
+struct Part {
     /// Length of the part, s.
     length: f64,
     /// Time since the start of the part (s), and value.
     readings: Vec<(f64, f64)>,
 }
 
-impl Channel {
-    fn of(part: &[SensorFrame], value: impl Fn(&SensorFrame) -> Option<f64>) -> Self {
+impl Part {
+    fn of(part: &[SensorFrame], channel: Channel) -> Self {
         let start = part.first().map_or(0.0, |f| f.time);
-        let end = part.last().map_or(0.0, |f| f.time);
         let read = |f: &SensorFrame| {
-            let value = value(f).filter(|v| v.is_finite())?;
+            let value = channel.value(f).filter(|v| v.is_finite())?;
             Some((f.time - start, value))
         };
         Self {
-            length: end - start,
+            length: length(part),
             readings: part.iter().filter_map(read).collect(),
         }
     }
@@ -156,6 +200,10 @@ mod tests {
         }
     }
 
+    fn recording(frames: &[SensorFrame]) -> Option<Recording> {
+        Recording::new(&Clock::of(frames), &Robot::default_a())
+    }
+
     /// Closed form: between readings the recording is a straight line; a lost frame is bridged; a
     /// gap of more than 0.1 s and a channel without readings are missing.
     #[test]
@@ -170,13 +218,13 @@ mod tests {
                 )
             })
             .collect();
-        let found = Recording::new(&Clock::of(&frames)).ok_or("recording")?;
+        let found = recording(&frames).ok_or("recording")?;
         assert!((found.dt - 1e-3).abs() < 1e-12 && found.len() == 300);
         assert_eq!(found.steps(0.01), 10);
         assert!((found.wheel_angle[0][50] - 5.05).abs() < 1e-9);
         assert!((found.torque[1][21] - 0.042).abs() < 1e-9);
         assert!(found.wheel_angle[0][180].is_nan() && found.rate[0][3].is_nan());
-        assert!(Recording::new(&Clock::of(&frames[..2])).is_none());
+        assert!(recording(&frames[..2]).is_none());
         Ok(())
     }
 
@@ -187,7 +235,7 @@ mod tests {
         let slow = |k: u32| k.is_multiple_of(10).then(|| f64::from(k));
         let time = |k: u32| 1e-2 * f64::from(k) + 3e-5 * f64::from(k % 20);
         let frames: Vec<SensorFrame> = (0..500).map(|k| frame(time(k), slow(k))).collect();
-        let found = Recording::new(&Clock::of(&frames)).ok_or("recording")?;
+        let found = recording(&frames).ok_or("recording")?;
         assert!(found.torque[0][..480].iter().all(|v| v.is_finite()));
         assert!((found.slowest - 0.1).abs() < 1e-3);
         Ok(())
@@ -205,7 +253,7 @@ mod tests {
         ];
         for (i, time) in times.into_iter().enumerate() {
             let frames: Vec<SensorFrame> = (0..10_000).map(|k| frame(time(k), None)).collect();
-            let samples = Recording::new(&Clock::of(&frames)).map_or(0, |r| r.len());
+            let samples = recording(&frames).map_or(0, |r| r.len());
             assert!(samples < 100_000, "{i}: {samples}");
         }
     }

@@ -1,7 +1,7 @@
 //! What the tests found.
 
+use crate::check::rewire::Change;
 use serde::Serialize;
-use std::fmt::Write as _;
 
 /// Result of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -13,17 +13,6 @@ pub enum Verdict {
     CannotTell,
     /// The readings are not what the estimator takes them for.
     Fault,
-}
-
-impl Verdict {
-    /// In words.
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::CannotTell => "cannot tell",
-            Self::Fault => "FAULT",
-        }
-    }
 }
 
 /// A figure of a finding.
@@ -52,6 +41,9 @@ pub struct Finding {
     pub numbers: Vec<Quantity>,
     /// What to do; `None` where nothing is.
     pub remedy: Option<String>,
+    /// What corrects a fault: further tests see the readings with it.
+    #[serde(skip)]
+    pub(crate) changes: Vec<Change>,
 }
 
 impl Finding {
@@ -64,6 +56,7 @@ impl Finding {
             figure: figure.into(),
             numbers: Vec::new(),
             remedy: None,
+            changes: Vec::new(),
         }
     }
 
@@ -76,21 +69,22 @@ impl Finding {
 
     /// The log does not show it. `remedy` says which log would.
     #[must_use]
-    pub fn cannot_tell(self, remedy: impl Into<String>) -> Self {
-        Self {
-            verdict: Verdict::CannotTell,
-            remedy: Some(remedy.into()),
-            ..self
-        }
+    pub fn cannot_tell(mut self, remedy: impl Into<String>) -> Self {
+        (self.verdict, self.remedy) = (Verdict::CannotTell, Some(remedy.into()));
+        self
     }
 
     /// The readings are wrong. `remedy` says what to do.
     #[must_use]
-    pub fn fault(self, remedy: impl Into<String>) -> Self {
-        Self {
-            verdict: Verdict::Fault,
-            ..self.cannot_tell(remedy)
-        }
+    pub fn fault(mut self, remedy: impl Into<String>) -> Self {
+        (self.verdict, self.remedy) = (Verdict::Fault, Some(remedy.into()));
+        self
+    }
+
+    /// With what corrects the readings.
+    pub(crate) fn change(mut self, changes: impl IntoIterator<Item = Change>) -> Self {
+        self.changes.extend(changes);
+        self
     }
 }
 
@@ -128,34 +122,24 @@ impl Report {
         let mut findings: Vec<&Finding> = self.findings.iter().collect();
         findings.sort_by_key(|finding| finding.verdict);
         for finding in findings {
-            // Writing into a text cannot fail.
-            let _ = writeln!(
-                text,
-                "{:<11}  {:<tests$}  {:<channels$}  {}",
-                finding.verdict.words(),
-                finding.test,
-                finding.channel,
-                finding.figure,
-            );
+            let (test, channel, figure) = (finding.test, &finding.channel, &finding.figure);
+            let verdict = match finding.verdict {
+                Verdict::Ok => "ok",
+                Verdict::CannotTell => "cannot tell",
+                Verdict::Fault => "FAULT",
+            };
+            text += &format!("{verdict:<11}  {test:<tests$}  {channel:<channels$}  {figure}\n");
             for line in finding.remedy.iter().flat_map(|remedy| remedy.lines()) {
-                let _ = writeln!(text, "{:<11}  -> {line}", "");
+                text += &format!("{:<11}  -> {line}\n", "");
             }
         }
-        let count = |verdict| {
-            self.findings
-                .iter()
-                .filter(|f| f.verdict == verdict)
-                .count()
-        };
-        let _ = write!(
-            text,
-            "{} tests: {} ok, {} that this log cannot tell, {} with a fault",
-            self.findings.len(),
-            count(Verdict::Ok),
-            count(Verdict::CannotTell),
-            count(Verdict::Fault),
-        );
-        text
+        let of = |verdict| self.findings.iter().filter(move |f| f.verdict == verdict);
+        let [ok, unknown, faults] =
+            [Verdict::Ok, Verdict::CannotTell, Verdict::Fault].map(|verdict| of(verdict).count());
+        let all = self.findings.len();
+        text + &format!(
+            "{all} tests: {ok} ok, {unknown} that this log cannot tell, {faults} with a fault"
+        )
     }
 }
 

@@ -1,9 +1,11 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
-use crate::check::Stated;
+use crate::check::readings::Stated;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
-use crate::check::signal::rms;
+use crate::check::rewire::Channel;
+use crate::check::signal::{mean, rms, zip};
+use robhaz_estimator::NoiseBudget;
 use robhaz_model::Units;
 
 /// Shortest rest that is used, s.
@@ -47,38 +49,44 @@ struct AtRest<'a> {
     noise: f64,
 }
 
-impl AtRest<'_> {
+impl<'a> AtRest<'a> {
+    fn of(channel: Channel, values: &'a [f64], budget: &NoiseBudget) -> Self {
+        let (unit, factor) = match channel {
+            Channel::Torque(_) => ("N m", 1.0),
+            Channel::Gyro(_) => ("deg/s", 1.0 / DEGREE),
+            _ => ("deg", 1.0 / DEGREE),
+        };
+        Self {
+            name: channel.to_string(),
+            values,
+            unit,
+            factor,
+            noise: channel.noise(budget),
+        }
+    }
+
     /// Number of readings, at least one.
     fn count(&self) -> f64 {
         self.values.iter().filter(|v| v.is_finite()).count().max(1) as f64
     }
 
     fn mean(&self) -> f64 {
-        self.values.iter().filter(|v| v.is_finite()).sum::<f64>() / self.count()
-    }
-
-    /// What noise makes of the mean of so few readings.
-    fn mean_by_chance(&self) -> f64 {
-        CHANCE * self.noise / self.count().sqrt()
-    }
-
-    /// Standard deviation of white noise, from the differences of neighbours.
-    fn deviation(&self) -> f64 {
-        let steps: Vec<f64> = self.values.windows(2).map(|w| w[1] - w[0]).collect();
-        rms(&steps) / std::f64::consts::SQRT_2
+        mean(self.values).unwrap_or(0.0)
     }
 
     /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what
     /// to do about a larger one.
     fn zero(&self, limit: f64, judge: impl Fn(Finding, f64) -> Finding) -> Finding {
-        let (mean, limit) = (self.mean(), limit + self.mean_by_chance());
+        // What noise makes of the mean of so few readings.
+        let by_chance = CHANCE * self.noise / self.count().sqrt();
+        let (mean, limit) = (self.mean(), limit + by_chance);
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
         let finding = Finding::ok(ZERO, &self.name, figure);
         let finding = finding.with("mean", self.factor * mean, self.unit);
-        match mean.abs() <= limit {
-            true => finding,
-            false => judge(finding, mean),
+        if mean.abs() <= limit {
+            return finding;
         }
+        judge(finding, mean)
     }
 
     fn shown(&self, value: f64) -> String {
@@ -96,43 +104,25 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         let of = |test| Finding::ok(test, "all", "the log begins in motion").cannot_tell(remedy);
         return [ZERO, NOISE].map(of).to_vec();
     }
-    let torques = [0, 1, 2].map(|i| AtRest {
-        name: format!("torque {}", i + 1),
-        values: &recording.torque[i][..end],
-        unit: "N m",
-        factor: 1.0,
-        noise: budget.torque_noise,
-    });
-    let gyros = [0, 1].map(|k| AtRest {
-        name: format!("gyro {}", k + 1),
-        values: &recording.rate[k][..end],
-        unit: "deg/s",
-        factor: 1.0 / DEGREE,
-        noise: budget.rate_noise,
-    });
-    let inclinometers = [0, 1].map(|k| AtRest {
-        name: format!("inclinometer {}", k + 1),
-        values: &recording.inclination[k][..end],
-        unit: "deg",
-        factor: 1.0 / DEGREE,
-        noise: budget.inclination_noise,
-    });
+    let [torque, gyro, inclinometer] = [Channel::Torque, Channel::Gyro, Channel::Inclinometer];
+    let torques = [0, 1, 2].map(|i| AtRest::of(torque(i), &recording.torque[i][..end], budget));
+    let gyros = [0, 1].map(|k| AtRest::of(gyro(k), &recording.rate[k][..end], budget));
+    let inclinometers =
+        [0, 1].map(|k| AtRest::of(inclinometer(k), &recording.inclination[k][..end], budget));
     let level = inclinometers.iter().all(|x| x.mean().abs() < LEVEL);
     let small_torque = SMALL_TORQUE * Units::of(stated.robot).torque();
     let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
-    let torque = if level { torque } else { torque_on_a_slope };
-    let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, gyro)).collect();
-    let pin: Vec<f64> = (0..end)
-        .map(|i| recording.inclination[0][i] - recording.inclination[1][i])
-        .collect();
+    let of_gyro = |finding: Finding, mean: f64| {
+        finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
+    };
+    let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, of_gyro)).collect();
+    let [first, second] = inclinometers.each_ref().map(|x| x.values);
+    let pin = zip(first, second, |a, b| a - b);
     let pin = AtRest {
         name: "pin Q".to_owned(),
-        values: &pin,
-        unit: "deg",
-        factor: 1.0 / DEGREE,
-        noise: budget.inclination_noise,
+        ..AtRest::of(inclinometer(0), &pin, budget)
     };
     // Readings of the links that are made of others have the zeros of these.
     let zeros: Vec<(&AtRest<'_>, &str)> = match stated.body_link() {
@@ -145,28 +135,29 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     for (x, key) in zeros {
         findings.push(x.zero(level_zero, |finding, mean| inclination(finding, mean, key)));
     }
-    findings.extend(torques.iter().map(|x| x.zero(torque_zero, torque)));
-    let of_links = gyros
-        .iter()
-        .chain(&inclinometers)
-        .filter(|_| !stated.of_body);
-    findings.extend(of_links.chain(&torques).map(noise));
+    let of_torque = |finding: Finding, mean: f64| {
+        if !level {
+            let remedy = "the robot stands on a slope: record a rest on level ground";
+            return finding.cannot_tell(remedy);
+        }
+        finding.fault(format!(
+            "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
+        ))
+    };
+    findings.extend(torques.iter().map(|x| x.zero(torque_zero, of_torque)));
+    let of_links = gyros.iter().chain(&inclinometers);
+    let real = of_links.filter(|_| !stated.of_body).chain(&torques);
+    findings.extend(real.map(noise));
     findings
 }
 
 /// Number of samples before the first motion.
 pub fn rest(recording: &Recording) -> usize {
     let step = recording.steps(0.05);
-    let moves = |i: usize| {
-        let mut angles = recording.wheel_angle.iter();
-        angles.any(|a| (a[i + step] - a[i]).abs() > STILL)
-    };
+    let moves = |i: usize, a: &Vec<f64>| (a[i + step] - a[i]).abs() > STILL;
     let last = recording.len().saturating_sub(step);
-    (0..last).find(|i| moves(*i)).unwrap_or(last)
-}
-
-fn gyro(finding: Finding, mean: f64) -> Finding {
-    finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
+    let first = (0..last).find(|i| recording.wheel_angle.iter().any(|a| moves(*i, a)));
+    first.unwrap_or(last)
 }
 
 /// At rest the robot may stand on a slope. `key`: what takes the angle, rad.
@@ -181,16 +172,6 @@ fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
     ))
 }
 
-fn torque(finding: Finding, mean: f64) -> Finding {
-    finding.fault(format!(
-        "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
-    ))
-}
-
-fn torque_on_a_slope(finding: Finding, _: f64) -> Finding {
-    finding.cannot_tell("the robot stands on a slope: record a rest on level ground")
-}
-
 /// Whether a torque was found suspiciously quiet: it may be in another unit.
 pub fn has_quiet_torque(findings: &[Finding]) -> bool {
     let is_quiet = |f: &Finding| {
@@ -200,7 +181,9 @@ pub fn has_quiet_torque(findings: &[Finding]) -> bool {
 }
 
 fn noise(x: &AtRest<'_>) -> Finding {
-    let deviation = x.deviation();
+    // Of white noise, from the differences of neighbours.
+    let steps: Vec<f64> = x.values.windows(2).map(|w| w[1] - w[0]).collect();
+    let deviation = rms(&steps) / std::f64::consts::SQRT_2;
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let finding = Finding::ok(NOISE, &x.name, figure).with("noise", x.factor * deviation, x.unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.

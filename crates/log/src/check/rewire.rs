@@ -1,7 +1,6 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
-use crate::check::report::Finding;
-use robhaz_estimator::SensorFrame;
+use robhaz_estimator::{NoiseBudget, SensorFrame};
 use std::fmt;
 
 /// A channel of the frames; wheels and links count from 0.
@@ -29,21 +28,31 @@ impl Channel {
     ];
 
     /// Its reading in a frame.
-    pub fn of(self, frame: &mut SensorFrame) -> &mut Option<f64> {
-        let [link1, link2] = [&mut frame.link1, &mut frame.link2];
+    fn of(self, frame: &mut SensorFrame) -> &mut Option<f64> {
         match self {
             Self::Encoder(i) => &mut frame.wheel_angle[i],
             Self::Torque(i) => &mut frame.motor_torque[i],
-            Self::Gyro(0) => &mut link1.rate,
-            Self::Gyro(_) => &mut link2.rate,
-            Self::Inclinometer(0) => &mut link1.inclination,
-            Self::Inclinometer(_) => &mut link2.inclination,
+            Self::Gyro(0) => &mut frame.link1.rate,
+            Self::Gyro(_) => &mut frame.link2.rate,
+            Self::Inclinometer(0) => &mut frame.link1.inclination,
+            Self::Inclinometer(_) => &mut frame.link2.inclination,
         }
     }
 
     /// Its value in a frame.
     pub fn value(self, frame: &SensorFrame) -> Option<f64> {
         *self.of(&mut frame.clone())
+    }
+
+    /// White noise of a sample by the budget, in the reading's unit; 0 for a channel that may be
+    /// constant.
+    pub const fn noise(self, budget: &NoiseBudget) -> f64 {
+        match self {
+            Self::Encoder(_) => 0.0,
+            Self::Torque(_) => budget.torque_noise,
+            Self::Gyro(_) => budget.rate_noise,
+            Self::Inclinometer(_) => budget.inclination_noise,
+        }
     }
 
     /// The same of the other link.
@@ -73,6 +82,16 @@ impl fmt::Display for Channel {
     }
 }
 
+/// The wheels that are not at their own place in an order.
+pub fn moved(order: [usize; 3]) -> impl Iterator<Item = usize> {
+    (0..3).filter(move |i| order[*i] != *i)
+}
+
+/// The names of channels.
+pub fn names(channels: impl Iterator<Item = Channel>) -> Vec<String> {
+    channels.map(|channel| channel.to_string()).collect()
+}
+
 /// What is done to the readings of a log before further tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
@@ -88,46 +107,30 @@ pub enum Change {
 
 impl Change {
     /// Changes a frame.
-    fn of(self, frame: &mut SensorFrame) {
+    pub fn of(self, frame: &mut SensorFrame) {
+        let before = *frame;
         match self {
             Self::Factor(channel, factor) => {
-                let value = channel.of(frame);
-                *value = value.map(|v| factor * v);
+                *channel.of(frame) = channel.value(&before).map(|v| factor * v);
             }
             Self::Body(channel) => {
-                let Some(value) = channel.value(frame) else {
-                    return;
-                };
-                let other = channel.of_other_link().of(frame);
-                *other = other.map(|x| x - 2.0 * value);
-                *channel.of(frame) = Some(-value);
+                let (value, other) = (channel.value(&before), channel.of_other_link());
+                *channel.of(frame) = value.map(|v| -v);
+                let of_other = other.value(&before);
+                *other.of(frame) = of_other.map(|x| value.map_or(x, |v| x - 2.0 * v));
             }
             Self::Pin(body) => {
-                let (body, other) = match body {
-                    0 => (frame.link1, &mut frame.link2),
-                    _ => (frame.link2, &mut frame.link1),
-                };
-                let turn = |of_body: Option<f64>, x: &mut Option<f64>| {
-                    *x = of_body.zip(*x).map(|(body, x)| 2.0 * body - x);
-                };
-                turn(body.inclination, &mut other.inclination);
-                turn(body.rate, &mut other.rate);
+                for channel in [Channel::Inclinometer(body), Channel::Gyro(body)] {
+                    let (of_body, other) = (channel.value(&before), channel.of_other_link());
+                    let turned = of_body.zip(other.value(&before));
+                    *other.of(frame) = turned.map(|(body, x)| 2.0 * body - x);
+                }
             }
             Self::Exchange(a, b) => {
-                let (x, y) = (a.value(frame), b.value(frame));
-                *a.of(frame) = y;
-                *b.of(frame) = x;
+                *a.of(frame) = b.value(&before);
+                *b.of(frame) = a.value(&before);
             }
         }
-    }
-
-    /// The frames with all changes, one after the other.
-    pub fn all(changes: &[Self], frames: &[SensorFrame]) -> Vec<SensorFrame> {
-        let mut frames = frames.to_vec();
-        for frame in &mut frames {
-            changes.iter().for_each(|change| change.of(frame));
-        }
-        frames
     }
 }
 
@@ -142,20 +145,5 @@ impl fmt::Display for Change {
             Self::Body(channel) => write!(f, "turn round sign of {channel} of the body"),
             Self::Pin(_) => write!(f, "turn round sign of reading.pin_angle"),
         }
-    }
-}
-
-/// Findings, and the changes that they ask for: further tests see the readings with them.
-#[derive(Default)]
-pub struct Tested {
-    pub findings: Vec<Finding>,
-    pub changes: Vec<Change>,
-}
-
-impl Tested {
-    /// Adds a finding, with the changes that it asks for.
-    pub fn add(&mut self, finding: Finding, changes: impl IntoIterator<Item = Change>) {
-        self.findings.push(finding);
-        self.changes.extend(changes);
     }
 }

@@ -3,29 +3,20 @@
 /// Mean over the `2 half + 1` samples around each; a NaN near the ends, and where more than half of
 /// them are missing.
 pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
-    let mut sums = Vec::with_capacity(x.len() + 1);
-    let (mut sum, mut count) = (0.0, 0_u32);
-    sums.push((sum, count));
+    let mut sums = vec![(0.0, 0)];
     for value in x {
-        if value.is_finite() {
-            sum += value;
-            count += 1;
-        }
-        sums.push((sum, count));
+        let (sum, count) = sums[sums.len() - 1];
+        sums.push(match value.is_finite() {
+            true => (sum + value, count + 1),
+            false => (sum, count),
+        });
     }
-    let width = 2 * half + 1;
     let mean = |i: usize| {
-        if i < half || i + half >= x.len() {
-            return f64::NAN;
-        }
-        let (from, to) = (sums[i - half], sums[i + half + 1]);
+        let (from, to) = (sums[i.checked_sub(half)?], sums.get(i + half + 1)?);
         let count = to.1 - from.1;
-        if (count as usize) * 2 <= width {
-            return f64::NAN;
-        }
-        (to.0 - from.0) / f64::from(count)
+        (2 * count > 2 * half + 1).then(|| (to.0 - from.0) / count as f64)
     };
-    (0..x.len()).map(mean).collect()
+    (0..x.len()).map(|i| mean(i).unwrap_or(f64::NAN)).collect()
 }
 
 /// The samples less their mean over the `2 half + 1` samples around each.
@@ -35,52 +26,37 @@ pub fn high_pass(x: &[f64], half: usize) -> Vec<f64> {
 
 /// Difference over `2 half` samples around each.
 pub fn difference(x: &[f64], half: usize) -> Vec<f64> {
-    let at = |i: usize| {
-        if i < half || i + half >= x.len() {
-            f64::NAN
-        } else {
-            x[i + half] - x[i - half]
-        }
-    };
-    (0..x.len()).map(at).collect()
+    let at = |i: usize| Some(x.get(i + half)? - x.get(i.checked_sub(half)?)?);
+    (0..x.len()).map(|i| at(i).unwrap_or(f64::NAN)).collect()
 }
 
 /// Derivative of smoothed samples: difference of the means of `2 half + 1` samples before and
 /// after, over the time between (`dt` is the step, s).
 pub fn derivative(x: &[f64], half: usize, dt: f64) -> Vec<f64> {
-    let mut slope = difference(&smooth(x, half), half);
-    for value in &mut slope {
-        *value /= 2.0 * half as f64 * dt;
-    }
-    slope
+    let time = 2.0 * half as f64 * dt;
+    let change = difference(&smooth(x, half), half);
+    change.iter().map(|change| change / time).collect()
 }
 
 /// Integral by the trapezoidal rule. A missing sample counts as 0, and is missing in the result.
 pub fn integral(x: &[f64], dt: f64) -> Vec<f64> {
     let (mut sum, mut last) = (0.0, 0.0);
-    x.iter()
-        .map(|value| {
-            if value.is_finite() {
-                sum += 0.5 * dt * (last + value);
-                last = *value;
-                sum
-            } else {
-                last = 0.0;
-                f64::NAN
-            }
-        })
-        .collect()
+    let mut of = |value: &f64| {
+        if !value.is_finite() {
+            last = 0.0;
+            return f64::NAN;
+        }
+        sum += 0.5 * dt * (last + value);
+        last = *value;
+        sum
+    };
+    x.iter().map(&mut of).collect()
 }
 
 /// The samples `lag` steps later (positive) or earlier: element i is `x[i - lag]`.
 pub fn delayed(x: &[f64], lag: isize) -> Vec<f64> {
-    let at = |i: usize| {
-        let from = i.checked_add_signed(-lag);
-        from.and_then(|from| x.get(from))
-            .copied()
-            .unwrap_or(f64::NAN)
-    };
-    (0..x.len()).map(at).collect()
+    let at = |i: usize| x.get(i.checked_add_signed(-lag)?).copied();
+    (0..x.len()).map(|i| at(i).unwrap_or(f64::NAN)).collect()
 }
 
 /// A function of two signals, sample by sample.
@@ -88,18 +64,20 @@ pub fn zip(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| of(*a, *b)).collect()
 }
 
+/// Mean of the samples that are there.
+pub fn mean(x: &[f64]) -> Option<f64> {
+    mean_of(x, |v| v)
+}
+
+fn mean_of(x: &[f64], of: impl Fn(f64) -> f64) -> Option<f64> {
+    let finite = || x.iter().filter(|v| v.is_finite());
+    let count = finite().count();
+    (count > 0).then(|| finite().map(|v| of(*v)).sum::<f64>() / count as f64)
+}
+
 /// Root of the mean square of the samples that are there; 0 without any.
 pub fn rms(x: &[f64]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0_u32);
-    for value in x.iter().filter(|v| v.is_finite()) {
-        sum += value * value;
-        count += 1;
-    }
-    if count == 0 {
-        0.0
-    } else {
-        (sum / f64::from(count)).sqrt()
-    }
+    mean_of(x, |v| v * v).map_or(0.0, f64::sqrt)
 }
 
 /// Median of the samples that are there.

@@ -6,18 +6,16 @@
 //! acceleration the other way round, too.
 
 use crate::check::fit::fit;
-use crate::check::links::Sign;
 use crate::check::readings::Readings;
+use crate::check::recording::SMOOTHING;
 use crate::check::report::Finding;
 use crate::check::rest::rest;
-use crate::check::rewire::{Change, Channel, Tested};
+use crate::check::rewire::{Change, Channel};
 use crate::check::signal::smooth;
 
 /// Time from the first motion on that counts as the start, and as much rest before it as there is,
 /// s.
 const START: f64 = 1.0;
-/// Time over which torques are averaged, s: as spin speeds.
-const SMOOTHING: f64 = 0.05;
 /// Share of a torque's change that the acceleration explains at a start on even ground.
 const EXPLAINED: f64 = 0.5;
 /// Time for which residuals are correlated, s.
@@ -27,72 +25,65 @@ const GATE: f64 = 5.0;
 
 const TEST: &str = "sign at the start";
 
-/// All findings, and what to change; for encoders of one sign. `forward` is that of the
-/// acceleration by the inclinometers.
-pub fn findings(log: &Readings<'_>, forward: Sign, body_link: Option<usize>) -> Tested {
-    let (recording, motion) = (&log.recording, &log.motion);
+/// All findings, for encoders of one sign. `forward` is that of the acceleration by the
+/// inclinometers.
+pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
+    let (recording, robot) = (&log.recording, log.stated.robot);
     let end = rest(recording);
     let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
     let range = end.saturating_sub(before)..(end + after).min(recording.len());
     let half = recording.steps(0.5 * SMOOTHING);
-    let acceleration = motion.derivative(recording, &motion.middle_spin);
-    let constant = vec![1.0; range.len()];
+    let acceleration = recording.derivative(&recording.middle_spin);
+    let (acceleration, constant) = (&acceleration[range.clone()], vec![1.0; range.len()]);
     let correlated = (recording.steps(CORRELATED) as f64).sqrt();
     let coefficients = [0, 1, 2].map(|i| {
-        let torque = smooth(&recording.torque[i], half);
+        let torque = &smooth(&recording.torque[i], half)[range.clone()];
         // The mean of the torque explains nothing.
-        let mean = fit(&torque[range.clone()], &[&constant])?.coefficients[0];
-        let torque: Vec<f64> = torque[range.clone()].iter().map(|t| t - mean).collect();
-        let found = fit(&torque, &[&acceleration[range.clone()], &constant])?;
+        let mean = fit(torque, &[&constant])?.coefficients[0];
+        let torque: Vec<f64> = torque.iter().map(|t| t - mean).collect();
+        let found = fit(&torque, &[acceleration, &constant])?;
         let value = found.coefficients[0];
         let known = value.abs() > GATE * correlated * found.deviations[0];
         (known && found.explained > EXPLAINED).then_some(value)
     });
-    let mut all = Tested::default();
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
-    if forward == Sign::Negative || is_backwards && forward == Sign::Positive {
-        let (mut finding, mut changes) = common(is_backwards, forward);
-        if let Some(body) = body_link.filter(|_| !is_backwards) {
+    if forward < 0.0 || is_backwards && forward > 0.0 {
+        let mut finding = common(is_backwards, forward);
+        if let Some(body) = log.stated.body_link().filter(|_| !is_backwards) {
             // The sign of the body's readings alone.
-            changes.push(Change::Pin(body));
-            finding = finding.fault("the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques");
+            let remedy = "the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques";
+            finding = finding.change([Change::Pin(body)]).fault(remedy);
         }
-        all.add(finding, changes);
-        return all;
+        return vec![finding];
     }
     // Rotor, wheel, and a third of the robot.
-    let (mass, radius) = (&log.robot.mass, log.robot.geometry.wheel_radius);
+    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
     let expected = mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0;
-    for (i, coefficient) in coefficients.into_iter().enumerate() {
+    let of_torque = |i: usize| {
         let torque = Channel::Torque(i);
-        let Some(coefficient) = coefficient else {
+        let Some(coefficient) = coefficients[i] else {
             let figure = "the torque does not follow the acceleration of a start";
-            let finding = Finding::ok(TEST, torque, figure);
-            all.add(
-                finding.cannot_tell("start on even ground, after a rest"),
-                None,
-            );
-            continue;
+            let remedy = "start on even ground, after a rest";
+            return Finding::ok(TEST, torque, figure).cannot_tell(remedy);
         };
         let figure = format!(
             "{coefficient:.2} N m for each rad/s^2 of the wheels; positive is right, the robot's inertias ask for {expected:.2}"
         );
         let finding = Finding::ok(TEST, torque, figure).with("coefficient", coefficient, "N m s^2");
         if coefficient > 0.0 {
-            all.add(finding, None);
-        } else {
-            let remedy = format!("change the sign of {torque}: driving forward is positive");
-            all.add(finding.fault(remedy), [Change::Factor(torque, -1.0)]);
+            return finding;
         }
-    }
-    all
+        let remedy = format!("change the sign of {torque}: driving forward is positive");
+        finding.fault(remedy).change([Change::Factor(torque, -1.0)])
+    };
+    [0, 1, 2].map(of_torque).into()
 }
 
 /// Signs of a whole group: torques, encoders or the sensors of both links.
-fn common(torques_are_backwards: bool, forward: Sign) -> (Finding, Vec<Change>) {
-    let factor = |channel: &Channel| Change::Factor(*channel, -1.0);
-    let (names, figure, remedy, channels) = match (torques_are_backwards, forward) {
-        (true, Sign::Negative) => (
+fn common(torques_are_backwards: bool, forward: f64) -> Finding {
+    let turned = |channel: &Channel| Change::Factor(*channel, -1.0);
+    let (names, figure, remedy, channels) = match (torques_are_backwards, forward < 0.0) {
+        (true, true) => (
             "encoders 1 to 3",
             "the wheels turn against their torques and against the acceleration that the inclinometers show",
             "the signs of all encoders are wrong: forward is positive",
@@ -111,6 +102,6 @@ fn common(torques_are_backwards: bool, forward: Sign) -> (Finding, Vec<Change>) 
             &Channel::ALL[6..],
         ),
     };
-    let changes = channels.iter().map(factor).collect();
-    (Finding::ok(TEST, names, figure).fault(remedy), changes)
+    let finding = Finding::ok(TEST, names, figure).fault(remedy);
+    finding.change(channels.iter().map(turned))
 }

@@ -1,9 +1,9 @@
 //! Channels that do not change, and channels at the end of their range.
 
-use crate::check::Stated;
+use crate::check::readings::Stated;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
-use robhaz_estimator::{NoiseBudget, SensorFrame};
+use robhaz_estimator::SensorFrame;
 use robhaz_model::Units;
 use std::f64::consts::TAU;
 
@@ -22,24 +22,12 @@ const STUCK: &str = "stuck";
 const RANGE: &str = "range";
 const COLUMNS: &str = "columns";
 
-/// White noise of a sample of a channel by the budget, in the reading's unit; 0 for a channel that
-/// may be constant.
-const fn noise(channel: Channel, budget: &NoiseBudget) -> f64 {
-    match channel {
-        Channel::Encoder(_) => 0.0,
-        Channel::Torque(_) => budget.torque_noise,
-        Channel::Gyro(_) => budget.rate_noise,
-        Channel::Inclinometer(_) => budget.inclination_noise,
-    }
-}
-
 /// All findings.
 pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
-    let budget = &stated.budget;
     let driving = driving(frames, TURNS / Units::of(stated.robot).time);
     let mut findings = Vec::new();
     for channel in Channel::ALL {
-        let noise = noise(channel, budget);
+        let noise = channel.noise(&stated.budget);
         findings.push(stuck(frames, &driving, channel, noise));
         if let Channel::Encoder(_) = channel {
             findings.extend(wrapped(frames, channel));
@@ -56,21 +44,18 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
 fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (k, a) in Channel::ALL.into_iter().enumerate() {
-        for b in Channel::ALL
-            .into_iter()
-            .skip(k + 1)
-            .filter(|b| a.is_like(*b) && !(of_body && *b == Channel::Gyro(1)))
-        {
+        let is_other = |b: &Channel| a.is_like(*b) && !(of_body && *b == Channel::Gyro(1));
+        for b in Channel::ALL.into_iter().skip(k + 1).filter(is_other) {
             let pair = |f: &SensorFrame| Some((a.value(f)?, b.value(f)?));
             let pairs = || frames.iter().filter_map(pair);
             let first = pairs().next().map_or(0.0, |(x, _)| x);
             let equal = |(x, y): (f64, f64)| x.to_bits() == y.to_bits();
             if pairs().any(|(x, _)| x.to_bits() != first.to_bits()) && pairs().all(equal) {
-                let finding =
-                    Finding::ok(COLUMNS, format!("{a}, {b}"), "the same value in each frame");
-                let remedy =
-                    format!("the same column twice: map {a} and {b} to columns of their own");
-                findings.push(finding.fault(remedy));
+                let channels = format!("{a}, {b}");
+                let finding = Finding::ok(COLUMNS, channels, "the same value in each frame");
+                findings.push(finding.fault(format!(
+                    "the same column twice: map {a} and {b} to columns of their own"
+                )));
             }
         }
     }
@@ -107,21 +92,18 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
 /// before.
 fn driving(frames: &[SensorFrame], turns: f64) -> Vec<[bool; 3]> {
     let mut from = 0;
-    frames
-        .iter()
-        .enumerate()
-        .map(|(i, frame)| {
-            while frame.time - frames[from].time > 0.25 && from < i {
-                from += 1;
-            }
-            let before = &frames[from];
-            let elapsed = frame.time - before.time;
-            [0, 1, 2].map(|w| match (frame.wheel_angle[w], before.wheel_angle[w]) {
-                (Some(a), Some(b)) if elapsed > 0.1 => (a - b).abs() > turns * elapsed,
-                _ => false,
-            })
+    let turning = |(i, frame): (usize, &SensorFrame)| {
+        while frame.time - frames[from].time > 0.25 && from < i {
+            from += 1;
+        }
+        let before = &frames[from];
+        let elapsed = frame.time - before.time;
+        [0, 1, 2].map(|w| match (frame.wheel_angle[w], before.wheel_angle[w]) {
+            (Some(a), Some(b)) if elapsed > 0.1 => (a - b).abs() > turns * elapsed,
+            _ => false,
         })
-        .collect()
+    };
+    frames.iter().enumerate().map(turning).collect()
 }
 
 /// The longest time for which a channel repeats its value while the other wheels turn (two of them
@@ -170,33 +152,23 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise:
 /// from repeating a value.
 fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Finding> {
     let values: Vec<f64> = frames.iter().filter_map(|f| channel.value(f)).collect();
-    let (least, most) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-            (a.min(*v), b.max(*v))
-        });
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if noise <= 0.0 || values.is_empty() || least >= most {
         return None;
     }
-    let (mut elsewhere, mut at_end) = (0, 0);
+    let (mut elsewhere, mut at_end, mut share) = (0, 0, 0);
     let mut limit = most;
-    let mut share = 0;
-    let mut start = 0;
-    for i in 1..=values.len() {
-        if i < values.len() && values[i].to_bits() == values[start].to_bits() {
-            continue;
-        }
-        let run = i - start;
-        let is = |end: f64| values[start].to_bits() == end.to_bits();
-        if is(least) || is(most) {
-            if run > at_end {
-                (at_end, limit) = (run, values[start]);
+    for run in values.chunk_by(|a, b| a.to_bits() == b.to_bits()) {
+        let (value, count) = (run[0], run.len());
+        if [least, most].map(f64::to_bits).contains(&value.to_bits()) {
+            if count > at_end {
+                (at_end, limit) = (count, value);
             }
-            share += run;
+            share += count;
         } else {
-            elsewhere = elsewhere.max(run);
+            elsewhere = elsewhere.max(count);
         }
-        start = i;
     }
     let share = 100.0 * share as f64 / values.len() as f64;
     let figure = format!(

@@ -1,6 +1,6 @@
 //! The columns of `estimate-NAME`.
 
-use super::column::{Source, Table, WHEEL, columns, pin_force_description};
+use super::{Source, Table, WHEEL, pin_force_description};
 use robhaz_estimator::ContactState;
 use robhaz_model::Pin;
 use robhaz_score::estimated_needed_friction;
@@ -11,31 +11,29 @@ impl Table {
     pub fn estimate(index: usize, name: &str) -> Self {
         let mut table = Self::new(format!("estimate-{name}"));
         for (i, of) in WHEEL.into_iter().enumerate() {
-            table.columns.extend(columns! { estimate index; wheel(i), of;
+            columns! { table, estimate index; wheel(i), of;
                 "normal_force", "N", "normal force N" => move |e| Some(e.normal_force[i]);
                 "traction", "N", "traction T, driving forward positive" => move |e| Some(e.traction[i]);
                 "needed_friction", "1", "needed friction mu_n = T/N, with Kalman filters also by what the ground's memory \
                  knows of the slope; empty without load" => move |e| Some(estimated_needed_friction(e, i)?.0);
-            });
+            }
         }
-        table.columns.extend(columns! { estimate index; "", "";
+        columns! { table, estimate index; "", "";
             "body_pitch", "rad", "body's pitch from the nominal pose, nose up positive" => |e| Some(e.posture.body);
-        });
+        }
         for i in 0..3 {
             let (start, of) = (format!("link{}_", i + 1), format!("link{}: ", i + 1));
-            table.columns.extend(columns! { estimate index; start, of;
+            columns! { table, estimate index; start, of;
                 "angle", "rad", "turn from the nominal pose, counter-clockwise" => move |e| Some(e.posture.links[i]);
-            });
+            }
         }
         table.add_pins(index);
-        table.columns.extend(
-            columns! { estimate index; "residual_", "what is left of eq. (8): ";
-                "force_x", "N", "horizontal force" => |e| Some(e.residual[0]);
-                "force_y", "N", "vertical force" => |e| Some(e.residual[1]);
-                "moment_link1", "N m", "moment of link1 about Q" => |e| Some(e.residual[2]);
-                "moment_link2", "N m", "moment of link2 about Q" => |e| Some(e.residual[3]);
-            },
-        );
+        columns! { table, estimate index; "residual_", "what is left of eq. (8): ";
+            "force_x", "N", "horizontal force" => |e| Some(e.residual[0]);
+            "force_y", "N", "vertical force" => |e| Some(e.residual[1]);
+            "moment_link1", "N m", "moment of link1 about Q" => |e| Some(e.residual[2]);
+            "moment_link2", "N m", "moment of link2 about Q" => |e| Some(e.residual[3]);
+        }
         table.add_stated_errors(index);
         (0..3).for_each(|i| table.add_contact_state(index, i));
         table
@@ -47,25 +45,22 @@ impl Table {
         // Q from Q is zero.
         for (k, pin) in pins().filter(|(_, pin)| *pin != Pin::Q) {
             let of = format!("pin {} from pin Q", pin.name().to_uppercase());
-            self.columns
-                .extend(columns! { estimate index; start(pin), of;
-                    "from_q_x", "m", ", forward" => move |e| Some(e.pin_from_q[k].x);
-                    "from_q_y", "m", ", up" => move |e| Some(e.pin_from_q[k].y);
-                });
+            columns! { self, estimate index; start(pin), of;
+                "from_q_x", "m", ", forward" => move |e| Some(e.pin_from_q[k].x);
+                "from_q_y", "m", ", up" => move |e| Some(e.pin_from_q[k].y);
+            }
         }
         for (k, pin) in pins() {
-            self.columns.extend(
-                columns! { estimate index; start(pin), pin_force_description(pin);
-                    "force_x", "N", ", forward" => move |e| Some(e.pin_force[k].x);
-                    "force_y", "N", ", up" => move |e| Some(e.pin_force[k].y);
-                },
-            );
+            columns! { self, estimate index; start(pin), pin_force_description(pin);
+                "force_x", "N", ", forward" => move |e| Some(e.pin_force[k].x);
+                "force_y", "N", ", up" => move |e| Some(e.pin_force[k].y);
+            }
         }
     }
 
     /// Stated standard deviations, parity and flags, and sensor errors that the estimator found.
     fn add_stated_errors(&mut self, index: usize) {
-        self.columns.extend(columns! { estimate index; "", "";
+        columns! { self, estimate index; "", "";
             "parity", "N", "the redundancy of eq. (8), zero for consistent forces" => |e| e.parity.map(|p| p.value);
             "parity_sigma", "N", "standard deviation expected of the parity residual; empty without covariance" =>
                 |e| e.parity.filter(|_| e.covariance.is_some()).map(|p| p.sigma);
@@ -75,9 +70,9 @@ impl Table {
             "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, \
              32; contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or \
              mass 16384; empty without Kalman filters" => |e| e.health.map(|health| f64::from(health.faulty.bits()));
-        });
+        }
         for (i, of) in WHEEL.into_iter().enumerate() {
-            self.columns.extend(columns! { estimate index; wheel(i), of;
+            columns! { self, estimate index; wheel(i), of;
                 "normal_force_sigma", "N", "standard deviation of N; empty without covariance" =>
                     move |e| e.sigma_normal(i);
                 "traction_sigma", "N", "standard deviation of T; empty without covariance" => move |e| e.sigma_traction(i);
@@ -88,17 +83,17 @@ impl Table {
                     move |e| e.contact_angle_sigma.map(|sigma| sigma[i]);
                 "contact_angle_error", "rad", "error found of the contact angle given; empty without Kalman filters or given \
                  angles" => move |e| Some(e.reading_errors?.contact_angle?[i].0);
-            });
+            }
         }
-        self.columns.extend(columns! { estimate index; "", "";
+        columns! { self, estimate index; "", "";
             "gear_friction", "N m", "dry friction found in the gears, common to all; empty without Kalman filters" =>
                 |e| e.reading_errors.map(|r| r.gear_friction.0);
-        });
+        }
     }
 
     /// Estimated contact state of a wheel as small integers, its slip and its friction.
     fn add_contact_state(&mut self, index: usize, i: usize) {
-        self.columns.extend(columns! { estimate index; wheel(i), WHEEL[i];
+        columns! { self, estimate index; wheel(i), WHEEL[i];
             "contacts", "1", "contacts found, 0 (in the air), 1 or 2; empty without Kalman filters" =>
                 move |e| Some(match e.contact?[i].state {
                     ContactState::InAir => 0.0,
@@ -113,7 +108,7 @@ impl Table {
                 move |e| estimated_needed_friction(e, i)?.1;
             "friction_margin", "1", "upper bound of the known mu_max less |mu_n|; empty before a wheel has slipped" =>
                 move |e| e.friction?[i].margin;
-        });
+        }
     }
 }
 

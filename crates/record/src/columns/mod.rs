@@ -1,16 +1,128 @@
 //! The columns of every table, each declared once: name, unit, description, and the source of its
 //! values.
 
-mod column;
+use robhaz_estimator::Estimate;
+use robhaz_model::{Bar, Pin, Suspension};
+use robhaz_run::{Frame, RunDescription};
+use robhaz_sim::Truth;
+
+/// Adds columns to a table, a line each: name, unit, meaning, value. They share what makes a [`Source`]
+/// of the value, the start of their names, and that of their descriptions.
+macro_rules! columns {
+    ($table:expr, estimate $i:expr; $start:expr, $of:expr; $($name:literal, $unit:literal, $meaning:literal => $get:expr;)*) => {
+        $table.columns.extend([$($crate::columns::Column::new(
+            [&$start, $name], $unit, [&$of, $meaning], Source::estimate($i, $get),
+        )),*])
+    };
+    ($table:expr, $source:path; $start:expr, $of:expr; $($name:literal, $unit:literal, $meaning:literal => $get:expr;)*) => {
+        $table.columns.extend([$($crate::columns::Column::new([&$start, $name], $unit, [&$of, $meaning], $source($get))),*])
+    };
+}
+
 mod estimate;
 mod sensors;
 mod truth;
 
-pub use column::{Column, Kind, Table};
-use robhaz_model::Suspension;
-use robhaz_run::RunDescription;
+/// The values that a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number in the column's unit.
+    Float,
+    /// A number that can be missing: a lost reading, no estimate, or one that is not finite.
+    Optional,
+    /// A count.
+    Count,
+}
+
+/// Takes a column's values out of records: several values then cost one dynamic call.
+type Get = Box<dyn Fn(&[Frame<'_>], &mut Vec<f64>) + Send + Sync>;
+
+/// The source of a column's values, and their kind. A value that is missing is NaN.
+struct Source(Kind, Get);
+
+impl Source {
+    fn new(kind: Kind, get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
+        let all = move |frames: &[Frame<'_>], to: &mut Vec<f64>| to.extend(frames.iter().map(&get));
+        Self(kind, Box::new(all))
+    }
+
+    fn record(get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
+        Self::new(Kind::Float, get)
+    }
+
+    fn record_or_none(get: impl Fn(&Frame<'_>) -> Option<f64> + Send + Sync + 'static) -> Self {
+        Self::new(Kind::Optional, move |f| get(f).unwrap_or(f64::NAN))
+    }
+
+    fn truth(get: impl Fn(&Truth) -> f64 + Send + Sync + 'static) -> Self {
+        Self::new(Kind::Float, move |f| f.truth.map_or(f64::NAN, &get))
+    }
+
+    fn truth_count(get: impl Fn(&Truth) -> u32 + Send + Sync + 'static) -> Self {
+        let get = move |f: &Frame<'_>| f64::from(f.truth.map_or(0, &get));
+        Self::new(Kind::Count, get)
+    }
+
+    /// Of the run's estimator number `index` (from 0).
+    fn estimate(
+        index: usize,
+        get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
+    ) -> Self {
+        Self::record_or_none(move |f| f.estimates.get(index)?.as_ref().ok().and_then(&get))
+    }
+}
+
+/// A column of a table.
+pub struct Column {
+    /// Its name, fixed: scripts rely on it.
+    pub name: String,
+    /// Its unit, SI; `1` where it has none.
+    pub unit: &'static str,
+    /// Its content, in a few words.
+    pub description: String,
+    /// The kind of its values.
+    pub kind: Kind,
+    get: Get,
+}
+
+impl Column {
+    /// Name and description have two parts.
+    fn new(name: [&str; 2], unit: &'static str, description: [&str; 2], source: Source) -> Self {
+        let Source(kind, get) = source;
+        Self {
+            name: name.concat(),
+            unit,
+            description: description.concat(),
+            kind,
+            get,
+        }
+    }
+
+    /// Adds the values in records. Of [`Kind::Optional`] a value that is not finite is missing.
+    pub fn add(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
+        (self.get)(frames, to);
+    }
+}
+
+/// A table: a row for each record of the run.
+pub struct Table {
+    /// Name, and stem of its file.
+    pub name: String,
+    /// Its columns, in order; the first is `time`.
+    pub columns: Vec<Column>,
+}
 
 impl Table {
+    /// A table that has the time of the record as its first column.
+    fn new(name: impl Into<String>) -> Self {
+        let mut table = Self {
+            name: name.into(),
+            columns: Vec::new(),
+        };
+        columns! { table, Source::record; "", ""; "time", "s", "time since the start" => |f| f.time; }
+        table
+    }
+
     /// All tables of a run: `truth` of a simulation, `sensors`, `commands` of a control that takes
     /// readings, and one for each estimator.
     pub fn all(run: &RunDescription) -> Vec<Self> {
@@ -31,4 +143,16 @@ impl Table {
         }
         tables
     }
+}
+
+const WHEEL: [&str; 3] = ["front wheel: ", "middle wheel: ", "rear wheel: "];
+
+fn pin_force_description(pin: Pin) -> String {
+    let (receiver, giver) = pin.bars();
+    format!(
+        "force in pin {} on {} from {}",
+        pin.name().to_uppercase(),
+        Bar::name(receiver),
+        Bar::name(giver)
+    )
 }

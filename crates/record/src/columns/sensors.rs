@@ -1,31 +1,29 @@
 //! The columns of `sensors` and `commands`.
 
-use super::column::{Source, Table, WHEEL, columns};
+use super::{Source, Table, WHEEL};
 use robhaz_model::WheelCommand;
 
 impl Table {
     /// `sensors`: the readings, which are all that an estimator sees; empty where a reading was
     /// lost.
     pub fn sensors() -> Self {
-        let time = columns! { Source::record; "", ""; "time", "s", "time stamp of the sample" => |f| f.sensors.time; };
-        let mut table = Self {
-            columns: time.into(),
-            ..Self::new("sensors")
-        };
+        let mut table = Self::new("sensors");
+        table.columns.clear();
+        columns! { table, Source::record; "", ""; "time", "s", "time stamp of the sample" => |f| f.sensors.time; }
         for (i, of) in WHEEL.into_iter().enumerate() {
-            table.columns.extend(columns! { Source::record_or_none; format!("wheel{}_", i + 1), of;
+            columns! { table, Source::record_or_none; format!("wheel{}_", i + 1), of;
                 "angle", "rad", "encoder, turn against its link, forward positive" => move |f| f.sensors.wheel_angle[i];
                 "motor_torque", "N m", "motor torque from its current, after the gear, forward positive" =>
                     move |f| f.sensors.motor_torque[i];
                 "contact_angle", "rad", "contact angle gamma as given to the estimators" => move |f| f.sensors.contact_angle[i];
-            });
+            }
         }
-        table.columns.extend(columns! { Source::record_or_none; "", "";
+        columns! { table, Source::record_or_none; "", "";
             "link1_inclination", "rad", "inclinometer on link1, turn from the nominal pose" => |f| f.sensors.link1.inclination;
             "link1_rate", "rad/s", "rate gyroscope on link1" => |f| f.sensors.link1.rate;
             "link2_inclination", "rad", "inclinometer on link2, turn from the nominal pose" => |f| f.sensors.link2.inclination;
             "link2_rate", "rad/s", "rate gyroscope on link2" => |f| f.sensors.link2.rate;
-        });
+        }
         table
     }
 
@@ -35,7 +33,7 @@ impl Table {
     pub fn commands() -> Self {
         let mut table = Self::new("commands");
         for (i, of) in WHEEL.into_iter().enumerate() {
-            table.columns.extend(columns! { Source::record_or_none; format!("wheel{}_", i + 1), of;
+            columns! { table, Source::record_or_none; format!("wheel{}_", i + 1), of;
                 "torque_command", "N m", "commanded motor torque, forward positive" => move |f| match f.commands?[i] {
                     WheelCommand::Torque(torque) => Some(torque),
                     WheelCommand::Planned | WheelCommand::Speed(_) => None,
@@ -44,7 +42,7 @@ impl Table {
                     WheelCommand::Speed(speed) => Some(speed),
                     WheelCommand::Planned | WheelCommand::Torque(_) => None,
                 };
-            });
+            }
         }
         table
     }

@@ -1,7 +1,6 @@
 //! The ground as an estimator has found it, beside the true one.
 
-use super::header::{Entry, Header, Mark};
-use super::page::{Column, Page, Scale};
+use super::page::{Column, Entry, Header, Mark, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
 use super::style::{TERRAIN, band_color, estimate_line, truth_line};

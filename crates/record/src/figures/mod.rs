@@ -1,26 +1,18 @@
 //! Figures of a run: Figs. 5 to 8 of the paper, all estimators, and the robot on the ground.
 
-mod area;
-mod clip;
-mod comparison;
-mod files;
 mod ground;
-mod header;
 mod page;
 mod panel;
 mod paper;
 mod path;
 mod run;
-mod strip;
 pub mod style;
 mod trace;
 
 pub use crate::quantile::extremes;
-pub use files::write_figure;
-pub use header::{Entry, Header, Mark};
-pub use page::{Column, Page, Scale};
+pub use page::{Column, Entry, Header, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
-pub use strip::{SPACING, Strip};
+pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
@@ -87,43 +79,6 @@ impl FigureSink {
             false => stem == *name && stem != "needed_friction",
         })
     }
-
-    fn draw(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
-        let Some(mut run) = self.run.take().filter(|run| run.end > 0.0) else {
-            return Ok(());
-        };
-        run.finish(end);
-        let run = &run;
-        let mut figures: Vec<(String, Page)> = Vec::new();
-        if run.has_truth() || run.shown.is_some() {
-            if run.geometry.suspension == Suspension::FourBar {
-                figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
-            }
-            figures.push(("fig6_forces".to_owned(), paper::forces(run)));
-        }
-        for e in &run.estimators {
-            figures.push((e.figure.0.clone(), paper::normal_forces(run, e)));
-            if e.needed.iter().any(Estimated::has_band) {
-                let stem = format!("needed_friction_{}", e.name);
-                figures.push((stem, paper::needed_friction(run, e)));
-            }
-        }
-        if run.has_truth() && !run.estimators.is_empty() {
-            figures.push(("comparison".to_owned(), comparison::comparison(run)));
-        }
-        for (k, e) in run.estimators.iter().enumerate() {
-            let points = run.terrains.compared(k, run.ground.as_ref());
-            let page = ground::ground(run, &e.name, &points);
-            figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
-        }
-        if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
-            figures.push(("path".to_owned(), path::path(run, ground)));
-        }
-        // On all cores: all of them, and the first failure.
-        let write = |(stem, page): &(String, Page)| write_figure(&self.folder, stem, page);
-        let written: Vec<_> = figures.par_iter().map(write).collect();
-        written.into_iter().collect()
-    }
 }
 
 impl Sink for FigureSink {
@@ -144,6 +99,39 @@ impl Sink for FigureSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        Ok(self.draw(end)?)
+        let Some(mut run) = self.run.take().filter(|run| run.end > 0.0) else {
+            return Ok(());
+        };
+        run.finish();
+        let run = &run;
+        let mut figures: Vec<(String, Page)> = Vec::new();
+        if run.has_truth() || run.shown.is_some() {
+            if run.geometry.suspension == Suspension::FourBar {
+                figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
+            }
+            figures.push(("fig6_forces".to_owned(), paper::forces(run)));
+        }
+        for e in &run.estimators {
+            figures.push((e.figure.0.clone(), paper::normal_forces(run, e)));
+            if e.needed.iter().any(Estimated::has_band) {
+                let stem = format!("needed_friction_{}", e.name);
+                figures.push((stem, paper::needed_friction(run, e)));
+            }
+        }
+        if run.has_truth() && !run.estimators.is_empty() {
+            figures.push(("comparison".to_owned(), paper::comparison(run)));
+        }
+        for (k, e) in run.estimators.iter().enumerate() {
+            let points = run.terrains.compared(end, k, run.ground.as_ref());
+            let page = ground::ground(run, &e.name, &points);
+            figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
+        }
+        if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
+            figures.push(("path".to_owned(), path::path(run, ground)));
+        }
+        // On all cores: all of them, and the first failure.
+        let write = |(stem, page): &(String, Page)| write_figure(&self.folder, stem, page);
+        let written: Vec<_> = figures.par_iter().map(write).collect();
+        Ok(written.into_iter().collect::<Result<(), RecordError>>()?)
     }
 }

@@ -1,11 +1,8 @@
 //! One panel: lines and areas over time, or over the position on the ground.
 
-use super::area::{Area, Drawn, write};
-use super::clip::{clamp, cut, range, tidy};
-use super::header::dashed;
 use super::style::{
-    SCALE, START, band_color, estimate_line, frame_line, grid_line, line, text, truth_line, units,
-    upward_text,
+    Area, Drawn, GRID, SCALE, START, band_color, estimate_line, frame_line, line, path, text,
+    truth_line, units, upward_text, write,
 };
 use super::trace::{Estimated, Point, Trace};
 use crate::quantile::extremes;
@@ -21,6 +18,12 @@ pub const PANEL_TITLE: f64 = 22.0;
 pub const Y_LABELS: f64 = 58.0;
 /// Height of the labels below it, px.
 pub const X_LABELS: f64 = 40.0;
+/// Share of the values on each side that may lie outside of the bulk.
+pub const TAIL: f64 = 0.005;
+/// Largest distance of the range from the bulk, in heights of the bulk.
+const REACH: f64 = 0.5;
+/// Margin above and below the values, as a share of the range.
+const MARGIN: f64 = 0.06;
 
 /// A layer of a panel: a line, and areas below the lines of all layers. Lines are drawn in the
 /// order of the layers.
@@ -53,18 +56,10 @@ impl Layer {
     }
 
     /// True values, with every peak.
-    pub fn truth(trace: &Trace) -> Self {
+    pub fn peaks(trace: &Trace, style: ShapeStyle) -> Self {
         Self {
             counts_early: true,
-            ..Self::line(trace.extremes(), truth_line())
-        }
-    }
-
-    /// True values in a colour, with every peak.
-    pub fn colored(trace: &Trace, color: RGBColor) -> Self {
-        Self {
-            counts_early: true,
-            ..Self::line(trace.extremes(), line(color, 1.4))
+            ..Self::line(trace.extremes(), style)
         }
     }
 
@@ -165,37 +160,16 @@ pub struct Axis {
 impl Axis {
     /// An axis of places, at which all estimates count.
     pub fn of_places(label: &'static str, range: Range<f64>) -> Self {
-        let compare_from = range.start;
         Self {
             label,
+            compare_from: range.start,
             range,
-            compare_from,
         }
     }
 }
 
 /// A chart over the horizontal axis.
 type Chart<'a, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Y>>;
-
-/// Grid, axes and their labels.
-fn mesh<Y>(chart: &mut Chart<'_, Y>) -> Drawn
-where
-    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(grid_line())
-        .axis_style(frame_line())
-        .x_labels(11)
-        .y_labels(6)
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
-        .set_all_tick_mark_size(units(4.0))
-        .draw()?;
-    Ok(())
-}
 
 impl Panel {
     /// A panel with a linear axis and without a note. `least_span` in the unit of the data,
@@ -225,19 +199,14 @@ impl Panel {
     /// first samples, before its filters have settled, do not set it. Where nothing is compared,
     /// all estimates count.
     pub fn shared_range(panels: &[Self], axis: &Axis, tail: f64) -> Range<f64> {
-        let compared = axis.compare_from < axis.range.end;
-        let from = if compared {
-            axis.compare_from
-        } else {
-            f64::NEG_INFINITY
-        };
+        let from = Some(axis.compare_from).filter(|from| *from < axis.range.end);
+        let from = from.unwrap_or(f64::NEG_INFINITY);
         let layers = panels.iter().flat_map(|panel| &panel.layers);
         let values: Vec<f64> = layers.flat_map(|layer| layer.values(from)).collect();
         let least_span = panels.iter().map(|p| p.least_span).fold(0.0, f64::max);
-        if panels.iter().all(|p| p.logarithmic) {
-            decades(&values)
-        } else {
-            range(values, least_span, tail)
+        match panels.iter().all(|p| p.logarithmic) {
+            true => decades(&values),
+            false => range(values, least_span, tail),
         }
     }
 
@@ -255,19 +224,12 @@ impl Panel {
             .margin_right(units(2.0))
             .set_label_area_size(LabelAreaPosition::Left, units(Y_LABELS))
             .set_label_area_size(LabelAreaPosition::Bottom, below);
+        let x = axis.range.clone();
         if self.logarithmic {
             let y_axis = (y.start..y.end).log_scale();
-            self.draw_on(
-                builder.build_cartesian_2d(axis.range.clone(), y_axis)?,
-                axis,
-                y,
-            )?;
+            self.draw_on(builder.build_cartesian_2d(x, y_axis)?, axis, y)?;
         } else {
-            self.draw_on(
-                builder.build_cartesian_2d(axis.range.clone(), y.clone())?,
-                axis,
-                y,
-            )?;
+            self.draw_on(builder.build_cartesian_2d(x, y.clone())?, axis, y)?;
         }
         if labelled {
             let middle = Y_LABELS + 0.5 * (width - Y_LABELS);
@@ -286,7 +248,18 @@ impl Panel {
         let start = axis.compare_from.clamp(left, right);
         let not_compared = [(left, y.start), (start, y.end)];
         chart.draw_series([Rectangle::new(not_compared, START.filled())])?;
-        mesh(&mut chart)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(line(GRID, 0.7))
+            .axis_style(frame_line())
+            .x_labels(11)
+            .y_labels(6)
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
+            .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
+            .set_all_tick_mark_size(units(4.0))
+            .draw()?;
         for layer in &self.layers {
             let filled = layer.area_color.filled();
             let area = |area: &Vec<Point>| Polygon::new(clamp(area, y), filled);
@@ -294,11 +267,7 @@ impl Panel {
         }
         for layer in &self.layers {
             let lines = layer.lines.iter().map(|line| clamp(line, y));
-            if layer.is_dashed {
-                chart.draw_series(lines.map(|line| dashed(line, layer.style)))?;
-            } else {
-                chart.draw_series(lines.map(|line| PathElement::new(line, layer.style)))?;
-            }
+            chart.draw_series(lines.map(|line| path(line, layer.style, layer.is_dashed)))?;
         }
         for (words, place) in self.layers.iter().filter_map(|layer| layer.label.clone()) {
             let style = text(11.0, FontStyle::Normal, HPos::Center, VPos::Bottom);
@@ -346,4 +315,57 @@ fn decades(values: &[f64]) -> Range<f64> {
 /// The label of a tick, without the rounding error of binary fractions.
 fn tick(value: &f64) -> String {
     tidy(*value).to_string()
+}
+
+/// Range of a panel with these values, least first or not: all of them, unless a share `tail` on
+/// each side is far beyond the bulk. At least `least_span` high, so that noise does not fill a
+/// panel.
+fn range(mut values: Vec<f64>, least_span: f64, tail: f64) -> Range<f64> {
+    values.sort_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else {
+        return 0.0..least_span;
+    };
+    // An index into some thousand values.
+    let tail = (values.len() as f64 * tail) as usize;
+    let (low, high) = (values[tail], values[values.len() - 1 - tail]);
+    let bulk = (high - low).max(least_span);
+    let low = first.max(low - REACH * bulk);
+    let high = last.min(high + REACH * bulk);
+    let middle = 0.5 * (low + high);
+    let half = (0.5 + MARGIN) * (high - low).max(least_span);
+    middle - half..middle + half
+}
+
+/// A note where a panel does not show all values.
+fn cut(values: impl Iterator<Item = f64>, range: &Range<f64>) -> Option<String> {
+    let (low, high) = extremes(values);
+    let below = low < range.start;
+    let above = high > range.end;
+    let height = range.end - range.start;
+    let (low, high) = (rounded(low, height), rounded(high, height));
+    match (below, above) {
+        (true, true) => Some(format!("cut: {low} to {high}")),
+        (true, false) => Some(format!("cut: down to {low}")),
+        (false, true) => Some(format!("cut: up to {high}")),
+        (false, false) => None,
+    }
+}
+
+/// A value with two digits of the height of its axis, at most with units: 4.26 on an axis of 0.5 is
+/// not rounded to 4.
+fn rounded(value: f64, height: f64) -> f64 {
+    let unit = 10f64.powf((height.log10().floor() - 1.0).min(0.0));
+    tidy((value / unit).round() * unit)
+}
+
+/// A value without the rounding error of binary fractions.
+fn tidy(value: f64) -> f64 {
+    // Adding 0 turns -0 into 0.
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+/// The points of a line or corners of an area, with those outside of the range moved to its edge.
+fn clamp(corners: &[Point], range: &Range<f64>) -> Vec<Point> {
+    let inside = |p: &Point| (p.0, p.1.clamp(range.start, range.end));
+    corners.iter().map(inside).collect()
 }

@@ -1,10 +1,11 @@
-//! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
+//! Figs. 5 to 8 of the paper, figures of the same form for any estimator, and all estimators in one.
 
-use super::header::{Entry, Header, Mark};
-use super::page::{Column, Page, Scale};
+use super::page::{Column, Entry, Header, Mark, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
-use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, truth_line};
+use super::style::{
+    LINKAGE, START, WHEELS, band_color, estimate_line, estimator as look_of, line, truth_line,
+};
 use super::trace::{Estimated, Trace};
 use plotters::style::RGBColor;
 use robhaz_score::ForceErrors;
@@ -13,10 +14,16 @@ use robhaz_score::ForceErrors;
 const WHEEL_TITLES: [&str; 3] = ["Wheel 1 (front)", "Wheel 2 (middle)", "Wheel 3 (rear)"];
 /// Height of a panel, px.
 const HEIGHT: f64 = 138.0;
-const NORMAL_FORCE: &str = "normal force N (N)";
+
+/// A quantity of a wheel: name of the vertical axis, and least height of its range.
+type Quantity = (&'static str, f64);
+const NORMAL_FORCE: Quantity = ("normal force N (N)", 2.0);
+const TRACTION: Quantity = ("traction T (N)", 2.0);
+const NEEDED: Quantity = ("needed friction T/N", 0.02);
+const ERROR: Quantity = ("error of N (N)", 0.2);
 
 /// A figure over time.
-pub fn page(
+fn page(
     run: &RunTraces,
     title: &str,
     subtitle: String,
@@ -39,7 +46,7 @@ pub fn page(
 }
 
 /// The entry of the key that explains the shaded time before errors count, if there is any.
-pub fn start_entry(run: &RunTraces) -> Option<Entry> {
+fn start_entry(run: &RunTraces) -> Option<Entry> {
     let from = run.rule.compare_from;
     let label = format!("start, not compared (before {from} s)");
     (from > 0.0).then(|| Entry::new(Mark::area(START), label))
@@ -72,25 +79,18 @@ pub fn linkage(run: &RunTraces) -> Page {
 /// Fig. 6: N and T of every wheel.
 pub fn forces(run: &RunTraces) -> Page {
     let shown = shown(run);
-    let errors = shown.and_then(|e| e.score.normal_force().zip(e.score.traction()));
-    let normal = (0..3).map(|i| {
-        let estimate = shown.map(|e| &e.normal_force[i]);
-        let layers = layers(&run.normal_force[i], estimate, WHEELS[i]);
-        force_panel(i, NORMAL_FORCE, errors.map(|(n, _)| n.rmse[i]), layers)
-    });
-    let traction = (0..3).map(|i| {
-        let estimate = run.shown.as_ref().map(|s| &s.traction[i]);
-        let layers = layers(&run.traction[i], estimate, WHEELS[i]);
-        force_panel(i, "traction T (N)", errors.map(|(_, t)| t.rmse[i]), layers)
-    });
+    let normal = shown.map(|e| &e.normal_force);
+    let traction = run.shown.as_ref().map(|s| &s.traction);
+    let errors = |e: &EstimatorTraces| (e.score.normal_force(), e.score.traction());
+    let (of_normal, of_traction) = shown.map_or((None, None), errors);
     page(
         run,
         "Force distribution over the wheels (the paper's Fig. 6)",
         "normal forces and tractions".to_owned(),
         key(run, shown, &WHEELS, shown.is_some_and(has_band)),
         vec![
-            Column::new(Scale::Common, normal),
-            Column::new(Scale::Common, traction),
+            wheels(&run.normal_force, normal, NORMAL_FORCE, of_normal),
+            wheels(&run.traction, traction, TRACTION, of_traction),
         ],
     )
 }
@@ -99,18 +99,14 @@ pub fn forces(run: &RunTraces) -> Page {
 /// each with two standard deviations.
 pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let errors = estimator.score.normal_force();
-    let normal = (0..3).map(|i| {
-        let estimate = Some(&estimator.normal_force[i]);
-        let layers = layers(&run.normal_force[i], estimate, WHEELS[i]);
-        force_panel(i, NORMAL_FORCE, errors.map(|e| e.rmse[i]), layers)
-    });
-    let mut columns = vec![Column::new(Scale::Common, normal)];
+    let normal = Some(&estimator.normal_force);
+    let mut columns = vec![wheels(&run.normal_force, normal, NORMAL_FORCE, errors)];
     let banded = has_band(estimator);
     if banded && run.has_truth() {
         let error = (0..3).map(|i| {
             let error = Layer::estimate(&estimator.error[i], WHEELS[i]);
             let zero = Layer::level(0.0, &(0.0..run.end));
-            wheel_panel(i, "error of N (N)", 0.2, vec![zero, error])
+            wheel_panel(i, ERROR, vec![zero, error])
         });
         columns.push(Column::new(Scale::Common, error));
     }
@@ -125,18 +121,57 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
 
 /// Needed friction of every wheel with two standard deviations, of an estimator that states them.
 pub fn needed_friction(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
-    let panels = (0..3).map(|i| {
-        let estimate = Some(&estimator.needed[i]);
-        let layers = layers(&run.needed[i], estimate, WHEELS[i]);
-        wheel_panel(i, "needed friction T/N", 0.02, layers)
-    });
     page(
         run,
         &format!("Needed friction by {}", estimator.name),
         "friction coefficient that each wheel needs not to slip".to_owned(),
         key(run, Some(estimator), &WHEELS, true),
-        vec![Column::new(Scale::Common, panels)],
+        vec![wheels(&run.needed, Some(&estimator.needed), NEEDED, None)],
     )
+}
+
+/// Errors of N of every estimator: RMS over the wheels, and each wheel's own.
+pub fn comparison(run: &RunTraces) -> Page {
+    let rms = means(run, |e| &e.rms_error).collect();
+    let rms = Panel {
+        logarithmic: true,
+        ..Panel::new("RMS over the three wheels", ERROR.0, (0.0, 210.0), rms)
+    };
+    let wheels = (0..3).map(|i| {
+        let mut errors = vec![Layer::level(0.0, &(0.0..run.end))];
+        errors.extend(means(run, |e| &e.error[i].line));
+        wheel_panel(i, ERROR, errors)
+    });
+    let estimators = run.estimators.iter().enumerate();
+    let key = estimators.map(|(place, estimator)| {
+        let (color, is_dashed) = look_of(place);
+        let mark = if is_dashed { Mark::dashed } else { Mark::line };
+        let rmse = match estimator.score.normal_force() {
+            Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
+            None => "no true forces".to_owned(),
+        };
+        let label = format!("{}: {rmse}", estimator.name);
+        Entry::new(mark(line(color, 1.8)), label)
+    });
+    let interval = 1e3 * run.interval;
+    page(
+        run,
+        "Errors of the normal forces, all estimators",
+        format!("estimated minus true; means over {interval:.0} ms"),
+        key.chain(start_entry(run)).collect(),
+        vec![Column::new(Scale::Own, std::iter::once(rms).chain(wheels))],
+    )
+}
+
+/// The means of a trace of every estimator.
+fn means(
+    run: &RunTraces,
+    trace: impl Fn(&EstimatorTraces) -> &Trace,
+) -> impl Iterator<Item = Layer> {
+    run.estimators.iter().enumerate().map(move |(place, e)| {
+        let (color, is_dashed) = look_of(place);
+        Layer::mean(trace(e), color, is_dashed)
+    })
 }
 
 /// The estimator that Figs. 5 and 6 show.
@@ -149,32 +184,34 @@ fn has_band(estimator: &EstimatorTraces) -> bool {
 }
 
 /// A panel of a wheel.
-pub fn wheel_panel(
-    wheel: usize,
-    y_label: &'static str,
-    least_span: f64,
-    layers: Vec<Layer>,
-) -> Panel {
-    Panel::new(WHEEL_TITLES[wheel], y_label, (least_span, HEIGHT), layers)
+fn wheel_panel(wheel: usize, (y_label, span): Quantity, layers: Vec<Layer>) -> Panel {
+    Panel::new(WHEEL_TITLES[wheel], y_label, (span, HEIGHT), layers)
 }
 
-/// A panel of a force on a wheel, with its RMSE (N) as note.
-fn force_panel(
-    wheel: usize,
-    y_label: &'static str,
-    rmse: Option<f64>,
-    layers: Vec<Layer>,
-) -> Panel {
-    Panel {
-        note: rmse.map_or(String::new(), |r| format!("RMSE {r:.2} N")),
-        ..wheel_panel(wheel, y_label, 2.0, layers)
-    }
+/// A quantity of every wheel, true and estimated, with its RMSE (N) as note.
+fn wheels(
+    truth: &[Trace; 3],
+    estimates: Option<&[Estimated; 3]>,
+    quantity: Quantity,
+    errors: Option<ForceErrors>,
+) -> Column {
+    let panels = (0..3).map(|i| {
+        let layers = layers(&truth[i], estimates.map(|e| &e[i]), WHEELS[i]);
+        Panel {
+            note: errors.map_or(String::new(), |e| format!("RMSE {:.2} N", e.rmse[i])),
+            ..wheel_panel(i, quantity, layers)
+        }
+    });
+    Column::new(Scale::Common, panels)
 }
 
 /// Truth and estimate.
 fn layers(truth: &Trace, estimate: Option<&Estimated>, color: RGBColor) -> Vec<Layer> {
     let estimate = estimate.map(|estimate| Layer::estimate(estimate, color));
-    [Layer::truth(truth)].into_iter().chain(estimate).collect()
+    [Layer::peaks(truth, truth_line())]
+        .into_iter()
+        .chain(estimate)
+        .collect()
 }
 
 /// The key to panels of truth and one estimator.

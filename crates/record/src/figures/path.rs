@@ -1,18 +1,21 @@
-//! The robot on the ground, and N over the position of the wheels.
+//! A panel of the ground at equal scales of x and y; and the figure with the robot on it, and N over
+//! the position of the wheels.
 
-use super::header::{Entry, Header, Mark};
-use super::page::{Column, Page, Scale};
-use super::panel::{Axis, Layer, Panel};
+use super::page::{Column, Entry, Header, MARGIN, Mark, Page, Scale, WIDTH};
+use super::panel::{Axis, Layer, Panel, Y_LABELS};
 use super::run::RunTraces;
-use super::strip::{SPACING, Strip, pair};
-use super::style::{ROBOT, WHEELS, line};
-use super::trace::Point;
+use super::style::{GROUND, ROBOT, SURFACE, WHEELS, line};
+use super::trace::{Point, Trace};
 use crate::quantile::extremes;
 use robhaz_model::{Bar, Geometry, Pin, Vec2, rotate};
 use robhaz_sim::{ContactTruth, Truth};
 use robhaz_terrain::Terrain;
 use std::ops::Range;
 
+/// Spacing of the ground's points, m.
+pub const SPACING: f64 = 0.005;
+/// Width of the plot, px.
+const PLOT_WIDTH: f64 = WIDTH as f64 - 2.0 * MARGIN - Y_LABELS - 2.0;
 /// Least distance of two robots that are drawn, m.
 const DISTANCE: f64 = 0.85;
 /// Largest number of robots drawn; on a long path they stand farther apart.
@@ -26,6 +29,73 @@ const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
 /// Ground shown beside the wheels, m.
 const BESIDE: f64 = 0.15;
 
+/// The ground that is shown.
+pub struct Strip {
+    /// Places along the ground, m.
+    pub x: Range<f64>,
+    /// Heights, m.
+    y: Range<f64>,
+    /// px in a metre.
+    pub scale: f64,
+    /// The ground, and what stands on it.
+    pub layers: Vec<Layer>,
+}
+
+impl Strip {
+    /// Ground without anything on it: places and heights (m), at most `tallest` px high. Where the
+    /// height limits the scale, more ground is shown on both sides.
+    pub fn new(ground: &Terrain, shown: &Range<f64>, y: Range<f64>, tallest: f64) -> Self {
+        let length = shown.end - shown.start;
+        let scale = (PLOT_WIDTH / length).min(tallest / (y.end - y.start));
+        let more = 0.5 * (PLOT_WIDTH / scale - length);
+        let x = shown.start - more..shown.end + more;
+        let surface = reduced(&ground.outline(x.start, x.end, SPACING));
+        let mut below = surface.clone();
+        below.extend([(x.end, y.start), (x.start, y.start)]);
+        let surface = Layer::line(vec![surface], line(SURFACE, 1.6));
+        Self {
+            x,
+            y,
+            scale,
+            layers: vec![Layer::area(below, GROUND), surface],
+        }
+    }
+
+    /// The panel.
+    pub fn panel(self) -> Panel {
+        let height = self.scale * (self.y.end - self.y.start);
+        let title = "Ground, equal scales of x and y";
+        Panel {
+            range: Some(self.y),
+            ..Panel::new(title, "y (m)", (0.0, height), self.layers)
+        }
+    }
+}
+
+/// A line over x at the resolution of a figure: its ends, and the extremes between. A short one is
+/// kept whole.
+fn reduced(line: &[Vec2]) -> Vec<Point> {
+    let mut trace = Trace::new(line.len() as u64);
+    for point in line {
+        trace.add(point.x, Some(point.y));
+    }
+    let mut points = trace.extremes().concat();
+    if let (Some(first), Some(last)) = (line.first().map(pair), line.last().map(pair)) {
+        if points.first() != Some(&first) {
+            points.insert(0, first);
+        }
+        if points.last() != Some(&last) {
+            points.push(last);
+        }
+    }
+    points
+}
+
+/// A vector as a point.
+fn pair(point: &Vec2) -> Point {
+    (point.x, point.y)
+}
+
 /// The figure of the path of a run, which has a pose.
 pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     let wheels = run.poses.iter().flat_map(|pose| &pose.wheels);
@@ -37,12 +107,10 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
         .map(|(name, color)| Entry::new(Mark::line(line(color, 1.8)), name))
         .collect();
     let label = format!("arrows: N, {MEAN_LOAD_LENGTH} m are {:.0} N", run.mean_load);
-    key.push(Entry {
-        marks: Vec::new(),
-        label,
-    });
+    let marks = Vec::new();
+    key.push(Entry { marks, label });
     let lines = run.normal_force_at.iter().zip(WHEELS);
-    let lines = lines.map(|(trace, color)| Layer::colored(trace, color));
+    let lines = lines.map(|(trace, color)| Layer::peaks(trace, line(color, 1.4)));
     let panel = Panel::new(
         "Normal force over the place of each wheel",
         "normal force N (N)",

@@ -4,7 +4,7 @@ use super::trace::{Estimated, Trace};
 use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::{Estimate, EstimatorSettings};
 use robhaz_model::{Geometry, Pin, Vec2};
-use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 use robhaz_score::{
     Compared, Rms, Rule, Score, estimated_needed_friction, needed_friction, rms_over_wheels,
 };
@@ -84,11 +84,10 @@ impl RunTraces {
         let shown = estimators.iter().position(true_mass);
         let shown = shown.or_else(|| estimators.len().checked_sub(1));
         let robot = &run.robot.robot;
-        let rule = Rule {
-            compare_from: run.record.compare_from,
-        };
+        let compare_from = run.record.compare_from;
+        let rule = Rule { compare_from };
         // Records of an interval.
-        let interval = Trace::new(records).stride() as f64 / run.record.rate;
+        let interval = Trace::new(records).stride as f64 / run.record.rate;
         Self {
             rule,
             end: 0.0,
@@ -131,9 +130,8 @@ impl RunTraces {
             self.add_truth(frame.time, truth);
         }
         let compared = frame.truth.and_then(Compared::of);
-        let judged = frame
-            .truth
-            .map(|truth| (truth.time, self.rule.judge(truth)));
+        let judge = |truth: &Truth| (truth.time, self.rule.judge(truth));
+        let judged = frame.truth.map(judge);
         for (index, estimator) in self.estimators.iter_mut().enumerate() {
             let estimate = frame.estimates.get(index).and_then(|e| e.as_ref().ok());
             if let Some((time, judged)) = &judged {
@@ -169,9 +167,8 @@ impl RunTraces {
         self.last = Some(*truth);
     }
 
-    /// The run has ended: the last pose and the rest of the ground are kept too.
-    pub fn finish(&mut self, end: Option<&RunEnd>) {
-        self.terrains.finish(end);
+    /// The run has ended: the last pose is kept, too.
+    pub fn finish(&mut self) {
         self.poses.extend(self.last.take());
     }
 }
@@ -197,7 +194,7 @@ impl EstimatorTraces {
                 .map(|(n, c)| n - c.wheels[i].normal_force);
             let sigma = estimate.and_then(|e| e.sigma_normal(i));
             self.normal_force[i].add(time, normal, sigma);
-            self.error[i].add_error(time, error, sigma);
+            self.error[i].add_around(time, error, Some(0.0), sigma);
             let needed = estimate.and_then(|e| estimated_needed_friction(e, i));
             let sigma = needed.and_then(|(_, sigma)| sigma);
             self.needed[i].add(time, needed.map(|(value, _)| value), sigma);

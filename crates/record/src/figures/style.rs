@@ -1,11 +1,20 @@
-//! Colours, widths and letters, the same in every figure.
+//! Colours, widths and letters, the same in every figure, and how words and lines are drawn.
 //!
 //! True: a wide light line. Estimated: a thin dark line on it. So they can be distinguished on a
 //! grey print too. The wheels have the blue, vermilion and bluish green of Okabe and Ito, which
 //! colour-blind readers can distinguish.
 
+use plotters::coord::Shift;
+use plotters::element::{DashedPathElement, DynElement, IntoDynElement, PathElement};
+use plotters::prelude::{DrawingArea, SVGBackend, Text};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
+use std::error::Error;
+
+/// The result of drawing a part of a figure.
+pub type Drawn = Result<(), Box<dyn Error>>;
+/// A part of the page. A px has [`SCALE`] units.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Units of drawing in a unit of the picture: the drawing library places points on whole units
 /// only.
@@ -42,7 +51,8 @@ pub const GROUND: RGBColor = RGBColor(0xEC, 0xE6, 0xDC);
 pub const SURFACE: RGBColor = RGBColor(0x8A, 0x7F, 0x70);
 /// Links and body of the robot.
 pub const ROBOT: RGBColor = RGBColor(0x55, 0x55, 0x55);
-const GRID: RGBColor = RGBColor(0xE0, 0xE0, 0xE0);
+/// Light lines at the ticks.
+pub const GRID: RGBColor = RGBColor(0xE0, 0xE0, 0xE0);
 const FRAME: RGBColor = RGBColor(0x70, 0x70, 0x70);
 const TEXT: RGBColor = RGBColor(0x20, 0x20, 0x21);
 
@@ -65,11 +75,6 @@ pub fn truth_line() -> ShapeStyle {
 /// The line of an estimate.
 pub fn estimate_line(color: RGBColor) -> ShapeStyle {
     line(color, 1.0)
-}
-
-/// Light lines at the ticks.
-pub fn grid_line() -> ShapeStyle {
-    line(GRID, 0.7)
 }
 
 /// The frame of a panel.
@@ -99,16 +104,30 @@ pub fn band_color(RGBColor(r, g, b): RGBColor) -> RGBColor {
 /// Letters of a size in px.
 pub fn text(px: f64, style: FontStyle, h: HPos, v: VPos) -> TextStyle<'static> {
     let size = FONT_FACTOR * px * f64::from(SCALE);
-    TextStyle::from(
-        ("Helvetica, Arial, sans-serif", size)
-            .into_font()
-            .style(style),
-    )
-    .color(&TEXT)
-    .pos(Pos::new(h, v))
+    let font = ("Helvetica, Arial, sans-serif", size).into_font();
+    let text = TextStyle::from(font.style(style)).color(&TEXT);
+    text.pos(Pos::new(h, v))
 }
 
 /// Letters that run upwards.
 pub fn upward_text(px: f64) -> TextStyle<'static> {
     text(px, FontStyle::Normal, HPos::Center, VPos::Center).transform(FontTransform::Rotate270)
+}
+
+/// Writes words at a place in px.
+pub fn write(area: &Area<'_>, words: &str, (x, y): (f64, f64), style: TextStyle<'static>) -> Drawn {
+    area.draw(&Text::new(words.to_owned(), (units(x), units(y)), style))?;
+    Ok(())
+}
+
+/// A line through points, dashed or not, by the drawing library's own elements.
+pub fn path<'a, C: Clone + 'static>(
+    points: Vec<C>,
+    style: ShapeStyle,
+    is_dashed: bool,
+) -> DynElement<'static, SVGBackend<'a>, C> {
+    match is_dashed {
+        true => DashedPathElement::new(points, units(7.0), units(4.0), style).into_dyn(),
+        false => PathElement::new(points, style).into_dyn(),
+    }
 }

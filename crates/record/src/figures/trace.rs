@@ -51,8 +51,8 @@ impl Interval {
 /// A line over time. Each interval keeps its extremes, so that no peak is lost, and its mean.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// Records in an interval.
-    stride: u64,
+    /// Records in an interval. With one record, mean and extremes are the same.
+    pub stride: u64,
     /// Records of the current interval so far.
     seen: u64,
     current: Option<Interval>,
@@ -69,11 +69,6 @@ impl Trace {
             current: None,
             intervals: Vec::new(),
         }
-    }
-
-    /// Records in an interval. With one record, mean and extremes are the same.
-    pub fn stride(&self) -> u64 {
-        self.stride
     }
 
     /// The next record; `None` where there is no value.
@@ -95,13 +90,11 @@ impl Trace {
     /// Pieces of the line through the extremes of every interval.
     pub fn extremes(&self) -> Vec<Vec<Point>> {
         self.pieces(|s| {
-            let (first, second) = if s.high_first {
-                (s.high, s.low)
-            } else {
-                (s.low, s.high)
+            let (first, second) = match s.high_first {
+                true => (s.high, s.low),
+                false => (s.low, s.high),
             };
-            let single = s.low == s.high;
-            [Some(first), (!single).then_some(second)]
+            [Some(first), Some(second).filter(|_| s.low != s.high)]
         })
     }
 
@@ -149,12 +142,8 @@ pub struct Estimated {
 impl Estimated {
     /// Without values, for a run of `records`.
     pub fn new(records: u64) -> Self {
-        let trace = || Trace::new(records);
-        Self {
-            line: trace(),
-            lower: trace(),
-            upper: trace(),
-        }
+        let [line, lower, upper] = [(); 3].map(|()| Trace::new(records));
+        Self { line, lower, upper }
     }
 
     /// The next record: value, and one standard deviation; `None` where there is none.
@@ -162,19 +151,19 @@ impl Estimated {
         self.add_around(at, value, value, sigma);
     }
 
-    /// The next record of an error: the deviations are those around zero, also where there is no
-    /// error.
-    pub fn add_error(&mut self, at: f64, error: Option<f64>, sigma: Option<f64>) {
-        self.add_around(at, error, Some(0.0), sigma);
-    }
-
-    fn add_around(&mut self, at: f64, value: Option<f64>, centre: Option<f64>, sigma: Option<f64>) {
-        let band = centre.zip(sigma);
+    /// The next record of a value whose deviations are those around a `centre`, also where there is
+    /// no value.
+    pub fn add_around(
+        &mut self,
+        at: f64,
+        value: Option<f64>,
+        centre: Option<f64>,
+        sigma: Option<f64>,
+    ) {
+        let bound = |side: f64| Some(centre? + side * 2.0 * sigma?);
         self.line.add(at, value);
-        self.lower
-            .add(at, band.map(|(centre, sigma)| centre - 2.0 * sigma));
-        self.upper
-            .add(at, band.map(|(centre, sigma)| centre + 2.0 * sigma));
+        self.lower.add(at, bound(-1.0));
+        self.upper.add(at, bound(1.0));
     }
 
     /// Whether it has standard deviations.

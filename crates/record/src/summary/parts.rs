@@ -1,14 +1,15 @@
 //! The parts of a summary, with their units.
 
-use super::log::MeanForces;
 use indexmap::IndexMap;
 use robhaz_control::FrictionTestResult;
-use robhaz_estimator::TorqueScale;
+use robhaz_estimator::{Estimate, Flags, TorqueScale};
 use robhaz_model::Pin;
 use robhaz_run::RunDescription;
 use robhaz_scene::Scene;
 use robhaz_score::contact::FlagScores;
-use robhaz_score::{ForceErrors, GroundErrors};
+use robhaz_score::events::{Event, EventKind};
+use robhaz_score::{ForceErrors, GroundErrors, estimated_needed_friction};
+use robhaz_sim::clearance::Clearances;
 use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
@@ -66,22 +67,13 @@ impl FrictionTestSummary {
     pub fn in_words(&self) -> String {
         let wheel = self.wheel;
         let (mu, margin) = (self.mu_max, 2.0 * self.sigma);
-        let took = format!(
-            "slid {:.0} mm, took {:.1} s",
-            1e3 * self.slipped_distance,
-            self.duration
-        );
-        if self.ramps > 0 {
-            format!(
-                "Friction test, wheel {wheel}: mu_max = {mu:.3} +- {margin:.3} (2 sigma), {took}"
-            )
-        } else {
-            let least = (mu - margin).max(0.0);
-            format!(
-                "Friction test, wheel {wheel}: ended without slip ({}), mu_max is at least {least:.3}, {took}",
-                self.end
-            )
-        }
+        let (slid, seconds) = (1e3 * self.slipped_distance, self.duration);
+        let (end, least) = (&self.end, (mu - margin).max(0.0));
+        let found = match self.ramps {
+            0 => format!("ended without slip ({end}), mu_max is at least {least:.3}"),
+            _ => format!("mu_max = {mu:.3} +- {margin:.3} (2 sigma)"),
+        };
+        format!("Friction test, wheel {wheel}: {found}, slid {slid:.0} mm, took {seconds:.1} s")
     }
 }
 
@@ -142,9 +134,8 @@ impl FrictionSummary {
 
     /// The law in a few words; `None` for the default law without rolling resistance.
     pub(crate) fn in_words(&self) -> Option<String> {
-        let stiffness = self
-            .slip_stiffness
-            .map_or(String::new(), |c| format!(" with C = {c}"));
+        let stiffness = self.slip_stiffness.map(|c| format!(" with C = {c}"));
+        let stiffness = stiffness.unwrap_or_default();
         let rolling = match self.rolling_resistance {
             0.0 => String::new(),
             f_r => format!(", rolling resistance {f_r}"),
@@ -309,5 +300,183 @@ impl NominalRobot {
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
         }
+    }
+}
+
+/// Clearance of body and links to the ground over a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClearanceSummary {
+    /// The least of all records, m; at 0 or below a bar touched the ground.
+    pub least_m: f64,
+    /// The bar that it belongs to: `body`, `link1` ...
+    pub bar: String,
+    /// Its time, s.
+    pub time_s: f64,
+    /// How often a bar began to touch the ground.
+    pub touches: u64,
+    /// Time of the first touch, s, and its bar. From then on forces are wrong: that of the touch is
+    /// not modelled.
+    pub first_touch: Option<(f64, String)>,
+}
+
+impl ClearanceSummary {
+    /// Adds a record to the summary so far.
+    pub(super) fn add(so_far: &mut Option<Self>, time: f64, clearances: &Clearances) {
+        let (bar, least) = clearances.least;
+        // A clearance that is not a number is that of no bar.
+        if !least.is_finite() {
+            return;
+        }
+        let found = so_far.get_or_insert_with(|| Self {
+            least_m: f64::INFINITY,
+            bar: String::new(),
+            time_s: time,
+            touches: 0,
+            first_touch: None,
+        });
+        if least < found.least_m {
+            (found.least_m, found.time_s) = (least, time);
+            bar.name().clone_into(&mut found.bar);
+        }
+    }
+
+    /// Adds an event after its record.
+    pub(super) fn add_event(&mut self, event: &Event) {
+        if let EventKind::BarTouches(bar) = event.kind {
+            self.touches += 1;
+            let first = || (event.time, bar.name().to_owned());
+            self.first_touch.get_or_insert_with(first);
+        }
+    }
+}
+
+/// Means of one estimator's forces, of records that count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeanForces {
+    /// Mean N of each wheel, N.
+    pub normal_force: [f64; 3],
+    /// Mean T of each wheel, N.
+    pub traction: [f64; 3],
+    /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states
+    /// none.
+    pub normal_force_sigma: Option<[f64; 3]>,
+    /// The same of T of each wheel, N.
+    pub traction_sigma: Option<[f64; 3]>,
+    /// Mean needed friction T/N of each wheel, -; `None` for a wheel without load.
+    #[serde(default)]
+    pub needed_friction: [Option<f64>; 3],
+    /// Largest size of the needed friction of each wheel, -.
+    #[serde(default)]
+    pub largest_needed_friction: [Option<f64>; 3],
+    /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is
+    /// right. `None` if the estimator expects none.
+    pub parity: Option<f64>,
+    /// Records with a wheel without load.
+    pub unloaded: u64,
+    /// Records with the linkage at an end stop.
+    pub at_stop: u64,
+    /// Records with a reading that is missing.
+    pub reading_missing: u64,
+    /// Records with a reading that has been missing for long, or with a new start of the filters.
+    pub reading_stale: u64,
+    /// Records with a reading beyond what the robot can do.
+    pub reading_absurd: u64,
+    /// Records with a parity residual beyond five standard deviations.
+    pub out_of_range: u64,
+}
+
+/// Sums over the records of one estimator that count.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ForceSums {
+    /// Records with an estimate.
+    pub samples: u64,
+    /// Records without one.
+    pub missing: u64,
+    normal_force: [f64; 3],
+    traction: [f64; 3],
+    /// Of N, and of T.
+    variance: [[f64; 3]; 2],
+    variances: u64,
+    /// Needed friction of each wheel: sum, largest size, number of records.
+    needed: [(f64, f64, u64); 3],
+    parity: f64,
+    parities: u64,
+    /// Unloaded, at a stop, missing, stale, absurd, out of range.
+    flags: [u64; 6],
+}
+
+impl ForceSums {
+    /// Adds a record.
+    pub fn add(&mut self, estimate: Option<&Estimate>) {
+        let usable = |e: &&Estimate| {
+            let mut forces = e.normal_force.iter().chain(&e.traction);
+            forces.all(|f| f.is_finite())
+        };
+        let Some(estimate) = estimate.filter(usable) else {
+            self.missing += 1;
+            return;
+        };
+        self.samples += 1;
+        for i in 0..3 {
+            self.normal_force[i] += estimate.normal_force[i];
+            self.traction[i] += estimate.traction[i];
+            if let Some((needed, _)) = estimated_needed_friction(estimate, i) {
+                let (sum, largest, count) = &mut self.needed[i];
+                *sum += needed;
+                *largest = largest.max(needed.abs());
+                *count += 1;
+            }
+        }
+        if let Some(covariance) = &estimate.covariance {
+            self.variances += 1;
+            for i in 0..3 {
+                self.variance[0][i] += covariance[2 * i + 1][2 * i + 1];
+                self.variance[1][i] += covariance[2 * i][2 * i];
+            }
+        }
+        if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
+            self.parities += 1;
+            self.parity += (parity.value / parity.sigma).powi(2);
+        }
+        let has = |flag| estimate.flags.contains(flag);
+        let found = [
+            Flags::WHEEL_UNLOADED.into_iter().any(has),
+            has(Flags::AT_STOP),
+            has(Flags::SENSOR_MISSING),
+            has(Flags::SENSOR_STALE),
+            has(Flags::SENSOR_ABSURD),
+            has(Flags::OUT_OF_RANGE),
+        ];
+        for (count, found) in self.flags.iter_mut().zip(found) {
+            *count += u64::from(found);
+        }
+    }
+
+    /// The means; `None` without records.
+    pub fn means(&self) -> Option<MeanForces> {
+        // Counts of records.
+        let mean = |sum: f64, of: u64| sum / of as f64;
+        if self.samples == 0 {
+            return None;
+        }
+        let sigma = |sums: &[f64; 3]| sums.map(|sum| mean(sum.max(0.0), self.variances).sqrt());
+        let stated = (self.variances > 0).then(|| self.variance.each_ref().map(sigma));
+        let needed = self.needed.map(|needed| Some(needed).filter(|n| n.2 > 0));
+        let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
+        Some(MeanForces {
+            normal_force: self.normal_force.map(|sum| mean(sum, self.samples)),
+            traction: self.traction.map(|sum| mean(sum, self.samples)),
+            normal_force_sigma: stated.map(|[normal, _]| normal),
+            traction_sigma: stated.map(|[_, traction]| traction),
+            needed_friction: needed.map(|n| n.map(|(sum, _, count)| mean(sum, count))),
+            largest_needed_friction: needed.map(|n| n.map(|(_, largest, _)| largest)),
+            parity: (self.parities > 0).then(|| mean(self.parity, self.parities).sqrt()),
+            unloaded,
+            at_stop,
+            reading_missing: missing,
+            reading_stale: stale,
+            reading_absurd: absurd,
+            out_of_range,
+        })
     }
 }

@@ -1,11 +1,10 @@
 //! The sink that sums up a run.
 
-use super::clearance::ClearanceSummary;
-use super::file::Summary;
-use super::log::ForceSums;
+use super::Summary;
 use super::parts::{
-    BrokenOff, ControlSummary, EstimatorSummary, Faulty, FaultyChannels, FrictionSummary,
-    FrictionTestSummary, NominalRobot, SensorErrors, TorqueScaleSummary,
+    BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FaultyChannels,
+    ForceSums, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
+    TorqueScaleSummary,
 };
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;
@@ -15,7 +14,7 @@ use robhaz_run::{
 };
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
-use robhaz_score::{ProgressMeter, Rule, Score};
+use robhaz_score::{GroundErrors, ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 
 /// Sums up a run. It keeps sums and the points of the ground, no records.
@@ -49,16 +48,6 @@ struct EstimatorSums {
 }
 
 impl EstimatorSums {
-    fn new(rule: Rule, states_contacts: bool, of_log: bool) -> Self {
-        Self {
-            score: Score::new(rule),
-            contacts: states_contacts.then(|| ContactScore::new(rule)),
-            forces: of_log.then(ForceSums::default),
-            scale: None,
-            faulty_channels: FaultyChannels::new(),
-        }
-    }
-
     /// The summary of the estimator of a run, whose records had a truth if `compared`.
     fn summary(&self, name: &str, run: &RunDescription, compared: bool) -> EstimatorSummary {
         let score = &self.score;
@@ -67,7 +56,7 @@ impl EstimatorSums {
         let scale = self.scale.as_ref().filter(|_| forces.is_some());
         let of_forces = forces.filter(|_| !compared);
         let (samples, missing) = of_forces.map_or_else(
-            || (score.samples(), score.missing()),
+            || (score.samples(), score.missing),
             |forces| (forces.samples, forces.missing),
         );
         EstimatorSummary {
@@ -85,7 +74,7 @@ impl EstimatorSums {
             samples,
             missing,
             two_contacts: score.two_contacts(),
-            no_equivalent: score.no_equivalent(),
+            no_equivalent: score.no_equivalent,
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts: self.contacts.as_ref().and_then(ContactScore::scores),
             faulty_channels: self.faulty_channels.clone(),
@@ -111,12 +100,17 @@ impl SummarySink {
         };
         let world = run.world.as_deref();
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
+        let friction_tests = end.friction_tests.iter().map(FrictionTestSummary::of);
         let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
-        let summary =
-            |(k, (e, sums)): (usize, (&EstimatorDescription, &EstimatorSums))| EstimatorSummary {
-                ground: self.grounds.errors(k, terrain.as_ref()),
+        let estimators = estimators.map(|(k, (e, sums))| {
+            let points = self.grounds.compared(Some(end), k, terrain.as_ref());
+            // Points behind the origin count, too.
+            let points = points.into_iter().filter_map(|(p, t)| Some((p, t?)));
+            EstimatorSummary {
+                ground: GroundErrors::of(points),
                 ..sums.summary(&e.label, run, self.compared)
-            };
+            }
+        });
         Ok(Summary {
             scene: run.name.clone(),
             engine: world.map(|w| w.engine.kind.name().to_owned()),
@@ -137,15 +131,11 @@ impl SummarySink {
             clearance: self.clearance.clone(),
             friction: world.map(FrictionSummary::of),
             control: ControlSummary::of(run),
-            friction_tests: end
-                .friction_tests
-                .iter()
-                .map(FrictionTestSummary::of)
-                .collect(),
+            friction_tests: friction_tests.collect(),
             sensors: world.map(SensorErrors::of),
             log: end.log.clone(),
             nominal: NominalRobot::of(run),
-            estimators: estimators.map(summary).collect(),
+            estimators: estimators.collect(),
         })
     }
 
@@ -187,25 +177,25 @@ impl Sink for SummarySink {
     }
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        let rule = Rule {
-            compare_from: run.record.compare_from,
-        };
+        let compare_from = run.record.compare_from;
+        let rule = Rule { compare_from };
         let geometry = &run.robot.robot.geometry;
         let world = run.world.as_ref();
+        let sums = |e: &EstimatorDescription| EstimatorSums {
+            score: Score::new(rule),
+            contacts: (e.settings.states_covariance()).then(|| ContactScore::new(rule)),
+            forces: world.is_none().then(ForceSums::default),
+            scale: None,
+            faulty_channels: FaultyChannels::new(),
+        };
         *self = Self {
             run: Some(run.clone()),
-            estimators: run
-                .estimators
-                .iter()
-                .map(|e| EstimatorSums::new(rule, e.settings.states_covariance(), world.is_none()))
-                .collect(),
+            estimators: run.estimators.iter().map(sums).collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
-            clearance: None,
             grounds: EstimatedTerrains::new(run),
             rule: Some(rule),
-            compared: false,
-            end: None,
+            ..Self::default()
         };
         Ok(())
     }
@@ -221,12 +211,9 @@ impl Sink for SummarySink {
             let estimate = estimate.as_ref().ok();
             if let Some(estimate) = estimate {
                 for name in estimate.health.iter().flat_map(|h| h.faulty.names()) {
-                    let none = Faulty {
-                        first_s: frame.time,
-                        records: 0,
-                    };
+                    let (first_s, records) = (frame.time, 0);
                     let faulty = sums.faulty_channels.entry(name.to_owned());
-                    faulty.or_insert(none).records += 1;
+                    faulty.or_insert(Faulty { first_s, records }).records += 1;
                 }
                 sums.scale = estimate.torque_scale.or(sums.scale);
             }
@@ -238,7 +225,6 @@ impl Sink for SummarySink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.grounds.finish(end);
         self.end = end.cloned();
         Ok(())
     }

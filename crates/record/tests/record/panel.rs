@@ -2,6 +2,7 @@
 
 use crate::drawn::{svg, values};
 use plotters::style::BLACK;
+use robhaz_record::figures::style::truth_line;
 use robhaz_record::figures::{Axis, Estimated, Layer, Panel, Scale, Trace};
 use std::ops::Range;
 
@@ -30,7 +31,7 @@ fn samples_before_the_filter_has_settled_do_not_set_the_range() {
     let mut estimate = Estimated::new(201);
     estimate.line = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
     let panels = [panel(vec![
-        Layer::truth(&truth),
+        Layer::peaks(&truth, truth_line()),
         Layer::estimate(&estimate, BLACK),
     ])];
     let axis = |compare_from: f64| Axis {

@@ -287,11 +287,11 @@ fn wrong_folders_have_errors_of_their_own() {
     let absent = folder.path().join("absent");
     assert!(matches!(
         Summary::read(&absent),
-        Err(RecordError::NoFolder { path }) if path == absent
+        Err(RecordError::NoFolder(path)) if path == absent
     ));
     assert!(matches!(
         Summary::read(folder.path()),
-        Err(RecordError::NoSummary { path }) if path == folder.path()
+        Err(RecordError::NoSummary(path)) if path == folder.path()
     ));
     for text in ["{\"scene\": 3}", "not JSON"] {
         std::fs::write(folder.path().join("summary.json"), text).expect("written");

@@ -48,7 +48,7 @@ fn parquet_gives_back_what_was_written() {
             for i in 0..batch.num_rows() {
                 for (column, array) in table.columns.iter().zip(batch.columns()) {
                     let expected = value_of(column, &records[row].frame());
-                    let found = cell(column.kind(), array.as_ref(), i);
+                    let found = cell(column.kind, array.as_ref(), i);
                     assert_eq!(found, expected, "{}", column.name);
                 }
                 row += 1;
@@ -121,7 +121,7 @@ fn csv_gives_back_what_was_written() {
         assert_eq!(rows.len(), records.len());
         for (row, record) in rows.iter().zip(&records) {
             for (text, column) in row.iter().zip(&table.columns) {
-                let is_missing = column.kind() == Kind::Optional && text.is_empty();
+                let is_missing = column.kind == Kind::Optional && text.is_empty();
                 let value = (!is_missing).then(|| text.parse().expect("a number"));
                 assert_eq!(value, value_of(column, &record.frame()), "{}", column.name);
             }

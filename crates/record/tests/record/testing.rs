@@ -238,7 +238,7 @@ pub fn records() -> Vec<Record> {
 pub fn value_of(column: &Column, frame: &Frame<'_>) -> Option<f64> {
     let mut values = Vec::new();
     column.add(std::slice::from_ref(frame), &mut values);
-    let is_there = |v: &f64| v.is_finite() || column.kind() != Kind::Optional;
+    let is_there = |v: &f64| v.is_finite() || column.kind != Kind::Optional;
     values.pop().filter(is_there)
 }
 

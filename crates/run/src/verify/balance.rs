@@ -1,22 +1,18 @@
-//! Momentum and energy of a run, from the integrals that the engines carry.
+//! Momentum and energy of a run, from the integrals that the engines carry, and differences between
+//! two runs of one scene.
 
 use robhaz_model::{Bar, Robot, Vec2};
 use robhaz_sim::{Balance, Truth, mechanical_energy};
 
 /// Momentum of bars and wheels, N s.
 fn momentum(robot: &Robot, truth: &Truth) -> Vec2 {
-    let of_bars: Vec2 = Bar::ALL
-        .iter()
-        .map(|bar| truth.bar(*bar).velocity * robot.mass.of(*bar).0)
-        .sum();
-    let of_wheels: Vec2 = (0..3)
-        .map(|i| truth.wheel_velocity(robot, i) * robot.mass.wheel)
-        .sum();
-    of_bars + of_wheels
+    let bars = Bar::ALL.map(|bar| truth.bar(bar).velocity * robot.mass.of(bar).0);
+    let wheels = [0, 1, 2].map(|i| truth.wheel_velocity(robot, i) * robot.mass.wheel);
+    bars.iter().sum::<Vec2>() + wheels.iter().sum::<Vec2>()
 }
 
 /// The larger of two numbers; NaN if one of them is NaN.
-pub(crate) fn greater(most: f64, found: f64) -> f64 {
+fn greater(most: f64, found: f64) -> f64 {
     if most.is_nan() || found <= most {
         most
     } else {
@@ -33,16 +29,12 @@ pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f6
     let weight = robot.mass.total() * robot.gravity;
     let ground = |b: &Balance| b.impulse.iter().sum::<Vec2>();
     let start = balance.first().map_or(Vec2::zeros(), ground);
-    let most = truth
-        .iter()
-        .zip(balance)
-        .map(|(now, balance)| {
-            let gravity = Vec2::new(0.0, -weight * (now.time - first.time));
-            let gained = momentum(robot, now) - momentum(robot, first);
-            (ground(balance) - start + gravity - gained).norm()
-        })
-        .fold(0.0, greater);
-    most / (weight * (last.time - first.time))
+    let errors = truth.iter().zip(balance).map(|(now, balance)| {
+        let gravity = Vec2::new(0.0, -weight * (now.time - first.time));
+        let gained = momentum(robot, now) - momentum(robot, first);
+        (ground(balance) - start + gravity - gained).norm()
+    });
+    errors.fold(0.0, greater) / (weight * (last.time - first.time))
 }
 
 /// Energy balance of a run, J.
@@ -76,36 +68,66 @@ impl Energy {
 pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
     let losses = |b: &Balance| b.gear_loss - b.ground_work - b.stop_work;
     let start = balance.first().copied().unwrap_or_default();
-    let initial = truth
-        .first()
-        .map_or(f64::NAN, |t| mechanical_energy(robot, t));
+    let initial = truth.first().map(|t| mechanical_energy(robot, t));
     let since = |now: &Truth, b: &Balance| {
         [
             b.motor_work - start.motor_work,
             losses(b) - losses(&start),
-            mechanical_energy(robot, now) - initial,
+            mechanical_energy(robot, now) - initial.unwrap_or(f64::NAN),
         ]
     };
-    let left = truth
-        .iter()
-        .zip(balance)
-        .map(|(now, balance)| {
-            let [motors, losses, gain] = since(now, balance);
-            (motors - losses - gain).abs()
-        })
-        .fold(0.0, greater);
-    let [motors, losses, gain] = match (truth.last(), balance.last()) {
-        (Some(now), Some(balance)) => since(now, balance),
-        _ => [f64::NAN; 3],
-    };
+    let left = truth.iter().zip(balance).map(|(now, balance)| {
+        let [motors, losses, gain] = since(now, balance);
+        (motors - losses - gain).abs()
+    });
+    let last = truth.last().zip(balance.last());
+    let whole = last.map_or([f64::NAN; 3], |(now, balance)| since(now, balance));
+    let [motors, losses, gain] = whole;
     let floor = robot.mass.total() * robot.gravity * robot.geometry.wheel_radius;
     Energy {
         motors,
         losses,
         gain,
-        left,
-        scale: [motors, losses, gain]
-            .iter()
-            .fold(floor, |s, e| s.max(e.abs())),
+        left: left.fold(0.0, greater),
+        scale: whole.iter().fold(floor, |s, e| s.max(e.abs())),
     }
+}
+
+/// Differences between two runs of one scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// RMS difference of N over wheels and records, relative to the mean of N, -.
+    pub normal_force: f64,
+    /// Distance between the bodies at the end, m.
+    pub apart: f64,
+}
+
+/// Compares two runs, record by record.
+pub fn agreement(a: &[Truth], b: &[Truth]) -> Agreement {
+    let (mut square, mut sum, mut count) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        for (a, b) in a.wheels.iter().zip(&b.wheels) {
+            square += (a.normal_force - b.normal_force).powi(2);
+            sum += b.normal_force;
+            count += 1.0;
+        }
+    }
+    let apart = match (a.last(), b.last()) {
+        (Some(a), Some(b)) => (a.body.position - b.body.position).norm(),
+        _ => f64::NAN,
+    };
+    Agreement {
+        normal_force: f64::sqrt(square / count) / (sum / count),
+        apart,
+    }
+}
+
+/// Largest relative difference, over the wheels, of the ground's impulse on a wheel in two runs of
+/// equal length, -.
+///
+/// The impulses are those that the engines integrate, so impacts between records are included.
+pub fn impulse_difference(a: &Balance, b: &Balance) -> f64 {
+    let pairs = a.impulse.iter().zip(&b.impulse);
+    let differences = pairs.map(|(a, b)| (a - b).norm() / b.norm());
+    differences.fold(0.0, greater)
 }

@@ -6,12 +6,10 @@
 //! the work that the engines integrate at their own steps; impacts between records are therefore
 //! included. The measures are public, so that tests can use them with their own limits.
 
-mod agreement;
 mod balance;
 mod run;
 
-pub use agreement::{Agreement, agreement, impulse_difference};
-pub use balance::{Energy, energy, momentum_error};
+pub use balance::{Agreement, Energy, agreement, energy, impulse_difference, momentum_error};
 pub use run::Run;
 
 use crate::{RunError, Stop, TruthClearance};
@@ -157,53 +155,35 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     let (truth, robot) = (&run.truth, &scene.robot.robot);
     // Changes need two records.
     if truth.len() < 2 {
-        return vec![not_judged(
-            format!("{engine}: all other checks"),
-            "the run stopped at once",
-        )];
+        let check = format!("{engine}: all other checks");
+        return vec![not_judged(check, "the run stopped at once")];
     }
     let gap = truth.iter().map(|t| t.loop_error).fold(0.0, f64::max);
     let beyond = beyond_the_laws(scene, truth);
     let mut meter = TruthClearance::of(scene);
     let clearances = truth.iter().filter_map(|t| meter.at_change(t));
     let (bar, clearance) = clearances.fold((Bar::Body, f64::INFINITY), |least, found| {
-        let found = found.least();
+        let found = found.least;
         if found.1 < least.1 { found } else { least }
     });
-    let allowed_energy = if has_corners || leaves_the_ground(run) {
-        ENERGY_OF_IMPACTS
-    } else {
-        ENERGY
+    let check = |what: &str| format!("{engine}: {what}");
+    let is_clear = clearance > 0.0;
+    let clear = format!("at least {:.0} mm, {}", 1e3 * clearance, bar.name());
+    let outside = format!("{beyond} of {} records outside", truth.len());
+    let momentum = momentum_error(robot, truth, &run.balance);
+    let (of_momentum, of_energy) = ("relative to weight times time", "relative to its scale");
+    let energy = energy(robot, truth, &run.balance).relative_error();
+    let gap_limit = gap_allowed(scene.engine.kind);
+    let energy_limit = match has_corners || leaves_the_ground(run) {
+        true => ENERGY_OF_IMPACTS,
+        false => ENERGY,
     };
     vec![
-        bounded(
-            format!("{engine}: gap of the pins"),
-            gap,
-            gap_allowed(scene.engine.kind),
-            "m",
-        ),
-        judged(
-            format!("{engine}: body and links clear of the ground"),
-            format!("at least {:.0} mm, {}", 1e3 * clearance, bar.name()),
-            clearance > 0.0,
-        ),
-        judged(
-            format!("{engine}: N >= 0, |T| <= mu_s N"),
-            format!("{beyond} of {} records outside", truth.len()),
-            beyond == 0,
-        ),
-        bounded(
-            format!("{engine}: momentum"),
-            momentum_error(robot, truth, &run.balance),
-            MOMENTUM,
-            "relative to weight times time",
-        ),
-        bounded(
-            format!("{engine}: energy"),
-            energy(robot, truth, &run.balance).relative_error(),
-            allowed_energy,
-            "relative to its scale",
-        ),
+        bounded(check("gap of the pins"), gap, gap_limit, "m"),
+        judged(check("body and links clear of the ground"), clear, is_clear),
+        judged(check("N >= 0, |T| <= mu_s N"), outside, beyond == 0),
+        bounded(check("momentum"), momentum, MOMENTUM, of_momentum),
+        bounded(check("energy"), energy, energy_limit, of_energy),
     ]
 }
 
@@ -230,38 +210,22 @@ fn compared(what: &str, runs: [&Run; 2], has_corners: bool) -> Vec<Verdict> {
     let found = agreement(&a.truth, &b.truth);
     let force = if has_corners || leaves_the_ground(a) || leaves_the_ground(b) {
         // Records miss the peaks of N; the integrated impulse contains them.
-        let found = match (a.balance.last(), b.balance.last()) {
-            (Some(a), Some(b)) => impulse_difference(a, b),
-            _ => f64::NAN,
-        };
-        bounded(
-            format!("{what}: impulse on a wheel"),
-            found,
-            IMPULSE,
-            "relative",
-        )
+        let ends = a.balance.last().zip(b.balance.last());
+        let found = ends.map_or(f64::NAN, |(a, b)| impulse_difference(a, b));
+        let check = format!("{what}: impulse on a wheel");
+        bounded(check, found, IMPULSE, "relative")
     } else {
-        bounded(
-            format!("{what}: N"),
-            found.normal_force,
-            ROLLING,
-            "RMS, relative to its mean",
-        )
+        let (check, unit) = (format!("{what}: N"), "RMS, relative to its mean");
+        bounded(check, found.normal_force, ROLLING, unit)
     };
-    let apart = bounded(
-        format!("{what}: distance of the bodies at the end"),
-        found.apart,
-        APART,
-        "m",
-    );
-    vec![force, apart]
+    let check = format!("{what}: distance of the bodies at the end");
+    vec![force, bounded(check, found.apart, APART, "m")]
 }
 
 /// Whether a wheel is in the air in any record. It then lands with an impact.
 fn leaves_the_ground(run: &Run) -> bool {
-    run.truth
-        .iter()
-        .any(|t| t.wheels.iter().any(|w| w.contacts == 0))
+    let mut wheels = run.truth.iter().flat_map(|t| &t.wheels);
+    wheels.any(|wheel| wheel.contacts == 0)
 }
 
 /// A check that does not apply.

@@ -26,7 +26,7 @@ impl Run {
 
     /// The same; [`RunError::Stopped`] where `stop` names a cause.
     pub(super) fn until(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
-        let found = scene.record_count();
+        let found = scene.record.count();
         if found > MOST_KEPT {
             let (of, who) = ("records", "verify");
             return Err(RunError::TooLong { found, of, who });
@@ -42,7 +42,7 @@ impl Run {
             match plant.next_truth() {
                 Ok(truth) => {
                     run.truth.push(truth);
-                    run.balance.extend(plant.balance());
+                    run.balance.extend(plant.plant.balance());
                 }
                 Err(why) => {
                     run.stopped = Some(why);
@@ -62,13 +62,12 @@ impl Run {
         let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
             go_on(stop)?;
-            if plant.next_truth() != Ok(*truth) || plant.balance() != Some(balance) {
+            if plant.next_truth() != Ok(*truth) || plant.plant.balance() != Some(balance) {
                 return Ok(false);
             }
         }
-        Ok(self
-            .stopped
-            .is_none_or(|why| plant.next_truth() == Err(why)))
+        let stopped = self.stopped;
+        Ok(stopped.is_none_or(|why| plant.next_truth() == Err(why)))
     }
 }
 
@@ -109,11 +108,6 @@ impl Records {
             }
         }
         self.plant.next_truth()
-    }
-
-    /// Impulse and work up to the last record.
-    fn balance(&self) -> Option<&Balance> {
-        self.plant.balance()
     }
 }
 

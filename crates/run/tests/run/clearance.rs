@@ -78,23 +78,23 @@ fn clearances_are_those_of_a_full_search() -> Outcome<()> {
             if k % EVERY == 0 {
                 let each = full.measure_each(&places(truth));
                 let expected = Clearances::of(each);
-                let of_bar = each[found.least().0 as usize];
+                let of_bar = each[found.least.0 as usize];
                 assert!(
-                    (found.least().1 - expected.least().1).abs() < ROUNDING,
+                    (found.least.1 - expected.least.1).abs() < ROUNDING,
                     "{found:?} {each:?}"
                 );
                 assert!(
-                    (of_bar - expected.least().1).abs() < ROUNDING,
+                    (of_bar - expected.least.1).abs() < ROUNDING,
                     "{found:?} {each:?}"
                 );
-                assert_eq!(found.touching(), expected.touching(), "{each:?}");
+                assert_eq!(found.touching, expected.touching, "{each:?}");
             }
             // No record that was left out has a new least or a change of touch: to the bit.
-            least = least.min(found.least().1);
-            let touching = found.touching().map(|touches| touches == Some(true));
+            least = least.min(found.least.1);
+            let touching = found.touching.map(|touches| touches == Some(true));
             if let Some(change) = change {
-                least_found = least_found.min(change.least().1);
-                touching_found = change.touching().map(|touches| touches == Some(true));
+                least_found = least_found.min(change.least.1);
+                touching_found = change.touching.map(|touches| touches == Some(true));
             }
             assert_eq!(least.to_bits(), least_found.to_bits(), "{} {k}", scene.name);
             assert_eq!(touching, touching_found, "{} {k}", scene.name);

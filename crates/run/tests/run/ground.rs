@@ -39,7 +39,7 @@ impl Course {
     fn new(overrides: &[&str]) -> Self {
         let scene = scene(overrides);
         let mut plant = Plant::new(&scene.plant_setup()).expect("it stands");
-        let samples = (scene.record_count() - 1) * scene.samples_per_record() + 1;
+        let samples = (scene.record.count() - 1) * scene.samples_per_record() + 1;
         let next = |_| *plant.next_truth().expect("it runs");
         let truth = (0..samples).map(next).collect();
         let description = RunDescription::of(&scene).expect("a robot");
@@ -63,7 +63,7 @@ impl Course {
         for truth in &self.truth {
             observers.observe(truth);
         }
-        let ground = observers.ground();
+        let ground = observers.estimators.ground();
         let completed = ground.completed(0).iter().copied();
         let points = completed.chain(ground.in_memory(0));
         let start = self.truth[0].wheels[1].position.x;

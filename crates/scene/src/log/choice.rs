@@ -2,9 +2,9 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, PRESETS};
+use crate::reader::nearest;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
-use crate::suggest::nearest;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
 use robhaz_masses::ModelErrorTooLarge;
 use robhaz_sim::sensors::ImuPlace;
@@ -199,13 +199,12 @@ impl LogChoice {
         if let Some(choice) = presets.find(|preset| preset.name == name) {
             return Ok(choice);
         }
-        let listed = self.estimators.iter().map(|e| e.name.as_str());
-        let mut allowed: Vec<&str> = listed.collect();
-        for preset in PRESETS {
-            if !allowed.contains(preset) {
-                allowed.push(preset);
-            }
-        }
+        let listed = || self.estimators.iter().map(|e| e.name.as_str());
+        let presets = PRESETS
+            .iter()
+            .copied()
+            .filter(|p| listed().all(|e| e != *p));
+        let allowed: Vec<&str> = listed().chain(presets).collect();
         let near = nearest(name, &allowed);
         let hint = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
         Err(EstimatorError(format!(

@@ -1,20 +1,174 @@
-//! From a file to a [`LogChoice`], and back.
+//! The keys of a log description; from a file to a [`LogChoice`], and back.
 
 use super::choice::LogChoice;
-use super::keys::{BUDGET, DRIVE, LOG};
-use super::mapping;
+use super::mapping::{self, CHANNELS, Missing};
+use super::reading::{IMUS, READING};
 use crate::error::{Problem, SceneError};
-use crate::form::Form;
-use crate::key::keys;
+use crate::estimators::Estimators;
+use crate::form::{Form, KeyReference, Maybe, Out};
+use crate::key::{self, keys, section};
+use crate::quantity::{
+    ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
+};
 use crate::reader::Reader;
 use crate::robot::{ROBOT, RobotChoice};
 use crate::source::Node;
-use crate::write::Out;
+use crate::values::{Covariance, MEASURED, NAME, text};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{Tolerances, WeighError};
 use robhaz_model::Units;
 use std::path::Path;
+
+keys! {
+    /// All keys, in the order of a resolved description.
+    pub(crate) LOG: LogChoice;
+
+    /// name of the log
+    name: Maybe(NAME) => name;
+
+    /// geometry and masses
+    robot: ROBOT => robot;
+
+    /// eq. (2)
+    drive: section(DRIVE) => self;
+
+    /// wheel and ground
+    contact: section(CONTACT) => self;
+
+    /// standard deviations of all sensor errors, from data sheets
+    budget: section(BUDGET) => self;
+
+    /// what counts
+    record: section(RECORD) => self;
+
+    /// the estimators
+    estimator: Estimators => estimators;
+
+    /// name of the channel whose rows are the frames
+    time_base ("the first"): Maybe(text("a text")) => (|l| &mut l.mapped().time_base);
+
+    /// readings that the log does not have
+    missing: Missing => (|l| &mut l.mapped().missing);
+
+    /// tables or topics with a clock of their own
+    channel: CHANNELS => (|l| &mut l.mapped().channels);
+
+    /// columns of single readings
+    reading: READING => (|l| &mut l.mapped().readings);
+
+    /// columns of inertial measurement units
+    imu: IMUS => (|l| &mut l.mapped().imus);
+}
+
+keys! {
+    DRIVE: LogChoice;
+
+    /// nominal damping B of the wheel module, at the wheel
+    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => viscous_damping;
+}
+
+keys! {
+    CONTACT: LogChoice;
+
+    /// compression of wheel and ground at the mean wheel load: a wheel rolls with its radius less
+    /// this
+    compression: number(LENGTH, at_least(0.0).at_most(0.1)) => compression;
+}
+
+keys! {
+    RECORD: LogChoice;
+
+    /// errors and means count from this time on, after rest and start; 0 for a log that is shorter
+    compare_from: number(TIME, at_least(0.0).at_most(1e6)) => compare_from;
+}
+
+keys! {
+    BUDGET: LogChoice;
+
+    /// counts of the encoder in a turn of the wheel; 0 for an exact angle
+    encoder_counts: number(NONE, at_least(0.0).at_most(1e12)) => budget.encoder_counts;
+
+    /// error of the time stamps
+    jitter: number(TIME, at_least(0.0).at_most(1.0)) => budget.jitter;
+
+    /// white noise of the torque, of a sample
+    torque_noise: number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_noise;
+
+    /// constant offset of the torque
+    torque_offset: number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_offset;
+
+    /// relative error of the torque's scale
+    torque_gain: number(NONE, at_least(0.0).at_most(1.0)) => budget.torque_gain;
+
+    /// white noise of the angle of pin Q, of logs with pin_angle
+    pin_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => (|l| &mut l.pin[0]);
+
+    /// constant error of that angle
+    pin_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => (|l| &mut l.pin[1]);
+
+    /// dry friction in the gears that the motor torque does not show, at the wheel
+    gear_friction ("0.3 of robot A, else in proportion to weight and wheel radius"):
+        number(TORQUE, at_least(0.0).at_most(1e3)) => budget.gear_friction;
+
+    /// coefficient of the rolling resistance: its standard deviation about 0
+    rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => budget.rolling_resistance;
+
+    /// white noise of the inclinometers, of a sample
+    inclination_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.inclination_noise;
+
+    /// constant error of the inclinometers
+    inclination_bias: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.inclination_bias;
+
+    /// what the inclinometers measure: the direction of gravity, or of the specific force, which
+    /// includes the link's acceleration
+    inclination_feels: MEASURED => budget.specific_force;
+
+    /// time constant of the inclinometers' low pass, 1/(2 pi bandwidth)
+    inclination_lag: number(TIME, at_least(0.0).at_most(1e3)) => budget.inclination_lag;
+
+    /// distance of an inclinometer from the centre of mass of its link
+    inclination_place: number(LENGTH, at_least(0.0).at_most(10.0)) => budget.inclination_place;
+
+    /// white noise of the gyros, of a sample
+    rate_noise: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => budget.rate_noise;
+
+    /// bias of the gyros at the start
+    rate_bias: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => budget.rate_bias;
+
+    /// random walk of the gyros' bias: its standard deviation after one second
+    rate_walk: number(RATE_WALK, at_least(0.0).at_most(1e2)) => budget.rate_walk;
+
+    /// error of the contact angles in the log
+    contact_angle_error: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.contact_angle;
+
+    /// correlation time of that error; 0 for white noise
+    contact_angle_time: number(TIME, at_least(0.0).at_most(1e6)) => budget.contact_angle_time;
+
+    /// error of the position of the body's nominal centre of mass
+    body_cg: number(LENGTH, at_least(0.0).at_most(1.0)) => budget.body_cg;
+
+    /// relative error of the masses of links 1 to 3
+    link_masses: number(NONE, at_least(0.0).at_most(1.0)) => budget.link_mass;
+
+    /// covariance of masses, centres of mass and pins of a robot that was weighed, as
+    /// `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then
+    load_covariance: Covariance => budget.load_covariance;
+
+    /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens
+    /// what is stated until the torques show the weight
+    payload: number(NONE, at_least(0.0).at_most(1.0)) => budget.payload;
+}
+
+/// The rows of the tables of keys in `docs/logs.md`. The text explains the keys above all tables;
+/// those of `[robot]` and `[[estimator]]` are as in a scene.
+pub fn log_reference() -> Vec<KeyReference> {
+    let mut rows = Vec::new();
+    key::rows(&mut rows, LOG, "", &mut LogChoice::default());
+    let as_in_a_scene = |key: &str| key.starts_with("robot.") || key.starts_with("estimator");
+    rows.retain(|row| row.key.contains('.') && !as_in_a_scene(&row.key));
+    rows
+}
 
 impl LogChoice {
     /// Reads a log description. What it does not state is as in `base`.
@@ -41,9 +195,7 @@ impl LogChoice {
     ) -> Result<Self, SceneError> {
         // Keys of one section do not exist in another.
         let reader = Reader::new(base_dir.to_owned(), |_| None);
-        reader.read(source_name, text, |reader, root| {
-            Some(read(reader, &root, base))
-        })
+        reader.read(source_name, text, |reader, root| read(reader, &root, base))
     }
 
     /// The choice after the user's descriptions of the sensors and of the robot. Where neither
@@ -119,16 +271,14 @@ impl LogChoice {
                         reader.entry(BUDGET, entry, "budget", self);
                     }
                 }
-                let drive = root
-                    .get("drive")
-                    .and_then(Node::entries)
-                    .unwrap_or_default();
-                let damping = drive.iter().find(|entry| entry.key == "viscous_damping");
-                if let Some(entry) = damping.filter(|_| !self.states_damping) {
+                let drive = root.get("drive").and_then(Node::entries);
+                let mut drive = drive.unwrap_or_default().iter();
+                if !self.states_damping
+                    && let Some(entry) = drive.find(|entry| entry.key == "viscous_damping")
+                {
                     self.states_damping = true;
                     reader.entry(DRIVE, entry, "drive", self);
                 }
-                Some(())
             })
         })
     }
@@ -137,10 +287,8 @@ impl LogChoice {
     /// writes it.
     pub fn to_toml(&self, version: &str) -> String {
         let comment = "What was known of a log, with every choice written out. SI units.";
-        let mut written = Self {
-            mapping: None,
-            ..self.clone()
-        };
+        let mut written = self.clone();
+        written.mapping = None;
         Out::file(comment, version, LOG, &mut written)
     }
 }
@@ -160,14 +308,15 @@ impl RobotChoice {
         Reader::load(path, ROBOT_FILE, |text, shown, folder| {
             let reader = Reader::new(folder.to_owned(), |_| None);
             reader.read(shown, text, |reader, root| {
-                let Some(section) = root.get("robot") else {
-                    let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
-                    reader.push(Problem::unread(shown, message));
-                    return None;
-                };
                 let mut robot = Self::default();
-                ROBOT.read(reader, section, "robot", &mut robot);
-                Some(robot)
+                match root.get("robot") {
+                    Some(section) => ROBOT.read(reader, section, "robot", &mut robot),
+                    None => {
+                        let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
+                        reader.push(Problem::unread(shown, message));
+                    }
+                }
+                robot
             })
         })
     }

@@ -1,11 +1,8 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::by_name::ANY;
-use super::imu::ImuChoice;
-use super::reading::{READINGS, ReadingChoice, is_of_body};
+use super::reading::{ANY, ImuChoice, READINGS, ReadingChoice, is_of_body};
 use crate::error::Problem;
-use crate::form::{Form, quoted, word};
-use crate::json::items;
+use crate::form::{About, Form, items, quoted, word};
 use crate::key::{List, keys};
 use crate::quantity::{TIME, number};
 use crate::reader::{Reader, join};
@@ -49,6 +46,9 @@ pub struct ChannelChoice {
 const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
 
 impl ChannelChoice {
+    /// Name of the channel that states the clock of the table of the truth.
+    pub const TRUTH: &str = "truth";
+
     /// Units of the time column in a second.
     pub fn time_units_per_second(&self) -> i64 {
         [1, 1_000, 1_000_000, 1_000_000_000][self.time_unit]
@@ -108,8 +108,8 @@ impl Form for Missing {
         }
     }
 
-    fn allowed(&self) -> String {
-        "an array of names of readings".to_owned()
+    fn about(&self) -> About {
+        About::new("an array of names of readings")
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
@@ -128,10 +128,8 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
     }
     for name in READINGS {
-        let readings = mapping
-            .readings
-            .iter()
-            .map(|r| (r.name == name, "reading", name));
+        let readings = mapping.readings.iter();
+        let readings = readings.map(|r| (r.name == name, "reading", name));
         let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
         let found = readings.chain(imus).filter(|(is_it, ..)| *is_it);
         let mut places: Vec<String> = found.map(|(_, table, of)| join(table, of)).collect();
@@ -145,10 +143,8 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
             [_] => {}
             [first, ..] => {
                 let node = root.find(first).unwrap_or(root);
-                let message = format!(
-                    "{name} is in {}, allowed: one of them",
-                    places.join(" and ")
-                );
+                let places = places.join(" and ");
+                let message = format!("{name} is in {places}, allowed: one of them");
                 reader.complain(&node.origin, first, || message);
             }
         }
@@ -160,7 +156,12 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         );
         reader.push(Problem::at(&root.origin, "reading", message).whole());
     }
-    let names: Vec<&str> = mapping.channels.iter().map(|c| c.name.as_str()).collect();
+    let names = mapping.channels.iter().map(|c| c.name.as_str());
+    let names: Vec<&str> = names.filter(|name| *name != ChannelChoice::TRUTH).collect();
+    if names.is_empty() && !mapping.channels.is_empty() {
+        let message = "found that of the truth alone, allowed: one of the readings, too";
+        reader.push(Problem::at(&root.origin, "channel", message.to_owned()).whole());
+    }
     let channel = |table: &str, of: &str, channel| (format!("{table}.{of}.channel"), channel);
     let readings = mapping.readings.iter();
     let readings = readings.map(|r| channel("reading", r.name, r.channel.as_str()));

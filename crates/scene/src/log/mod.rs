@@ -4,20 +4,16 @@
 //! | modules | job |
 //! |---|---|
 //! | `choice` | the result of reading a description |
-//! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
-//! | `load` | from a file; as a file |
+//! | `mapping`, `reading` | columns and the readings that follow from them |
+//! | `load` | declarations of its keys; from a file; as a file |
 
-mod by_name;
 mod choice;
-mod imu;
-mod keys;
 mod load;
 mod mapping;
 mod reading;
 
 pub use choice::{EstimatorError, LogChoice};
-pub use imu::{ImuChoice, InclinationSource};
-pub(crate) use keys::LOG;
-pub use keys::log_reference;
+pub(crate) use load::LOG;
+pub use load::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
-pub use reading::{READINGS, ReadingChoice, is_of_body};
+pub use reading::{ImuChoice, InclinationSource, READINGS, ReadingChoice, is_of_body};

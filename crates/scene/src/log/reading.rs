@@ -1,16 +1,65 @@
-//! `[reading.NAME]`: readings that are numbers in a column.
+//! `[reading.NAME]`: readings that are numbers in a column; `[imu.LINK]`: inclination and rate from an
+//! inertial measurement unit.
 
-use super::by_name::{ANY, ByName};
-use crate::form::{dependent, word};
-use crate::key::{self, keys};
+use crate::form::{Array, Form, KeyReference, Plain, array, dependent, object, word};
+use crate::key::{self, Key, keys};
 use crate::quantity::{
-    ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number, with_unit,
+    ANGLE, ANGULAR_RATE, Dimension, NONE, Range, TORQUE, above, at_least, number, with_unit,
 };
 use crate::reader::{Reader, join};
 use crate::source::Node;
 use crate::values::text;
-use serde_json::json;
-use std::f64::consts::TAU;
+use robhaz_model::named;
+use serde_json::{Value as Json, json};
+use std::f64::consts::{PI, TAU};
+
+/// Any number that is not absurd.
+pub(super) const ANY: Range = at_least(-1e12).at_most(1e12);
+
+/// Tables by the names of what they describe.
+pub(super) struct ByName<C: 'static> {
+    pub names: &'static [&'static str],
+    /// Stands for a name in tables of keys.
+    pub placeholder: &'static str,
+    pub keys: &'static [Key<C>],
+    /// What has a name, before its keys are read.
+    pub start: fn(&'static str) -> C,
+    /// Checks and completes it.
+    pub check: fn(&mut Reader, &Node, &str, &mut C),
+}
+
+impl<C> Form for ByName<C> {
+    type Value = Vec<C>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<C>) {
+        for entry in reader.entries(node, path) {
+            match self.names.iter().find(|name| **name == entry.key) {
+                Some(name) => {
+                    let (path, mut value) = (join(path, name), (self.start)(name));
+                    reader.table(self.keys, &entry.node, &path, &mut value);
+                    (self.check)(reader, &entry.node, &path, &mut value);
+                    into.push(value);
+                }
+                None => reader.unknown(entry, path, self.names),
+            }
+        }
+    }
+
+    fn schema(&self, _defaults: Option<&mut Vec<C>>) -> Json {
+        let table = key::schema(self.keys, Some(&mut (self.start)("")));
+        let table = |name: &&str| ((*name).to_owned(), table.clone());
+        object(self.names.iter().map(table).collect(), &[])
+    }
+
+    fn is_section(&self) -> bool {
+        true
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<C>) {
+        let path = join(path, self.placeholder);
+        key::rows(rows, self.keys, &path, &mut (self.start)(""));
+    }
+}
 
 /// A reading that is a number in a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +74,14 @@ pub struct ReadingChoice {
     pub factor: f64,
     /// Subtracted after that, SI.
     pub offset: f64,
+    // The values of its keys.
+    sign: f64,
+    scale: f64,
+    gear_ratio: f64,
+    counts: f64,
+    torque_constant: f64,
+    /// Unit and offset, whose allowed values depend on the reading.
+    of_reading: (),
 }
 
 /// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
@@ -54,36 +111,8 @@ pub fn is_of_body(name: &str) -> Option<bool> {
     (of_body || name.starts_with("link")).then_some(of_body)
 }
 
-/// The values of the keys of a reading.
-struct ReadingKeys {
-    channel: String,
-    column: String,
-    sign: f64,
-    scale: f64,
-    gear_ratio: f64,
-    counts: f64,
-    torque_constant: f64,
-    /// Unit and offset, whose allowed values depend on the reading.
-    of_reading: (),
-}
-
-impl ReadingKeys {
-    fn standard() -> Self {
-        Self {
-            channel: String::new(),
-            column: String::new(),
-            sign: 1.0,
-            scale: 1.0,
-            gear_ratio: 1.0,
-            counts: 0.0,
-            torque_constant: 0.0,
-            of_reading: (),
-        }
-    }
-}
-
 keys! {
-    READING_KEYS: ReadingKeys;
+    READING_KEYS: ReadingChoice;
 
     /// name of its channel; the first by default
     channel: text("a text") => channel;
@@ -126,9 +155,21 @@ keys! {
 pub(super) const READING: ByName<ReadingChoice> = ByName {
     names: &READINGS,
     placeholder: "NAME",
-    read: reading,
-    schema: || key::schema(READING_KEYS, Some(&mut ReadingKeys::standard())),
-    rows: |rows, path| key::rows(rows, READING_KEYS, path, &mut ReadingKeys::standard()),
+    keys: READING_KEYS,
+    start: |name| ReadingChoice {
+        name,
+        channel: String::new(),
+        column: String::new(),
+        factor: 1.0,
+        offset: 0.0,
+        sign: 1.0,
+        scale: 1.0,
+        gear_ratio: 1.0,
+        counts: 0.0,
+        torque_constant: 0.0,
+        of_reading: (),
+    },
+    check,
 };
 
 /// Dimension of a reading, and its further units with their factors.
@@ -140,18 +181,15 @@ fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
     }
 }
 
-fn reading(reader: &mut Reader, name: &'static str, node: &Node, path: &str) -> ReadingChoice {
-    let mut keys = ReadingKeys::standard();
-    reader.table(READING_KEYS, node, path, &mut keys);
+fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoice) {
+    let name = reading.name;
     let (dimension, units) = dimension(name);
-    let unit = node
-        .get("unit")
-        .and_then(|n| reader.word(units, n, &join(path, "unit")));
+    let unit = node.get("unit");
+    let unit = unit.and_then(|n| reader.word(units, n, &join(path, "unit")));
     let unit = units[unit.unwrap_or(0)];
     let number = number(dimension, ANY);
-    let offset = node
-        .get("offset")
-        .and_then(|n| reader.number(&number, n, &join(path, "offset")));
+    let offset = node.get("offset");
+    let offset = offset.and_then(|n| reader.number(&number, n, &join(path, "offset")));
     let mut needs = |key: &str, value: f64, needed: bool| {
         if needed && value <= 0.0 {
             let at = node.get(key).or(node.get("unit")).unwrap_or(node);
@@ -162,24 +200,20 @@ fn reading(reader: &mut Reader, name: &'static str, node: &Node, path: &str) -> 
             reader.refuse(found, &join(path, key), &allowed);
         }
     };
-    needs("counts", keys.counts, unit == "counts");
-    needs("torque_constant", keys.torque_constant, unit.ends_with('A'));
+    needs("counts", reading.counts, unit == "counts");
+    let is_current = unit.ends_with('A');
+    needs("torque_constant", reading.torque_constant, is_current);
     let is_of_motor =
         name.ends_with("_angle") && !name.contains("contact") || name.ends_with("_motor_torque");
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
         reader.refuse(found, &join(path, "gear_ratio"), allowed);
     }
-    ReadingChoice {
-        name,
-        factor: factor(unit, &keys),
-        offset: offset.unwrap_or(0.0),
-        channel: keys.channel,
-        column: keys.column,
-    }
+    reading.factor = factor(unit, reading);
+    reading.offset = offset.unwrap_or(0.0);
 }
 
-fn factor(unit: &str, keys: &ReadingKeys) -> f64 {
+fn factor(unit: &str, keys: &ReadingChoice) -> f64 {
     let gear = keys.gear_ratio;
     let of_unit = match unit {
         "deg" => 1.0_f64.to_radians() / gear,
@@ -194,4 +228,134 @@ fn factor(unit: &str, keys: &ReadingKeys) -> f64 {
         _ => 1.0,
     };
     keys.sign * keys.scale * of_unit
+}
+
+/// An inertial measurement unit on a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImuChoice {
+    /// `link1`, `link2` or `body`.
+    pub link: &'static str,
+    /// Its channel. Empty for the first.
+    pub channel: String,
+    /// Its axis that points forward in the nominal pose, as a unit vector.
+    pub forward: [f64; 3],
+    /// Its axis that points up in the nominal pose, as a unit vector.
+    pub up: [f64; 3],
+    /// What the inclination follows from.
+    pub inclination: InclinationSource,
+    /// Columns of the specific force, x y z.
+    pub acceleration: [String; 3],
+    /// Columns of the orientation as a quaternion, x y z w.
+    pub orientation: [String; 4],
+    /// Columns of the angular velocity, x y z.
+    pub angular_velocity: [String; 3],
+    /// Factor from these columns to rad/s.
+    pub rate_factor: f64,
+    /// Subtracted from the inclination, rad.
+    pub inclination_offset: f64,
+    /// Subtracted from the rate, rad/s.
+    pub rate_offset: f64,
+}
+
+named! {
+    /// What the inclination of a link follows from.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum InclinationSource {
+        /// Direction of the specific force.
+        Acceleration = "acceleration",
+        /// Orientation.
+        Orientation = "orientation",
+    }
+}
+
+/// The axes of the sensor, as [`AXIS_NAMES`].
+const AXES: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+const AXIS_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+
+fn axis_name([x, y, z]: [f64; 3]) -> &'static str {
+    let mut along = [x, -x, y, -y, z, -z].into_iter();
+    AXIS_NAMES[along.position(|part| part > 0.5).unwrap_or_default()]
+}
+
+const DEGREE: f64 = PI / 180.0;
+const COLUMN: Plain<String> = text("a text");
+const XYZ: Array<Plain<String>, [String; 3]> = array("three columns", COLUMN);
+
+keys! {
+    IMU_KEYS: ImuChoice;
+
+    /// name of its channel; the first by default
+    channel: text("a text") => channel;
+
+    /// its axis that points forward in the nominal pose
+    forward: word(&AXES, axis_name) => forward;
+
+    /// its axis that points up in the nominal pose
+    up: word(&AXES, axis_name) => up;
+
+    /// what the inclination follows from: the direction of the specific force, or the orientation
+    inclination: word(&InclinationSource::ALL, InclinationSource::name) => inclination;
+
+    /// columns of the specific force: at rest the axis that points up reads +g; any unit
+    acceleration ("linear_acceleration.x .y .z"): XYZ => acceleration;
+
+    /// columns of the orientation: quaternion from the sensor to a world whose z axis points up
+    orientation ("orientation.x .y .z .w"): array("four columns", COLUMN) => orientation;
+
+    /// columns of the angular velocity
+    angular_velocity ("angular_velocity.x .y .z"): XYZ => angular_velocity;
+
+    /// unit of the angular velocity
+    rate_unit: word(&[1.0, DEGREE], |unit| if unit < 1.0 { "deg/s" } else { "rad/s" })
+        => rate_factor;
+
+    /// inclination that the sensor shows in the nominal pose: subtracted
+    inclination_offset: number(ANGLE, at_least(-3.2).at_most(3.2)) => inclination_offset;
+
+    /// rate that the sensor shows at rest: subtracted
+    rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => rate_offset;
+}
+
+/// `[imu.LINK]`
+pub(super) const IMUS: ByName<ImuChoice> = ByName {
+    names: &["link1", "link2", "body"],
+    placeholder: "LINK",
+    keys: IMU_KEYS,
+    start: ImuChoice::standard,
+    check: check_imu,
+};
+
+fn check_imu(reader: &mut Reader, node: &Node, path: &str, imu: &mut ImuChoice) {
+    let along: f64 = imu.forward.iter().zip(imu.up).map(|(a, b)| a * b).sum();
+    if along.abs() > 0.5 {
+        let at = node.get("up").or(node.get("forward")).unwrap_or(node);
+        reader.refuse(at, &join(path, "up"), "another axis than forward");
+    }
+}
+
+impl ImuChoice {
+    /// As in ROS: x forward, z up.
+    fn standard(link: &'static str) -> Self {
+        let names = |start: &str| ["x", "y", "z"].map(|axis| format!("{start}.{axis}"));
+        Self {
+            link,
+            channel: String::new(),
+            forward: AXES[0],
+            up: AXES[4],
+            inclination: InclinationSource::Acceleration,
+            acceleration: names("linear_acceleration"),
+            orientation: ["x", "y", "z", "w"].map(|axis| format!("orientation.{axis}")),
+            angular_velocity: names("angular_velocity"),
+            rate_factor: 1.0,
+            inclination_offset: 0.0,
+            rate_offset: 0.0,
+        }
+    }
 }

@@ -1,9 +1,8 @@
 //! Reads the axes of a study.
 
-use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
+use super::choice::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
-use crate::form::{Form, Plain, read_only};
-use crate::json::items;
+use crate::form::{About, Form, Plain, items, read_only};
 use crate::key::{self, keys};
 use crate::load::reference;
 use crate::reader::{Reader, join};
@@ -21,7 +20,6 @@ const WAYS: [&str; 6] = [
     "normal",
     "whole",
 ];
-const ONE_WAY: &str = "one of values, count, uniform, log_uniform, normal, whole";
 
 /// Largest number of runs of a study.
 pub(super) const MOST_RUNS: u64 = 100_000_000;
@@ -31,9 +29,8 @@ pub(super) const RUNS: Plain<u64> = Plain {
     words: "a whole number from 1 to 100000000",
     schema: || json!({"type": "integer", "minimum": 1, "maximum": MOST_RUNS}),
     read: |node| {
-        u64::try_from(node.whole()?)
-            .ok()
-            .filter(|n| (1..=MOST_RUNS).contains(n))
+        let runs = u64::try_from(node.whole()?).ok();
+        runs.filter(|n| (1..=MOST_RUNS).contains(n))
     },
     text: |count| Some(count.to_string()),
 };
@@ -57,16 +54,34 @@ keys! {
     key: KEY => keys;
 
     /// keys of the scene that vary together
-    keys: KEY_LIST => keys;
+    keys: read_only(
+        "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
+        || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
+        |node| {
+            let keys: Vec<String> = node.array()?.iter().map(key_of).collect::<Option<_>>()?;
+            let different = keys.iter().collect::<HashSet<_>>().len();
+            (different > 0 && different == keys.len()).then_some(keys)
+        },
+    ) => keys;
 
     /// names of the values, which the dataset shows in place of the values of the first key
-    names: NAMES => names;
+    names: read_only(
+        "a list of different texts, one a value",
+        || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
+        |node| node.array()?.iter().map(text("").read).collect(),
+    ) => names;
 
     /// the first of count whole numbers
-    first ("0"): FIRST => first;
+    first ("0"): read_only(
+        "a whole number of at least 0 and below 2^63",
+        || json!({"type": "integer", "minimum": 0}), index,
+    ) => first;
 
     /// a list; with keys a list of lists with one value a key
-    values: VALUES => values;
+    values: read_only(
+        "a list of at least one value", || json!({"type": "array", "minItems": 1}),
+        |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
+    ) => values;
 
     /// as many whole numbers
     count: RUNS => count;
@@ -104,30 +119,6 @@ const KEY: Plain<Vec<String>> = read_only(
     "a key of the scene, such as \"drive.speed\"",
     key_schema,
     |node| Some(vec![key_of(node)?]),
-);
-const KEY_LIST: Plain<Vec<String>> = read_only(
-    "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
-    || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
-    |node| {
-        let keys: Vec<String> = node.array()?.iter().map(key_of).collect::<Option<_>>()?;
-        let different = keys.iter().collect::<HashSet<_>>().len();
-        (different > 0 && different == keys.len()).then_some(keys)
-    },
-);
-const NAMES: Plain<Vec<String>> = read_only(
-    "a list of different texts, one a value",
-    || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
-    |node| node.array()?.iter().map(text("").read).collect(),
-);
-const FIRST: Plain<i64> = read_only(
-    "a whole number of at least 0 and below 2^63",
-    || json!({"type": "integer", "minimum": 0}),
-    index,
-);
-const VALUES: Plain<Vec<Node>> = read_only(
-    "a list of at least one value",
-    || json!({"type": "array", "minItems": 1}),
-    |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
 );
 /// A distribution by two numbers.
 const fn drawn(
@@ -182,8 +173,8 @@ impl Form for Axes {
         }
     }
 
-    fn allowed(&self) -> String {
-        "one table [[axis]] or several".to_owned()
+    fn about(&self) -> About {
+        About::new("one table [[axis]] or several")
     }
 
     fn schema(&self, _defaults: Option<&mut Vec<Axis>>) -> Json {
@@ -201,16 +192,14 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
     let (mark, mut raw) = (reader.mark(), Raw::default());
     reader.table(AXIS, node, path, &mut raw);
     node.entries()?;
-    let given: Vec<&str> = WAYS
-        .into_iter()
-        .filter(|way| node.get(way).is_some())
-        .collect();
+    let mut given = WAYS.to_vec();
+    given.retain(|way| node.get(way).is_some());
     let [way] = given.as_slice() else {
         let found = match given.is_empty() {
             true => "nothing".to_owned(),
             false => given.join(" and "),
         };
-        let message = format!("found {found}, allowed: {ONE_WAY}");
+        let message = format!("found {found}, allowed: one of {}", WAYS.join(", "));
         reader.push(Problem::at(&node.origin, path, message).whole());
         return None;
     };

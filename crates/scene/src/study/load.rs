@@ -1,32 +1,55 @@
 //! From a file to a [`StudyChoice`].
 
 use super::axes::{Axes, MOST_RUNS, RUNS};
-use super::axis::Axis;
-use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
+use super::choice::{Axis, DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
-use crate::form::{Form, Plain, read_only, word};
-use crate::key::{self, keys, section};
+use crate::form::{Form, read_only, word};
+use crate::key::{keys, section};
 use crate::reader::Reader;
-use crate::source::{Node, Origin};
+use crate::source::Node;
 use crate::values::{NAME, SEED, from_stem, text};
-use serde_json::{Value as Json, json};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 keys! {
     /// The keys of a study file.
-    STUDY: StudyChoice;
+    pub(crate) STUDY: StudyChoice;
 
     /// name of the study and of the default folder
     name ("the file's name"): NAME => name;
 
     /// the base scene; a path relative to the study file
-    scene (required): SCENE => base;
+    scene (required): read_only("the path of a scene file", || text("").schema(None), |node| {
+        let path = node.as_text().filter(|text| !text.is_empty())?;
+        Some((path.into(), node.origin.clone()))
+    }) => base;
 
     /// overrides key=value of the base scene in every run
-    set: SET => overrides;
+    set: read_only(
+        "a list of texts key=value, such as [\"drive.kp=2\"]",
+        || json!({"type": "array", "items": {"type": "string", "pattern": "="}}),
+        |node| {
+            let item = |item: &Node| Some((item.as_text()?.to_owned(), item.origin.clone()));
+            node.array()?.iter().map(item).collect()
+        },
+    ) => overrides;
 
     /// runs that keep their full tables
-    tables ("\"none\""): TABLES => tables;
+    tables ("\"none\""): read_only(
+        "\"none\", \"all\", or a list of runs such as [0, 7]",
+        || json!({"anyOf": [
+            {"enum": ["none", "all"]},
+            {"type": "array", "items": {"type": "integer", "minimum": 0}},
+        ]}),
+        |node| match (node.as_text(), node.array()) {
+            (Some("none"), _) => Some(StudyTables::None),
+            (Some("all"), _) => Some(StudyTables::All),
+            (_, items) => {
+                let runs = items?.iter().map(|item| u64::try_from(item.whole()?).ok());
+                Some(StudyTables::Runs(runs.collect::<Option<_>>()?))
+            }
+        },
+    ) => tables;
 
     /// what varies
     axis (required): Axes => axes;
@@ -53,49 +76,6 @@ keys! {
     method: word(&DrawMethod::ALL, DrawMethod::name) => method;
 }
 
-/// JSON Schema of a study file.
-pub(crate) fn schema() -> Json {
-    key::schema(STUDY, None)
-}
-
-/// The base scene and where it was written.
-const SCENE: Plain<(PathBuf, Origin)> = read_only(
-    "the path of a scene file",
-    || text("").schema(None),
-    |node| {
-        let path = node.as_text().filter(|text| !text.is_empty())?;
-        Some((path.into(), node.origin.clone()))
-    },
-);
-
-/// Overrides, each with where it was written.
-const SET: Plain<Vec<(String, Origin)>> = read_only(
-    "a list of texts key=value, such as [\"drive.kp=2\"]",
-    || json!({"type": "array", "items": {"type": "string", "pattern": "="}}),
-    |node| {
-        let item = |item: &Node| Some((item.as_text()?.to_owned(), item.origin.clone()));
-        node.array()?.iter().map(item).collect()
-    },
-);
-
-const TABLES: Plain<StudyTables> = read_only(
-    "\"none\", \"all\", or a list of runs such as [0, 7]",
-    || {
-        json!({"anyOf": [
-            {"enum": ["none", "all"]},
-            {"type": "array", "items": {"type": "integer", "minimum": 0}},
-        ]})
-    },
-    |node| match (node.as_text(), node.array()) {
-        (Some("none"), _) => Some(StudyTables::None),
-        (Some("all"), _) => Some(StudyTables::All),
-        (_, items) => {
-            let runs = items?.iter().map(|item| u64::try_from(item.whole()?).ok());
-            Some(StudyTables::Runs(runs.collect::<Option<_>>()?))
-        }
-    },
-);
-
 impl StudyChoice {
     /// Reads a study file.
     ///
@@ -115,7 +95,7 @@ impl StudyChoice {
     pub fn parse(text: &str, source_name: &str) -> Result<Self, SceneError> {
         let reader = Reader::new(PathBuf::new(), |_| None);
         reader.read(source_name, text, |reader, root| {
-            Some(read(reader, &root, text, source_name))
+            read(reader, &root, text, source_name)
         })
     }
 }
@@ -132,7 +112,7 @@ fn read(reader: &mut Reader, root: &Node, text: &str, source_name: &str) -> Stud
         text: text.to_owned(),
     };
     reader.table(STUDY, root, "", &mut study);
-    let drawn = study.axes.iter().find(|axis| axis.is_drawn());
+    let drawn = study.axes.iter().find(|axis| axis.length().is_none());
     let problem = match (root.get("draw"), drawn) {
         (None, Some(axis)) => Some((
             &axis.origin,

@@ -2,18 +2,15 @@
 //!
 //! | modules | job |
 //! |---|---|
-//! | `choice` | the result of reading a study file |
-//! | `axis` | one axis: its keys and values |
+//! | `choice` | the result of reading a study file; the scene of one run, with problems at the place in the study file that causes them |
 //! | `load`, `axes` | from a file |
-//! | `run` | the scene of one run; problems at the place in the study file that causes them |
 
 mod axes;
-mod axis;
 mod choice;
 mod load;
-mod run;
 
-pub use axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
-pub use choice::{DrawMethod, Draws, StudyChoice, StudyTables};
-pub(crate) use load::schema;
-pub use run::{BaseScene, Setting};
+pub use choice::{
+    Axis, AxisItem, AxisValue, AxisValues, BaseScene, Distribution, DrawMethod, Draws, Setting,
+    StudyChoice, StudyTables,
+};
+pub(crate) use load::STUDY;

@@ -1,8 +1,7 @@
 //! The values of the keys of a ground, and the ground that they give.
 
 use super::TerrainChoice;
-use super::points::PointKeys;
-use super::track::Track;
+use super::points::{PointKeys, Track};
 use robhaz_model::Vec2;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{

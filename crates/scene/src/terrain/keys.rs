@@ -3,14 +3,12 @@
 use super::TerrainChoice;
 use super::ground::{DEFAULT, Ground, KINDS};
 use super::points::{self, COLUMN, FILE, HASH, Points};
-use crate::form::{Form, KeyReference, Maybe, word};
-use crate::json::{items, object};
+use crate::form::{About, Form, KeyReference, Maybe, Out, items, object, word};
 use crate::key::{self, Key, List, keys, properties, required};
 use crate::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::values::{COUNT, SEED, SWITCH};
-use crate::write::Out;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Interpolation, RoughClass};
 use serde_json::{Value as Json, json};
@@ -48,15 +46,7 @@ keys! {
     STRETCHES: Ground;
 
     /// friction stretches, from rear to front; they must not overlap
-    stretch ("none"): List {
-        keys: STRETCH,
-        words: "up to 1000 tables, each headed [[terrain.stretch]]",
-        least: 0,
-        // Each contact looks them up.
-        most: 1000,
-        start: || Stretch { from: 0.0, to: 0.0, mu_s: 0.0, mu_d: 0.0 },
-        check: check_stretch,
-    } => stretches;
+    stretch ("none"): STRETCH_LIST => stretches;
 }
 
 keys! {
@@ -192,7 +182,7 @@ keys! {
     seed ("the scene's `seed`"): Maybe(SEED) => seed;
 
     /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
-    class: word(&RoughClass::ALL, class_name) => rough.class;
+    class: word(&RoughClass::ALL, RoughClass::name) => rough.class;
 
     /// kind rough only: shortest wavelength
     shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => rough.shortest;
@@ -206,10 +196,6 @@ keys! {
     /// kind rough only: length over which the height rises from zero at the start and falls to zero
     /// at the end, at most half of extent
     fade: number(LENGTH, above(0.0).at_most(500.0)) => rough.fade;
-}
-
-fn class_name(class: RoughClass) -> &'static str {
-    ["A", "B", "C", "D", "E", "F", "G", "H"][class as usize]
 }
 
 keys! {
@@ -236,15 +222,11 @@ keys! {
 
     /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or
     /// straight pieces with corners
-    interpolation: word(&Interpolation::ALL, interpolation_name) => interpolation;
+    interpolation: word(&Interpolation::ALL, Interpolation::name) => interpolation;
 
     /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no
     /// smoothing
     smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => smoothing;
-}
-
-fn interpolation_name(interpolation: Interpolation) -> &'static str {
-    ["monotone", "spline", "corners"][interpolation as usize]
 }
 
 keys! {
@@ -255,29 +237,33 @@ keys! {
     part (required): Parts => parts;
 }
 
-fn check_stretch(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    stretch: &mut Stretch,
-    before: &[Stretch],
-) {
-    let mut refuse = |key: &str, rule: String| {
-        if let Some(node) = node.get(key) {
-            reader.refuse(node, &join(path, key), &rule);
+/// `[[terrain.stretch]]`
+const STRETCH_LIST: List<Stretch> = List {
+    keys: STRETCH,
+    words: "up to 1000 tables, each headed [[terrain.stretch]]",
+    least: 0,
+    // Each contact looks them up.
+    most: 1000,
+    start: || Stretch {
+        from: 0.0,
+        to: 0.0,
+        mu_s: 0.0,
+        mu_d: 0.0,
+    },
+    check: |reader, node, path, stretch, before| {
+        let mut refuse = |key: &str, rule: String| reader.refuse_key(node, path, key, &rule);
+        if stretch.to <= stretch.from {
+            refuse("to", format!("above from, {} m", stretch.from));
         }
-    };
-    if stretch.to <= stretch.from {
-        refuse("to", format!("above from, {} m", stretch.from));
-    }
-    if stretch.mu_d > stretch.mu_s {
-        refuse("mu_d", format!("not above mu_s, {}", stretch.mu_s));
-    }
-    if let Some(before) = before.last().filter(|b| stretch.from < b.to) {
-        let rule = format!("not below the end of the stretch before, {} m", before.to);
-        refuse("from", rule);
-    }
-}
+        if stretch.mu_d > stretch.mu_s {
+            refuse("mu_d", format!("not above mu_s, {}", stretch.mu_s));
+        }
+        if let Some(before) = before.last().filter(|b| stretch.from < b.to) {
+            let rule = format!("not below the end of the stretch before, {} m", before.to);
+            refuse("from", rule);
+        }
+    },
+};
 
 /// A ground.
 pub(crate) struct Terrain {
@@ -445,8 +431,8 @@ impl Form for Parts {
         }
     }
 
-    fn allowed(&self) -> String {
-        "1 to 100 tables, each headed [[terrain.part]]".to_owned()
+    fn about(&self) -> About {
+        About::new("1 to 100 tables, each headed [[terrain.part]]")
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
@@ -459,9 +445,4 @@ impl Form for Parts {
             Terrain { is_part: true }.write(out, path, part);
         }
     }
-}
-
-/// JSON Schema of a part, which the schema of scenes defines under `part`.
-pub(crate) fn part_schema() -> Json {
-    Terrain { is_part: true }.schema(None)
 }

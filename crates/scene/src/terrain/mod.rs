@@ -3,10 +3,9 @@
 mod ground;
 mod keys;
 mod points;
-mod track;
 
-pub(crate) use keys::{Terrain, part_schema};
-pub use track::Track;
+pub(crate) use keys::Terrain;
+pub use points::Track;
 
 use robhaz_model::Robot;
 use robhaz_sim::friction::Stretch;

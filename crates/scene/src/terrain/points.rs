@@ -1,17 +1,43 @@
-//! Points that the ground goes through, in the scene itself or in a separate file.
+//! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
-use super::track::Track;
 use crate::error::Problem;
-use crate::form::{Form, Plain};
-use crate::json::items;
+use crate::form::{About, Form, Plain, items, quote};
 use crate::quantity::{LENGTH, Point, at_least, number, point};
 use crate::reader::{Reader, join};
-use crate::source::{self, Node, Origin, Source, Value};
+use crate::source::{self, Node, Origin, Source, Value, grouped};
 use crate::values::text;
-use crate::write::{grouped, quote};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
+use std::sync::Arc;
+
+/// A file of points as the scene names it, with its content: the run's folder gets a copy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Track {
+    /// Index of the part of the ground, from 0; `None` for the whole ground.
+    pub part: Option<usize>,
+    /// The file's content.
+    pub bytes: Arc<[u8]>,
+    pub(crate) format: TrackFormat,
+}
+
+impl Track {
+    /// Name of the copy in a run's folder.
+    pub fn file_name(&self) -> String {
+        match self.part {
+            None => "track.csv".to_owned(),
+            Some(part) => format!("track-{part}.csv"),
+        }
+    }
+
+    /// The hash that the resolved scene states: `sha256:` and 64 digits.
+    pub fn hash(&self) -> String {
+        use sha2::Digest;
+        let digest = sha2::Sha256::digest(&self.bytes);
+        let digits: Vec<String> = digest.iter().map(|b| format!("{b:02x}")).collect();
+        format!("sha256:{}", digits.concat())
+    }
+}
 
 /// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
@@ -62,9 +88,10 @@ impl Form for Points {
         (!lines.is_empty()).then(|| format!("[\n{}]", lines.concat()))
     }
 
-    fn allowed(&self) -> String {
-        "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing"
-            .to_owned()
+    fn about(&self) -> About {
+        About::new(
+            "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing",
+        )
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
@@ -80,9 +107,8 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
         Some(name) => (!name.trim().is_empty()).then(|| Some(Column::Name(name.to_owned()))),
         None => {
             let number = usize::try_from(node.whole()?).ok()?;
-            (1..=100_000)
-                .contains(&number)
-                .then_some(Some(Column::Number(number)))
+            let column = Some(Column::Number(number));
+            (1..=100_000).contains(&number).then_some(column)
         }
     },
     text: |column| {
@@ -147,16 +173,13 @@ fn from_file(
         return None;
     }
     let found = reader.base_dir.join(&keys.file);
-    let bytes = match source::read(&found, source::MOST_TRACK) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            let (name, shown) = (file.origin.found(), found.display());
-            let allowed = FILE.words;
-            let message = format!("found {name}, but {shown} {error}; allowed: {allowed}");
-            reader.push(Problem::at(&file.origin, &key, message));
-            return None;
-        }
-    };
+    let shown = found.display().to_string();
+    let bytes = source::read(&found, source::MOST_TRACK).map_err(|error| {
+        let (name, allowed) = (file.origin.found(), FILE.words);
+        let message = format!("found {name}, but {shown} {error}; allowed: {allowed}");
+        Problem::at(&file.origin, &key, message)
+    });
+    let bytes = reader.keep(bytes)?;
     let track = Track {
         part: None,
         bytes: bytes.into(),
@@ -165,14 +188,9 @@ fn from_file(
             ..keys.columns.clone()
         },
     };
-    let shown = found.display().to_string();
-    let points = match read_track(&track.bytes, &track.format) {
-        Ok(points) => points,
-        Err(error) => {
-            reader.push(problem(&shown, &track.bytes, &key, error));
-            return None;
-        }
-    };
+    let points = read_track(&track.bytes, &track.format);
+    let points = points.map_err(|error| problem(&shown, &track.bytes, &key, error));
+    let points = reader.keep(points)?;
     let hash = track.hash();
     if let Some(given) = node.get("file_hash").filter(|_| keys.file_hash != hash) {
         let allowed = format!("{hash}, which the file has: it is not the one that was meant");
@@ -182,12 +200,8 @@ fn from_file(
 }
 
 /// The problem of a track at its line.
-fn problem(
-    file: &str,
-    bytes: &[u8],
-    key: &str,
-    TrackError { line, message }: TrackError,
-) -> Problem {
+fn problem(file: &str, bytes: &[u8], key: &str, error: TrackError) -> Problem {
+    let TrackError { line, message } = error;
     let Some(line) = line.and_then(|line| usize::try_from(line).ok()) else {
         return Problem::unread(file, message);
     };

@@ -14,7 +14,7 @@ fn parse(text: &str) -> Result<LogChoice, SceneError> {
 
 fn problems(text: &str) -> Vec<String> {
     let error = parse(text).unwrap_err();
-    error.problems().map(ToString::to_string).collect()
+    error.problems.iter().map(ToString::to_string).collect()
 }
 
 /// Round trip: the resolved description of a scene's readings reads back as the same, with model

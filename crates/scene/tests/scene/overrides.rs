@@ -24,7 +24,7 @@ fn good(text: &str, overrides: &[&str]) -> Scene {
 #[track_caller]
 fn one(text: &str, overrides: &[&str], expected: &str) {
     let error = parse(text, overrides).unwrap_err();
-    let lines: Vec<_> = error.problems().map(ToString::to_string).collect();
+    let lines: Vec<_> = error.problems.iter().map(ToString::to_string).collect();
     assert_eq!(lines, [expected]);
 }
 
@@ -207,8 +207,9 @@ fn malformed_overrides() {
 fn problems_of_file_and_overrides_come_together() {
     let error = parse("drive.kp = -1", &["drive.ki=-1", "nonsense"]).unwrap_err();
     let files: Vec<_> = error
-        .problems()
-        .map(|p| (p.file().to_owned(), p.line()))
+        .problems
+        .iter()
+        .map(|p| (p.file.clone(), p.line))
         .collect();
     assert_eq!(
         files,

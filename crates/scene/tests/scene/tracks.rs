@@ -15,7 +15,7 @@ fn scene(csv: &[u8], keys: &str) -> Result<Scene, String> {
     std::fs::write(folder.path().join("a.csv"), csv).unwrap();
     let text = format!("[terrain]\nkind = 'heights'\nfile = 'a.csv'\n{keys}");
     Scene::parse(&text, "x.toml", folder.path(), &[]).map_err(|error| {
-        let lines: Vec<_> = error.problems().map(ToString::to_string).collect();
+        let lines: Vec<_> = error.problems.iter().map(ToString::to_string).collect();
         let folder = format!("{}/", folder.path().display());
         lines.join("\n").replace(&folder, "")
     })

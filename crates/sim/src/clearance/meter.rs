@@ -1,8 +1,6 @@
 //! Measures the clearance of a robot on its ground.
 
-use super::clearances::Clearances;
-use super::outline::outline;
-use super::part::{BarPlace, Part, vector};
+use super::part::{BarPlace, Part, outline, vector};
 use parry2d::math::Pose;
 use parry2d::query::distance;
 use parry2d::shape::Polyline;
@@ -121,7 +119,38 @@ impl ClearanceMeter {
         let points: Vec<_> = points.into_iter().map(vector).collect();
         self.ground = (points.len() > 1).then(|| (x, Polyline::new(points, None)));
         for (_, part) in &mut self.parts {
-            part.reset();
+            part.last = None;
         }
+    }
+}
+
+/// The least clearance of body and links, and which of them touch the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearances {
+    /// The bar with the least clearance, and its clearance, m; infinite where none is known. A bar
+    /// at 0 or below touches the ground; how deep it is below 0 has no meaning.
+    pub least: (Bar, f64),
+    /// Whether each bar touches the ground, in the order of [`Bar::ALL`]; `None` where it is not
+    /// known.
+    pub touching: [Option<bool>; 4],
+}
+
+impl Clearances {
+    /// Of the clearances (m) of the four bars, in the order of [`Bar::ALL`]. One that is not a
+    /// number is not known.
+    pub fn of(each: [f64; 4]) -> Self {
+        let bars = Bar::ALL.into_iter().zip(each);
+        let least = bars.fold((Bar::Body, f64::INFINITY), |least, of_bar| {
+            if of_bar.1 < least.1 { of_bar } else { least }
+        });
+        Self {
+            least,
+            touching: each.map(|distance| (!distance.is_nan()).then_some(distance <= 0.0)),
+        }
+    }
+
+    /// Whether a bar touches the ground.
+    pub fn touches(&self) -> bool {
+        self.least.1 <= 0.0
     }
 }

@@ -5,11 +5,8 @@
 //! ground. This module tells how far they are from it. What a link's own wheels cover does not
 //! count: there the wheel touches first.
 
-mod clearances;
 mod meter;
-mod outline;
 mod part;
 
-pub use clearances::Clearances;
-pub use meter::ClearanceMeter;
+pub use meter::{ClearanceMeter, Clearances};
 pub use part::BarPlace;

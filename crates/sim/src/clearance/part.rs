@@ -1,11 +1,12 @@
-//! One line of a bar's outline, and what is known of its distance to the ground.
+//! The outline of a bar as lines about its centre of mass, and what is known of their distances to
+//! the ground.
 
 use parry2d::bounding_volume::Aabb;
 use parry2d::math::{Pose, Vector};
 use parry2d::partitioning::BvhNode;
 use parry2d::query::details::distance_segment_segment;
-use parry2d::shape::{Polyline, Segment};
-use robhaz_model::Vec2;
+use parry2d::shape::{ConvexPolygon, Polyline, Segment};
+use robhaz_model::{Bar, Geometry, Vec2};
 
 /// Rounding of a distance, m: much more than it can be.
 const ROUNDING: f64 = 1e-9;
@@ -34,7 +35,7 @@ pub(crate) struct Part {
     reach: f64,
     /// Distance to the ground when it was last measured (m), and where the bar was. `None` on a new
     /// ground.
-    last: Option<(f64, BarPlace)>,
+    pub last: Option<(f64, BarPlace)>,
     /// The line of the ground to which that was.
     nearest: u32,
 }
@@ -48,11 +49,6 @@ impl Part {
             last: None,
             nearest: 0,
         }
-    }
-
-    /// Reset: the ground is a new one.
-    pub fn reset(&mut self) {
-        self.last = None;
     }
 
     /// What the distance is at least, m: no point of the line has moved farther than its bar.
@@ -89,9 +85,7 @@ impl Part {
             let beside = normal.dot(node.mins() + half - line.a).abs() - normal.abs().dot(half);
             gap.max(Vector::ZERO).length().max(beside - ROUNDING)
         };
-        let found = ground
-            .bvh()
-            .find_best(most, least_in, |k, _| Some(of_line(k)));
+        let found = (ground.bvh()).find_best(most, least_in, |k, _| Some(of_line(k)));
         // There is one below the bound. NaN would be seen in every table.
         let Some((nearest, distance)) = found else {
             self.last = None;
@@ -105,4 +99,57 @@ impl Part {
 
 pub(crate) fn vector(v: Vec2) -> Vector {
     Vector::new(v.x, v.y)
+}
+
+/// The parts of a bar's outline without its half width, about the bar's centre of mass.
+pub(crate) fn outline(geometry: &Geometry, bar: Bar) -> Vec<Part> {
+    let cg = geometry.cg(bar);
+    let mut points: Vec<Vec2> = geometry.outline_points(bar).map(|p| p - cg).collect();
+    if bar == Bar::Body {
+        let corners: Vec<_> = points.iter().copied().map(vector).collect();
+        if let Some(hull) = ConvexPolygon::from_convex_hull(&corners) {
+            let corners = hull.points();
+            let point = |v: &Vector| Vec2::new(v.x, v.y);
+            let next = corners.iter().cycle().skip(1);
+            let edges = corners.iter().zip(next);
+            let edges = edges.map(|(a, b)| Part::new([point(a), point(b)]));
+            return edges.collect();
+        }
+    }
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let axles = geometry.axles.iter().zip(&geometry.carriers);
+    let own = axles.filter(|(_, carrier)| carrier.bar() == bar);
+    let wheels: Vec<Vec2> = own.map(|(axle, _)| axle - cg).collect();
+    let radius = geometry.wheel_radius;
+    let pairs = points.windows(2);
+    let pieces = pairs.flat_map(|pair| outside([pair[0], pair[1]], &wheels, radius));
+    pieces.map(Part::new).collect()
+}
+
+/// The pieces of a line that lie outside of wheels of a radius (m): what is inside cannot touch the
+/// ground before the wheel.
+fn outside(line: [Vec2; 2], wheels: &[Vec2], radius: f64) -> Vec<[Vec2; 2]> {
+    let [from, along] = [line[0], line[1] - line[0]];
+    let square = along.norm_squared();
+    if square <= 0.0 {
+        return Vec::new();
+    }
+    // Shares of the line at which it enters or leaves a wheel.
+    let mut ends = vec![0.0, 1.0];
+    for wheel in wheels {
+        let arm = from - wheel;
+        let middle = -arm.dot(&along) / square;
+        let half = middle * middle - (arm.norm_squared() - radius * radius) / square;
+        if half > 0.0 {
+            let crossings = [middle - half.sqrt(), middle + half.sqrt()];
+            ends.extend(crossings.into_iter().filter(|t| *t > 0.0 && *t < 1.0));
+        }
+    }
+    ends.sort_by(f64::total_cmp);
+    let pieces = ends.windows(2).filter(|piece| {
+        let middle = from + along * (0.5 * (piece[0] + piece[1]));
+        wheels.iter().all(|wheel| (middle - wheel).norm() > radius)
+    });
+    let at = |share: f64| from + along * share;
+    pieces.map(|piece| [at(piece[0]), at(piece[1])]).collect()
 }

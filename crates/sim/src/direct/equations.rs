@@ -2,12 +2,13 @@
 //! integrals.
 
 use super::jumps::Jumps;
-use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, state};
-use super::problem::Model;
+use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, joined, state};
+use super::radau::Model;
 use super::system::{Factors, Jacobian};
 use crate::balance::{Balance, WheelLoad};
 use crate::drive::DriveResponse;
-use crate::mechanics::{Forces, Kinematics, Mechanics, NoForces, State, Tangents};
+use crate::error::NoForces;
+use crate::mechanics::{Forces, Kinematics, Mechanics, State, Tangents};
 use crate::setup::PlantSetup;
 use nalgebra::SVector;
 use robhaz_model::{Vec2, WheelCommand};
@@ -20,9 +21,6 @@ pub(super) const INTEGRALS: usize = 13;
 pub(super) type Integrals = SVector<f64, INTEGRALS>;
 const WORK: usize = 3;
 const IMPULSE: usize = 4;
-const GEAR: usize = 10;
-const GROUND: usize = 11;
-const STOP: usize = 12;
 /// Longest step, s.
 const LONGEST_STEP: f64 = 0.1;
 /// Longest distance that the robot travels in a step, m: a fifth of a wheel's radius, so that a
@@ -55,19 +53,20 @@ pub(super) struct Equations {
     /// At the state of the last evaluation.
     pub forces: Forces,
     tangents: Tangents,
-    /// See [`Self::last_refusal`].
-    refusal: Option<NoForces>,
+    /// Reason of the last evaluation that failed.
+    pub refusal: Option<NoForces>,
 }
 
 /// Impulse and work among the integrals.
 pub(super) fn balance(integrals: &Integrals) -> Balance {
     let impulse = |i: usize| Vec2::new(integrals[IMPULSE + 2 * i], integrals[IMPULSE + 2 * i + 1]);
+    let [gear_loss, ground_work, stop_work] = [10, 11, 12].map(|i| integrals[i]);
     Balance {
-        impulse: [impulse(0), impulse(1), impulse(2)],
+        impulse: [0, 1, 2].map(impulse),
         motor_work: integrals[WORK],
-        gear_loss: integrals[GEAR],
-        ground_work: integrals[GROUND],
-        stop_work: integrals[STOP],
+        gear_loss,
+        ground_work,
+        stop_work,
     }
 }
 
@@ -87,41 +86,20 @@ impl Equations {
         }
     }
 
-    /// Reason of the last evaluation that failed.
-    pub fn last_refusal(&self) -> Option<NoForces> {
-        self.refusal
-    }
-
-    /// Clears the failures of earlier trials, after a step has succeeded.
-    pub fn clear_refusal(&mut self) {
-        self.refusal = None;
-    }
-
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
         self.drives(t, y).map(|drive| drive.torque)
     }
 
-    /// Set speed of all wheels without scalings, rad/s.
-    fn start_speed(&self, t: f64) -> f64 {
-        let radius = self.mechanics.robot.geometry.wheel_radius;
-        self.mechanics.drive.start_speed(t, radius)
-    }
-
     /// What the drives of the wheels do.
     fn drives(&self, t: f64, y: &Y) -> [DriveResponse; 3] {
-        let start = self.start_speed(t);
-        let drive = |wheel: usize| self.drive(wheel, start, t, y);
-        [drive(0), drive(1), drive(2)]
-    }
-
-    /// What the drive of a wheel does; `start` is that of [`Self::start_speed`].
-    #[inline(always)]
-    fn drive(&self, wheel: usize, start: f64, t: f64, y: &Y) -> DriveResponse {
-        let drive = &self.mechanics.drive;
-        let planned = start * drive.factor(wheel, t);
-        let (omega, integral) = (y[OMEGA + wheel], y[INTEGRAL + wheel]);
-        drive.response(self.commands[wheel], planned, omega, integral)
+        let Mechanics { drive, robot, .. } = &self.mechanics;
+        let start = drive.start_speed(t, robot.geometry.wheel_radius);
+        [0, 1, 2].map(|wheel| {
+            let planned = start * drive.factor(wheel, t);
+            let (omega, integral) = (y[OMEGA + wheel], y[INTEGRAL + wheel]);
+            drive.response(self.commands[wheel], planned, omega, integral)
+        })
     }
 
     /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N
@@ -129,32 +107,21 @@ impl Equations {
     #[inline]
     pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoForces> {
         self.kinematics.set(&self.mechanics.linkage, state)?;
-        self.mechanics
-            .solve(&self.kinematics, state, torques, &mut self.forces)
+        (self.forces).solve(&mut self.mechanics, &self.kinematics, state, torques)
     }
 
     /// The rates dy/dt.
     fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoForces> {
         let drives = self.drives(t, y);
         self.evaluate(&state(y), drives.map(|drive| drive.torque))?;
-        let mut rates = Y::zeros();
-        rates
-            .fixed_rows_mut::<4>(0)
-            .copy_from(&y.fixed_rows::<4>(RATES));
-        rates
-            .fixed_rows_mut::<4>(RATES)
-            .copy_from(&self.forces.accelerations);
-        rates
-            .fixed_rows_mut::<3>(OMEGA)
-            .copy_from(&self.forces.omega_rates);
-        for (i, drive) in drives.iter().enumerate() {
-            rates[INTEGRAL + i] = drive.integral_rate;
-        }
-        Ok(rates)
+        let (a, spins) = (self.forces.accelerations, self.forces.omega_rates);
+        let integrals = drives.map(|drive| drive.integral_rate);
+        let velocities = y.fixed_rows::<4>(RATES).into_owned();
+        Ok(joined(velocities, a, spins.into(), integrals))
     }
 
-    /// Rates of [`Balance`], without the work of the motors.
-    fn balance_rates(&mut self, t: f64, y: &Y) -> Result<Balance, NoForces> {
+    /// Rates of the integrals from [`IMPULSE`] on.
+    fn balance_rates(&mut self, t: f64, y: &Y) -> Result<[f64; 9], NoForces> {
         let state = state(y);
         let torques = self.motor_torques(t, y);
         self.evaluate(&state, torques)?;
@@ -169,7 +136,9 @@ impl Equations {
             let motion = kinematics.wheel(i, &state);
             rates.add_wheel(i, &load, &motion, omega, 1.0);
         }
-        Ok(rates)
+        let [a, b, c] = rates.impulse;
+        let [gear, ground, stop] = [rates.gear_loss, rates.ground_work, rates.stop_work];
+        Ok([a.x, a.y, b.x, b.y, c.x, c.y, gear, ground, stop])
     }
 
     /// The Jacobian: that of the mechanics, with the drives by difference quotients.
@@ -187,16 +156,13 @@ impl Equations {
             by_integral: Default::default(),
             integrals: Default::default(),
         };
-        let mut moved = *y;
-        for i in 0..3 {
-            moved[OMEGA + i] += DRIVE_STEP;
-        }
-        let by_speed = self.drives(t, &moved);
-        moved = *y;
-        for i in 0..3 {
-            moved[INTEGRAL + i] += DRIVE_STEP;
-        }
-        let by_integral = self.drives(t, &moved);
+        let [by_speed, by_integral] = [OMEGA, INTEGRAL].map(|first| {
+            let mut moved = *y;
+            for i in 0..3 {
+                moved[first + i] += DRIVE_STEP;
+            }
+            self.drives(t, &moved)
+        });
         for i in 0..3 {
             let torque =
                 |there: &[DriveResponse; 3]| (there[i].torque - here[i].torque) / DRIVE_STEP;
@@ -209,9 +175,8 @@ impl Equations {
             let response = matrix.column(11 + i);
             let mut column = jacobian.by_velocity.column_mut(4 + i);
             column += response * (torque(&by_speed) - loss);
-            jacobian
-                .by_integral
-                .set_column(i, &(response * torque(&by_integral)));
+            let of_integral = response * torque(&by_integral);
+            jacobian.by_integral.set_column(i, &of_integral);
             jacobian.integrals[i] = [rate(&by_speed), rate(&by_integral)];
         }
         Ok(jacobian)
@@ -239,68 +204,43 @@ impl Model<SIZE, INTEGRALS> for Equations {
     fn integrands(&mut self, t: f64, y: &Y) -> Integrals {
         let omega = [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]];
         let torques = self.motor_torques(t, y);
-        let power = torques
-            .iter()
-            .zip(omega)
-            .map(|(torque, omega)| torque * omega)
-            .sum();
         let mut rates = Integrals::zeros();
         rates.fixed_rows_mut::<3>(0).copy_from_slice(&omega);
-        rates[WORK] = power;
+        rates[WORK] = torques.iter().zip(omega).map(|(t, omega)| t * omega).sum();
         if self.balance {
-            match self.balance_rates(t, y) {
-                Ok(balance) => {
-                    for (i, impulse) in balance.impulse.iter().enumerate() {
-                        rates
-                            .fixed_rows_mut::<2>(IMPULSE + 2 * i)
-                            .copy_from(impulse);
-                    }
-                    rates[GEAR] = balance.gear_loss;
-                    rates[GROUND] = balance.ground_work;
-                    rates[STOP] = balance.stop_work;
-                }
-                // The motion itself is valid, so the step counts; its balance is unknown.
-                Err(_) => rates.fixed_rows_mut::<9>(IMPULSE).fill(f64::NAN),
-            }
+            // The motion itself is valid, so the step counts; its balance is unknown.
+            let balance = self.balance_rates(t, y).unwrap_or([f64::NAN; 9]);
+            let mut from_impulse = rates.fixed_rows_mut::<9>(IMPULSE);
+            from_impulse.copy_from_slice(&balance);
         }
         rates
     }
 
     fn longest_step(&mut self, t: f64, y: &Y, rates: &Y) -> f64 {
-        if t >= self.jump_at {
-            self.jump_at = f64::INFINITY;
+        if t >= std::mem::replace(&mut self.jump_at, f64::INFINITY) {
             return STEP_AFTER_JUMP;
         }
-        self.jump_at = f64::INFINITY;
         let speed = y[RATES].hypot(y[RATES + 1]);
         let longest = LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9));
-        let to_command = self.next_command - t;
-        let longest = if to_command > SHORTEST_TO_CHANGE {
-            longest.min(to_command)
-        } else {
-            longest
-        };
+        let command = Some(self.next_command).filter(|time| time - t > SHORTEST_TO_CHANGE);
         // A step does not skip a change of the set speeds.
         let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
-        let longest = change.map_or(longest, |change| longest.min(change - t));
-        if self.jumps.is_empty() {
+        let changes = command.into_iter().chain(change);
+        let longest = changes.fold(longest, |longest, change| longest.min(change - t));
+        if self.jumps.places.is_empty() {
             return longest;
         }
         let state = state(y);
-        let robot = &self.mechanics.robot;
-        if self
-            .kinematics
-            .set(&self.mechanics.linkage, &state)
-            .is_err()
-        {
+        let Mechanics { robot, linkage, .. } = &self.mechanics;
+        if self.kinematics.set(linkage, &state).is_err() {
             return longest;
         }
         let accelerations = rates.fixed_rows::<4>(RATES).into_owned();
         let motion = (&state, &accelerations);
-        let next = self.jumps.next(robot, &self.kinematics, motion, longest);
-        if next.arrives {
-            self.jump_at = t + next.longest;
+        let (longest, arrives) = (self.jumps).next(robot, &self.kinematics, motion, longest);
+        if arrives {
+            self.jump_at = t + longest;
         }
-        next.longest
+        longest
     }
 }

@@ -26,18 +26,9 @@ const SHORT: f64 = 0.97;
 
 /// The places, from rear to front.
 pub(super) struct Jumps {
-    places: Vec<Jump>,
+    pub places: Vec<Jump>,
     /// Radius of the wheels, m.
     radius: f64,
-}
-
-/// The next place that a wheel reaches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Next {
-    /// Longest step, s.
-    pub longest: f64,
-    /// Whether that step ends at the place.
-    pub arrives: bool,
 }
 
 impl Jumps {
@@ -52,24 +43,16 @@ impl Jumps {
         }
     }
 
-    /// Whether there is no such place.
-    pub fn is_empty(&self) -> bool {
-        self.places.is_empty()
-    }
-
-    /// The next place that a wheel reaches within `longest` (s), from the accelerations of the four
-    /// coordinates.
+    /// Longest step up to the next place that a wheel reaches within `longest` (s), s, from the
+    /// accelerations of the four coordinates; and whether that step ends at the place.
     pub fn next(
         &self,
         robot: &Robot,
         kinematics: &Kinematics,
         (state, accelerations): (&State, &Vector4<f64>),
         longest: f64,
-    ) -> Next {
-        let mut next = Next {
-            longest,
-            arrives: false,
-        };
+    ) -> (f64, bool) {
+        let mut next = (longest, false);
         for wheel in 0..3 {
             let motion = kinematics.wheel(wheel, state);
             let acceleration = kinematics.axle_acceleration(wheel, accelerations);
@@ -89,11 +72,8 @@ impl Jumps {
                 };
                 let arrives = time < NEAR;
                 let time = if arrives { time } else { SHORT * time };
-                if time < next.longest {
-                    next = Next {
-                        longest: time,
-                        arrives,
-                    };
+                if time < next.0 {
+                    next = (time, arrives);
                 }
             }
         }

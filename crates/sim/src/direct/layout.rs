@@ -2,7 +2,7 @@
 
 use crate::mechanics::State;
 use crate::start::Start;
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector4};
 use robhaz_model::Vec2;
 
 /// Number of equations.
@@ -19,19 +19,18 @@ pub(super) const INTEGRAL: usize = 11;
 
 /// The solver's state at time zero.
 pub(super) fn start(start: &Start) -> Y {
-    let state = &start.state;
-    let mut y = Y::zeros();
-    y.fixed_rows_mut::<4>(0).copy_from_slice(&[
-        state.q.x,
-        state.q.y,
-        state.angles[0],
-        state.angles[1],
-    ]);
-    y.fixed_rows_mut::<4>(RATES).copy_from(&state.rates);
-    y.fixed_rows_mut::<3>(OMEGA).copy_from_slice(&state.omega);
-    y.fixed_rows_mut::<3>(INTEGRAL)
-        .copy_from_slice(&start.integrals);
-    y
+    let (state, [a, b]) = (&start.state, start.state.angles);
+    let coordinates = Vector4::new(state.q.x, state.q.y, a, b);
+    joined(coordinates, state.rates, state.omega, start.integrals)
+}
+
+/// The solver's state, or its derivative, from the parts in their order.
+#[inline]
+pub(super) fn joined(q: Vector4<f64>, v: Vector4<f64>, omega: [f64; 3], integral: [f64; 3]) -> Y {
+    let ([o1, o2, o3], [i1, i2, i3]) = (omega, integral);
+    Y::from([
+        q[0], q[1], q[2], q[3], v[0], v[1], v[2], v[3], o1, o2, o3, i1, i2, i3,
+    ])
 }
 
 /// Coordinates and rates in the solver's state.

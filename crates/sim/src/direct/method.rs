@@ -65,13 +65,7 @@ pub(super) const ERROR: [f64; 3] = [-10.048_809_399_827_416, 1.382_142_733_160_7
 
 /// Cubic polynomial over a step, as divided differences from the end of the step.
 #[derive(Clone, Copy)]
-pub(super) struct Cubic<const M: usize>([SVector<f64, M>; 3]);
-
-impl<const M: usize> Default for Cubic<M> {
-    fn default() -> Self {
-        Self([SVector::zeros(); 3])
-    }
-}
+pub(super) struct Cubic<const M: usize>(pub [SVector<f64, M>; 3]);
 
 impl<const M: usize> Cubic<M> {
     /// From the increments at the three nodes.

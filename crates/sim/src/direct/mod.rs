@@ -12,15 +12,12 @@ mod equations;
 mod jumps;
 mod layout;
 mod method;
-mod problem;
 mod radau;
 mod system;
 
 use crate::drive::Drive;
 use crate::engine::{Engine, Instant};
-use crate::error::PlantError;
-use crate::ground::AxleState;
-use crate::mechanics::NoForces;
+use crate::error::{NoForces, PlantError};
 use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::PinTruth;
@@ -28,7 +25,6 @@ use equations::{Equations, INTEGRALS, Integrals};
 use layout::{SIZE, Y};
 use radau::Radau;
 use robhaz_model::{Bar, WheelCommand};
-use system::Factors;
 
 /// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s,
 /// rad/s), wheel speeds (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
@@ -58,7 +54,7 @@ const FIRST_STEP: f64 = 1e-5;
 pub struct DirectEngine {
     equations: Equations,
     /// `None` before the first truth.
-    solver: Option<Radau<SIZE, INTEGRALS, Factors>>,
+    solver: Option<Radau<SIZE, INTEGRALS, Equations>>,
     start: Y,
     weights: Y,
     tolerance: f64,
@@ -86,30 +82,29 @@ impl DirectEngine {
 
     /// The solver after its first step that reaches `time` (s), which must not decrease from call
     /// to call.
-    fn reach(&mut self, time: f64) -> Result<&Radau<SIZE, INTEGRALS, Factors>, PlantError> {
+    fn reach(&mut self, time: f64) -> Result<&Radau<SIZE, INTEGRALS, Equations>, PlantError> {
         let equations = &mut self.equations;
         let solver = match &mut self.solver {
             Some(solver) => solver,
             none => {
                 let scale = (self.weights * self.tolerance).map(|error| error.max(ROUNDING));
                 let solver = Radau::new(equations, &self.start, scale, FIRST_STEP)
-                    .map_err(|_| refusal(time, equations.last_refusal()))?;
+                    .map_err(|_| refusal(time, equations.refusal))?;
                 none.insert(solver)
             }
         };
         let mut left = most_steps(self.period);
-        while solver.time() < time {
+        while solver.time < time {
             // A state that oscillates between two laws can take an unlimited number of tiny steps.
             if left == 0 {
-                return Err(PlantError::NoStep {
-                    time: solver.time(),
-                });
+                return Err(PlantError::NoStep { time: solver.time });
             }
             left -= 1;
             solver
                 .advance(equations)
-                .map_err(|_| refusal(solver.time(), equations.last_refusal()))?;
-            equations.clear_refusal();
+                .map_err(|_| refusal(solver.time, equations.refusal))?;
+            // The failures of earlier trials.
+            equations.refusal = None;
         }
         Ok(solver)
     }
@@ -128,7 +123,7 @@ impl DirectEngine {
         match &mut self.solver {
             Some(solver) => solver
                 .restart(equations, time)
-                .map_err(|_| refusal(time, equations.last_refusal())),
+                .map_err(|_| refusal(time, equations.refusal)),
             None => Ok(()),
         }
     }
@@ -145,12 +140,8 @@ impl DirectEngine {
         let state = layout::state(y);
         let torques = equations.motor_torques(time, y);
         equations.evaluate(&state, torques)?;
-        let Equations {
-            mechanics,
-            kinematics,
-            forces,
-            ..
-        } = equations;
+        let (mechanics, kinematics) = (&equations.mechanics, &equations.kinematics);
+        let forces = &equations.forces;
         let truth = &mut instant.truth;
         truth.body = kinematics.bar(Bar::Body, &state);
         truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar, &state));
@@ -158,24 +149,17 @@ impl DirectEngine {
         truth.loop_error = kinematics.loop_error(&mechanics.robot);
         for i in 0..3 {
             let motion = kinematics.wheel(i, &state);
-            let axle = AxleState {
-                angle: integrals[i],
-                omega: state.omega[i],
-                torque: torques[i],
-            };
             let wheel = &mut truth.wheels[i];
-            let written =
-                (mechanics.ground).write_truth(i, &forces.ground[i], &motion, axle, wheel);
+            (wheel.angle, wheel.omega, wheel.torque) = (integrals[i], state.omega[i], torques[i]);
+            let written = (mechanics.ground).write_truth(i, &forces.ground[i], &motion, wheel);
             written.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
         }
         let positions = kinematics.pins(&state);
         let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);
-        for (i, force) in pin_forces.into_iter().enumerate() {
-            truth.pins[i] = PinTruth {
-                position: positions[i],
-                force,
-            };
-        }
+        truth.pins = [0, 1, 2, 3].map(|i| PinTruth {
+            position: positions[i],
+            force: pin_forces[i],
+        });
         instant.contact_energy = forces.ground.iter().map(|g| g.energy).sum();
         instant.balance = equations::balance(integrals);
         Ok(())
@@ -185,8 +169,8 @@ impl DirectEngine {
 impl Engine for DirectEngine {
     fn mean_step(&self) -> f64 {
         self.solver.as_ref().map_or(0.0, |solver| {
-            let steps = solver.work().steps.max(1) as f64;
-            solver.time() / steps
+            let steps = solver.work.steps.max(1) as f64;
+            solver.time / steps
         })
     }
 
@@ -222,7 +206,7 @@ fn most_steps(period: f64) -> u64 {
 fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
     match why {
         Some(NoForces::BelowGround { wheel, source }) => source.at(time, wheel),
-        Some(NoForces::Loop(_)) => PlantError::LoopRange { time },
+        Some(NoForces::Loop) => PlantError::LoopRange { time },
         _ => PlantError::NoStep { time },
     }
 }

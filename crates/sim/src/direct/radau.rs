@@ -7,7 +7,6 @@
 //! fixed and errors are absolute. If `f` has no value at a state, the step becomes shorter.
 
 use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, T, T_INVERSE, combined};
-use super::problem::{Model, System};
 use nalgebra::{Complex, SVector};
 
 /// Largest number of Newton iterations. After these, a shorter step is tried.
@@ -22,6 +21,45 @@ const KEEP_STEP: f64 = 1.2;
 const SAFETY: f64 = 0.9;
 /// Largest number of failed attempts in a row. The step is then 1e-12 of its first length.
 const MOST_ATTEMPTS: u32 = 60;
+
+/// The problem: `N` equations, and `Q` integrals that do not influence the solution.
+pub(super) trait Model<const N: usize, const Q: usize> {
+    /// How linear systems with df/dy are solved.
+    type System: System<N>;
+
+    /// f(t, y); `None` if it has no value.
+    fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>>;
+
+    /// df/dy at a state with known rates. It may be approximate; only the speed of convergence
+    /// depends on it.
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &SVector<f64, N>,
+        rates: &SVector<f64, N>,
+    ) -> Option<<Self::System as System<N>>::Jacobian>;
+
+    /// Rates of the integrals.
+    fn integrands(&mut self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
+
+    /// Longest step from a state with known rates. It is called once for each step.
+    fn longest_step(&mut self, t: f64, y: &SVector<f64, N>, rates: &SVector<f64, N>) -> f64;
+}
+
+/// Factorised matrices `s 1 - df/dy` for a real s and a complex one.
+pub(super) trait System<const N: usize>: Sized {
+    /// df/dy.
+    type Jacobian;
+
+    /// The factorisations; `None` if a matrix is singular.
+    fn factorise(jacobian: &Self::Jacobian, real: f64, pair: Complex<f64>) -> Option<Self>;
+
+    /// Solves the real system in place.
+    fn solve_real(&self, right: &mut SVector<f64, N>);
+
+    /// Solves the complex system in place.
+    fn solve_pair(&self, right: &mut SVector<Complex<f64>, N>);
+}
 
 /// No step is short enough.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +87,11 @@ struct Factors<S> {
 }
 
 /// A solution that advances step by step.
-pub(super) struct Radau<const N: usize, const Q: usize, S: System<N>> {
+pub(super) struct Radau<const N: usize, const Q: usize, M: Model<N, Q>> {
     /// Allowed error of a step for each component.
     scale: SVector<f64, N>,
-    time: f64,
+    /// End of the last step.
+    pub time: f64,
     y: SVector<f64, N>,
     rates: SVector<f64, N>,
     integrals: SVector<f64, Q>,
@@ -64,12 +103,13 @@ pub(super) struct Radau<const N: usize, const Q: usize, S: System<N>> {
     step: f64,
     /// Last step and its error, for the step control.
     last: Option<(f64, f64)>,
-    jacobian: Option<S::Jacobian>,
-    factors: Option<Factors<S>>,
+    jacobian: Option<<M::System as System<N>>::Jacobian>,
+    factors: Option<Factors<M::System>>,
     /// Error after the first iteration of Newton's method over the change in it, as expected from
     /// earlier steps.
     expected_contraction: f64,
-    work: Work,
+    /// Work so far.
+    pub work: Work,
 }
 
 /// Increments of the stages, number of iterations, and contraction of the error per iteration.
@@ -78,14 +118,14 @@ type Stages<const N: usize> = ([SVector<f64, N>; 3], u32, f64);
 /// The attempt failed; the next one has the step times this factor.
 struct Shorter(f64);
 
-impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
+impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     /// Starts at time 0 with all integrals at zero. `scale` is the allowed error of a step for each
     /// component.
     ///
     /// # Errors
     /// [`NoStep`] if f has no value at the start.
     pub fn new(
-        model: &mut impl Model<N, Q, System = S>,
+        model: &mut M,
         start: &SVector<f64, N>,
         scale: SVector<f64, N>,
         first_step: f64,
@@ -97,8 +137,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
             rates: model.rates(0.0, start).ok_or(NoStep)?,
             integrals: SVector::zeros(),
             begin: 0.0,
-            dense: Cubic::default(),
-            dense_integrals: Cubic::default(),
+            dense: Cubic([SVector::zeros(); 3]),
+            dense_integrals: Cubic([SVector::zeros(); 3]),
             step: first_step,
             last: None,
             jacobian: None,
@@ -108,29 +148,16 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         })
     }
 
-    /// End of the last step.
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// Work so far.
-    pub fn work(&self) -> Work {
-        self.work
-    }
-
     /// The solution and the integrals at a time within the last step.
     #[inline]
     pub fn at(&self, time: f64) -> (SVector<f64, N>, SVector<f64, Q>) {
         let length = self.time - self.begin;
-        let s = if length > 0.0 {
-            (time - self.time) / length
-        } else {
-            0.0
+        let s = match length > 0.0 {
+            true => (time - self.time) / length,
+            false => 0.0,
         };
-        (
-            self.y + self.dense.beyond(s),
-            self.integrals + self.dense_integrals.beyond(s),
-        )
+        let (y, integrals) = (self.dense.beyond(s), self.dense_integrals.beyond(s));
+        (self.y + y, self.integrals + integrals)
     }
 
     /// Starts anew at a time within the last step, where f jumps. What was computed beyond it is
@@ -138,11 +165,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     ///
     /// # Errors
     /// [`NoStep`] if f has no value there.
-    pub fn restart(
-        &mut self,
-        model: &mut impl Model<N, Q, System = S>,
-        time: f64,
-    ) -> Result<(), NoStep> {
+    pub fn restart(&mut self, model: &mut M, time: f64) -> Result<(), NoStep> {
         if time < self.time {
             (self.y, self.integrals) = self.at(time);
             self.time = time;
@@ -158,14 +181,12 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     ///
     /// # Errors
     /// [`NoStep`] if no step is short enough.
-    pub fn advance(&mut self, model: &mut impl Model<N, Q, System = S>) -> Result<(), NoStep> {
+    pub fn advance(&mut self, model: &mut M) -> Result<(), NoStep> {
         let longest = model.longest_step(self.time, &self.y, &self.rates);
         // Whether the Jacobian was evaluated at the start of this step.
         let mut fresh = self.jacobian.is_none();
         for attempt in 0..MOST_ATTEMPTS {
-            if self.step > longest {
-                self.step = longest;
-            }
+            self.step = self.step.min(longest);
             if self.time + self.step <= self.time {
                 return Err(NoStep);
             }
@@ -185,11 +206,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     }
 
     /// One attempt at a step of the planned length.
-    fn attempt(
-        &mut self,
-        model: &mut impl Model<N, Q, System = S>,
-        retried: bool,
-    ) -> Result<(), Shorter> {
+    fn attempt(&mut self, model: &mut M, retried: bool) -> Result<(), Shorter> {
         let h = self.step;
         let factors = self.factors(model, h).ok_or(Shorter(0.5))?;
         let (z, iterations, contraction) = match self.newton(model, &factors, h) {
@@ -207,12 +224,11 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         let longest_iteration = f64::from(1 + 2 * ITERATIONS);
         let safety = SAFETY * (longest_iteration / f64::from(iterations + 2 * ITERATIONS)).min(1.0);
         let factor = (safety * error.powf(-0.25)).clamp(0.125, 5.0);
-        if error.is_nan() || error >= 1.0 {
-            return Err(Shorter(if error.is_nan() {
-                0.125
-            } else {
-                factor.min(SAFETY)
-            }));
+        if error.is_nan() {
+            return Err(Shorter(0.125));
+        }
+        if error >= 1.0 {
+            return Err(Shorter(factor.min(SAFETY)));
         }
         let y = self.y + z[2];
         let rates = model.rates(self.time + h, &y).ok_or(Shorter(0.5))?;
@@ -224,7 +240,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
 
     /// The factorised matrices for a step, reused from the last step if possible. `None` if one is
     /// singular.
-    fn factors(&mut self, model: &mut impl Model<N, Q, System = S>, h: f64) -> Option<Factors<S>> {
+    fn factors(&mut self, model: &mut M, h: f64) -> Option<Factors<M::System>> {
         if let (Some(factors), Some(_)) = (self.factors.take(), &self.jacobian)
             && (factors.step - h).abs() <= 1e-12 * h
         {
@@ -236,7 +252,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         }
         let jacobian = self.jacobian.as_ref()?;
         self.work.factorisations += 1;
-        let system = S::factorise(jacobian, REAL / h, PAIR / h)?;
+        let system = M::System::factorise(jacobian, REAL / h, PAIR / h)?;
         Some(Factors { step: h, system })
     }
 
@@ -250,17 +266,14 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     /// polynomial of the last step.
     fn newton(
         &mut self,
-        model: &mut impl Model<N, Q, System = S>,
-        factors: &Factors<S>,
+        model: &mut M,
+        factors: &Factors<M::System>,
         h: f64,
     ) -> Result<Stages<N>, Shorter> {
         let length = self.time - self.begin;
-        let mut z = [C1, C2, 1.0].map(|c| {
-            if length > 0.0 {
-                self.dense.beyond(c * h / length)
-            } else {
-                SVector::zeros()
-            }
+        let mut z = [C1, C2, 1.0].map(|c| match length > 0.0 {
+            true => self.dense.beyond(c * h / length),
+            false => SVector::zeros(),
         });
         let mut w = combined(&T_INVERSE, &z);
         let (mut before, mut contraction) = (0.0, 0.0);
@@ -271,10 +284,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
             for i in 0..3 {
                 let node = self.time + [C1, C2, 1.0][i] * h;
                 self.work.rates += 1;
-                let Some(rates) = model.rates(node, &(self.y + z[i])) else {
-                    return Err(Shorter(0.5));
-                };
-                f[i] = rates;
+                f[i] = (model.rates(node, &(self.y + z[i]))).ok_or(Shorter(0.5))?;
             }
             let f = combined(&T_INVERSE, &f);
             let mut real = f[0] - w[0] * (REAL / h);
@@ -297,10 +307,9 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
             }
             if iteration > 1 {
                 let ratio: f64 = change / before;
-                contraction = if iteration == 2 {
-                    ratio
-                } else {
-                    (contraction * ratio).sqrt()
+                contraction = match iteration {
+                    2 => ratio,
+                    _ => (contraction * ratio).sqrt(),
                 };
                 if contraction >= 0.99 {
                     return Err(Shorter(0.5));
@@ -310,11 +319,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
                 let left = contraction / (1.0 - contraction) * change;
                 let expected = left * contraction.powi(remaining) / NEWTON;
                 if expected >= 1.0 {
-                    let factor = 0.8
-                        * expected
-                            .clamp(1e-4, 20.0)
-                            .powf(-1.0 / f64::from(4 + remaining));
-                    return Err(Shorter(factor));
+                    let power = -1.0 / f64::from(4 + remaining);
+                    return Err(Shorter(0.8 * expected.clamp(1e-4, 20.0).powf(power)));
                 }
                 if left <= NEWTON {
                     return Ok((z, iteration, contraction));
@@ -330,8 +336,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     /// Error of the step relative to the allowed one.
     fn error(
         &mut self,
-        model: &mut impl Model<N, Q, System = S>,
-        factors: &Factors<S>,
+        model: &mut M,
+        factors: &Factors<M::System>,
         h: f64,
         z: &[SVector<f64, N>; 3],
         retried: bool,
@@ -355,7 +361,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     /// Accepts the step and integrates over it.
     fn accept(
         &mut self,
-        model: &mut impl Model<N, Q, System = S>,
+        model: &mut M,
         h: f64,
         z: &[SVector<f64, N>; 3],
         y: SVector<f64, N>,

@@ -6,7 +6,7 @@
 //! of a factorisation.
 
 use super::layout::{INTEGRAL, RATES, SIZE};
-use super::problem::System;
+use super::radau::System;
 use nalgebra::{Complex, ComplexField, LU, SMatrix, SVector, U7};
 
 /// Number of equations that are left.
@@ -67,10 +67,9 @@ impl<T: ComplexField<RealField = f64> + Copy> Reduced<T> {
     /// `None` if the matrix is singular.
     fn new(jacobian: &Jacobian, s: T) -> Option<Self> {
         let inverse = T::one() / s;
-        let integral = jacobian
-            .integrals
-            .map(|[_, own]| T::one() / (s - T::from_real(own)));
-        let gain = jacobian.integrals.map(|[gain, _]| gain);
+        let integrals = jacobian.integrals;
+        let integral = integrals.map(|[_, own]| T::one() / (s - T::from_real(own)));
+        let gain = integrals.map(|[gain, _]| gain);
         let mut matrix = jacobian.by_velocity.map(|entry| T::from_real(-entry));
         for row in 0..LEFT {
             matrix[(row, row)] += s;

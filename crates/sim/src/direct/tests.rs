@@ -3,9 +3,10 @@ use super::*;
 use crate::StartKind;
 use crate::friction::Stretch;
 use nalgebra::SMatrix;
-use problem::{Model, System};
+use radau::{Model, System};
 use robhaz_model::Geometry;
 use robhaz_terrain::{Course, Profile, Ramp, Sine};
+use system::Factors;
 
 /// N of the three wheels at each record, and the work that it took.
 fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), PlantError> {
@@ -16,7 +17,7 @@ fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), P
         engine.next_instant(&mut instant)?;
         forces.push(instant.truth.wheels.map(|wheel| wheel.normal_force));
     }
-    let work = engine.solver.as_ref().map(Radau::work).unwrap_or_default();
+    let work = engine.solver.as_ref().map(|s| s.work).unwrap_or_default();
     Ok((forces, work, engine.equations.mechanics.ground.queries()))
 }
 

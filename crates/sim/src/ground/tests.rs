@@ -24,10 +24,9 @@ fn truth_of(
     ground: &Ground,
     forces: &GroundForces,
     motion: &WheelMotion,
-    axle: AxleState,
 ) -> Result<WheelTruth, BelowGround> {
     let mut truth = WheelTruth::default();
-    ground.write_truth(0, forces, motion, axle, &mut truth)?;
+    ground.write_truth(0, forces, motion, &mut truth)?;
     Ok(truth)
 }
 
@@ -98,13 +97,8 @@ fn each_contact_has_the_friction_of_its_place() {
     assert!((forces.traction - 0.7 * tread).abs() < 1e-9 * tread);
 
     // Equivalence: the sums of the wheel are those of its contacts, to rounding.
-    let axle = AxleState {
-        angle: 0.0,
-        omega: 0.0,
-        torque: 0.0,
-    };
     let motion = spinning(centre_x, 0.0995);
-    let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
+    let truth = truth_of(&ground, &forces, &motion).unwrap();
     let [rear, front] = truth.contact_list[..] else {
         panic!("{:?}", truth.contact_list);
     };
@@ -125,7 +119,7 @@ fn each_contact_has_the_friction_of_its_place() {
     // Equivalence: with one contact the list has its law's values, at its point.
     let motion = spinning(0.3, 0.0995);
     let forces = act(&mut ground, &motion).unwrap();
-    let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
+    let truth = truth_of(&ground, &forces, &motion).unwrap();
     let [contact] = truth.contact_list[..] else {
         panic!("{:?}", truth.contact_list);
     };
@@ -137,7 +131,7 @@ fn each_contact_has_the_friction_of_its_place() {
     // In the air there is none.
     let motion = spinning(0.3, 0.2);
     let forces = act(&mut ground, &motion).unwrap();
-    let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
+    let truth = truth_of(&ground, &forces, &motion).unwrap();
     assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
     assert!(!truth.slides && truth.force == Vec2::zeros());
 }
@@ -151,11 +145,6 @@ fn a_wheel_grips_while_one_of_its_contacts_grips() {
         0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt(),
         0.0995,
     );
-    let axle = AxleState {
-        angle: 0.0,
-        omega: 0.0,
-        torque: 0.0,
-    };
     let edge = Vec2::new(0.7, 0.05);
     let normal = (centre - edge).normalize();
     let tangent = Vec2::new(normal.y, -normal.x);
@@ -165,7 +154,7 @@ fn a_wheel_grips_while_one_of_its_contacts_grips() {
         spin: 2.0,
     };
     let forces = act(&mut ground, &climbing).unwrap();
-    let truth = truth_of(&ground, &forces, &climbing, axle).unwrap();
+    let truth = truth_of(&ground, &forces, &climbing).unwrap();
     let [tread, edge] = truth.contact_list[..] else {
         panic!("{:?}", truth.contact_list);
     };

@@ -5,34 +5,14 @@
 //! and are eliminated from these equations. Pin forces follow from Newton's and Euler's equations
 //! of single bars.
 
-use super::carriers::Carriers;
 use super::kinematics::{Kinematics, State};
 use super::mass_matrix::{Factorised, MassMatrix};
+use super::model::Mechanics;
 use crate::drive::wheel_acceleration;
-use crate::error::BelowGround;
-use crate::ground::{Ground, GroundForces};
-use crate::stop::stop_torque;
+use crate::error::NoForces;
+use crate::ground::GroundForces;
 use nalgebra::{SMatrix, Vector3, Vector4};
-use robhaz_model::{Bar, PostureError, Robot, Vec2, cross};
-
-/// Reason why the forces at a state cannot be evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub(crate) enum NoForces {
-    /// The four-bar cannot close.
-    #[error(transparent)]
-    Loop(#[from] PostureError),
-    /// A wheel's centre is below the ground.
-    #[error("wheel {wheel}: {source}")]
-    BelowGround {
-        /// Index of the wheel, 0 front.
-        wheel: usize,
-        /// The place.
-        source: BelowGround,
-    },
-    /// The mass matrix is not positive definite.
-    #[error("the mass matrix is not positive definite")]
-    Singular,
-}
+use robhaz_model::{Bar, Robot, Vec2, cross};
 
 /// Accelerations at one state, and the forces that belong to them.
 #[derive(Clone, Default)]
@@ -50,26 +30,24 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m.
+    /// Solves the equations of motion for given motor torques at the wheels, N m.
     ///
     /// # Errors
     /// [`NoForces`]
     #[inline]
-    pub(super) fn solve(
+    pub fn solve(
         &mut self,
-        (robot, carriers): (&Robot, &Carriers),
-        ground: &mut Ground,
+        mechanics: &mut Mechanics,
         kinematics: &Kinematics,
         state: &State,
-        drive_torque: [f64; 3],
+        torques: [f64; 3],
     ) -> Result<(), NoForces> {
+        let drive_torque = mechanics.drive_torque(state, torques);
+        let (robot, ground) = (&mechanics.robot, &mut mechanics.ground);
         let mass = &robot.mass;
         let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
-        carriers.add(robot.gravity, kinematics, &mut m, &mut right);
-        for (bar, cg, turning) in [
-            (Bar::Body, &kinematics.body_cg, &kinematics.body),
-            (Bar::Link3, &kinematics.link3_cg, &kinematics.link3),
-        ] {
+        (mechanics.carriers).add(robot.gravity, kinematics, &mut m, &mut right);
+        for (bar, cg, turning) in kinematics.free_bars() {
             let (own, inertia) = mass.of(bar);
             m.add_mass(own, [cg.j1, cg.j2]);
             m.add_inertia(inertia, [turning.k1, turning.k2]);
@@ -99,7 +77,7 @@ impl Forces {
         for (i, drive) in drive_torque.into_iter().enumerate() {
             let alpha_link = self.accelerations[kinematics.axles[i].row()];
             self.omega_rates[i] =
-                wheel_acceleration(drive, self.ground[i].torque, alpha_link, jw, jr);
+                wheel_acceleration(drive, self.ground[i].torque, alpha_link, mass);
         }
         Ok(())
     }
@@ -148,9 +126,6 @@ impl Forces {
 
 /// Torque of the end stops on link 1, N m.
 pub(super) fn stop_torque_at(robot: &Robot, state: &State) -> f64 {
-    stop_torque(
-        &robot.geometry.stop,
-        state.angles[0] - state.angles[1],
-        state.rates[2] - state.rates[3],
-    )
+    let (stop, [a, b]) = (&robot.geometry.stop, state.angles);
+    stop.torque(a - b, state.rates[2] - state.rates[3])
 }

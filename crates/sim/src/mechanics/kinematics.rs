@@ -5,12 +5,12 @@
 //! `v = [Qx' Qy' theta_1' theta_2']` the velocity of a point is `J v`, and its acceleration is
 //! `J v' + b`; `b` is called bias here.
 
-use super::linkage::Linkage;
 use super::mass_matrix::MassMatrix;
+use crate::error::NoForces;
 use crate::ground::WheelMotion;
 use crate::truth::BarTruth;
 use nalgebra::{Matrix4, Vector4};
-use robhaz_model::{Bar, Carrier, PostureError, Robot, Vec2, cross, direction, perp, turned};
+use robhaz_model::{Bar, Carrier, Dyad, Geometry, Robot, Vec2, cross, direction, perp, turned};
 
 /// Coordinates of the robot and their rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,7 +40,7 @@ pub(super) struct Motion {
 }
 
 /// Motion of a point of link 1 or 2: it turns about Q with its link.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LinkPoint {
     /// Position relative to Q, m.
     pub arm: Vec2,
@@ -88,8 +88,8 @@ impl Kinematics {
     /// The kinematics at a state.
     ///
     /// # Errors
-    /// [`PostureError`] if the four-bar cannot close at the angles of the links.
-    pub fn new(robot: &Robot, state: &State) -> Result<Self, PostureError> {
+    /// [`NoForces::Loop`] if the four-bar cannot close at the angles of the links.
+    pub fn new(robot: &Robot, state: &State) -> Result<Self, NoForces> {
         let mut kinematics = Self::default();
         kinematics.set(&Linkage::new(&robot.geometry), state)?;
         Ok(kinematics)
@@ -99,7 +99,7 @@ impl Kinematics {
     ///
     /// # Errors
     /// As [`Self::new`]. The kinematics are then those of no state.
-    pub fn set(&mut self, linkage: &Linkage, state: &State) -> Result<(), PostureError> {
+    pub fn set(&mut self, linkage: &Linkage, state: &State) -> Result<(), NoForces> {
         let [w1, w2] = [state.rates[2], state.rates[3]];
         let unit = |angle: f64| {
             let (sin, cos) = libm::sincos(angle);
@@ -108,10 +108,11 @@ impl Kinematics {
         let (axis1, axis2) = (unit(state.angles[0]), unit(state.angles[1]));
         let p = turned(axis1, linkage.p);
         let r = turned(axis2, linkage.r);
-        let s = linkage.dyad.s(p, r)?;
+        let s = linkage.dyad.s(p, r).map_err(|_| NoForces::Loop)?;
         let (c, d) = (s - p, s - r);
-        let axis_body = linkage.body_axis(c);
-        let axis3 = linkage.link3_axis(d);
+        // Unit vectors along the turned x axes, from vectors whose lengths are the nominal ones.
+        let axis = |nominal: Vec2, v: Vec2| Vec2::new(nominal.dot(&v), cross(nominal, v));
+        let (axis_body, axis3) = (axis(linkage.body, c), axis(linkage.link3, d));
 
         // Velocity closure, with perp(.) dropped on both sides: wb c - w3 d = w2 r - w1 p.
         let per_det = -1.0 / cross(c, d);
@@ -170,29 +171,20 @@ impl Kinematics {
 
     /// Pose and rates of a bar.
     pub fn bar(&self, bar: Bar, state: &State) -> BarTruth {
-        let (arm, velocity, angle, rate) = match bar {
-            Bar::Body => (
-                self.body_cg.arm,
-                self.body_cg.velocity(state),
-                direction(self.axes[0]),
-                self.body.rate,
-            ),
-            Bar::Link3 => (
-                self.link3_cg.arm,
-                self.link3_cg.velocity(state),
-                direction(self.axes[3]),
-                self.link3.rate,
-            ),
-            Bar::Link1 | Bar::Link2 => {
-                let link = usize::from(bar == Bar::Link2);
-                let point = &self.link_cgs[link];
-                (
-                    point.arm,
-                    point.velocity(state),
-                    state.angles[link],
-                    point.rate,
-                )
-            }
+        let on_link = |link: usize| {
+            let point = &self.link_cgs[link];
+            let (angle, velocity) = (state.angles[link], point.velocity(state));
+            (point.arm, angle, velocity, point.rate)
+        };
+        let free = |point: &Motion, turning: &Turning| {
+            let angle = direction(self.axes[bar as usize]);
+            (point.arm, angle, point.velocity(state), turning.rate)
+        };
+        let (arm, angle, velocity, rate) = match bar {
+            Bar::Body => free(&self.body_cg, &self.body),
+            Bar::Link1 => on_link(0),
+            Bar::Link2 => on_link(1),
+            Bar::Link3 => free(&self.link3_cg, &self.link3),
         };
         BarTruth {
             position: state.q + arm,
@@ -200,6 +192,12 @@ impl Kinematics {
             velocity,
             rate,
         }
+    }
+
+    /// The bars that do not turn about Q, with their centres of mass and their rotations.
+    pub(super) fn free_bars(&self) -> [(Bar, &Motion, &Turning); 2] {
+        let body = (Bar::Body, &self.body_cg, &self.body);
+        [body, (Bar::Link3, &self.link3_cg, &self.link3)]
     }
 
     /// Derivative of the position of a wheel's centre by coordinate `k` of the four, and of its
@@ -238,10 +236,7 @@ impl Kinematics {
     /// m^2.
     pub fn mass_matrix(&self, robot: &Robot) -> Matrix4<f64> {
         let mut m = MassMatrix::default();
-        for (bar, point, turning) in [
-            (Bar::Body, &self.body_cg, &self.body),
-            (Bar::Link3, &self.link3_cg, &self.link3),
-        ] {
+        for (bar, point, turning) in self.free_bars() {
             let (mass, inertia) = robot.mass.of(bar);
             m.add_mass(mass, [point.j1, point.j2]);
             m.add_inertia(inertia, [turning.k1, turning.k2]);
@@ -260,9 +255,8 @@ impl Kinematics {
     /// Row of the Jacobian: its product with the four rates is the speed of a wheel's centre along
     /// `direction` (unit vector), m/s.
     pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
-        let [j1, j2] = self.axles[wheel]
-            .columns()
-            .map(|column| column.dot(&direction));
+        let columns = self.axles[wheel].columns();
+        let [j1, j2] = columns.map(|column| column.dot(&direction));
         Vector4::new(direction.x, direction.y, j1, j2)
     }
 
@@ -301,17 +295,6 @@ impl Motion {
         right[1] += force.y;
         right[2] += self.j1.dot(&force);
         right[3] += self.j2.dot(&force);
-    }
-}
-
-impl Default for LinkPoint {
-    /// Q as a point of link 1 at rest.
-    fn default() -> Self {
-        Self {
-            arm: Vec2::zeros(),
-            link: Carrier::Link1,
-            rate: 0.0,
-        }
     }
 }
 
@@ -365,5 +348,46 @@ impl Turning {
     /// Angular acceleration of the bar (rad/s^2) at the accelerations `a` of the four coordinates.
     pub fn acceleration(&self, a: &Vector4<f64>) -> f64 {
         self.k1 * a[2] + self.k2 * a[3] + self.bias
+    }
+}
+
+/// What the kinematics need of the robot's geometry, computed once: nominal positions of points on
+/// the bars, and the dyad that closes the loop.
+#[derive(Clone)]
+pub(crate) struct Linkage {
+    /// Body and link 3.
+    dyad: Dyad,
+    /// P from Q, m.
+    p: Vec2,
+    /// R from Q, m.
+    r: Vec2,
+    /// Centre of mass of the body from P, m.
+    body_cg: Vec2,
+    /// Centre of mass of link 3 from R, m.
+    link3_cg: Vec2,
+    /// Centres of mass of links 1 and 2 from Q, m.
+    link_cgs: [Vec2; 2],
+    /// Of each wheel: the link that carries it, and the axle from Q, m.
+    axles: [(Carrier, Vec2); 3],
+    /// S from P and from R, over the square of its length, 1/m.
+    body: Vec2,
+    link3: Vec2,
+}
+
+impl Linkage {
+    pub fn new(geometry: &Geometry) -> Self {
+        let pins = &geometry.pins;
+        let per_square = |arm: Vec2| arm / arm.norm_squared();
+        Self {
+            dyad: Dyad::new(geometry),
+            p: pins.p - pins.q,
+            r: pins.r - pins.q,
+            body_cg: geometry.body_cg - pins.p,
+            link3_cg: geometry.link_cg[2] - pins.r,
+            link_cgs: [geometry.link_cg[0] - pins.q, geometry.link_cg[1] - pins.q],
+            axles: [0, 1, 2].map(|i| (geometry.carriers[i], geometry.axles[i] - pins.q)),
+            body: per_square(pins.s - pins.p),
+            link3: per_square(pins.s - pins.r),
+        }
     }
 }

@@ -54,11 +54,9 @@ impl MassMatrix {
         let per_mass = 1.0 / self.mass;
         let arms = self.levers.map(|lever| lever * per_mass);
         let [i11, i12, i22] = self.inertia;
-        let (s11, s12, s22) = (
-            i11 - self.levers[0].dot(&arms[0]),
-            i12 - self.levers[0].dot(&arms[1]),
-            i22 - self.levers[1].dot(&arms[1]),
-        );
+        let s11 = i11 - self.levers[0].dot(&arms[0]);
+        let s12 = i12 - self.levers[0].dot(&arms[1]);
+        let s22 = i22 - self.levers[1].dot(&arms[1]);
         let determinant = s11 * s22 - s12 * s12;
         if !(self.mass > 0.0 && s11 > 0.0 && determinant > 0.0) {
             return None;
@@ -67,11 +65,7 @@ impl MassMatrix {
         Some(Factorised {
             per_mass,
             arms,
-            inverse: [
-                s22 * per_determinant,
-                -s12 * per_determinant,
-                s11 * per_determinant,
-            ],
+            inverse: [s22, -s12, s11].map(|entry| entry * per_determinant),
         })
     }
 }

@@ -4,15 +4,13 @@
 //! time zero, from which both engines start, and [`crate::stability`] takes the mass matrix. The
 //! motion of [`crate::rapier`] does not depend on them.
 
-mod carriers;
 mod forces;
 mod kinematics;
-mod linkage;
 mod mass_matrix;
 mod model;
 mod tangents;
 
-pub(crate) use forces::{Forces, NoForces};
+pub(crate) use forces::Forces;
 pub(crate) use kinematics::{Kinematics, State};
 pub(crate) use model::Mechanics;
 pub(crate) use tangents::Tangents;

@@ -6,13 +6,13 @@
 //! constant forces of the ground, the rest changes with the posture and its rates alone; four more
 //! evaluations of the kinematics give it.
 
-use super::forces::{Forces, NoForces, stop_torque_at};
+use super::forces::{Forces, stop_torque_at};
 use super::kinematics::{Kinematics, State};
 use super::model::Mechanics;
-use crate::error::BelowGround;
-use crate::ground::{GroundForces, WheelMotion};
-use nalgebra::{SMatrix, Vector4};
-use robhaz_model::{Bar, Vec2};
+use crate::error::{BelowGround, NoForces};
+use crate::ground::{Ground, GroundForces, WheelMotion};
+use nalgebra::{SMatrix, Vector3, Vector4};
+use robhaz_model::Vec2;
 use robhaz_terrain::Contact;
 
 /// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1
@@ -51,17 +51,12 @@ impl Tangents {
         state: &State,
         torques: [f64; 3],
     ) -> Result<(), NoForces> {
-        mechanics.solve(kinematics, state, torques, &mut self.forces)?;
+        (self.forces).solve(mechanics, kinematics, state, torques)?;
         let (mut loads, mut spins) = (SMatrix::<f64, 4, COLUMNS>::zeros(), SMatrix::zeros());
         for wheel in 0..3 {
-            self.add_wheel(
-                mechanics,
-                kinematics,
-                state,
-                wheel,
-                (&mut loads, &mut spins),
-            )
-            .map_err(|source| NoForces::BelowGround { wheel, source })?;
+            let sums = (&mut loads, &mut spins);
+            let added = self.add_wheel(mechanics, kinematics, state, wheel, sums);
+            added.map_err(|source| NoForces::BelowGround { wheel, source })?;
         }
         self.add_posture(mechanics, kinematics, state, &mut loads)?;
         let accelerations = self.forces.response(&loads).ok_or(NoForces::Singular)?;
@@ -86,12 +81,7 @@ impl Tangents {
         (loads, spins): (&mut SMatrix<f64, 4, COLUMNS>, &mut SMatrix<f64, 3, COLUMNS>),
     ) -> Result<(), BelowGround> {
         let motion = kinematics.wheel(wheel, state);
-        let slopes = slopes(
-            mechanics,
-            mechanics.ground.contacts(wheel),
-            &mut self.displaced,
-            &motion,
-        )?;
+        let slopes = slopes(&mechanics.ground, wheel, &mut self.displaced, &motion)?;
         let link = mechanics.robot.geometry.carriers[wheel].index();
         let mass = &mechanics.robot.mass;
         let share = mass.wheel_inertia / (mass.wheel_inertia + mass.rotor_inertia);
@@ -107,18 +97,15 @@ impl Tangents {
         for k in 0..4 {
             let direction = kinematics.axle_column(wheel, k);
             let turns = k == 2 + link;
-            let velocity = if turns {
-                kinematics.axles[wheel].velocity_slope()
-            } else {
-                Vec2::zeros()
+            let velocity = match turns {
+                true => kinematics.axles[wheel].velocity_slope(),
+                false => Vec2::zeros(),
             };
-            add(
-                k,
-                [direction.x, direction.y, velocity.x, velocity.y, 0.0].into(),
-            );
+            let [x, y, u, v] = [direction.x, direction.y, velocity.x, velocity.y];
+            add(k, [x, y, u, v, 0.0].into());
             // The absolute spin is that relative to the link less the rate of the link.
             let spin = if turns { -1.0 } else { 0.0 };
-            add(RATES + k, [0.0, 0.0, direction.x, direction.y, spin].into());
+            add(RATES + k, [0.0, 0.0, x, y, spin].into());
         }
         add(SPINS + wheel, [0.0, 0.0, 0.0, 0.0, 1.0].into());
         loads[(2 + link, TORQUES + wheel)] += share;
@@ -166,10 +153,7 @@ impl Tangents {
         let (robot, a) = (&mechanics.robot, &self.forces.accelerations);
         let weight = Vec2::new(0.0, -robot.gravity);
         let mut right = Vector4::zeros();
-        for (bar, cg, turning) in [
-            (Bar::Body, &kinematics.body_cg, &kinematics.body),
-            (Bar::Link3, &kinematics.link3_cg, &kinematics.link3),
-        ] {
+        for (bar, cg, turning) in kinematics.free_bars() {
             let (mass, inertia) = robot.mass.of(bar);
             cg.add_force((weight - cg.acceleration(a)) * mass, &mut right);
             turning.add_torque(-inertia * turning.acceleration(a), &mut right);
@@ -192,19 +176,16 @@ impl Tangents {
 /// Derivatives of force (N) and torque (N m) of the ground on a wheel by its centre (m), velocity
 /// (m/s) and absolute spin (rad/s). The contacts follow the centre to first order.
 fn slopes(
-    mechanics: &Mechanics,
-    contacts: &[Contact],
+    ground: &Ground,
+    wheel: usize,
     displaced: &mut Vec<Contact>,
     motion: &WheelMotion,
 ) -> Result<SMatrix<f64, 3, 5>, BelowGround> {
+    let contacts = &ground.found[wheel];
     let at = |contacts: &[Contact], motion: &WheelMotion| {
-        let mut forces = GroundForces::default();
-        mechanics.ground.act_at(contacts, motion, &mut forces)?;
-        Ok(nalgebra::Vector3::new(
-            forces.force.x,
-            forces.force.y,
-            forces.torque,
-        ))
+        let mut sum = GroundForces::default();
+        ground.sum(contacts, motion, &mut sum, |_, _| ())?;
+        Ok(Vector3::new(sum.force.x, sum.force.y, sum.torque))
     };
     let here = at(contacts, motion)?;
     let mut slopes = SMatrix::<f64, 3, 5>::zeros();

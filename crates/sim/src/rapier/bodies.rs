@@ -1,12 +1,11 @@
 //! Bars and pins as rapier knows them: rigid bodies and impulse joints.
 
 use super::joints::{self, Lump};
-use super::pins::PinArms;
 use crate::ground::WheelMotion;
 use crate::start::Start;
-use crate::truth::{BarTruth, PinTruth, Truth};
+use crate::truth::{BarTruth, Truth};
 use rapier2d::prelude::*;
-use robhaz_model::{Bar, Geometry, Pin, Robot, Suspension, Vec2, perp};
+use robhaz_model::{Bar, Geometry, Pin, Robot, Suspension, Vec2, cross, perp, rotate};
 
 /// Rapier's stabilisation iterations after a change of the step. They remove the velocities that
 /// correct the gaps of the joints.
@@ -38,18 +37,15 @@ impl Bodies {
         let lumps = Bar::ALL.map(|bar| Lump::new(robot, bar));
         let bars = Bar::ALL.map(|bar| {
             let (at, lump) = (start.bars[bar as usize], lumps[bar as usize]);
-            let centre = robhaz_model::rotate(lump.centre, at.angle);
+            let centre = rotate(lump.centre, at.angle);
+            let mass = MassProperties::new(to_rapier(lump.centre), lump.mass, lump.inertia);
             world.insert_body(
                 RigidBodyBuilder::dynamic()
                     .translation(to_rapier(at.position))
                     .rotation(at.angle)
                     .linvel(to_rapier(at.velocity + perp(centre) * at.rate))
                     .angvel(at.rate)
-                    .additional_mass_properties(MassProperties::new(
-                        to_rapier(lump.centre),
-                        lump.mass,
-                        lump.inertia,
-                    ))
+                    .additional_mass_properties(mass)
                     .can_sleep(false),
             )
         });
@@ -128,10 +124,7 @@ impl Bodies {
                 from_rapier(self.bar(bar).position().transform_point(to_rapier(nominal)))
             };
             let (first, second) = (image(a), image(b));
-            truth.pins[i] = PinTruth {
-                position: 0.5 * (first + second),
-                force: Vec2::zeros(),
-            };
+            truth.pins[i].position = 0.5 * (first + second);
             truth.loop_error = truth.loop_error.max((first - second).norm());
         }
         truth
@@ -144,14 +137,14 @@ impl Bodies {
             let arm = |bar: Bar| {
                 let nominal =
                     geometry.pins.get(pin) - geometry.cg(bar) - self.lumps[bar as usize].centre;
-                robhaz_model::rotate(nominal, self.bar(bar).rotation().angle())
+                rotate(nominal, self.bar(bar).rotation().angle())
             };
             let inverse = |bar: Bar| {
                 let lump = &self.lumps[bar as usize];
                 (1.0 / lump.mass, 1.0 / lump.inertia)
             };
             PinArms {
-                axis: robhaz_model::rotate(Vec2::x(), self.bar(receiver).rotation().angle()),
+                axis: rotate(Vec2::x(), self.bar(receiver).rotation().angle()),
                 arms: [arm(receiver), arm(giver)],
                 inverse: [inverse(receiver), inverse(giver)],
             }
@@ -219,4 +212,34 @@ fn to_rapier(v: Vec2) -> Vector {
 
 fn from_rapier(v: Vector) -> Vec2 {
     Vec2::new(v.x, v.y)
+}
+
+/// Poses of two bars at their pin, before a step: pin forces follow from the impulses of rapier's
+/// joints.
+pub(super) struct PinArms {
+    /// Direction of the x axis of the first bar.
+    axis: Vec2,
+    /// From the centres of mass to the pin, m.
+    arms: [Vec2; 2],
+    /// Inverse mass (1/kg) and inverse inertia (1/(kg m^2)) of both bars.
+    inverse: [(f64, f64); 2],
+}
+
+impl PinArms {
+    /// Force on the first bar, N, from the impulses (N s) of rapier's two rows in a step `dt` (s).
+    ///
+    /// Rapier orthogonalises the rows of a joint (Gram-Schmidt, in the metric of the inverse
+    /// masses). The second impulse therefore acts along a combination of both axes, and `d01/d00`
+    /// is its share along the first one.
+    fn force(&self, first: f64, second: f64, dt: f64) -> Vec2 {
+        let ex = self.axis;
+        let ey = perp(ex);
+        let (mut d00, mut d01) = (0.0, 0.0);
+        for (r, (inverse_mass, inverse_inertia)) in self.arms.iter().zip(self.inverse) {
+            let (cx, cy) = (cross(*r, ex), cross(*r, ey));
+            d00 += inverse_mass + cx * cx * inverse_inertia;
+            d01 += cx * cy * inverse_inertia;
+        }
+        (ex * (first - d01 / d00 * second) + ey * second) / dt
+    }
 }

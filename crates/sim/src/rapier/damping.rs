@@ -26,6 +26,7 @@
 //! In an impact L jumps. The steps are then so short that the law itself is held (b = 0.2 at the
 //! default step).
 
+use crate::contact::NormalForce;
 use crate::ground::{OneContact, is_same};
 use robhaz_model::Vec2;
 use robhaz_terrain::Contact;
@@ -39,12 +40,8 @@ pub(super) struct DampedContact {
     force: Vec2,
     /// Torque that resists the spin for each newton of N, m.
     torque: f64,
-    /// `k g^n + c dg/dt`, N.
-    unclamped: f64,
-    /// Tangent stiffness of the spring, N/m.
-    stiffness: f64,
-    /// c(g), N s/m.
-    damping: f64,
+    /// N and its parts.
+    law: NormalForce,
     /// Speed of the wheel into the ground dg/dt, m/s.
     approach: f64,
 }
@@ -57,9 +54,7 @@ impl DampedContact {
             normal,
             force: normal + contact.tangent * forces.coefficient,
             torque: contact.distance * forces.coefficient + rolling,
-            unclamped: forces.normal.unclamped,
-            stiffness: forces.normal.stiffness,
-            damping: forces.normal.damping,
+            law: forces.normal,
             approach: forces.approach,
         }
     }
@@ -70,7 +65,7 @@ impl DampedContact {
 }
 
 /// What is known of a contact during a step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Known {
     /// Its normal in the last part.
     normal: Vec2,
@@ -135,11 +130,10 @@ impl Damping {
                 self.next.push(Known {
                     normal: contact.normal,
                     approach: contact.approach,
-                    impulse: 0.0,
                     before: last,
                     expected: last.map(load).zip(before).map(|(l, b)| 2.0 * l - b),
                     whole: true,
-                    seen: true,
+                    ..Known::default()
                 });
             }
             std::mem::swap(known, &mut self.next);
@@ -155,24 +149,20 @@ impl Damping {
         let (mut force, mut torque) = (Vec2::zeros(), 0.0);
         known.iter_mut().for_each(|k| k.seen = false);
         for contact in now {
-            let by_law = contact.unclamped.max(0.0);
+            let (law, by_law) = (&contact.law, contact.law.force());
             let Some(known) = known.iter_mut().find(|k| contact.is(k)) else {
                 known.push(Known {
                     normal: contact.normal,
-                    approach: 0.0,
-                    impulse: 0.0,
-                    before: None,
-                    expected: None,
-                    whole: false,
                     seen: true,
+                    ..Known::default()
                 });
                 continue;
             };
             let held = known.expected.filter(|_| !impact).map_or(by_law, |load| {
                 let half = 0.5 * part;
-                let stiffness = contact.stiffness * half;
-                let weight = half * (contact.damping + contact.stiffness * part) / mass;
-                let explicit = contact.unclamped + stiffness * contact.approach;
+                let stiffness = law.stiffness * half;
+                let weight = half * (law.damping + law.stiffness * part) / mass;
+                let explicit = law.unclamped + stiffness * contact.approach;
                 ((explicit + weight * load) / (1.0 + weight)).max(0.0)
             });
             known.seen = true;
@@ -213,9 +203,11 @@ mod tests {
                 normal: Vec2::y(),
                 force: Vec2::y(),
                 torque: 0.0,
-                unclamped,
-                stiffness: 0.0,
-                damping: DAMPING,
+                law: NormalForce {
+                    damping: DAMPING,
+                    unclamped,
+                    ..NormalForce::default()
+                },
                 approach: speed,
             });
             damping.begin(step);

@@ -30,10 +30,8 @@ impl Lump {
     pub fn new(robot: &Robot, bar: Bar) -> Self {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let (own_mass, own_inertia) = mass.of(bar);
-        let axles: Vec<Vec2> = (0..3)
-            .filter(|&i| geometry.carriers[i].bar() == bar)
-            .map(|i| geometry.axles[i] - geometry.cg(bar))
-            .collect();
+        let own = (0..3).filter(|&i| geometry.carriers[i].bar() == bar);
+        let axles: Vec<Vec2> = own.map(|i| geometry.axles[i] - geometry.cg(bar)).collect();
         let mut lump = Self {
             mass: own_mass,
             inertia: own_inertia,
@@ -85,27 +83,20 @@ fn spectral_radius(robot: &Robot) -> f64 {
     }
     let mut weighted = gaps;
     for (bar, lump) in lumps.iter().enumerate() {
-        for (column, inverse) in [1.0 / lump.mass, 1.0 / lump.mass, 1.0 / lump.inertia]
-            .into_iter()
-            .enumerate()
-        {
+        let inverse = [1.0 / lump.mass, 1.0 / lump.mass, 1.0 / lump.inertia];
+        for (column, inverse) in inverse.into_iter().enumerate() {
             weighted.column_mut(3 * bar + column).scale_mut(inverse);
         }
     }
     let all = weighted * gaps.transpose();
-    let lower = SMatrix::<f64, 8, 8>::from_fn(|row, column| {
-        if column / 2 <= row / 2 {
-            all[(row, column)]
-        } else {
-            0.0
-        }
+    let lower = SMatrix::<f64, 8, 8>::from_fn(|row, column| match column / 2 <= row / 2 {
+        true => all[(row, column)],
+        false => 0.0,
     });
     lower.lu().solve(&(lower - all)).map_or(1.0, |iteration| {
         let values = iteration.complex_eigenvalues();
-        values
-            .iter()
-            .map(|v| v.norm_sqr().sqrt())
-            .fold(0.0, f64::max)
+        let sizes = values.iter().map(|v| v.norm_sqr().sqrt());
+        sizes.fold(0.0, f64::max)
     })
 }
 

@@ -13,17 +13,15 @@
 mod bodies;
 mod damping;
 mod joints;
-mod pins;
 mod step_control;
 
 use crate::balance::{Balance, WheelLoad};
-use crate::drive::{Drive, wheel_acceleration};
+use crate::drive::{Drive, DriveResponse, wheel_acceleration};
 use crate::engine::{Engine, Instant};
 use crate::error::{BelowGround, PlantError};
-use crate::ground::{AxleState, Ground, GroundForces, OneContact, WheelMotion};
+use crate::ground::{Ground, GroundForces, OneContact, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
 use crate::start::Start;
-use crate::stop::stop_torque;
 use crate::truth::Truth;
 use bodies::Bodies;
 use damping::{DampedContact, Damping};
@@ -78,12 +76,8 @@ struct Wheel {
 /// Forces and torques on links and wheels at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 struct Loads {
-    /// Motor torques less the losses in the gears, N m.
-    drive_torques: [f64; 3],
-    /// Rates of the integrals of the speed errors, rad/s.
-    integral_rates: [f64; 3],
-    /// Motor torques, N m.
-    motor_torques: [f64; 3],
+    /// What the drives do.
+    drives: [DriveResponse; 3],
     motions: [WheelMotion; 3],
     /// Forces and torques on the wheels, without the motors.
     wheels: [WheelLoad; 3],
@@ -143,9 +137,8 @@ impl RapierEngine {
         let contact_energy = loads.contact_energy;
         let knows = self.damping.begin(self.step)
             && !(0..3).any(|i| self.ground.meets(i, &loads.motions[i], self.step));
-        let (parts, impact) = self
-            .step_control
-            .divide(&loads.wheel_state, self.step, knows);
+        let control = &mut self.step_control;
+        let (parts, impact) = control.divide(&loads.wheel_state, self.step, knows);
         let length = self.step / f64::from(parts);
         // The pin forces of the first integration belong to the instant of the truth.
         let mut pins = truth.map(|truth| (truth, self.bodies.pin_arms(&self.robot.geometry)));
@@ -173,7 +166,7 @@ impl RapierEngine {
 
     /// Forces and torques at the current state. Fills in wheels and stop of `truth`.
     fn loads(&mut self, time: f64, mut truth: Option<&mut Truth>) -> Result<Loads, PlantError> {
-        let geometry = &self.robot.geometry;
+        let (geometry, drive) = (&self.robot.geometry, &self.drive);
         let rates = self.bodies.link_rates();
         let angles = [Bar::Link1, Bar::Link2].map(|bar| self.bodies.bar(bar).rotation().angle());
         let mut loads = Loads::default();
@@ -193,39 +186,26 @@ impl RapierEngine {
             let each = |contact: &Contact, forces: &OneContact| {
                 contacts.push(DampedContact::new(contact, forces, rolling));
             };
-            self.ground
-                .act_each(i, &motion, &mut ground, each)
-                .map_err(below)?;
-            let planned = self
-                .drive
-                .set_speed(i, of_velocities, geometry.wheel_radius);
-            let drive = self
-                .drive
-                .response(self.commands[i], planned, omega, wheel.integral);
-            let torque = drive.torque;
-            let gear_torque = self.drive.loss_torque(omega);
-            let drive_torque = torque - gear_torque;
+            let acted = self.ground.act_each(i, &motion, &mut ground, each);
+            acted.map_err(below)?;
+            let planned = drive.set_speed(i, of_velocities, geometry.wheel_radius);
+            let response = drive.response(self.commands[i], planned, omega, wheel.integral);
             if let Some(truth) = truth.as_deref_mut() {
-                let axle = AxleState {
-                    angle: wheel.angle,
-                    omega,
-                    torque,
-                };
-                self.ground
-                    .write_truth(i, &ground, &motion, axle, &mut truth.wheels[i])
-                    .map_err(below)?;
+                let of_wheel = &mut truth.wheels[i];
+                (of_wheel.angle, of_wheel.omega) = (wheel.angle, omega);
+                of_wheel.torque = response.torque;
+                let written = self.ground.write_truth(i, &ground, &motion, of_wheel);
+                written.map_err(below)?;
             }
-            loads.drive_torques[i] = drive_torque;
-            loads.integral_rates[i] = drive.integral_rate;
-            loads.motor_torques[i] = torque;
+            loads.drives[i] = response;
             loads.motions[i] = motion;
-            loads.wheels[i] = WheelLoad::new(&ground, gear_torque);
+            loads.wheels[i] = WheelLoad::new(&ground, drive.loss_torque(omega));
             loads.contact_energy += ground.energy;
             let state = &mut loads.wheel_state;
             state.normal_force = state.normal_force.max(ground.normal_force);
             state.approach = state.approach.max(ground.approach);
         }
-        let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
+        let stop = (geometry.stop).torque(angles[0] - angles[1], rates[0] - rates[1]);
         loads.stop_torque = stop;
         if let Some(truth) = truth {
             truth.stop_torque = stop;
@@ -243,11 +223,11 @@ impl RapierEngine {
         for (i, wheel) in self.wheels.iter_mut().enumerate() {
             let carrier = self.robot.geometry.carriers[i].index();
             let omega_before = wheel.spin + before[carrier];
-            wheel.integral += step * loads.integral_rates[i];
+            wheel.integral += step * loads.drives[i].integral_rate;
             wheel.spin += step * spin_rates[i];
             let omega = wheel.spin + rates[carrier];
             wheel.angle += step * omega;
-            self.balance.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
+            self.balance.motor_work += step * loads.drives[i].torque * 0.5 * (omega_before + omega);
         }
         if self.carries_balance {
             self.add_to_balance(loads, [before, rates], step);
@@ -270,14 +250,10 @@ impl RapierEngine {
             wheel.ground_torque += torque_change;
             // The acceleration of the link is that of the last integration. Its weight
             // J_wheel/(J_wheel + J_rotor) is 8 %.
-            let omega_rate = wheel_acceleration(
-                loads.drive_torques[i],
-                wheel.ground_torque,
-                self.link_accelerations[carrier],
-                mass.wheel_inertia,
-                mass.rotor_inertia,
-            );
-            let through_gear = loads.drive_torques[i] - mass.rotor_inertia * omega_rate;
+            let drive = loads.drives[i].torque - wheel.gear_torque;
+            let alpha_link = self.link_accelerations[carrier];
+            let omega_rate = wheel_acceleration(drive, wheel.ground_torque, alpha_link, mass);
+            let through_gear = drive - mass.rotor_inertia * omega_rate;
             *spin_rate = (through_gear - wheel.ground_torque) / mass.wheel_inertia;
             forces[carrier] += wheel.force;
             // Torques are counter-clockwise; the forward spin is clockwise.
@@ -300,8 +276,8 @@ impl RapierEngine {
             let now = self.bodies.wheel_motion(carrier.bar(), axle, spin);
             for (motion, rates) in [loads.motions[i], now].iter().zip(rates) {
                 let omega = motion.spin + rates[carrier.index()];
-                self.balance
-                    .add_wheel(i, &loads.wheels[i], motion, omega, half);
+                let load = &loads.wheels[i];
+                self.balance.add_wheel(i, load, motion, omega, half);
             }
         }
         let opening: f64 = rates.map(|[first, second]| first - second).iter().sum();

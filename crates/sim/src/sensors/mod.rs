@@ -26,7 +26,7 @@ pub use spec::{ENCODER_COUNTS, Grade, ImuPlace, SensorSpec};
 
 use crate::truth::Truth;
 use models::{Encoder, GivenAngle, Gyro, Inclinometer, Loss, Source, TorqueSensor, White};
-use robhaz_model::{BodyMount, BodyReading, LinkReadings, Robot, Vec2};
+use robhaz_model::{Bar, BodyMount, BodyReading, LinkReadings, Robot, Vec2};
 
 /// All readings of one sample. `None` is a lost reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub struct DrawnErrors {
 pub struct Sensors {
     wheels: [WheelSensors; 3],
     links: [LinkSensors; 2],
-    /// In place of those of the links.
+    /// In place of inclinometers and gyros of the links.
     body: Option<BodySensors>,
     jitter: White,
     drawn: DrawnErrors,
@@ -97,50 +97,32 @@ struct LinkSensors {
 }
 
 impl Sensors {
-    /// The sensors of a run. Draws the constant errors from `seed`.
-    pub fn new(spec: &SensorSpec, seed: u64) -> Self {
+    /// The sensors of a run on a robot: where it is, and in its body if the specification says so.
+    /// Draws the constant errors from `seed`.
+    pub fn new(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
         let wheels = ["wheel1", "wheel2", "wheel3"].map(|name| WheelSensors::new(spec, seed, name));
-        let links = ["link1", "link2"].map(|name| LinkSensors::new(spec, seed, name));
-        let (torques, gyros) = (
-            wheels.each_ref().map(|w| &w.torque.0),
-            links.each_ref().map(|l| &l.gyro.0),
-        );
+        let links = ["link1", "link2"].map(|name| LinkSensors::new(spec, seed, name, robot));
+        let in_body = spec.imu == ImuPlace::Body;
+        let body = in_body.then(|| BodySensors::new(spec, seed, robot));
+        let torques = wheels.each_ref().map(|w| &w.torque.0);
+        let imus = body.as_ref().map_or(links.each_ref(), |b| [&b.imu; 2]);
+        let gyros = imus.map(|imu| &imu.gyro.0);
         let drawn = DrawnErrors {
             torque_gain: torques.map(|t| t.gain),
             torque_offset: torques.map(|t| t.offset),
-            inclination_bias: links.each_ref().map(|l| l.inclinometer.0.bias),
+            inclination_bias: imus.map(|imu| imu.inclinometer.0.bias),
             rate_bias: gyros.map(|g| g.bias),
             rate_scale: gyros.map(|g| g.scale),
         };
-        let clock = Source {
-            seed,
-            sensor: "clock",
-        };
+        let sensor = "clock";
         Self {
+            jitter: White::new(Source { seed, sensor }, "jitter", spec.jitter),
             wheels,
             links,
-            body: None,
-            jitter: White::new(clock, "jitter", spec.jitter),
+            body,
             drawn,
             last: None,
         }
-    }
-
-    /// The sensors of a run on a robot: where it is, and in its body if the specification says so.
-    pub fn on(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
-        let mut sensors = Self::new(spec, seed);
-        for link in &mut sensors.links {
-            link.inclinometer.0.set_gravity(robot.gravity);
-        }
-        if spec.imu == ImuPlace::Body {
-            let body = BodySensors::new(spec, seed, robot);
-            let (inclinometer, gyro) = (&body.imu.inclinometer.0, &body.imu.gyro.0);
-            sensors.drawn.inclination_bias = [inclinometer.bias; 2];
-            sensors.drawn.rate_bias = [gyro.bias; 2];
-            sensors.drawn.rate_scale = [gyro.scale; 2];
-            sensors.body = Some(body);
-        }
-        sensors
     }
 
     /// The errors drawn for this run.
@@ -202,7 +184,7 @@ fn lossy<S>(
     spec: &SensorSpec,
     seed: u64,
     name: &str,
-    sensor: fn(&SensorSpec, Source<'_>) -> S,
+    sensor: impl FnOnce(&SensorSpec, Source<'_>) -> S,
 ) -> (S, Loss) {
     let source = Source { seed, sensor: name };
     (sensor(spec, source), Loss::new(source, spec.dropped))
@@ -220,10 +202,11 @@ impl WheelSensors {
 }
 
 impl LinkSensors {
-    fn new(spec: &SensorSpec, seed: u64, link: &str) -> Self {
+    fn new(spec: &SensorSpec, seed: u64, link: &str, robot: &Robot) -> Self {
         let name = |sensor: &str| format!("{link}/{sensor}");
+        let inclinometer = |spec: &_, source: Source<'_>| Inclinometer::new(spec, source, robot);
         Self {
-            inclinometer: lossy(spec, seed, &name("inclinometer"), Inclinometer::new),
+            inclinometer: lossy(spec, seed, &name("inclinometer"), inclinometer),
             gyro: lossy(spec, seed, &name("gyro"), Gyro::new),
         }
     }
@@ -231,14 +214,10 @@ impl LinkSensors {
 
 impl BodySensors {
     fn new(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
-        let mut imu = LinkSensors::new(spec, seed, "body");
-        imu.inclinometer.0.set_gravity(robot.gravity);
-        let source = Source {
-            seed,
-            sensor: "pin",
-        };
+        let sensor = "pin";
+        let source = Source { seed, sensor };
         Self {
-            imu,
+            imu: LinkSensors::new(spec, seed, "body", robot),
             pin: (
                 White::new(source, "noise", spec.pin_noise),
                 source.constant("bias", spec.pin_bias),
@@ -263,8 +242,8 @@ impl BodySensors {
         let angle = body.angle + delay * body.rate;
         let opening = link1.angle - link2.angle + delay * (link1.rate - link2.rate);
         let reading = BodyReading {
-            inclination: loss.pass(inclinometer.read(angle, rates.body_velocity, rates.dt)),
-            rate: rate_loss.pass(gyro.read(body.rate + delay * rates.body_rate, rates.dt)),
+            inclination: loss.pass(inclinometer.read(angle, rates.velocity[2], rates.dt)),
+            rate: rate_loss.pass(gyro.read(body.rate + delay * rates.rate[2], rates.dt)),
             pin: pin_loss.pass(opening + *bias + noise.sample()),
             wheels,
         };
@@ -279,13 +258,10 @@ struct Rates {
     dt: f64,
     /// Rate of each motor torque, N m/s.
     torque: [f64; 3],
-    /// Angular acceleration of links 1 and 2, rad/s^2.
-    rate: [f64; 2],
-    /// Acceleration of the centres of mass of links 1 and 2, m/s^2.
-    velocity: [Vec2; 2],
-    /// The same of the body.
-    body_rate: f64,
-    body_velocity: Vec2,
+    /// Angular acceleration of links 1 and 2 and of the body, rad/s^2.
+    rate: [f64; 3],
+    /// Acceleration of their centres of mass, m/s^2.
+    velocity: [Vec2; 3],
 }
 
 impl Rates {
@@ -294,13 +270,12 @@ impl Rates {
             return Self::default();
         };
         let dt = now.time - last.time;
+        let bars = [Bar::Link1, Bar::Link2, Bar::Body].map(|bar| [now.bar(bar), last.bar(bar)]);
         Self {
             dt,
             torque: [0, 1, 2].map(|i| (now.wheels[i].torque - last.wheels[i].torque) / dt),
-            rate: [0, 1].map(|i| (now.links[i].rate - last.links[i].rate) / dt),
-            velocity: [0, 1].map(|i| (now.links[i].velocity - last.links[i].velocity) / dt),
-            body_rate: (now.body.rate - last.body.rate) / dt,
-            body_velocity: (now.body.velocity - last.body.velocity) / dt,
+            rate: bars.map(|[now, last]| (now.rate - last.rate) / dt),
+            velocity: bars.map(|[now, last]| (now.velocity - last.velocity) / dt),
         }
     }
 }

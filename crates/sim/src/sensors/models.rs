@@ -5,7 +5,7 @@
 use crate::drive::coulomb_sign;
 use crate::random::Stream;
 use crate::sensors::SensorSpec;
-use robhaz_model::{GRAVITY, Vec2, rotate};
+use robhaz_model::{Robot, Vec2, rotate};
 use std::f64::consts::TAU;
 
 /// Key of a sensor's random streams: the run's seed and the sensor's name.
@@ -155,20 +155,15 @@ pub(super) struct Inclinometer {
 }
 
 impl Inclinometer {
-    pub fn new(spec: &SensorSpec, source: Source<'_>) -> Self {
+    pub fn new(spec: &SensorSpec, source: Source<'_>, robot: &Robot) -> Self {
         Self {
             bias: source.constant("bias", spec.inclination_bias),
             noise: White::new(source, "noise", spec.inclination_noise),
             lag: spec.inclination_lag,
             specific_force: spec.specific_force,
-            gravity: GRAVITY,
+            gravity: robot.gravity,
             filtered: None,
         }
-    }
-
-    /// Under another gravity, m/s^2.
-    pub fn set_gravity(&mut self, gravity: f64) {
-        self.gravity = gravity;
     }
 
     /// Reading at the link's `angle` (rad), with the acceleration of its centre of mass in world

@@ -44,8 +44,12 @@ fn at_rest(k: u32) -> Truth {
     }
 }
 
+fn sensors(spec: &SensorSpec, seed: u64) -> Sensors {
+    Sensors::new(spec, seed, &Robot::default_a())
+}
+
 fn read(spec: &SensorSpec, seed: u64, samples: u32, truth: fn(u32) -> Truth) -> Vec<Readings> {
-    let mut sensors = Sensors::new(spec, seed);
+    let mut sensors = sensors(spec, seed);
     (0..samples).map(|k| sensors.read(&truth(k))).collect()
 }
 
@@ -84,7 +88,7 @@ fn assert_white(values: &[f64], sigma: f64) {
 
 /// Asserts the standard deviation of a value that is drawn once per run, over many seeds.
 fn assert_drawn(sigma: f64, spec: &SensorSpec, pick: fn(&DrawnErrors) -> f64) {
-    let draws = (0..10_000).map(|seed| pick(Sensors::new(spec, seed).drawn()));
+    let draws = (0..10_000).map(|seed| pick(sensors(spec, seed).drawn()));
     assert_white(&draws.collect::<Vec<_>>(), sigma);
 }
 
@@ -134,7 +138,7 @@ fn encoders_read_whole_counts() {
         }
     }
     // Below zero the count is rounded down, not towards zero.
-    let mut sensors = Sensors::new(&spec, 0);
+    let mut sensors = sensors(&spec, 0);
     let mut truth = at_rest(0);
     truth.wheels[0].angle = -0.5 * count;
     assert_eq!(sensors.read(&truth).wheel_angle[0], Some(-count));
@@ -159,7 +163,7 @@ fn torque_has_gain_offset_and_white_noise() {
         torque_gain: 0.02,
         ..offset
     };
-    let drawn = *Sensors::new(&both, 5).drawn();
+    let drawn = *sensors(&both, 5).drawn();
     for (k, readings) in (0..50).zip(read(&both, 5, 50, moving)) {
         for i in 0..3 {
             let torque = moving(k).wheels[i].torque;
@@ -197,7 +201,7 @@ fn torque_is_quantised_and_contains_friction() {
         let mut truth = at_rest(0);
         truth.wheels[1].omega = omega;
         truth.wheels[1].torque = 1.0;
-        let read = Sensors::new(&spec, 0).read(&truth).motor_torque[1];
+        let read = sensors(&spec, 0).read(&truth).motor_torque[1];
         assert_eq!(read, Some(1.0 + friction));
     }
 }
@@ -271,7 +275,7 @@ fn inclinometers_have_bias_and_white_noise() {
         inclination_noise: 0.001,
         ..bias
     };
-    let bias = Sensors::new(&spec, 2).drawn().inclination_bias[1];
+    let bias = sensors(&spec, 2).drawn().inclination_bias[1];
     let found = values(&read(&spec, 2, 50_000, at_rest), |r| r.inclination[1]);
     let noise: Vec<f64> = found.iter().map(|v| v - bias).collect();
     assert_white(&noise, 0.001);
@@ -288,7 +292,7 @@ fn gyros_have_scale_bias_walk_and_white_noise() {
     };
     assert_drawn(0.01, &spec, |d| d.rate_scale[0]);
     assert_drawn(0.005, &spec, |d| d.rate_bias[1]);
-    let drawn = *Sensors::new(&spec, 4).drawn();
+    let drawn = *sensors(&spec, 4).drawn();
     for (k, readings) in (0..50).zip(read(&spec, 4, 50, moving)) {
         let rate = moving(k).links[0].rate;
         let expected = (1.0 + drawn.rate_scale[0]) * rate + drawn.rate_bias[0];
@@ -457,10 +461,7 @@ fn switching_one_error_off_changes_no_other_channel() {
         rate_walk: 0.0,
         ..poor
     };
-    assert_eq!(
-        Sensors::new(&poor, 9).drawn(),
-        Sensors::new(&quiet, 9).drawn()
-    );
+    assert_eq!(sensors(&poor, 9).drawn(), sensors(&quiet, 9).drawn());
 }
 
 /// Statistics: the noise of no two channels is correlated.

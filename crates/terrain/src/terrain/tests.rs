@@ -59,7 +59,7 @@ fn a_wheel_against_a_riser_touches_riser_and_tread() {
 
 #[test]
 fn a_wheel_rests_on_both_corners_of_a_narrow_ditch_but_on_the_bottom_of_a_wide_one() {
-    let terrain = Terrain::new(Profile::ditch());
+    let terrain = Terrain::new(Profile::Ditch(crate::Ditch::default()));
     let hanging = 0.0999_f64.powi(2) - 0.06_f64.powi(2);
     let found = contacts(&terrain, 0.76, hanging.sqrt(), 0.1);
     assert_eq!(found.len(), 2);
@@ -207,14 +207,14 @@ fn edges_follow_their_curves() {
     for (name, profile, height, slope) in [
         ("smooth", Profile::smooth(), 5e-12, 5e-9),
         ("cosbump", Profile::cosbump(), 1e-12, 5e-10),
-        ("sine", Profile::sine(), 3e-12, 1e-9),
+        ("sine", Profile::Sine(crate::Sine::default()), 3e-12, 1e-9),
         ("rough C", Profile::rough(0), 5e-11, 2e-8),
         ("rough D", rough(crate::RoughClass::D, 0.2), 1e-10, 3e-8),
         ("rough H", rough(crate::RoughClass::H, 0.05), 1e-9, 1e-6),
     ] {
         let terrain = Terrain::new(profile.clone());
         let (mut height_error, mut slope_error) = (0.0_f64, 0.0_f64);
-        for edge in terrain.ground.edges.iter().filter(|e| !e.is_line()) {
+        for edge in terrain.0.edges.iter().filter(|e| !e.straight) {
             for i in 1..8 {
                 let x = edge.from.x + (edge.to.x - edge.from.x) * f64::from(i) / 8.0;
                 let [y, m, _] = profile.eval(x);
@@ -335,7 +335,7 @@ fn no_contact_is_missed() {
     let one = |(profile, sunk, radius): (Profile, f64, f64)| {
         prop_assume!(profile.check().is_ok());
         let terrain = Terrain::new(profile);
-        let Ground { edges, grid, .. } = &*terrain.ground;
+        let Ground { edges, grid, .. } = &*terrain.0;
         for x in (0..70).map(|i| -0.2 + 0.041 * f64::from(i)) {
             // Height at which the wheel just touches the ground; the centre is then lowered or
             // raised.
@@ -378,7 +378,7 @@ proptest! {
     /// lies on its normal.
     #[test]
     fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
-        let profile = [Profile::smooth(), Profile::cosbump(), Profile::sine(), Profile::rough(0)][which].clone();
+        let profile = [Profile::smooth(), Profile::cosbump(), Profile::Sine(crate::Sine::default()), Profile::rough(0)][which].clone();
         let terrain = Terrain::new(profile.clone());
         let [y, slope, _] = profile.eval(x);
         let up = Vec2::new(-slope, 1.0).normalize();
@@ -397,4 +397,42 @@ proptest! {
         // (0.05 mm)^2/(2 r) = 1.3e-8 m. The edges of `rough` differ from the curve by 1e-11 m.
         prop_assert!(contact.distance <= dense + 1e-10 && contact.distance > dense - 5e-8);
     }
+}
+
+/// Equivalence: on a curve the survey is what the profile says, with the curvature of a plane
+/// curve. Edges are polynomials through the profile's derivatives: 1e-9 m, 1e-7 and 1e-4 1/m
+/// are ten times what was found.
+#[test]
+fn curves_are_surveyed_as_they_are() {
+    let terrain = Terrain::new(Profile::smooth());
+    let points = terrain.survey(0.0, 4.0, 0.005);
+    assert!(points.len() >= 800);
+    assert!(points.windows(2).all(|p| p[1].x - p[0].x <= 0.005 + 1e-12));
+    for p in &points {
+        let [height, slope, bend] = terrain.profile().eval(p.x);
+        assert!((p.height - height).abs() < 1e-9);
+        assert!(p.slope.is_some_and(|s| (s - slope).abs() < 1e-7));
+        let curvature = bend / (1.0 + slope * slope).powf(1.5);
+        assert!(p.curvature.is_some_and(|c| (c - curvature).abs() < 1e-4));
+    }
+}
+
+#[test]
+fn risers_have_no_slope_and_corners_two() {
+    let points = Terrain::new(Profile::step()).survey(-1.0, 2.0, 0.005);
+    let rows: Vec<_> = points.iter().map(|p| (p.x, p.height, p.slope)).collect();
+    let expected = [
+        (-1.0, 0.0, Some(0.0)),
+        (0.7, 0.0, Some(0.0)),
+        (0.7, 0.0, None),
+        (0.7, 0.05, None),
+        (0.7, 0.05, Some(0.0)),
+        (2.0, 0.05, Some(0.0)),
+    ];
+    assert_eq!(rows, expected);
+    let ramp = Terrain::new(Profile::ramp()).survey(-1.0, 2.0, 0.005);
+    let slopes: Vec<_> = ramp.iter().filter_map(|p| p.slope).collect();
+    assert_eq!(slopes.len(), 6);
+    let incline = 15.0_f64.to_radians().tan();
+    assert!((slopes[2] - incline).abs() < 1e-12 && (slopes[3] - incline).abs() < 1e-12);
 }

@@ -178,7 +178,7 @@ fn the_longest_step_belongs_to_the_robot() {
         let sets: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
         match Scene::parse("", "x.toml", Path::new(""), &sets) {
             Ok(_) => Vec::new(),
-            Err(error) => error.problems().map(|p| p.message().to_owned()).collect(),
+            Err(error) => error.problems.iter().map(|p| p.message.clone()).collect(),
         }
     };
     let stiff = "contact.damping=2e5";

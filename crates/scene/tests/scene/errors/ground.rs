@@ -47,7 +47,7 @@ fn points_of_the_ground() {
         let text = "terrain = {kind = 'heights', file = 'a.csv'}";
         let scene = Scene::parse(text, "x.toml", folder.path(), &[]);
         scene.map_err(|e| {
-            let lines: Vec<_> = e.problems().map(ToString::to_string).collect();
+            let lines: Vec<_> = e.problems.iter().map(ToString::to_string).collect();
             let folder = format!("{}/", folder.path().display());
             lines.join("\n").replace(&folder, "")
         })

@@ -26,7 +26,7 @@ fn robots_that_cannot_stand() {
         let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
         let error = Scene::parse("", "x.toml", Path::new(""), &sets)
             .expect_err("a robot that cannot stand");
-        let lines: Vec<String> = error.problems().map(ToString::to_string).collect();
+        let lines: Vec<String> = error.problems.iter().map(ToString::to_string).collect();
         assert_eq!(lines.len(), 1, "{lines:?}");
         lines[0].clone()
     };

@@ -1,11 +1,9 @@
 //! Ground through given points.
 
-mod monotone;
-mod smoothing;
-
 use crate::Vec2;
-use crate::edge::{Edge, Knot};
+use crate::edge::Edge;
 use crate::shape::{Piece, SPACING, Shape};
+use robhaz_model::named;
 use std::sync::Arc;
 
 /// Edges of a curve are no shorter than this, m, unless its points are: below it no wheel can touch
@@ -15,24 +13,21 @@ const SHORTEST: f64 = 1e-3;
 /// force.
 const STRAIGHT: f64 = 1e-10;
 
-/// How the ground goes from point to point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Interpolation {
-    /// Polynomials of fifth degree, each between the heights of its two points and monotone: no
-    /// summit where there is no point. Height, slope and curvature are continuous, also where the
-    /// level ground joins.
-    #[default]
-    Monotone,
-    /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0 at
-    /// both ends. It swings beyond its points where they jump.
-    Spline,
-    /// Straight, with a corner at every point.
-    Corners,
-}
-
-impl Interpolation {
-    /// All, the default first.
-    pub const ALL: [Self; 3] = [Self::Monotone, Self::Spline, Self::Corners];
+named! {
+    /// How the ground goes from point to point.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+    pub enum Interpolation {
+        /// Polynomials of fifth degree, each between the heights of its two points and monotone: no
+        /// summit where there is no point. Height, slope and curvature are continuous, also where
+        /// the level ground joins.
+        #[default]
+        Monotone = "monotone",
+        /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0
+        /// at both ends. It swings beyond its points where they jump.
+        Spline = "spline",
+        /// Straight, with a corner at every point.
+        Corners = "corners",
+    }
 }
 
 /// Ground through points. Its height counts from the first point, so that it joins the level ground
@@ -41,9 +36,7 @@ impl Interpolation {
 /// Where a spline starts or ends with a slope, that makes a corner with the level ground. Copies
 /// share the points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heights {
-    data: Arc<Data>,
-}
+pub struct Heights(Arc<Data>);
 
 #[derive(Clone, Debug, PartialEq)]
 struct Data {
@@ -85,49 +78,46 @@ impl Heights {
     /// Ground through the means of points (m) over windows about them: waves of the length
     /// `smoothing` (m) are halved, shorter ones taken out. 0 for none.
     pub fn with_smoothing(points: Vec<Vec2>, interpolation: Interpolation, smoothing: f64) -> Self {
-        let smooth = (smoothing > 0.0).then(|| smoothing::smoothed(&points, smoothing));
+        let smooth = (smoothing > 0.0).then(|| smoothed(&points, smoothing));
         let through = smooth.as_ref().unwrap_or(&points);
         let curve = match interpolation {
-            Interpolation::Monotone => Curve::Quintic(monotone::monotone(through)),
+            Interpolation::Monotone => Curve::Quintic(monotone(through)),
             Interpolation::Spline => Curve::Cubic(natural_bends(through)),
             Interpolation::Corners => Curve::Straight,
         };
-        let data = Data {
+        Self(Arc::new(Data {
             given: points,
             interpolation,
             smoothing,
             smooth,
             curve,
-        };
-        Self {
-            data: Arc::new(data),
-        }
+        }))
     }
 
     /// The points as they were given, m.
     pub fn points(&self) -> &[Vec2] {
-        &self.data.given
+        &self.0.given
     }
 
     /// How the ground goes from point to point.
     pub fn interpolation(&self) -> Interpolation {
-        self.data.interpolation
+        self.0.interpolation
     }
 
     /// Length of the waves that the smoothing halves, m; 0 for none.
     pub fn smoothing(&self) -> f64 {
-        self.data.smoothing
+        self.0.smoothing
     }
 
     /// The points that the ground goes through, m.
     fn through(&self) -> &[Vec2] {
-        self.data.smooth.as_ref().unwrap_or(&self.data.given)
+        self.0.smooth.as_ref().unwrap_or(&self.0.given)
     }
 
     /// Where the curve leaves the heights of two neighbouring points most; `None` where it never
     /// does.
     pub fn overshoot(&self) -> Option<Overshoot> {
-        let Curve::Cubic(bends) = &self.data.curve else {
+        let Curve::Cubic(bends) = &self.0.curve else {
             return None;
         };
         let points = self.through();
@@ -183,12 +173,9 @@ impl Shape for Heights {
         let to = points.partition_point(|p| p.x < x);
         let to = to.clamp(1, points.len() - 1);
         let (a, b) = (points[to - 1], points[to]);
-        let (bend_a, bend_b) = match &self.data.curve {
+        let (bend_a, bend_b) = match &self.0.curve {
             Curve::Quintic(ends) => {
-                let knot = |p: Vec2, [slope, bend]: [f64; 2]| Knot {
-                    x: p.x,
-                    at: [p.y - first.y, slope, bend],
-                };
+                let knot = |p: Vec2, [slope, bend]: [f64; 2]| (p.x, [p.y - first.y, slope, bend]);
                 return Edge::curve(knot(a, ends[to - 1]), knot(b, ends[to])).eval(x);
             }
             Curve::Cubic(bends) => (bends[to - 1], bends[to]),
@@ -212,7 +199,7 @@ impl Shape for Heights {
         let Some(first) = points.first() else {
             return (Vec2::zeros(), Vec::new());
         };
-        let pieces = match self.data.interpolation {
+        let pieces = match self.0.interpolation {
             // One polynomial to a piece, and enough edges for its bend.
             Interpolation::Monotone | Interpolation::Spline => {
                 let gaps = points.windows(2);
@@ -276,6 +263,163 @@ fn natural_bends(points: &[Vec2]) -> Vec<f64> {
         bends[i] -= upper[i] * bends[i + 1];
     }
     bends
+}
+
+// Slopes and second derivatives that make the quintics between points monotone.
+//
+// A polynomial of fifth degree p on an interval of width h is given by height, slope m and second
+// derivative b at both ends. Its derivative, in Bernstein form over the interval, has the five
+// coefficients
+//
+// ```text
+// d0 = m0      d1 = m0 + h b0/4      d2 = 5 D - d0 - d1 - d3 - d4      d3 = m1 - h b1/4      d4 = m1
+// ```
+//
+// with D = (y1 - y0)/h. Where all of them have the sign of D, p is monotone: a Bernstein
+// polynomial lies between its coefficients. The rules here keep these signs. Neighbours share m
+// and b, so that the curve is C2.
+//
+// The idea of C2 quintics whose derivatives are estimated first and then shrunk until they are
+// monotone is that of MQSI (Lux, Watson, Chang et al., ACM TOMS Algorithm 1031); estimates and
+// conditions are simpler here, and one pass is enough.
+
+/// Points on each side from which derivatives are estimated: a polynomial of fourth degree through
+/// five points.
+const NEIGHBOURS: usize = 2;
+
+/// Slope (-) and second derivative (1/m) at each point; x must increase.
+///
+/// Both are 0 at the first and the last point, where level ground joins. At a point that is higher
+/// or lower than both neighbours the slope is 0, beside a level piece both are.
+fn monotone(points: &[Vec2]) -> Vec<[f64; 2]> {
+    let mut ends = vec![[0.0; 2]; points.len()];
+    for (i, end) in ends.iter_mut().enumerate() {
+        if i > 0 && i + 1 < points.len() {
+            let reach = NEIGHBOURS.min(i).min(points.len() - 1 - i);
+            *end = limited(estimate(&points[i - reach..=i + reach], reach), points, i);
+        }
+    }
+    // d2 of each piece has the sign of D where g0 + g1 is at most 5 |D|. Every g is at least 0
+    // after `limited`, so that a point that shrinks for one of its pieces does no harm to the
+    // other: one pass is enough.
+    let shares: Vec<f64> = (1..points.len())
+        .map(|i| {
+            let gap = points[i] - points[i - 1];
+            let share = |[m, b]: [f64; 2], h: f64| (2.0 * m + 0.25 * h * b) * gap.y.signum();
+            let needed = share(ends[i - 1], gap.x) + share(ends[i], -gap.x);
+            let most = 5.0 * gap.y.abs() / gap.x;
+            if needed > most { most / needed } else { 1.0 }
+        })
+        .collect();
+    for (i, end) in ends.iter_mut().enumerate() {
+        let before = i.checked_sub(1).map_or(1.0, |k| shares[k]);
+        let least = shares.get(i).map_or(before, |after| before.min(*after));
+        *end = end.map(|v| v * least);
+    }
+    ends
+}
+
+/// Slope and second derivative at the middle one of some points, of the polynomial through all of
+/// them.
+///
+/// Newton's form: with the nodes in the order middle, neighbours, farther ones, p(x) = sum of c_k
+/// w_k(x), where w_k is the product of (x - x_j) over the first k nodes, and c_k are the divided
+/// differences.
+fn estimate(points: &[Vec2], reach: usize) -> [f64; 2] {
+    const MOST: usize = 2 * NEIGHBOURS + 1;
+    let middle = points[reach];
+    let (mut x, mut c) = ([0.0; MOST], [0.0; MOST]);
+    let count = points.len().min(MOST);
+    for k in 1..count {
+        let far = k.div_ceil(2);
+        let point = points[if k % 2 == 1 { reach + far } else { reach - far }];
+        (x[k], c[k]) = (point.x - middle.x, point.y - middle.y);
+    }
+    for order in 1..count {
+        for k in (order..count).rev() {
+            c[k] = (c[k] - c[k - 1]) / (x[k] - x[k - order]);
+        }
+    }
+    // w_k = s (s - x1) ... has at s = 0 the slope P and the second derivative 2 Q, with P and Q the
+    // coefficients of s and s^2.
+    let (mut slope, mut bend) = (0.0, 0.0);
+    let (mut p, mut q) = (1.0, 0.0);
+    for k in 1..count {
+        slope += c[k] * p;
+        bend += 2.0 * c[k] * q;
+        (p, q) = (-x[k] * p, p - x[k] * q);
+    }
+    [slope, bend]
+}
+
+/// An estimate with the signs of d0, d1, d3 and d4 of both pieces that meet at point `i`.
+fn limited([slope, bend]: [f64; 2], points: &[Vec2], i: usize) -> [f64; 2] {
+    let (before, after) = (points[i] - points[i - 1], points[i + 1] - points[i]);
+    if before.y == 0.0 || after.y == 0.0 || !(slope.is_finite() && bend.is_finite()) {
+        return [0.0; 2];
+    }
+    let sign = after.y.signum();
+    if before.y * sign < 0.0 {
+        // A summit bends down, a hollow up.
+        return [0.0, if bend * sign > 0.0 { bend } else { 0.0 }];
+    }
+    let slope = (slope * sign).max(0.0);
+    let bend = (bend * sign).clamp(-4.0 * slope / after.x, 4.0 * slope / before.x);
+    [slope * sign, bend * sign]
+}
+
+/// Width of a window over the length of the waves that the smoothing halves: (sin(pi w)/(pi w))^3 =
+/// 1/2.
+const WINDOW: f64 = 0.366_063_256_638;
+/// So many windows one after the other: near enough to a Gaussian that no wave comes back upside
+/// down with more than 1.1 %.
+const PASSES: usize = 3;
+
+/// Points whose heights are the mean over a window about each, three times over; `length` above 0, m.
+///
+/// Between points the ground is straight, before the first and after the last it is level. A wave
+/// of wavelength l comes back with (sin(a)/a)^3 of its amplitude, a = pi w/l: a half at l =
+/// `length`, 85 % at twice it, 3 % at half of it.
+fn smoothed(points: &[Vec2], length: f64) -> Vec<Vec2> {
+    (0..PASSES).fold(points.to_vec(), |smooth, _| {
+        averaged(&smooth, 0.5 * WINDOW * length)
+    })
+}
+
+/// Means over `half` to both sides of each point.
+fn averaged(points: &[Vec2], half: f64) -> Vec<Vec2> {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return Vec::new();
+    };
+    // Integral of the height over the first one, from the first point to each.
+    let mut sums = Vec::with_capacity(points.len());
+    let mut sum = 0.0;
+    sums.push(sum);
+    for pair in points.windows(2) {
+        sum += (pair[1].x - pair[0].x) * (0.5 * (pair[0].y + pair[1].y) - first.y);
+        sums.push(sum);
+    }
+    // The same up to any x; `piece` is the piece that x was on last, and x never falls.
+    let up_to = |x: f64, piece: &mut usize| {
+        if x <= first.x {
+            return 0.0;
+        }
+        if x >= last.x {
+            return sum + (x - last.x) * (last.y - first.y);
+        }
+        while points[*piece + 1].x < x {
+            *piece += 1;
+        }
+        let (a, b) = (points[*piece], points[*piece + 1]);
+        let s = x - a.x;
+        sums[*piece] + s * (a.y - first.y + 0.5 * s * (b.y - a.y) / (b.x - a.x))
+    };
+    let (mut rear, mut front) = (0, 0);
+    let mean = |p: &Vec2| {
+        let area = up_to(p.x + half, &mut front) - up_to(p.x - half, &mut rear);
+        Vec2::new(p.x, first.y + area / (2.0 * half))
+    };
+    points.iter().map(mean).collect()
 }
 
 #[cfg(test)]

@@ -1,12 +1,78 @@
-//! Static equilibrium on the ground, by Newton's method on the equations of motion.
+//! State at time zero: settled on the ground, or raw.
+//!
+//! Both engines start from the same state. The settled start is a solution of the equations of
+//! motion in `mechanics`: a static equilibrium on the ground, by Newton's method.
 
-use super::state::Start;
-use crate::error::NoRest;
+use crate::error::{NoRest, PlantError};
 use crate::mechanics::{Forces, Kinematics, Mechanics, State};
-use crate::setup::PlantSetup;
+use crate::setup::{PlantSetup, StartKind};
+use crate::truth::BarTruth;
 use nalgebra::{Matrix4, SMatrix, SVector, Vector4};
 use robhaz_model::{Bar, Vec2};
 use robhaz_terrain::Terrain;
+
+/// State at time zero, the same for both engines. Wheel spins count from here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Start {
+    /// Coordinates and rates.
+    pub state: State,
+    /// Integrals of the speed errors, rad.
+    pub integrals: [f64; 3],
+    /// Pose and rates of each bar in this state, in the order of [`Bar::ALL`].
+    pub bars: [BarTruth; 4],
+}
+
+impl Start {
+    /// The state that the setup asks for.
+    ///
+    /// # Errors
+    /// [`PlantError::RawStart`], [`PlantError::Stance`] and [`PlantError::NoRest`].
+    pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
+        match setup.start {
+            StartKind::Raw => raw(setup),
+            StartKind::Settled => settled(setup).map_err(|why| {
+                // If the robot cannot stand on level ground either, the robot is the reason.
+                let stance = setup.robot.check_stance().err();
+                stance.map_or(PlantError::NoRest { why }, PlantError::Stance)
+            }),
+        }
+    }
+
+    /// The nominal pose at rest, lowered by the penetration under the mean wheel load, on any
+    /// ground.
+    pub fn nominal(setup: &PlantSetup) -> Self {
+        let geometry = &setup.robot.geometry;
+        let lowered = Vec2::new(0.0, -setup.mean_penetration());
+        Self {
+            state: State {
+                q: geometry.pins.q + lowered,
+                ..State::default()
+            },
+            integrals: [0.0; 3],
+            bars: Bar::ALL.map(|bar| BarTruth {
+                position: geometry.cg(bar) + lowered,
+                ..BarTruth::default()
+            }),
+        }
+    }
+}
+
+/// The nominal pose, if each wheel has contact and is at most 1.5 times as deep as under the mean
+/// wheel load.
+fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
+    let start = Start::nominal(setup);
+    let (rest, radius) = (setup.mean_penetration(), setup.robot.geometry.wheel_radius);
+    for (i, axle) in setup.robot.geometry.axles.iter().enumerate() {
+        let nearest = setup.terrain.nearest(axle - Vec2::new(0.0, rest));
+        let depth = nearest.map_or(f64::NEG_INFINITY, |contact| radius - contact.distance);
+        // In this form a NaN is an error, too.
+        if !(depth > 0.0 && depth < 1.5 * rest) {
+            let wheel = i + 1;
+            return Err(PlantError::RawStart { wheel, depth, rest });
+        }
+    }
+    Ok(start)
+}
 
 /// Unknowns of the equilibrium: position of Q (m), angles of links 1 and 2 (rad), creep speed of
 /// the middle wheel (m/s), motor torques (N m).
@@ -29,7 +95,7 @@ const AT_REST: f64 = 1e-6;
 ///
 /// # Errors
 /// [`NoRest`]
-pub(super) fn settled(setup: &PlantSetup) -> Result<Start, NoRest> {
+fn settled(setup: &PlantSetup) -> Result<Start, NoRest> {
     let mut equilibrium = Equilibrium {
         setup,
         mechanics: Mechanics::new(setup),
@@ -47,11 +113,9 @@ fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
     for _ in 0..MOST_STEPS {
         let kinematics = Kinematics::new(robot, &state).ok()?;
         let (rows, distances) = tangents(&setup.terrain, &kinematics, &state)?;
-        let mut right = Vector4::zeros();
-        for i in 0..3 {
-            right[i] = goal - distances[i];
-        }
-        right[3] = robot.geometry.axles[1].x - kinematics.axle(1, &state).x;
+        let [front, middle, rear] = distances.map(|distance| goal - distance);
+        let ahead = robot.geometry.axles[1].x - kinematics.axle(1, &state).x;
+        let right = Vector4::new(front, middle, rear, ahead);
         let mut matrix = rows;
         let x_of_the_middle = kinematics.axle_row(1, Vec2::x());
         matrix.set_row(3, &x_of_the_middle.transpose());
@@ -100,12 +164,12 @@ impl Equilibrium<'_> {
         let [a, b] = pose.angles;
         let mut z = Unknowns::from([pose.q.x, pose.q.y, a, b, 0.0, 0.0, 0.0, 0.0]);
         for _ in 0..MOST_STEPS {
-            let here = self.residual(&z)?;
+            let (here, _) = self.evaluate(&z)?;
             let mut jacobian = SMatrix::<f64, 8, 8>::zeros();
             for column in 0..8 {
                 let mut moved = z;
                 moved[column] += SHIFT;
-                let slope = (self.residual(&moved)? - here) / SHIFT;
+                let slope = (self.evaluate(&moved)?.0 - here) / SHIFT;
                 jacobian.set_column(column, &slope);
             }
             // Without friction the creep speed is arbitrary; the pseudo-inverse chooses the
@@ -125,23 +189,15 @@ impl Equilibrium<'_> {
     fn check_rest(&mut self, z: &Unknowns) -> Result<(), NoRest> {
         let (residual, forces) = self.evaluate(z)?;
         for (i, ground) in forces.ground.iter().enumerate() {
-            if !(ground.normal_force > 0.0 && ground.contacts == 1) {
-                return Err(NoRest::Contacts {
-                    wheel: i + 1,
-                    contacts: ground.contacts,
-                });
+            let (wheel, contacts) = (i + 1, ground.contacts);
+            if !(ground.normal_force > 0.0 && contacts == 1) {
+                return Err(NoRest::Contacts { wheel, contacts });
             }
         }
-        if residual.amax() < AT_REST {
-            Ok(())
-        } else {
-            Err(NoRest::Equilibrium)
+        match residual.amax() < AT_REST {
+            true => Ok(()),
+            false => Err(NoRest::Equilibrium),
         }
-    }
-
-    /// The residual of [`Self::evaluate`].
-    fn residual(&mut self, z: &Unknowns) -> Result<Unknowns, NoRest> {
-        self.evaluate(z).map(|(residual, _)| residual)
     }
 
     /// The residual, which is zero in equilibrium, and the forces. The residual contains the
@@ -153,17 +209,12 @@ impl Equilibrium<'_> {
         let kinematics = Kinematics::new(robot, &start.state).map_err(|_| NoRest::Equilibrium)?;
         let torques = [z[5], z[6], z[7]];
         let mut forces = Forces::default();
-        self.mechanics
-            .solve(&kinematics, &start.state, torques, &mut forces)
-            .map_err(|_| NoRest::Equilibrium)?;
-        let mut residual = Unknowns::zeros();
-        residual[0] = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
-        residual
-            .fixed_rows_mut::<4>(1)
-            .copy_from(&forces.accelerations);
-        residual
-            .fixed_rows_mut::<3>(5)
-            .copy_from(&forces.omega_rates);
+        let solved = forces.solve(&mut self.mechanics, &kinematics, &start.state, torques);
+        solved.map_err(|_| NoRest::Equilibrium)?;
+        let x = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
+        let [a, b, c, d] = forces.accelerations.into();
+        let [front, middle, rear] = forces.omega_rates.into();
+        let residual = Unknowns::from([x, a, b, c, d, front, middle, rear]);
         Ok((residual, forces))
     }
 
@@ -182,10 +233,9 @@ impl Equilibrium<'_> {
                 state.omega[i] = -torque / drive.kp;
             }
             // A control without gains exerts no torque.
-            let limit = if drive.ki > 0.0 || drive.kp > 0.0 {
-                drive.torque_limit
-            } else {
-                AT_REST
+            let limit = match drive.ki > 0.0 || drive.kp > 0.0 {
+                true => drive.torque_limit,
+                false => AT_REST,
             };
             if torque.abs() > limit {
                 return Err(NoRest::Motor {
@@ -215,5 +265,64 @@ impl Equilibrium<'_> {
         let (rows, _) = tangents(&self.setup.terrain, &kinematics, &state)?;
         state.rates = rows.lu().solve(&Vector4::new(0.0, 0.0, 0.0, z[4]))?;
         Some(state)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::NoRest;
+    use robhaz_model::StanceError;
+    use robhaz_terrain::{Heights, Interpolation, Profile};
+
+    fn slope(slope: f64) -> Profile {
+        let points = [-5.0, 5.0].map(|x| Vec2::new(x, slope * x)).to_vec();
+        Profile::Heights(Heights::new(points, Interpolation::Corners))
+    }
+
+    fn refusal(setup: &PlantSetup) -> Option<PlantError> {
+        Start::new(setup).err()
+    }
+
+    /// Each start that fails states its reason.
+    #[test]
+    fn a_start_that_fails_says_why() {
+        assert_eq!(refusal(&PlantSetup::on(Profile::Flat)), None);
+
+        let mut weak = PlantSetup::on(slope(0.2));
+        assert_eq!(refusal(&weak), None);
+        weak.drive.torque_limit = 0.1;
+        let found = refusal(&weak);
+        assert!(
+            matches!(found, Some(PlantError::NoRest { why: NoRest::Motor { limit, .. } }) if limit < 0.11),
+            "{found:?}"
+        );
+
+        let mut slippery = PlantSetup::on(slope(0.2));
+        slippery.friction.mu_s = 0.1;
+        slippery.friction.mu_d = 0.1;
+        let found = refusal(&slippery);
+        assert!(
+            matches!(found, Some(PlantError::NoRest { .. })),
+            "{found:?}"
+        );
+
+        let mut tipping = PlantSetup::on(Profile::Flat);
+        tipping.robot.geometry.body_cg.x = 1.0;
+        let found = refusal(&tipping);
+        assert!(
+            matches!(
+                found,
+                Some(PlantError::Stance(StanceError::TipsForward { .. }))
+            ),
+            "{found:?}"
+        );
+
+        let mut hollow = PlantSetup::on(slope(0.2));
+        hollow.start = StartKind::Raw;
+        let found = refusal(&hollow)
+            .map(|why| why.to_string())
+            .unwrap_or_default();
+        assert!(found.contains("must be level"), "{found}");
     }
 }
