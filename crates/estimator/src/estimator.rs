@@ -171,6 +171,19 @@ impl Estimator {
         points.map(|point| door::point_out(&self.units, point))
     }
 
+    /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
+    /// wheel that comes to that place now. `None` where the ground is not in memory.
+    pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
+        self.best_filters()?.ground.slope_at(x / self.units.length)
+    }
+
+    /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of
+    /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
+    pub fn wheel_places(&self) -> Option<[f64; 3]> {
+        let places = self.best_filters()?.ground.wheel_places()?;
+        Some(places.map(|place| place * self.units.length))
+    }
+
     /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and
     /// the flag of a clock that was set back.
     fn advance_clock(&mut self, now: f64) -> Result<(f64, Flags), EstimateError> {
