@@ -1,4 +1,4 @@
-//! The progress bar of a run, on a terminal only; its speed.
+//! The progress bar of a run, on a terminal only; the speed at which a run is played.
 
 use crate::interrupt::{Interrupt, POLL_TIME};
 use crate::terminal::Output;

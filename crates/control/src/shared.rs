@@ -259,9 +259,6 @@ fn mean_near_median(speeds: [f64; 3], allowed: f64) -> f64 {
     median + (near(a) + near(b) + near(c)) / 3.0
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Speed of a wheel from its encoder: differences of readings through a low-pass filter of first
 /// order.
 ///
@@ -298,3 +295,6 @@ impl WheelSpeed {
         self.speed
     }
 }
+
+#[cfg(test)]
+mod tests;

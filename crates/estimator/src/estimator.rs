@@ -4,7 +4,7 @@ use crate::door;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
-use crate::ground::GroundPoint;
+use crate::ground::{FrictionBounds, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
@@ -175,6 +175,13 @@ impl Estimator {
     /// wheel that comes to that place now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
         self.best_filters()?.ground.slope_at(x / self.units.length)
+    }
+
+    /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
+    /// `None` from the paper's methods.
+    pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
+        let memory = &self.best_filters()?.ground;
+        Some(memory.friction_at(x / self.units.length))
     }
 
     /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of

@@ -107,9 +107,9 @@ impl Flags {
     ];
 }
 
-/// A set of channels of readings. As a number ([`Self::bits`]): encoders 1, 2, 4; torques 8, 16, 32;
-/// contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque
-/// scale or mass 16384.
+/// A set of channels of readings. As a number ([`Self::bits`]): encoders 1, 2, 4; torques 8, 16,
+/// 32; contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192;
+/// torque scale or mass 16384.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Channels(u16);
 

@@ -38,7 +38,7 @@
 //! | `friction/` | needed friction, onset of slip, bounds of the friction |
 //! | `health/` | whether the readings agree with each other |
 //! | `torque_scale.rs` | the torques against the weight: a scale, a payload |
-//! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
+//! | `contact/` | velocity of a wheel relative to the ground, contact state, wheels that spin in place |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
 //! Constants say where they come from. *Definition*, *Data sheet*, *Textbook*: the value follows

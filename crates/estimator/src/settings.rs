@@ -308,7 +308,8 @@ impl EstimatorSettings {
         }
     }
 
-    /// Whether estimates carry a covariance, and contact states.
+    /// Whether the method is one with Kalman filters: its estimates carry a covariance, contact
+    /// states and the ground.
     pub const fn states_covariance(&self) -> bool {
         matches!(self.method, Method::Kalman(_))
     }

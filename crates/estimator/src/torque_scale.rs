@@ -201,7 +201,29 @@ impl ScaleFilter {
     }
 }
 
-/// Fit of that equation by recursive least squares.
+/// The work of the ground on the wheels against the energy of the robot: a fit by recursive least
+/// squares.
+///
+/// When the middle wheel stands where the front wheel stood, the posture at both times gives the
+/// height by which the centre of mass has risen in between, however the ground looks: the axle was
+/// at the same place. So the work of the ground is known twice, from the torques and from the
+/// weight:
+///
+/// ```text
+/// sum of W_i - m d(v^2)/2 = q (m g dh + W_B) + w_0 + sum of g_i W_i
+/// W_i = int (T_i + B omega_i/r) (u_i + r dtheta_k/dt) dt
+/// W_B = sum of int B omega_i/r (u_i + r dtheta_k/dt) dt
+/// ```
+///
+/// The kinetic energy is small but for a start, and its error, that of the speed, must not count as
+/// an error of what q multiplies. The work W_B of the damping counts on both sides: it is a part of
+/// the torque that is read. u_i is the speed of the wheel's centre, theta_k the angle of its link,
+/// on which the moment r T_i acts. q is the ratio of the torques to those that the described robot
+/// needs; w_0 holds offsets, friction and rolling resistance, which act all along the way; g_i are
+/// the errors of the single gains.
+///
+/// No slope enters. Slopes that the filters estimate have errors that go with the torques, and a
+/// regression of torques on them is biased.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WorkBalance {
     pub passage: Passage,
@@ -219,8 +241,8 @@ impl WorkBalance {
     /// Standard deviation of q before any reading.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const PRIOR_RATIO: f64 = 1.0;
-    /// Angle by which posture and place err, rad: 0.1 deg, an error of height over the distance of the
-    /// axles. What the fit leaves scales it.
+    /// Angle by which posture and place err, rad: 0.1 deg, an error of height over the distance of
+    /// the axles. What the fit leaves scales it.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const ANGLE: f64 = 5e-4 / 0.3;
     /// Independent passages by which that height counts against what the fit leaves.
@@ -235,7 +257,7 @@ impl WorkBalance {
     /// Change of q in that way.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const CHANGE: f64 = 0.01;
-    /// Factor on the deviations of q and b by [`Self::loosen`].
+    /// Factor on the deviations of q and w_0 by [`Self::loosen`].
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const LOOSE: f64 = 3.0;
 
@@ -254,7 +276,7 @@ impl WorkBalance {
         }
     }
 
-    /// Makes q and b less exact. The gains keep their prior: with more they would explain any
+    /// Makes q and w_0 less exact. The gains keep their prior: with more they would explain any
     /// ratio.
     pub fn loosen(&mut self) {
         let factor = |k: usize| if k < 2 { Self::LOOSE } else { 1.0 };

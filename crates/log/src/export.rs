@@ -292,6 +292,8 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
 /// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
 fn sensor_messages(time: f64, now: &Numbers, last: Option<(f64, Numbers)>) -> [Vec<u8>; 4] {
     let of_frame: Vec<f64> = Reading::of_frame().map(|r| now[r.index()]).collect();
+    // As in `READINGS`: angle, torque and contact angle of each wheel, then inclination and rate of
+    // each link.
     let of_wheels = |part: usize| [now[part], now[part + 3], now[part + 6]];
     let (position, torque) = (of_wheels(0), of_wheels(1));
     // No sensor measures the speed: it is the difference of the last two angles.

@@ -9,7 +9,7 @@ pub struct Formula {
     pub source: Source,
     /// Factor from it to the reading. 1 keeps the bits.
     pub factor: f64,
-    /// Subtracted after the factor. 0 keeps the bits.
+    /// Subtracted after the factor, in the reading's SI unit. 0 keeps the bits.
     pub offset: f64,
 }
 

@@ -219,8 +219,8 @@ fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> Re
     }
 }
 
-/// Median speed of a wheel while it drives (m/s), of the first one that the log has, and the period
-/// of the pin's angle, s; 0 where the log has none.
+/// What the error of the pin's rate depends on: median speed of a wheel while it drives (m/s), of
+/// the first one that the log has, and the period of the pin's angle, s; 0 where the log has none.
 fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
     let radius = robot.geometry.wheel_radius;
     let least = DRIVING_SPEED * Units::of(robot).speed();
@@ -237,7 +237,8 @@ fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
         return (0.0, period);
     };
     let rows = channel.times.iter().zip(channel.cells.chunks(columns));
-    let angles = rows.filter_map(|(time, cells)| Some((*time, formula.value(cells)?)));
+    // Rows without the angle count as steps, too.
+    let angles = rows.map(|(time, cells)| (*time, formula.value(cells).unwrap_or(f64::NAN)));
     let angles: Vec<(f64, f64)> = angles.collect();
     // At least one row, and a whole number of them.
     let step = (STEP / channel.report.period).ceil().max(1.0) as usize;

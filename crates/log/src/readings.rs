@@ -7,7 +7,7 @@ use robhaz_scene::{READINGS, is_of_body};
 /// Number of readings of a frame.
 pub const COUNT: usize = READINGS.len();
 
-/// Values of all readings, in the order of [`Reading::ALL`]; `None` where a reading is missing.
+/// Values of all readings, in the order of [`Reading::all`]; `None` where a reading is missing.
 pub type Values = [Option<f64>; COUNT];
 
 /// A reading of a frame: its place in [`Values`].

@@ -113,6 +113,7 @@ impl ModelError {
         };
         let plan = plan(drawn, &tolerances, &accuracy, &BLOCKS, POSTURES)?;
         let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
+        // Its error is of the simulated robot, not of the nominal one, as `From` would say.
         let measured = simulated_weighing(robot, &blocks, &accuracy, seed)
             .map_err(|error| ModelErrorTooLarge(error.to_string()))?;
         Ok(weigh(drawn, &measured, &tolerances, &accuracy)?)

@@ -8,7 +8,7 @@ use crate::named;
 use crate::{Outline, Vec2};
 
 named! {
-    /// One of the four rigid bars of the loop.
+    /// One of the four rigid bars of the loop. Arrays over all bars have this order.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
     pub enum Bar {
         /// The body, between P and S.
@@ -28,7 +28,7 @@ impl Bar {
 }
 
 named! {
-    /// One of the four pins of the loop.
+    /// One of the four pins of the loop. Arrays over all pins have this order.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
     pub enum Pin {
         /// Between body and link 1.

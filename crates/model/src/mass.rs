@@ -130,7 +130,7 @@ impl MassSet {
         PointMasses {
             body: self.body + self.links.iter().sum::<f64>(),
             links: [0.0; 3],
-            ..self.true_points()
+            wheel: self.wheel,
         }
     }
 

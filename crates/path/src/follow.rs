@@ -32,8 +32,8 @@ pub struct Passed {
     pub impact: bool,
 }
 
-/// The share of the set speed a time (of robot A, s) after it was `share`: the shared control slows down to a
-/// crawl while wheels slide.
+/// The share of the set speed a time (of robot A, s) after it was `share`: the shared control slows
+/// down to a crawl while wheels slide.
 fn share_after(share: f64, slides: bool, time: f64) -> f64 {
     if slides {
         CRAWL + (share - CRAWL) * (-time / SLOWING_TIME).exp()
@@ -45,11 +45,11 @@ fn share_after(share: f64, slides: bool, time: f64) -> f64 {
 /// Slowest speed with which the time between two places is computed, m/s.
 const SLOWEST: f64 = 1e-3;
 
-/// The drive of a path.
+/// Drives along a path with a limit of the tractions.
 pub struct Follower<'a> {
-    /// The path.
+    /// Robot, control and set speed.
     pub setup: &'a PathSetup,
-    /// Largest traction of a wheel, N.
+    /// Largest traction of a wheel, N: that of the setup, or none.
     pub traction: f64,
 }
 
@@ -67,7 +67,7 @@ impl Follower<'_> {
     /// the places go to `speeds`.
     pub fn follow(&self, places: &[Passed], shift: f64, speeds: &mut Vec<f64>) -> Option<Stuck> {
         speeds.clear();
-        let (setup, unit) = (self.setup, Units::of(&self.setup.robot).time);
+        let (setup, unit_of_time) = (self.setup, Units::of(&self.setup.robot).time);
         let (mut speed, mut share) = (setup.speed, 1.0);
         speeds.push(speed);
         for (place, pair) in places.windows(2).enumerate() {
@@ -105,7 +105,7 @@ impl Follower<'_> {
                 let mean = 0.5 * (speed + reached.sqrt());
                 let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
                 let slides = most < set * set || slowest > set * set;
-                share = share_after(share, slides, time / unit);
+                share = share_after(share, slides, time / unit_of_time);
             }
             speed = reached.sqrt();
             speeds.push(speed);

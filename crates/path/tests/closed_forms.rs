@@ -347,8 +347,8 @@ fn momentum_helps_over_a_kerb() {
     assert!(fast > slow + 0.01, "{slow} {fast}");
 }
 
-/// Equivalence: at the same Froude number v^2/(g r) the same margin is left on Mars as on Earth. 1e-4
-/// as the margin is found.
+/// Equivalence: at the same Froude number v^2/(g r) the same margin is left on Mars as on Earth.
+/// 1e-4 as the margin is found.
 #[test]
 fn the_margin_is_the_same_on_mars() {
     let earth = judged(&kerb(0.04), &[], driven(DriveKind::Speed, 0.8));

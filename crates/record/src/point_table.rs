@@ -1,5 +1,5 @@
-//! Tables of points, which are made at once: `terrain`, the ground of a run; `ground-NAME`, the ground
-//! as an estimator has found it; a judged path.
+//! Tables of points, which are made at once: `terrain`, the ground of a run; `ground-NAME`, the
+//! ground as an estimator has found it; a judged path.
 
 use crate::batch::{array, field, schema};
 use crate::columns::Kind;

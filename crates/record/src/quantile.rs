@@ -7,8 +7,8 @@ pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold(none, wider)
 }
 
-/// Quantiles of values in any order, at each of the `shares` (0 to 1), linear between neighbours: type 7
-/// of Hyndman and Fan (1996), as R and NumPy have it by default. `None` of no values.
+/// Quantiles of values in any order, at each of the `shares` (0 to 1), linear between neighbours:
+/// type 7 of Hyndman and Fan (1996), as R and NumPy have it by default. `None` of no values.
 pub fn quantiles<const N: usize>(
     values: impl IntoIterator<Item = f64>,
     shares: [f64; N],

@@ -1,5 +1,5 @@
-//! The table that is printed at the end of a run, and that compares runs; and the comparison for other
-//! programs and for documents, a row for each run and estimator.
+//! The table that is printed at the end of a run, and that compares runs; and the comparison for
+//! other programs and for documents, a row for each run and estimator.
 
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, log_lines, means};

@@ -1,4 +1,5 @@
-//! The control of a scene: from readings and estimates to the commands of the wheels.
+//! The control of a scene, from readings and estimates to the commands of the wheels; and a plant
+//! that it drives.
 
 use crate::error::RunError;
 use crate::estimators::Observers;
@@ -61,8 +62,9 @@ impl Driver {
     }
 }
 
-/// A plant that its control drives, for those who need the truth alone: the same loop as [`crate::Run`], without sinks, and with the
-/// one estimator that the control gets. The truth is the same to the bit.
+/// A plant that its control drives, for those who need the truth alone: the same loop as
+/// [`crate::Run`], without sinks, and with the one estimator that the control gets. The truth is
+/// the same to the bit.
 pub struct DrivenPlant {
     plant: Plant,
     /// Sensors, estimator and control, where the control takes readings.

@@ -1,5 +1,5 @@
-//! Rules that involve several keys; among them the stability limits of the steps of `rapier`, which the
-//! engine divides into [`MOST_PARTS`] parts at most.
+//! Rules that involve several keys; among them the stability limits of the steps of `rapier`, which
+//! the engine divides into [`MOST_PARTS`] parts at most.
 
 use crate::conflict::{Conflict, Value, conflict, floor, named, valued};
 use crate::contact;

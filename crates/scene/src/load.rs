@@ -65,6 +65,8 @@ keys! {
     estimator: Estimators => estimators;
 }
 
+// A grade sets every key of the sensors and the error of the nominal damping. The keys override
+// single values.
 keys! {
     SENSORS: Scene;
 

@@ -599,8 +599,10 @@ keys! {
     body (required): MASS_OF => robot.mass.body;
 
     /// the links without wheels
-    links (required): links("[a, b, c], of a bogie [a, b], each {}", MASS_OF, |robot| &mut robot.robot.mass.links)
-        => self;
+    links (required): links(
+        "[a, b, c], of a bogie [a, b], each {}", MASS_OF,
+        |robot| &mut robot.robot.mass.links,
+    ) => self;
 
     /// each wheel module
     wheel (required): MASS_OF => robot.mass.wheel;

@@ -33,7 +33,6 @@ impl Default for ContactLaw {
 impl ContactLaw {
     /// Normal force N >= 0, N, at penetration `g` (m) and its rate `g_rate` (m/s). Zero for
     /// `g <= 0`.
-    #[cfg(test)]
     pub fn normal_force(&self, g: f64, g_rate: f64) -> f64 {
         self.at(g, g_rate, |g| g.powf(self.exponent)).force()
     }

@@ -299,9 +299,9 @@ impl Ground {
         })
     }
 
-    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear) but spin and motor torque, whose last call of [`Self::act`]
-    /// gave `forces` at the same motion. A wheel without contact gets gap, slope and slip speed at
-    /// the nearest ground.
+    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), but not its spin and motor torque,
+    /// which the caller knows. The last call of [`Self::act`] for the wheel gave `forces` at the
+    /// same motion. A wheel without contact gets gap, slope and slip speed at the nearest ground.
     ///
     /// # Errors
     /// [`BelowGround`]

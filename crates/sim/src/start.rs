@@ -271,7 +271,6 @@ impl Equilibrium<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::NoRest;
     use robhaz_model::StanceError;
     use robhaz_terrain::{Heights, Interpolation, Profile};
 

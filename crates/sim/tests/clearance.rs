@@ -54,9 +54,9 @@ fn level_ground_has_the_nominal_heights() {
     assert!((found[0] - expected).abs() < 1e-9, "{found:?} {expected}");
 }
 
-/// Closed form: link 1 goes straight from P down to the front axle and touches a kerb of 160 mm under
-/// it. With a strut over the wheel its lowest point is where the strut leaves the wheel, a radius
-/// from the axle.
+/// Closed form: link 1 goes straight from P down to the front axle and touches a kerb of 160 mm
+/// under it. With a strut over the wheel its lowest point is where the strut leaves the wheel, a
+/// radius from the axle.
 #[test]
 fn a_strut_lifts_a_link_over_a_kerb() {
     let mut geometry = Geometry::a();

@@ -45,8 +45,9 @@ pub struct Done {
     pub dataset: Option<PathBuf>,
 }
 
-/// Computes the missing runs of a shard on `jobs` threads, at least 1, in the folder of its study. With all runs of the study it makes the dataset, of
-/// whichever shards have computed them in its folder.
+/// Computes the missing runs of a shard in the folder of its study, on `jobs` threads, at least 1.
+/// With all runs of the study it makes the dataset, of whichever shards have computed them in its
+/// folder.
 ///
 /// # Errors
 /// [`StudyError`]; [`StudyError::Stopped`] when the caller stopped it. Finished runs stay in the

@@ -1,5 +1,5 @@
-//! Means over seeds with their standard errors, and whether the covariance that an estimator states is
-//! right.
+//! Means over seeds with their standard errors, and whether the covariance that an estimator states
+//! is right.
 
 use robhaz_model::named;
 use serde::Serialize;

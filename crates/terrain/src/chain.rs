@@ -140,8 +140,8 @@ fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
     rounded
 }
 
-/// The intervals of x (m) that parabolas replace, from rear to front. Neighbours do not overlap: each takes at most
-/// half the way to the next corner.
+/// The intervals of x (m) that parabolas replace, from rear to front. Neighbours do not overlap:
+/// each takes at most half the way to the next corner.
 fn cuts(edges: &[Edge], radius: f64) -> Vec<[f64; 2]> {
     let corners: Vec<usize> = (1..edges.len())
         .filter(|&i| edges[i].run != edges[i - 1].run)

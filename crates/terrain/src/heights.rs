@@ -375,7 +375,8 @@ const WINDOW: f64 = 0.366_063_256_638;
 /// down with more than 1.1 %.
 const PASSES: usize = 3;
 
-/// Points whose heights are the mean over a window about each, three times over; `length` above 0, m.
+/// Points whose heights are the mean over a window about each, three times over; `length` above 0,
+/// m.
 ///
 /// Between points the ground is straight, before the first and after the last it is level. A wave
 /// of wavelength l comes back with (sin(a)/a)^3 of its amplitude, a = pi w/l: a half at l =

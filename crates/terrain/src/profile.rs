@@ -73,7 +73,8 @@ impl Profile {
     }
 }
 
-/// Profiles of the shipped scenes.
+/// Profiles of shipped scenes. Those of `sine` and `ditch` are the defaults of [`Sine`] and
+/// [`Ditch`].
 impl Profile {
     /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile",
     /// which was not published.

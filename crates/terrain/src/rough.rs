@@ -168,7 +168,8 @@ impl Shape for Rough {
     }
 }
 
-/// Variance of the height, m^2: the integral of the spectral density `Gd(n0) (n/n0)^-2` from frequency `low` to `high` (cycles/m), m^2.
+/// Variance of the height between the fades, m^2: the integral of the spectral density
+/// `Gd(n0) (n/n0)^-2` from frequency `low` to `high` (cycles/m).
 fn variance(class: RoughClass, low: f64, high: f64) -> f64 {
     class.density() * N0 * N0 * (1.0 / low - 1.0 / high)
 }
@@ -218,15 +219,9 @@ mod tests {
     #[test]
     fn variance_is_the_integral_of_the_density() {
         let expected = 256e-6 * 0.01 * (10.0 - 0.2);
-        assert!(
-            (variance(
-                settings(0).class,
-                1.0 / settings(0).longest,
-                1.0 / settings(0).shortest
-            ) - expected)
-                .abs()
-                < 1e-18
-        );
+        let s = settings(0);
+        let found = variance(s.class, 1.0 / s.longest, 1.0 / s.shortest);
+        assert!((found - expected).abs() < 1e-18);
         let mut mean = 0.0;
         for seed in 0..10 {
             let ratio = mean_square(&Rough::new(settings(seed))) / expected;

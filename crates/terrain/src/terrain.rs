@@ -1,4 +1,5 @@
-//! The ground as a chain of edges, the contacts of a wheel with it, and its points as rows of numbers.
+//! The ground as a chain of edges, the contacts of a wheel with it, and its points as rows of
+//! numbers.
 
 use crate::chain::{REACH, chain};
 use crate::edge::{Contact, Edge, Jump};

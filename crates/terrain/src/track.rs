@@ -1,5 +1,5 @@
-//! Tracks: points of the ground in a text table, as measuring programs write them. Which columns are x
-//! and height, and in which units.
+//! Tracks: points of the ground in a text table, as measuring programs write them; which columns
+//! are x and height, and in which units.
 
 use crate::Vec2;
 use crate::text_table::{TextRow, TextTable, decimal, name_and_unit};
@@ -256,7 +256,10 @@ fn place(
             match named(&is).as_slice() {
                 [one] => Ok(Some(*one)),
                 found => {
-                    let columns = ["several columns", "no column"][usize::from(found.is_empty())];
+                    let columns = match found.is_empty() {
+                        true => "no column",
+                        false => "several columns",
+                    };
                     let (wanted, unclear) = (short(&wanted), unclear(names, count));
                     Err(format!(
                         "{columns} of the name \"{wanted}\" of {key} ({unclear})"

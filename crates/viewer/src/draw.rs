@@ -32,8 +32,8 @@ pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// Rounds a value to a multiple of 1/`fractions`, against digits of binary fractions. Adding 0 turns -0
-/// into 0.
+/// Rounds a value to a multiple of 1/`fractions`, against digits of binary fractions. Adding 0
+/// turns -0 into 0.
 pub(crate) fn rounded(value: f64, fractions: f64) -> f64 {
     (value * fractions).round() / fractions + 0.0
 }

@@ -105,8 +105,8 @@ fn entries(run: &RunDescription) -> Vec<(&str, Vec<Colour>, f32)> {
     truth.into_iter().chain(estimators).collect()
 }
 
-/// Logs the key to the plots of a run: its entries side by side. It is a view of its own, so that no
-/// legend covers data.
+/// Logs the key to the plots of a run: its entries side by side. It is a view of its own, so that
+/// no legend covers data.
 pub(crate) fn log_key(out: &mut Writer, run: &RunDescription) -> Result<(), ViewerError> {
     let mut left = 0.5 * (WIDTH - SAMPLE);
     for (k, (label, colours, width)) in entries(run).into_iter().enumerate() {

@@ -82,8 +82,8 @@ impl Forces {
         Ok(())
     }
 
-    /// Adds the arrows of a frame: true forces; and of an estimate, for each wheel whose contact angle
-    /// the estimator gets, with bars of two standard deviations.
+    /// Adds the arrows of a frame: true forces; and of an estimate, for each wheel whose contact
+    /// angle the estimator gets, with bars of two standard deviations.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
         // Negative for a negative force.
         let length = |force: f64| force / newtons_per_metre(self.mean_load);

@@ -58,6 +58,7 @@ pub fn picture(
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
+    let draft = beside(out)?;
     let port = free_port()?;
     let size = format!("{}x{}", size[0], size[1]);
     let arguments = ["--headless", "--window-size", &size].map(OsStr::new);
@@ -67,15 +68,17 @@ pub fn picture(
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], &deadline);
+    let taken = take(port, &draft, [time, end], &deadline);
     // A viewer that cannot draw listens for a moment and exits: its output is the reason.
     let message = viewer.exit_message();
     viewer.end();
-    match (taken, message) {
+    let image = match (taken, message) {
         (stopped @ Err(ViewerError::Stopped(_)), _) => stopped,
         (Err(_), Some(message)) => Err(start_error(message)),
         (taken, _) => taken,
-    }
+    }?;
+    // Not the viewer's file, which it may write once more.
+    std::fs::write(out, image).map_err(ViewerError::io("create", out.display()))
 }
 
 /// The limit of waiting for the viewer.
@@ -99,13 +102,14 @@ impl Deadline<'_> {
     }
 }
 
-/// Saves a picture at a `time` of a recording with an `end` (both s).
+/// The picture (PNG) at a `time` of a recording with an `end` (both s), which the viewer writes to
+/// `draft`.
 fn take(
     port: u16,
-    out: &Path,
+    draft: &Path,
     [time, end]: [f64; 2],
     deadline: &Deadline<'_>,
-) -> Result<(), ViewerError> {
+) -> Result<Vec<u8>, ViewerError> {
     let failed = |why: &str| Err(ViewerError::Picture(format!("{why} after 90 s")));
     let mut control = Control::call(port)?;
     // One nanosecond is the recording's resolution.
@@ -119,13 +123,11 @@ fn take(
     while deadline.start.elapsed() < MESSAGE_TIME {
         deadline.pause(PERIOD)?;
     }
-    let draft = beside(out)?;
     let mut before = None;
     loop {
-        let image = take_draft(&draft, &mut control, deadline)?;
+        let image = take_draft(draft, &mut control, deadline)?;
         if before.as_ref() == Some(&image) {
-            // Not the viewer's file: it may be written once more.
-            return std::fs::write(out, image).map_err(ViewerError::io("create", out.display()));
+            return Ok(image);
         }
         if deadline.is_over() {
             return failed("it still changes");
@@ -161,7 +163,7 @@ fn take_draft(
         match std::fs::read(draft) {
             Ok(image) if image.ends_with(PNG_END) => return Ok(image),
             Err(cause) if deadline.is_over() => {
-                let failed = ViewerError::io("read the recording", draft.display());
+                let failed = ViewerError::io("read the picture", draft.display());
                 return Err(failed(cause));
             }
             _ => deadline.pause(PERIOD / 10)?,

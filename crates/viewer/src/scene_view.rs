@@ -196,8 +196,8 @@ fn wheel_entity(wheel: usize) -> String {
     format!("world/robot/wheel{}", wheel + 1)
 }
 
-// Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass, axes
-// of the nominal pose.
+// Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass,
+// axes of the nominal pose.
 
 /// A link as a polyline through the points of its outline, from rear to front, m.
 fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {

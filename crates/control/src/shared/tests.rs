@@ -1,6 +1,5 @@
 use super::*;
-use crate::input::ControlKind;
-use crate::input::FrictionTestPlan;
+use crate::input::{ControlKind, FrictionTestPlan};
 use robhaz_estimator::{
     ContactEstimate, EstimateError, Estimator, EstimatorSettings, LinkReading, SensorFrame,
 };

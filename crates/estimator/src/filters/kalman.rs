@@ -105,8 +105,9 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
     }
 
-    /// Measurement update by an innovation of the size `y` with the row `h` of the measurement matrix
-    /// and the noise variance `r`, without a gate: see [`Self::correct`]. Returns the innovation.
+    /// Measurement update by an innovation of the size `y` with the row `h` of the measurement
+    /// matrix and the noise variance `r`, without a gate: see [`Self::correct`]. Returns the
+    /// innovation.
     pub fn update<const K: usize>(&mut self, h: &[(usize, f64); K], y: f64, r: f64) -> Innovation {
         let projection = self.project(h);
         self.correct(N, &projection, y, r, f64::INFINITY)

@@ -1,12 +1,12 @@
-//! The paper's filters: a complementary filter of gyroscope and inclinometer for the link angle (Fig.
-//! 5), and the traction of a wheel from motor torque and wheel speed (eq. (3)).
+//! The paper's filters: a complementary filter of gyroscope and inclinometer for the link angle
+//! (Fig. 5), and the traction of a wheel from motor torque and wheel speed (eq. (3)).
 
 /// One link's angle from its rate gyroscope and its inclinometer: a complementary filter.
 ///
 /// `d theta/dt = rate + (inclination - theta)/T`: the gyroscope counts over times shorter than the
 /// crossover time T, the inclinometer over longer times. With exact readings the filter is exact up
 /// to the integration of the rate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComplementaryFilter {
     /// T, s, above 0.
     pub crossover_time: f64,
@@ -38,7 +38,7 @@ impl ComplementaryFilter {
 /// trapezoidal rule.
 ///
 /// It starts with its first reading, as if that reading had lasted for ever.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TractionObserver {
     /// Pole of the observer omega_c, rad/s.
     pub pole: f64,

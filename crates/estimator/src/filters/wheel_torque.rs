@@ -183,8 +183,8 @@ impl TorqueObserver {
     }
 }
 
-/// `F P F'`, symmetric to the bit, for the transition matrix F of a step, of second order in it: the
-/// factors of the angle by speed and torque, of the speed by speed, torque and its rate, of the
+/// `F P F'`, symmetric to the bit, for the transition matrix F of a step, of second order in it:
+/// the factors of the angle by speed and torque, of the speed by speed, torque and its rate, of the
 /// torque by its rate. What is not listed is that of the identity.
 fn propagate(
     [by_speed, by_torque]: [f64; 2],

@@ -98,6 +98,7 @@ impl FrictionObserver {
                 };
             }
             let Some(needed) = needed.filter(|_| one && sample.clear) else {
+                // Its forces or its speed are not known.
                 self.watches[i] = SlipWatch::default();
                 continue;
             };

@@ -1,4 +1,5 @@
-//! What the wheels do at a point: the first one stores it, later ones measure it.
+//! What the wheels do at a point: the first one stores it, later ones measure it. And what the
+//! memory then knows of the ground: its points, slopes and friction.
 
 use super::cells::{Cell, Cells, FrictionBounds, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
@@ -211,8 +212,8 @@ impl GroundMemory {
         self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
     }
 
-    /// Passes wheel `i` on to its contact. `Some` if it has passed a point since the last sample: whether
-    /// another wheel, or this one before, has stored one of them.
+    /// Passes wheel `i` on to its contact. `Some` if it has passed points since the last sample:
+    /// whether another wheel, or this one before, had stored one of them.
     fn pass(&mut self, i: usize, touches: bool, contact: &Contact, sigma: f64) -> Option<bool> {
         let last = self.contacts.get(i).copied()?;
         let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));

@@ -102,8 +102,11 @@ impl Contact {
     pub fn since(&self, last: [f64; 3], x: f64) -> Self {
         let [x0, y0, slope0] = last;
         let way = self.x - x0;
-        let moves = way.abs() > 0.0;
-        let share = if moves { (x - x0) / way } else { 1.0 }.clamp(0.0, 1.0);
+        let share = if way.abs() > 0.0 {
+            ((x - x0) / way).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
         Self {
             x,
             y: y0 + share * (self.y - y0),

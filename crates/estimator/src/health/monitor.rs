@@ -1,12 +1,12 @@
-//! Means of normalised innovations over the last seconds of driving.
+//! Means of normalised innovations over the last seconds of driving; and tests that need no
+//! filter: torques that never change, inclinometers against gyroscopes whatever the wheels do.
 
 use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
 use super::wiring::Wiring;
 use crate::flags::Channels;
 use crate::frame::Inputs;
-use robhaz_model::Carrier;
-use robhaz_model::GRAVITY;
+use robhaz_model::{Carrier, GRAVITY};
 
 /// Least speed of a robot that drives, m/s.
 /// Chosen; held by the faults and honest logs of `tests/check`.
@@ -52,7 +52,8 @@ pub(crate) struct HealthSample<'a> {
     /// Motor torques that must change from sample to sample, N m: those that are read now, have
     /// noise, and turn their wheel.
     pub varying_torque: [Option<f64>; 3],
-    /// Gyroscope (rad/s) and inclinometer (rad) of links 1 and 2; `None` if one has been missing for long.
+    /// Gyroscope (rad/s) and inclinometer (rad) of links 1 and 2, held; `None` if one has been
+    /// missing for long.
     pub links: [Option<(f64, f64)>; 2],
     /// Largest speed of a wheel's rim, m/s.
     pub rim: f64,
@@ -280,10 +281,9 @@ impl Turning {
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const MARGIN: f64 = 0.04;
 
-    /// Takes the readings of gyroscope (rad/s) and inclinometer (rad), `dt` (s) after the last; starts
-    /// anew without them. `speed`
-    /// (m/s) is the largest of a rim of the last time, `bias` (rad/s) the standard deviation of a
-    /// gyroscope's bias.
+    /// Takes the readings of gyroscope (rad/s) and inclinometer (rad), `dt` (s) after the last;
+    /// starts anew without them. `speed` (m/s) is the largest of a rim of the last time, `bias`
+    /// (rad/s) the standard deviation of a gyroscope's bias.
     pub fn update(&mut self, readings: Option<(f64, f64)>, speed: f64, bias: f64, dt: f64) {
         let Some((rate, inclination)) = readings else {
             self.started = false;

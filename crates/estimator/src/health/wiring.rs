@@ -15,7 +15,7 @@ use super::start::{RollingRobot, Start};
 pub(super) struct Wiring {
     smoothing: Smoothing,
     answer: Answer,
-    /// Whether all torques are later than the robot's motion.
+    /// Finds out whether all torques are later than the robot's motion.
     pub start: Start,
     /// Time for which the robot has driven, s; at most [`Self::LEAST_TIME`].
     driven: f64,

@@ -100,7 +100,8 @@ impl Wheel {
     }
 
     /// Turn of the wheel (rad, in the direction of its speed) up to an `angle` (rad) that is read
-    /// `dt` (s) after the last frame, with its motor `torque`, if it is more than any torque explains.
+    /// `dt` (s) after the last frame, if it is more than any torque explains. Of the held reading
+    /// of the motor torque only its age counts.
     ///
     /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g,
     /// change the speed by an acceleration a, and the angle by a dt^2/2.

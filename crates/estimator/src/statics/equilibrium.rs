@@ -1,6 +1,6 @@
-//! Eq. (8) written directly, `H x' = F'`: the four equations that the paper derives from eq. (1), at
-//! a tenth of the cost, for any loads, with their redundancy as a parity residual. The derivation is
-//! in `tests/full_system`.
+//! Eq. (8) written directly, `H x' = F'`: the four equations that the paper derives from eq. (1),
+//! at a tenth of the cost, for any loads, with their redundancy as a parity residual. The
+//! derivation is in `tests/full_system`.
 
 use super::arms::Arms;
 use super::loads::Loads;
@@ -116,8 +116,8 @@ impl Equilibrium {
         self.f - self.h_t[0] * traction[0] - self.h_t[1] * traction[1] - self.h_t[2] * traction[2]
     }
 
-    /// Derivative of `H x'` by the contact angle of wheel `i` with the forces `[N, T]` (N), N/rad: the
-    /// forces turn and the contact moves along the rim.
+    /// Derivative of `H x'` by the contact angle of wheel `i` with the forces `[N, T]` (N), N/rad:
+    /// the forces turn and the contact moves along the rim.
     pub fn by_contact_angle(
         &self,
         i: usize,

@@ -9,8 +9,8 @@
 //! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
 //! | sensitivity to the uncertain inputs, least squares for N, with covariance, bounded by N >= 0 | `solve.rs` |
 //!
-//! `tests/full_system` of this crate derives eq. (8) from eq. (1) as the paper does: a reference for
-//! `equilibrium.rs`.
+//! `tests/full_system` of this crate derives eq. (8) from eq. (1) as the paper does: a reference
+//! for `equilibrium.rs`.
 
 mod arms;
 mod equilibrium;

@@ -1,7 +1,7 @@
 //! Sensitivity of the right-hand side of eq. (8) to the uncertain inputs: inputs that no sensor
 //! measures, or that sensors measure with correlated errors. It carries the covariance of the
-//! inputs into that of the forces. And least squares for the normal forces, with the covariance of
-//! all forces. Bounded by N >= 0.
+//! inputs into that of the forces. And least squares for the normal forces, bounded by N >= 0, with
+//! the covariance of all forces.
 
 use super::equilibrium::{Equations, Equilibrium, LeastSquaresInverse};
 use super::loads::Loads;
@@ -50,12 +50,13 @@ impl Traction {
     }
 }
 
-/// Derivatives of `y - H_N N`, with `y = F' - H_T T` and N held, by the uncertain inputs: a column an
-/// input, in the order of [`input`]; N over the input's unit.
+/// Derivatives of `y - H_N N`, with `y = F' - H_T T` and N held, by the uncertain inputs: a column
+/// an input, in the order of [`input`]; N over the input's unit.
 pub(crate) type Sensitivity = [Vector4<f64>; input::COUNT];
 
-/// The sensitivity at one instant, linearised at the normal forces and tractions `forces`, N. `inertial` holds
-/// the masses if the loads include inertia, else `None`; `lever` is that of the moment rows, m.
+/// The sensitivity at one instant, linearised at these normal forces and tractions, N. `inertial`
+/// holds the masses if the loads include inertia, else `None`; `lever` is that of the moment rows,
+/// m.
 pub(crate) fn sensitivity(
     geometry: &Geometry,
     equations: &Equations,
@@ -367,8 +368,8 @@ impl Forces {
         found
     }
 
-    /// Drops all covariances where one is beyond what its variances allow: of absurd readings nothing
-    /// but rounding is left.
+    /// Drops all covariances where one is beyond what its variances allow: of absurd readings
+    /// nothing but rounding is left.
     pub fn keep_proper(&mut self) {
         let p = self.covariance;
         let variance = [0, 1, 2, 3, 4, 5].map(|k: usize| if p[k][k] < 0.0 { 0.0 } else { p[k][k] });

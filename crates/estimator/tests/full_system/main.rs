@@ -59,8 +59,8 @@ fn masses() -> impl Strategy<Value = PointMasses> {
     (0..3_usize).prop_map(move |i| sets[i])
 }
 
-/// The worked posture: all steps in their order, printed; the least squares of both forms of eq. (8)
-/// agree to rounding.
+/// The worked posture: all steps in their order, printed; the least squares of both forms of eq.
+/// (8) agree to rounding.
 ///
 /// `cargo test --release -p robhaz-estimator --test full_system worked -- --nocapture`
 #[test]

@@ -62,12 +62,12 @@ pub struct Delay {
     pub length: f64,
 }
 
-/// The test.
+/// Name of the test in findings.
 pub const TEST: &str = "delay";
 
 /// The finding of a delay. `none` and `remedy` say why there is none to judge and which log would
-/// show it, `fault` what to do about one: for whose readings are late, those of the later channel or
-/// of the other one, and the offset (s) that they need.
+/// show it. `fault` says what to do about one; it gets whose readings arrive late, in the words for
+/// the `later` channel or for the `other` one, and the offset (s, negative) that they need.
 pub fn finding(
     channel: &str,
     delay: Option<Delay>,

@@ -386,7 +386,7 @@ impl<'a> Course<'a> {
         self.inclination.iter().any(|x| is_beyond(x))
     }
 
-    /// Whether both are the same.
+    /// Whether both spacings are the same.
     fn is_even(&self) -> bool {
         let [front, rear] = self.spacings();
         (front - rear).abs() <= EQUAL_SPACING * front

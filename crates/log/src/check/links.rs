@@ -86,8 +86,9 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
     [0, 1].into_iter().filter_map(unit).collect()
 }
 
-/// Scale of all encoders, by the acceleration that the inclinometers measure, and the sign of what
-/// both links show over that of the encoders, 0 where it is not known; for right units of the links.
+/// Scale of all encoders, by the acceleration that the inclinometers measure, and 1 or -1, the sign
+/// of what both links show over that of the encoders, or 0 where it is not known; for right units of
+/// the links.
 pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     let channel = "encoders 1 to 3";
     let changes = Changes::of_links(log);

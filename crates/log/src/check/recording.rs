@@ -13,7 +13,7 @@ const LONGEST_BRIDGE: f64 = 0.1;
 /// rounded.
 const BRIDGED_PERIODS: f64 = 2.5;
 
-/// Time over which speeds and angles are averaged, s.
+/// Time over which speeds, angles and torques are averaged, s.
 pub const SMOOTHING: f64 = 0.05;
 
 /// All channels of a log at equal steps of time; a NaN where there is no reading. Between the parts
@@ -38,7 +38,7 @@ pub struct Recording {
     pub middle_spin: Vec<f64>,
     /// Slope of the line from the rear to the front axle, rad.
     pub slope: Vec<f64>,
-    /// Spin speed of a robot that drives, rad/s.
+    /// Spin speed beyond which the robot drives, rad/s.
     least_spin: f64,
 }
 

@@ -25,8 +25,8 @@ const GATE: f64 = 5.0;
 
 const TEST: &str = "sign at the start";
 
-/// All findings, for encoders of one sign. `forward` is that of the acceleration by the
-/// inclinometers.
+/// All findings, for encoders of one sign. `forward` is the sign of the acceleration by the
+/// inclinometers over that by the encoders, 0 where it is not known.
 pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
     let (recording, robot) = (&log.recording, log.stated.robot);
     let end = rest(recording);

@@ -6,8 +6,8 @@ use robhaz_model::{Bar, Pin, Suspension};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_sim::Truth;
 
-/// Adds columns to a table, a line each: name, unit, meaning, value. They share what makes a [`Source`]
-/// of the value, the start of their names, and that of their descriptions.
+/// Adds columns to a table, a line each: name, unit, meaning, value. They share what makes a
+/// [`Source`] of the value, the start of their names, and that of their descriptions.
 macro_rules! columns {
     ($table:expr, estimate $i:expr; $start:expr, $of:expr; $($name:literal, $unit:literal, $meaning:literal => $get:expr;)*) => {
         $table.columns.extend([$($crate::columns::Column::new(

@@ -55,7 +55,8 @@ impl Layer {
         }
     }
 
-    /// True values, with every peak.
+    /// A line with every peak, of values that set the range from the start: true ones, or those of
+    /// a judged path.
     pub fn peaks(trace: &Trace, style: ShapeStyle) -> Self {
         Self {
             counts_early: true,

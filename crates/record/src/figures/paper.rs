@@ -1,4 +1,5 @@
-//! Figs. 5 to 8 of the paper, figures of the same form for any estimator, and all estimators in one.
+//! Figs. 5 to 8 of the paper, figures of the same form for any estimator, and all estimators in
+//! one.
 
 use super::page::{Column, Entry, Header, Mark, Page, Scale};
 use super::panel::{Axis, Layer, Panel};

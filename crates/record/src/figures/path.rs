@@ -1,5 +1,5 @@
-//! A panel of the ground at equal scales of x and y; and the figure with the robot on it, and N over
-//! the position of the wheels.
+//! A panel of the ground at equal scales of x and y; and the figure with the robot on it, and N
+//! over the position of the wheels.
 
 use super::page::{Column, Entry, Header, MARGIN, Mark, Page, Scale, WIDTH};
 use super::panel::{Axis, Layer, Panel, Y_LABELS};

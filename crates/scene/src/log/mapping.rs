@@ -160,7 +160,8 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let names: Vec<&str> = names.filter(|name| *name != ChannelChoice::TRUTH).collect();
     if names.is_empty() && !mapping.channels.is_empty() {
         let message = "found that of the truth alone, allowed: one of the readings, too";
-        reader.push(Problem::at(&root.origin, "channel", message.to_owned()).whole());
+        let node = root.find("channel").unwrap_or(root);
+        reader.push(Problem::at(&node.origin, "channel", message.to_owned()).whole());
     }
     let channel = |table: &str, of: &str, channel| (format!("{table}.{of}.channel"), channel);
     let readings = mapping.readings.iter();

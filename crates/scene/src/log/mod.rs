@@ -4,8 +4,8 @@
 //! | modules | job |
 //! |---|---|
 //! | `choice` | the result of reading a description |
-//! | `mapping`, `reading` | columns and the readings that follow from them |
-//! | `load` | declarations of its keys; from a file; as a file |
+//! | `mapping`, `reading` | keys of channels, readings and IMUs: columns, and what follows from them |
+//! | `load` | declarations of the other keys; from a file; as a file |
 
 mod choice;
 mod load;

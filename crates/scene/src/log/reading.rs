@@ -1,5 +1,5 @@
-//! `[reading.NAME]`: readings that are numbers in a column; `[imu.LINK]`: inclination and rate from an
-//! inertial measurement unit.
+//! `[reading.NAME]`: readings that are numbers in a column; `[imu.LINK]`: inclination and rate from
+//! an inertial measurement unit.
 
 use crate::form::{Array, Form, KeyReference, Plain, array, dependent, object, word};
 use crate::key::{self, Key, keys};

@@ -2,7 +2,7 @@
 //!
 //! | modules | job |
 //! |---|---|
-//! | `choice` | the result of reading a study file; the scene of one run, with problems at the place in the study file that causes them |
+//! | `choice` | the result of reading a study file; the scene of one run, its problems at their place in the study file |
 //! | `load`, `axes` | from a file |
 
 mod axes;

@@ -60,7 +60,8 @@ pub(super) struct Equations {
 /// Impulse and work among the integrals.
 pub(super) fn balance(integrals: &Integrals) -> Balance {
     let impulse = |i: usize| Vec2::new(integrals[IMPULSE + 2 * i], integrals[IMPULSE + 2 * i + 1]);
-    let [gear_loss, ground_work, stop_work] = [10, 11, 12].map(|i| integrals[i]);
+    // Behind the two components of three impulses.
+    let [gear_loss, ground_work, stop_work] = [6, 7, 8].map(|i| integrals[IMPULSE + i]);
     Balance {
         impulse: [0, 1, 2].map(impulse),
         motor_work: integrals[WORK],
@@ -120,7 +121,7 @@ impl Equations {
         Ok(joined(velocities, a, spins.into(), integrals))
     }
 
-    /// Rates of the integrals from [`IMPULSE`] on.
+    /// Rates of [`Balance`] without the work of the motors, as the integrals from [`IMPULSE`] on.
     fn balance_rates(&mut self, t: f64, y: &Y) -> Result<[f64; 9], NoForces> {
         let state = state(y);
         let torques = self.motor_torques(t, y);
@@ -217,13 +218,14 @@ impl Model<SIZE, INTEGRALS> for Equations {
     }
 
     fn longest_step(&mut self, t: f64, y: &Y, rates: &Y) -> f64 {
+        // Whether the last step has ended at a jump; the next one does not, as far as is known.
         if t >= std::mem::replace(&mut self.jump_at, f64::INFINITY) {
             return STEP_AFTER_JUMP;
         }
         let speed = y[RATES].hypot(y[RATES + 1]);
         let longest = LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9));
+        // A step does not skip a change of commands or set speeds.
         let command = Some(self.next_command).filter(|time| time - t > SHORTEST_TO_CHANGE);
-        // A step does not skip a change of the set speeds.
         let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
         let changes = command.into_iter().chain(change);
         let longest = changes.fold(longest, |longest, change| longest.min(change - t));

@@ -97,8 +97,8 @@ struct LinkSensors {
 }
 
 impl Sensors {
-    /// The sensors of a run on a robot: where it is, and in its body if the specification says so.
-    /// Draws the constant errors from `seed`.
+    /// The sensors of a run on a robot, under its gravity; those of links 1 and 2 are in its body
+    /// if the specification says so. Draws the constant errors from `seed`.
     pub fn new(spec: &SensorSpec, seed: u64, robot: &Robot) -> Self {
         let wheels = ["wheel1", "wheel2", "wheel3"].map(|name| WheelSensors::new(spec, seed, name));
         let links = ["link1", "link2"].map(|name| LinkSensors::new(spec, seed, name, robot));

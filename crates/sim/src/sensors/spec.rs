@@ -77,7 +77,8 @@ impl SensorSpec {
     ///   and a gear efficiency known about as well.
     /// - inclinometer: noise 0.1 deg; bias 0.1 deg, mounting and zero error together. Assumed; a
     ///   MEMS inclinometer itself resolves 0.0035 deg in 10 Hz (data sheet of the SCA100T).
-    /// - angle of pin Q: noise and bias 0.1 deg each, a step of an ADC of 12 bits over a turn. Assumed.
+    /// - angle of pin Q: noise and bias 0.1 deg each, a step of an ADC of 12 bits over a turn.
+    ///   Assumed.
     /// - gyro: noise 0.1 deg/s per sample at 1 kHz: the density 0.005 deg/s/sqrt(Hz) of a consumer
     ///   MEMS gyro (data sheet of the MPU-6050) over 500 Hz.
     /// - contact angles: 2 deg RMS with a correlation time of 0.3 s. Assumed: at 0.2 m/s that is 60

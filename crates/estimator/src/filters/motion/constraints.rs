@@ -1,6 +1,7 @@
-//! The constraints as measurements. A wheel's centre moves along the ground, at the speed of the rim
-//! minus the slip; wheels on mapped ground show the direction of the velocity, and their contact
-//! angles; the inclinometers show the acceleration of the robot; the parity residual is zero.
+//! The constraints as measurements. A wheel's centre moves along the ground, at the speed of the
+//! rim minus the slip; wheels on mapped ground show the direction of the velocity, and their
+//! contact angles; the inclinometers show the acceleration of the robot; the parity residual is
+//! zero.
 
 use super::filter::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, TORQUE_GAIN,
@@ -50,8 +51,8 @@ pub(crate) struct RollingWheel {
 fn variance_factor(ratio: f64) -> f64 {
     /// T/N from which slip is no longer linear in it, -: on poor ground.
     /// Chosen; sensitive.
-    const LINEAR_RATIO: f64 = 0.12;
-    let square = ratio * ratio / (LINEAR_RATIO * LINEAR_RATIO);
+    const NONLINEAR_RATIO: f64 = 0.12;
+    let square = ratio * ratio / (NONLINEAR_RATIO * NONLINEAR_RATIO);
     1.0 + square * square
 }
 
@@ -414,6 +415,10 @@ impl MotionFilter {
     /// The variance of the unmodelled load becomes the larger of its decayed old value and
     /// `z^2 - (2 sigma)^2`, N^2; sigma is that without unmodelled load. A residual beyond the gate
     /// is an impact.
+    ///
+    /// Returns zero minus the residual, N, with its predicted variance before the correction, N^2;
+    /// and whether the residual lies within its gate: only then it has corrected the states. An
+    /// outlier shows an impact, or an external load on the robot.
     pub fn check_parity(
         &mut self,
         parity: &ParityResidual,

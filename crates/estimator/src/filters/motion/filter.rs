@@ -131,7 +131,8 @@ impl MotionFilter {
         Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
     }
 
-    /// Estimated value of an uncertain input, in the order of [`input`], and its standard deviation.
+    /// Estimated value of an uncertain input, in the order of [`input`], and its standard
+    /// deviation. An unknown contact angle counts as given with 0.
     pub fn input(&self, k: usize) -> (f64, f64) {
         self.filter.estimated(INPUTS + k)
     }
@@ -186,8 +187,8 @@ impl MotionFilter {
     /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant;
     /// unknown angles revert to `expected_slopes`, rad.
     ///
-    /// `measured` accelerations of rims and links, m/s^2, scale the process noise; they are not inputs
-    /// of the prediction.
+    /// `measured` accelerations of rims and links, m/s^2, scale the process noise; they are not
+    /// inputs of the prediction.
     pub fn predict(
         &mut self,
         budget: &NoiseBudget,

@@ -302,8 +302,8 @@ fn mapped_terrain_shows_the_slope_of_the_wheels_behind() {
     assert!(shown > 200, "{shown}");
 }
 
-/// Property: the largest bound that was held at a place counts, a slip replaces both; places outside
-/// of the window keep none.
+/// Property: the largest bound that was held at a place counts, a slip replaces both; places
+/// outside of the window keep none.
 #[test]
 fn bounds_of_the_friction_are_the_largest_held_and_the_last_measured() {
     let mut memory = GroundMemory::new(&Geometry::a());

@@ -107,9 +107,9 @@ impl BestFilters {
     }
 
     /// Accelerations that the last readings show, m/s^2. Of the rims: mean over the wheels of r
-    /// domega/dt, from the encoders; opposite signs cancel. Of the links: largest over the wheels of
-    /// arm |alpha| + |v_Q| |omega|, from the gyroscopes, the tangential acceleration of the axle, and
-    /// the normal acceleration of Q on a curved path; not negative.
+    /// domega/dt, from the encoders; opposite signs cancel. Of the links: largest over the wheels
+    /// of arm |alpha| + |v_Q| |omega|, from the gyroscopes: the tangential acceleration of the
+    /// axle, and the normal acceleration of Q on a curved path; not negative.
     fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> [f64; 2] {
         let geometry = &robot.geometry;
         let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
