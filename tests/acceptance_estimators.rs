@@ -199,11 +199,11 @@ fn best_meets_its_levels_on_smooth_ground() {
 }
 
 /// With model errors and the low-gain drive, where the error is close to its level, the model
-/// errors dominate: alone, with ideal sensors, they cost 2.0 % over these seeds. Together with sensors and
-/// friction, the error is at most 1.3 times the root of the sum of squares of both alone. The
-/// factor allows for sensor errors that model errors make harder to estimate, and for the work of
-/// the torques: it shows a part of the error of the masses (2.4 % without it) where the sensors are
-/// ideal, and hardly any where they are not.
+/// errors dominate: alone, with ideal sensors, they cost 2.0 % over these seeds. Together with
+/// sensors and friction, the error is at most 1.3 times the root of the sum of squares of both
+/// alone. The factor allows for sensor errors that model errors make harder to estimate, and for
+/// the work of the torques: it shows a part of the error of the masses (2.4 % without it) where the
+/// sensors are ideal, and hardly any where they are not.
 #[test]
 fn model_errors_dominate_the_error_that_is_left() {
     let truth = TruthRun::of(&with_best("smooth", &[DRIVES[1].1])).unwrap();

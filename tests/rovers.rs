@@ -1,5 +1,5 @@
-//! The rovers of `robots/`: their truth in both engines, and `best` on ground, speed and sensors that
-//! are those of robot A in the rover's own units (Froude: length, mass, gravity).
+//! The rovers of `robots/`: their truth in both engines, and `best` on ground, speed and sensors
+//! that are those of robot A in the rover's own units (Froude: length, mass, gravity).
 
 use crate::support::{Kept, keep, root};
 use robhaz_control::{FrictionTestEnd, FrictionTestResult};
@@ -157,8 +157,8 @@ fn row(scenes: impl Iterator<Item = Scene>) -> String {
     format!("{n:.2} | {t:.2} | {stated:.2} | {within:.0} | {alarms}")
 }
 
-/// What `best` reaches without contact angles, with sensors as of a research robot and as these rovers
-/// have them.
+/// What `best` reaches without contact angles, with sensors as of a research robot and as these
+/// rovers have them.
 #[test]
 #[ignore = "a study of some minutes"]
 fn study_of_sensors() {
@@ -214,7 +214,8 @@ impl Sink for Tests {
     }
 }
 
-/// Errors of mu_max on level ground by friction tests of all wheels, with typical sensors on the links.
+/// Errors of mu_max on level ground by friction tests of all wheels, with typical sensors on the
+/// links.
 fn friction_errors(name: &str, mu: f64, seeds: u64) -> Vec<f64> {
     let size = Size::of(&rover(name, &[]).robot.robot);
     let of_seed = |seed| {

@@ -68,8 +68,8 @@ fn negate(x: &mut Option<f64>) {
     *x = x.map(|x| -x);
 }
 
-/// Honest readings pass, with all wheels on the same ground; a wrong sign of one inclinometer, of all
-/// encoders and torques, and of the pin is found, each with its remedy.
+/// Honest readings pass, with all wheels on the same ground; a wrong sign of one inclinometer, of
+/// all encoders and torques, and of the pin is found, each with its remedy.
 #[test]
 fn the_ground_tells_signs_and_direction() -> Result<(), Failure> {
     let (scene, frames) = drive("open-source-rover", "links", 0.2)?;

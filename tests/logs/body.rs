@@ -1,13 +1,13 @@
-//! Logs of a rover with an inertial sensor in the body and the angle of pin Q, in tables of their own
-//! rates.
+//! Logs of a rover with an inertial sensor in the body and the angle of pin Q, in tables of their
+//! own rates.
 
 use super::recorded::{estimate, estimated, refused, summary};
 use crate::support::{columns, robhaz, root, text};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// A drive of the Open Source Rover over its first bump, with exact readings: `joints.csv` at 100 Hz,
-/// `body.csv` at 200 Hz and `pin.csv` at 50 Hz, the truth beside them, and `mine.toml`.
+/// A drive of the Open Source Rover over its first bump, with exact readings: `joints.csv` at 100
+/// Hz, `body.csv` at 200 Hz and `pin.csv` at 50 Hz, the truth beside them, and `mine.toml`.
 fn recorded_drive(folder: &Path) {
     let mut run = robhaz(folder);
     run.arg("run")
@@ -83,9 +83,9 @@ fn recorded_drive(folder: &Path) {
     std::fs::write(folder.join("mine.toml"), description).unwrap();
 }
 
-/// Acceptance: N within 3 % of the truth and within two stated deviations for 90 % of the time, with
-/// encoders and pin slower than the inertial sensor: 3 % is twice what sensors of equal rates give.
-/// `check` finds no fault; a wrong sign of the pin and of the body is found.
+/// Acceptance: N within 3 % of the truth and within two stated deviations for 90 % of the time,
+/// with encoders and pin slower than the inertial sensor: 3 % is twice what sensors of equal rates
+/// give. `check` finds no fault; a wrong sign of the pin and of the body is found.
 #[test]
 fn a_log_of_the_body_gives_forces() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,8 +13,8 @@ const SCENE: Format = ("scenes", "toml");
 enum Robot {
     /// A four-bar linkage on each side, as ROBHAZ-6WHEEL: geometry A
     FourBar,
-    /// A rocker, fixed to the body by the differential, with the rear wheel, and a bogie with two in
-    /// front: with the dimensions of the Open Source Rover
+    /// A rocker, fixed to the body by the differential, with the rear wheel, and a bogie with two
+    /// in front: with the dimensions of the Open Source Rover
     RockerBogie,
     /// The same with the bogie at the rear: with the dimensions of Curiosity
     RockerBogieRear,

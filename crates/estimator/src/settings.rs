@@ -162,16 +162,17 @@ pub struct NoiseBudget {
 }
 
 impl NoiseBudget {
-    /// Prior of the gear friction of a robot of which none is known, N m: that of [`Self::typical`],
-    /// 0.3 N m, for robot A, and in proportion to weight and wheel radius.
+    /// Prior of the gear friction of a robot of which none is known, N m: that of
+    /// [`Self::typical`], 0.3 N m, for robot A, and in proportion to weight and wheel radius.
     pub fn usual_gear_friction(robot: &Robot) -> f64 {
         Self::typical().gear_friction * Units::of(robot).torque()
     }
 
     /// The budget of readings of the links that [`BodyMount`] makes of an IMU in the body and the
-    /// angle of pin Q at a `speed` (m/s), `period` (s) apart: white noise and bias of the `pin` (rad) add to those of
-    /// the inclinometers, the pin's rate to that of the gyroscopes. The inclinometer measures the
-    /// acceleration of the body, as far from each link as both centres of mass are from each other.
+    /// angle of pin Q at a `speed` (m/s), `period` (s) apart: white noise and bias of the `pin`
+    /// (rad) add to those of the inclinometers, the pin's rate to that of the gyroscopes. The
+    /// inclinometer measures the acceleration of the body, as far from each link as both centres of
+    /// mass are from each other.
     #[must_use]
     pub fn of_body_sensors(self, robot: &Robot, pin: [f64; 2], speed: f64, period: f64) -> Self {
         let [noise, bias] = pin;

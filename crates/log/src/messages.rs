@@ -151,8 +151,8 @@ fn with_header(time: f64, frame: &str) -> CdrWriter {
     writer
 }
 
-/// `Readings` or `WheelForces`: the numbers in the order of the definition, to the bit; not a number
-/// where one is missing.
+/// `Readings` or `WheelForces`: the numbers in the order of the definition, to the bit; not a
+/// number where one is missing.
 pub fn encode_numbers(time: f64, numbers: &[f64]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);

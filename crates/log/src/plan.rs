@@ -129,7 +129,8 @@ impl ChannelPlan {
         Ok(Self::new(name, path, Rows::Table(format, time)))
     }
 
-    /// The columns of its rows; of a topic, those of the messages until all that it reads were seen.
+    /// The columns of its rows; of a topic, those of the messages until all that it reads were
+    /// seen.
     pub fn found(&self) -> Result<Vec<ColumnInfo>, LogError> {
         match &self.rows {
             Rows::Table(format, _) => format.columns(&self.path),

@@ -61,8 +61,8 @@ impl TruthRows {
     }
 }
 
-/// A truth that a row is read into, and what of each wheel is no number of its truth: N and angle of
-/// the equivalent contact, whether it slides, and its number of contacts.
+/// A truth that a row is read into, and what of each wheel is no number of its truth: N and angle
+/// of the equivalent contact, whether it slides, and its number of contacts.
 struct Row {
     truth: Truth,
     derived: [[f64; 4]; 3],

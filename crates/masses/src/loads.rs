@@ -147,7 +147,8 @@ fn projection(
         normal += by_loads.transpose() * by_loads;
         right += by_loads.transpose() * by_unknowns;
     }
-    // Body and links that turn alike have the same columns: of a bogie, or of a link in line with Q.
+    // Body and links that turn alike have the same columns: of a bogie, or of a link in line with
+    // Q.
     let svd = normal.svd(true, true);
     let least = RANK * svd.singular_values[0];
     let found = svd.solve(&right, least);

@@ -28,8 +28,8 @@ pub struct LinkReadings {
 /// The angle of pin Q gives the shape of the linkage, and with it the angle of each link against
 /// the body. Its rate is its slope along the path times the speed of the wheels. The slope is that
 /// of a Kalman filter with the states angle and slope, whose derivative along the path is white
-/// noise of a density that follows from the wheels: so a robot at rest has no rate, and a slow one a
-/// small error of it.
+/// noise of a density that follows from the wheels: so a robot at rest has no rate, and a slow one
+/// a small error of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMount {
     geometry: Geometry,
@@ -89,8 +89,8 @@ impl BodyMount {
         speed * sqrt(core::f64::consts::SQRT_2 * q34 * sqrt(sqrt(r)))
     }
 
-    /// The readings of the links at `time`, s. Without a reading of the pin there are none but, of a
-    /// bogie, those of the link that the body is fixed to; none of both where the linkage cannot
+    /// The readings of the links at `time`, s. Without a reading of the pin there are none but, of
+    /// a bogie, those of the link that the body is fixed to; none of both where the linkage cannot
     /// close at the angle of the pin.
     pub fn links(&mut self, time: f64, reading: &BodyReading) -> LinkReadings {
         self.roll(time, &reading.wheels);
@@ -176,8 +176,9 @@ mod tests {
     use crate::Carrier;
 
     /// Closed form: a linkage that turns steadily along the path, seen from its body and its pin,
-    /// gives the angles and rates of its links; of a four-bar through its loop, of a bogie on either
-    /// link. What the start of filter and low pass leaves of the rates after 4 s is below 1e-6.
+    /// gives the angles and rates of its links; of a four-bar through its loop, of a bogie on
+    /// either link. What the start of filter and low pass leaves of the rates after 4 s is below
+    /// 1e-6.
     #[test]
     fn links_are_found_from_the_body() {
         let bogie = |body| {
@@ -209,8 +210,8 @@ mod tests {
         }
     }
 
-    /// Equivalence: encoders at a quarter of the samples, each in frames of its own, give the rate of
-    /// encoders in every sample; without the pin the link with the body keeps its readings.
+    /// Equivalence: encoders at a quarter of the samples, each in frames of its own, give the rate
+    /// of encoders in every sample; without the pin the link with the body keeps its readings.
     #[test]
     fn slow_encoders_give_the_same_rate() {
         let mut geometry = Geometry::b();
@@ -256,8 +257,8 @@ mod tests {
         assert!((found / mount.rate_sigma(0.2, 1e-3) - 1.0).abs() < 0.05);
     }
 
-    /// Missing readings: without the pin's a four-bar has none; without the body's inclination it has
-    /// rates. At rest these are 0.
+    /// Missing readings: without the pin's a four-bar has none; without the body's inclination it
+    /// has rates. At rest these are 0.
     #[test]
     fn missing_readings_leave_what_they_show() {
         let mut mount = BodyMount::new(&Geometry::a(), 1e-3);

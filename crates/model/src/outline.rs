@@ -3,8 +3,8 @@
 use crate::Vec2;
 
 /// Outline of the bars in the nominal pose: the body is the convex hull of a box and its pins, a
-/// link the line through its own pins and axles, and the points that it also goes through, from rear
-/// to front, outside of its wheels; each is grown by the half width.
+/// link the line through its own pins and axles, and the points that it also goes through, from
+/// rear to front, outside of its wheels; each is grown by the half width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline {
     /// Lower rear corner of the body's box, m.

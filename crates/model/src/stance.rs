@@ -256,7 +256,8 @@ mod tests {
     }
 
     /// Closed form of a rocker-bogie on level ground: the bogie, with the weight W_b of its parts,
-    /// balances about Q; what it carries there and the rocker's parts balance about the front wheel.
+    /// balances about Q; what it carries there and the rocker's parts balance about the front
+    /// wheel.
     #[test]
     fn static_loads_of_a_rocker_bogie() {
         let mut robot = robot(Geometry::a());

@@ -38,8 +38,8 @@ pub(crate) enum Absent {
 
 /// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the
 /// default in words where the field does not hold it, the form of the value, and the field: its
-/// path in the table's type, `self` for a section of it, or a closure in brackets. A key that is not
-/// always written has its condition after `if`: a function of the table.
+/// path in the table's type, `self` for a section of it, or a closure in brackets. A key that is
+/// not always written has its condition after `if`: a function of the table.
 macro_rules! keys {
     (@absent) => {
         crate::key::Absent::Default

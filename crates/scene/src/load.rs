@@ -95,8 +95,8 @@ keys! {
     /// on the robot
     torque_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => sensors.spec.torque_friction;
 
-    /// where inclinometers and gyros sit: on both links, or in the body, with an angle sensor in pin
-    /// Q; each reading of a link is then one of the body less angles of the linkage
+    /// where inclinometers and gyros sit: on both links, or in the body, with an angle sensor in
+    /// pin Q; each reading of a link is then one of the body less angles of the linkage
     imu: word(&ImuPlace::ALL, ImuPlace::name) => sensors.spec.imu;
 
     /// with imu = "body": white noise of the angle of pin Q, standard deviation of a sample

@@ -526,8 +526,8 @@ keys! {
 keys! {
     SUSPENSION: RobotChoice;
 
-    /// link 3 joins the body to link 2, as in ROBHAZ-6WHEEL; or the body is fixed to a link, as in a
-    /// rocker-bogie or a triple bogie
+    /// link 3 joins the body to link 2, as in ROBHAZ-6WHEEL; or the body is fixed to a link, as in
+    /// a rocker-bogie or a triple bogie
     kind: word(&SuspensionKind::ALL, SuspensionKind::name) => suspension;
 
     /// of a bogie: the link that the body is fixed to

@@ -32,8 +32,8 @@ const OFFSETS: f64 = 4.0;
 /// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m of robot
 /// A: 18.6 s at 0.35 N m/s.
 const LONGEST: f64 = 6.5;
-/// Direction of the first ramp of each wheel: that in which the wheel's own traction relieves it, by
-/// the statics of the nominal pose, eq. (8), where the others share the reaction.
+/// Direction of the first ramp of each wheel: that in which the wheel's own traction relieves it,
+/// by the statics of the nominal pose, eq. (8), where the others share the reaction.
 ///
 /// Driving raises the load of the rear wheel and braking lowers it; of the middle wheel it depends
 /// on the link that carries it. With mu = 0.9 on level ground, a driven rear wheel would need so

@@ -180,8 +180,8 @@ mod tests {
         }
     }
 
-    /// Closed form: a scale of all tractions that is only considered does not move the sum of T, which
-    /// is exact, and stays in the deviation of each.
+    /// Closed form: a scale of all tractions that is only considered does not move the sum of T,
+    /// which is exact, and stays in the deviation of each.
     #[test]
     fn a_considered_scale_moves_nothing() {
         let exact = Forces {

@@ -87,8 +87,8 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
 }
 
 /// Scale of all encoders, by the acceleration that the inclinometers measure, and 1 or -1, the sign
-/// of what both links show over that of the encoders, or 0 where it is not known; for right units of
-/// the links.
+/// of what both links show over that of the encoders, or 0 where it is not known; for right units
+/// of the links.
 pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     let channel = "encoders 1 to 3";
     let changes = Changes::of_links(log);

@@ -23,8 +23,8 @@ pub struct Stated<'a> {
 }
 
 impl Stated<'_> {
-    /// The link that the body is fixed to, from 0, if the readings of the links are made of those of
-    /// the body; `None` of a four-bar.
+    /// The link that the body is fixed to, from 0, if the readings of the links are made of those
+    /// of the body; `None` of a four-bar.
     pub(super) fn body_link(&self) -> Option<usize> {
         match self.robot.geometry.suspension {
             Suspension::Bogie { body } if self.of_body => Some(body.index()),

@@ -97,11 +97,11 @@ pub fn names(channels: impl Iterator<Item = Channel>) -> Vec<String> {
 pub enum Change {
     Factor(Channel, f64),
     Exchange(Channel, Channel),
-    /// The sign of one kind of readings of the body, of which those of both links are made. Number of
-    /// the link with the body, from 0; the gyroscope or the inclinometer of that link.
+    /// The sign of one kind of readings of the body, of which those of both links are made. Number
+    /// of the link with the body, from 0; the gyroscope or the inclinometer of that link.
     Body(Channel),
-    /// The sign of the angle of pin Q, which gives the readings of the link without the body. Number
-    /// of the link with the body, from 0.
+    /// The sign of the angle of pin Q, which gives the readings of the link without the body.
+    /// Number of the link with the body, from 0.
     Pin(usize),
 }
 

@@ -26,8 +26,8 @@ pub struct LogChoice {
     pub states_friction: bool,
     /// Whether `drive.viscous_damping` is stated; else that of the robot's file counts.
     pub states_damping: bool,
-    /// Whether the readings of the links were made of those of the body and of pin Q by the run that
-    /// wrote them.
+    /// Whether the readings of the links were made of those of the body and of pin Q by the run
+    /// that wrote them.
     pub of_body: bool,
     /// White noise (rad a sample) and constant error (rad) of the angle of pin Q.
     pub pin: [f64; 2],

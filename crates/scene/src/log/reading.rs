@@ -105,7 +105,8 @@ pub const READINGS: [&str; 16] = [
     "pin_angle",
 ];
 
-/// Whether a reading is of the links, or of the body and pin Q in their place; `None` of the wheels.
+/// Whether a reading is of the links, or of the body and pin Q in their place; `None` of the
+/// wheels.
 pub fn is_of_body(name: &str) -> Option<bool> {
     let of_body = name.starts_with("body") || name.starts_with("pin");
     (of_body || name.starts_with("link")).then_some(of_body)

@@ -71,8 +71,8 @@ const ON_SLOPE: f64 = 1.6;
 const SPACING: f64 = 0.005;
 
 /// The path of a number in a series of random paths: the same for the same two numbers. A robot,
-/// robot A or a rover of `robots/`, drives it by `drive`, which must be a control of a scene. Lengths,
-/// speed and sensors are those of robot A in the units of the rover.
+/// robot A or a rover of `robots/`, drives it by `drive`, which must be a control of a scene.
+/// Lengths, speed and sensors are those of robot A in the units of the rover.
 pub fn random_path(
     series: u64,
     number: u64,

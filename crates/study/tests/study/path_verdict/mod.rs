@@ -4,10 +4,9 @@
 //! The study behind `docs/measurements/path-verdict.md`:
 //! `cargo test --release -p robhaz-study --test study path_verdict::study -- --ignored --nocapture`.
 //! `ROBHAZ_PATHS` is the number of paths, `ROBHAZ_SERIES` the number of the series that they are
-//! drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default, `ROBHAZ_ROVER` a rover of `robots/` in
-//! place of robot A. `ROBHAZ_OUTCOMES` names a file that
-//! keeps how the drives ended: where it exists, nothing is driven and only the verdict is computed
-//! anew.
+//! drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default, `ROBHAZ_ROVER` a rover of `robots/`
+//! in place of robot A. `ROBHAZ_OUTCOMES` names a file that keeps how the drives ended: where it
+//! exists, nothing is driven and only the verdict is computed anew.
 
 // A test may panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
