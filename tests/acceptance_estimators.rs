@@ -396,7 +396,7 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
 /// of `paper-wheels`. Without contact angles the parity residual reduces the error, too, below that
 /// of every ablation step that is given them but corrects nothing over time.
 #[test]
-fn every_rung_of_the_ladder_carries() {
+fn every_step_of_the_ladder_carries() {
     let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
     scene.estimators = ladder().unwrap();
     let truth = TruthRun::of(&scene).unwrap();

@@ -73,7 +73,7 @@ fn the_commands_of_the_page_on_studies_run() {
 
 /// The study of the ladder has the estimators of `robhaz study --ladder`.
 #[test]
-fn the_study_of_the_ladder_has_its_rungs() {
+fn the_study_of_the_ladder_has_its_steps() {
     let study = StudyChoice::load(&root().join("studies/ladder.toml")).unwrap();
     let base = BaseScene::load(&study, &root().join("studies")).unwrap();
     let scene = base.scene(&study, &[]).unwrap();

@@ -7,13 +7,15 @@
 //! | gravity and inertial loads of the parts | `loads.rs` |
 //! | eq. (8) written directly, its left inverse and parity direction | `equilibrium.rs` |
 //! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
-//! | sensitivity to the uncertain inputs, least squares for N, with covariance, bounded by N >= 0 | `solve.rs` |
+//! | sensitivity to the uncertain inputs, least squares for N, with covariance | `solve.rs` |
+//! | forces of the wheels with their covariance, bounded by N >= 0 | `forces.rs` |
 //!
 //! `tests/full_system` of this crate derives eq. (8) from eq. (1) as the paper does: a reference
 //! for `equilibrium.rs`.
 
 mod arms;
 mod equilibrium;
+mod forces;
 mod load_parameters;
 mod loads;
 mod solve;
@@ -21,9 +23,10 @@ mod solve;
 pub use arms::{Arms, Turning};
 pub(crate) use equilibrium::Equations;
 pub use equilibrium::{Equilibrium, LeastSquaresInverse};
+pub(crate) use forces::Forces;
 pub use load_parameters::{
     LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, LoadCovarianceError, by_load_parameters,
     load_parameters,
 };
 pub use loads::{LinkageMotion, Load, Loads};
-pub(crate) use solve::{Forces, RightSide, Sensitivity, Traction, input, sensitivity, solve};
+pub(crate) use solve::{RightSide, Sensitivity, Traction, input, sensitivity, solve};

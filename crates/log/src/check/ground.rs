@@ -44,10 +44,11 @@ const SCALE_ERROR: f64 = 0.09;
 /// Share of the rear curve that the front one explains where no wheel has spun in place.
 const CERTAIN: f64 = 0.9;
 /// Inclination of a link from which on its wheels climb a face, rad: there a wheel rolls further
-/// than the line between the axles, or spins. Smooth ground of the scenes stays below 16 deg,
-/// stairs are beyond it on 7 % of the way.
+/// than the line between the axles, or spins. Chosen: ground without corners in the shipped scenes
+/// stays below 16 deg, `stairs` is beyond it for 7 to 9 % of the time.
 const STEEP: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// Share of the way on such faces that makes the distance uncertain.
+/// Share of the way on such faces that makes the distance uncertain. Chosen: a single kerb (`step`,
+/// `ditch`) takes 0.1 %.
 const SHARE_OF_FACES: f64 = 0.01;
 /// Range of the scale that is looked for.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;

@@ -115,7 +115,7 @@ fn the_profile_is_known_to_three_millimetres() {
     let cases: [(&str, &[&str]); 3] = [
         ("angles given", &[given]),
         ("no angles", &[none]),
-        ("no angles, soft drive", &[none, soft[0], soft[1]]),
+        ("no angles, low-gain drive", &[none, soft[0], soft[1]]),
     ];
     for (name, overrides) in cases {
         let course = Course::new(overrides);
