@@ -1,6 +1,5 @@
 //! A log that is ready to be estimated.
 
-use crate::check::median;
 use crate::error::LogError;
 use crate::frames::Frames;
 use crate::mapped;
@@ -12,6 +11,7 @@ use robhaz_estimator::DRIVING_SPEED;
 use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source};
 use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice};
+use robhaz_score::signals::median;
 use robhaz_sim::random::Fnv1a;
 use std::fmt::Write as _;
 use std::fs::File;
@@ -244,7 +244,7 @@ fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
     let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
     let pairs = angles.iter().zip(angles.iter().skip(step));
     let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
-    let speed = median(speeds.filter(|speed| speed.is_finite() && *speed > least));
+    let speed = median(speeds.filter(|speed| *speed > least).collect());
     (speed.unwrap_or(0.0), period)
 }
 

@@ -201,6 +201,8 @@ pub struct Wanted<'a> {
     columns: &'a [String],
     /// Messages so far.
     count: u64,
+    /// Where the columns were in the last message: they hardly ever move.
+    places: Vec<usize>,
     /// A row of which a later message with the same stamp can hold the rest, and which of its cells
     /// are there.
     open: Option<(Row, Vec<bool>)>,
@@ -242,6 +244,7 @@ impl<'a> Wanted<'a> {
             clock,
             columns,
             count: 0,
+            places: vec![0; columns.len()],
             open: None,
         }
     }
@@ -256,8 +259,16 @@ impl<'a> Wanted<'a> {
     ) -> Result<[Option<Row>; 2], LogError> {
         let (stamp, numbers) = decode(path, self.topic, schema, message.data)?;
         self.count += 1;
-        let number = |name: &String| numbers.iter().find(|number| number.is(name));
-        let found: Vec<_> = self.columns.iter().map(number).collect();
+        let number = |(name, place): (&String, &mut usize)| {
+            let is_it = |number: &&Number<'_>| number.is(name);
+            if let Some(number) = numbers.get(*place).filter(is_it) {
+                return Some(number);
+            }
+            *place = numbers.iter().position(|number| number.is(name))?;
+            numbers.get(*place)
+        };
+        let columns = self.columns.iter().zip(&mut self.places);
+        let found: Vec<_> = columns.map(number).collect();
         let has: Vec<bool> = found.iter().map(Option::is_some).collect();
         // A message of other joints.
         if !has.is_empty() && !has.contains(&true) {

@@ -1,7 +1,6 @@
 //! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is
 //! written before it succeeds.
 
-use crate::check::median;
 use crate::error::LogError;
 use crate::order::{Accept, GAP, Order};
 use crate::plan::{ChannelPlan, Plan};
@@ -9,6 +8,7 @@ use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
 use crate::truth::TruthRows;
 use robhaz_run::ChannelReport;
+use robhaz_score::signals::median;
 
 /// What was read.
 pub struct Survey {
@@ -138,7 +138,7 @@ impl Course {
         let time = |stamp: &Stamp| plan.time(i, *stamp, origin);
         let times: Vec<f64> = self.stamps.iter().map(time).collect();
         let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
-        let period = median(steps().map(|(step, _)| step)).unwrap_or(duration);
+        let period = median(steps().map(|(step, _)| step).collect()).unwrap_or(duration);
         let mut report = ChannelReport {
             name: plan.channels[i].name.clone(),
             period,

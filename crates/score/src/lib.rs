@@ -28,6 +28,7 @@ mod ground;
 mod progress;
 mod rule;
 mod score;
+pub mod signals;
 mod statistics;
 mod sum;
 

@@ -1,10 +1,9 @@
 //! Changes of the links' angles within a time, by inclinometers and by gyroscopes, and how the
 //! first follow the second.
 
-use crate::check::fit::robust_fit;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
-use crate::check::signal::{derivative, difference, integral, smooth, zip};
+use robhaz_score::signals::{derivative, difference, integral, robust_fit, smooth, subtract};
 
 /// Time over which changes are compared, s: the specific force of the robot's own motion changes
 /// less in it than the angles on uneven ground.
@@ -54,7 +53,7 @@ impl Changes {
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
         let inclination = |k: usize| match (&recording.inclination[k], acceleration) {
             (read, None) => read.clone(),
-            (read, Some(acceleration)) => zip(read, acceleration, |x, a| x - a),
+            (read, Some(acceleration)) => subtract(read, acceleration),
         };
         let correlated = (recording.steps(SPAN) as f64).sqrt();
         Self {

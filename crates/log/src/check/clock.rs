@@ -4,8 +4,8 @@
 //! less than the time stamps say, the clock was set.
 
 use crate::check::report::Finding;
-use crate::check::signal::median;
 use robhaz_estimator::SensorFrame;
+use robhaz_score::signals::median;
 
 /// Time over which speeds before and after a step are taken, s.
 const SPAN: f64 = 0.1;
@@ -61,7 +61,7 @@ impl<'a> Clock<'a> {
 
     /// The clock of frames.
     pub fn of(frames: &'a [SensorFrame]) -> Self {
-        let step = median(steps(frames).filter(|step| *step > 0.0));
+        let step = median(steps(frames).filter(|step| *step > 0.0).collect());
         let step = step.unwrap_or(0.0).min(LONGEST_STEP);
         let (jumps, tells) = jumps(frames, step);
         let longest = Self::BREAK.max(Self::BREAK_PERIODS * step);
@@ -136,7 +136,7 @@ pub fn length(part: &[SensorFrame]) -> f64 {
 
 /// The step of parts, s. With a quarter of the mean there are at most four samples a frame.
 fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
-    let median = median(parts.iter().flat_map(|part| steps(part)))?;
+    let median = median(parts.iter().flat_map(|part| steps(part)).collect())?;
     let time: f64 = parts.iter().map(|part| length(part)).sum();
     let count: usize = parts.iter().map(|part| part.len() - 1).sum();
     let step = median.max(0.25 * time / count as f64);

@@ -1,21 +1,7 @@
-//! Delays between channels, and when they are a fault.
+//! When a delay between channels is a fault.
 
-use crate::check::fit::{Fit, fit, residuals};
 use crate::check::report::{Finding, Verdict};
-use crate::check::signal::delayed;
-
-/// Delays that channels may have, s: of the later one, from `-early` to `late`. Readings show no
-/// delay below half the period of the slower channel.
-#[derive(Clone, Copy, Debug)]
-pub struct Allowed {
-    /// How much earlier.
-    pub early: f64,
-    /// How much later.
-    pub late: f64,
-    /// Share that the delayed signal must explain. With less, other errors than a delay make the
-    /// difference, such as accelerations of the robot.
-    pub explained: f64,
-}
+use robhaz_score::signals::{Allowed, Delay};
 
 /// Standard deviations beyond what is allowed.
 const GATE: f64 = 2.0;
@@ -27,39 +13,20 @@ const IMPROVEMENT: f64 = 4.0;
 /// correlation, and with it the deviation, is known to a sixth only, 1/sqrt(2 n).
 const LEAST_LENGTH: f64 = 20.0;
 
-impl Allowed {
-    /// A fault is beyond the allowed delays by its deviation, and fits significantly better than
-    /// they do. A delay that is neither a fault nor allowed cannot be told.
-    pub fn judge(&self, delay: &Delay) -> Verdict {
-        let beyond = (delay.seconds - self.late).max(-self.early - delay.seconds);
-        let is_certain = delay.improvement > IMPROVEMENT
-            && delay.explained > self.explained
-            && delay.length >= LEAST_LENGTH;
-        if beyond <= 0.0 {
-            Verdict::Ok
-        } else if is_certain && beyond > GATE * delay.sigma {
-            Verdict::Fault
-        } else {
-            Verdict::CannotTell
-        }
+/// A fault is beyond the allowed delays by its deviation, and fits significantly better than they
+/// do. A delay that is neither a fault nor allowed cannot be told.
+fn judge(allowed: &Allowed, delay: &Delay) -> Verdict {
+    let beyond = (delay.seconds - allowed.late).max(-allowed.early - delay.seconds);
+    let is_certain = delay.improvement > IMPROVEMENT
+        && delay.explained > allowed.explained
+        && delay.length >= LEAST_LENGTH;
+    if beyond <= 0.0 {
+        Verdict::Ok
+    } else if is_certain && beyond > GATE * delay.sigma {
+        Verdict::Fault
+    } else {
+        Verdict::CannotTell
     }
-}
-
-/// A delay between two signals.
-#[derive(Clone, Copy, Debug)]
-pub struct Delay {
-    /// By how much `y` is later than its regressors, s.
-    pub seconds: f64,
-    /// Standard deviation, s.
-    pub sigma: f64,
-    /// Share of the mean square of `y` that the fit at this delay explains.
-    pub explained: f64,
-    /// How much better than at the best of the allowed delays: difference of the residuals' sums of
-    /// squares over their variance, chi-square with one degree of freedom if there is no delay.
-    pub improvement: f64,
-    /// Length of the signals in times over which residuals may be correlated, less the
-    /// coefficients.
-    pub length: f64,
 }
 
 /// Name of the test in findings.
@@ -86,7 +53,7 @@ pub fn finding(
         100.0 * delay.explained,
     );
     let finding = Finding::ok(TEST, channel, figure);
-    let finding = match allowed.judge(&delay) {
+    let finding = match judge(allowed, &delay) {
         Verdict::Ok => finding,
         Verdict::CannotTell => return finding.cannot_tell(remedy),
         Verdict::Fault => {
@@ -98,89 +65,9 @@ pub fn finding(
     finding.with("deviation", delay.sigma, "s")
 }
 
-/// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between
-/// steps by a parabola. `memory` is the largest number of samples over which residuals are
-/// correlated. `None` where the best is at an end, or where there are too few samples to tell.
-pub fn delay<const K: usize>(
-    y: &[f64],
-    x: &[&[f64]; K],
-    longest: usize,
-    memory: usize,
-    dt: f64,
-    allowed: Allowed,
-) -> Option<Delay> {
-    let late = |lag: isize| x.map(|x| delayed(x, lag));
-    let left = |lag: isize| fit(y, &late(lag));
-    let longest = longest as isize;
-    // Coarse first: the explained share is smooth over the width of the filters.
-    let coarse = (longest / 25).max(1);
-    let best = |lags: &mut dyn Iterator<Item = isize>| {
-        let explained = |lag: isize| left(lag).map_or(f64::NEG_INFINITY, |f| f.explained);
-        let shares = lags.map(|lag| (lag, explained(lag)));
-        Some(shares.max_by(|a, b| a.1.total_cmp(&b.1))?.0)
-    };
-    let near = best(&mut (-25..=25).map(|k| k * coarse))?;
-    let lag = best(&mut (near - coarse..=near + coarse))?;
-    if lag.abs() >= longest {
-        return None;
-    }
-    let (before, here, after) = (left(lag - 1)?, left(lag)?, left(lag + 1)?);
-    let cost = |f: &Fit<K>| 1.0 - f.explained;
-    let curvature = cost(&before) - 2.0 * cost(&here) + cost(&after);
-    if curvature <= 0.0 {
-        return None;
-    }
-    let shift = 0.5 * (cost(&before) - cost(&after)) / curvature;
-    let shifted = late(lag);
-    // Change of the prediction with the delay, a step, of which the regressors explain nothing.
-    let mut slope = vec![0.0; y.len()];
-    let (before_all, after_all) = (late(lag - 1), late(lag + 1));
-    for (k, coefficient) in here.coefficients.iter().enumerate() {
-        let changes = before_all[k].iter().zip(&after_all[k]);
-        for (sum, (a, b)) in slope.iter_mut().zip(changes) {
-            *sum += 0.5 * coefficient * (b - a);
-        }
-    }
-    let slope = residuals(&slope, &shifted, &fit(&slope, &shifted)?);
-    let correlated = correlation(&residuals(y, &shifted, &here), &slope, memory);
-    let independent = here.count as f64 / correlated - K as f64;
-    if independent <= 0.0 {
-        return None;
-    }
-    let lags = |time: f64| (time / dt).floor() as isize;
-    let mut of_allowed = (-lags(allowed.early)..=lags(allowed.late)).filter_map(left);
-    let first = of_allowed.next().map_or(1.0, |f| cost(&f));
-    let least = of_allowed.fold(first, |least, f| least.min(cost(&f)));
-    Some(Delay {
-        seconds: (lag as f64 + shift) * dt,
-        sigma: (2.0 * cost(&here) / (curvature * independent)).sqrt() * dt,
-        explained: here.explained,
-        length: here.count as f64 / memory.max(1) as f64 - K as f64,
-        improvement: (independent * (least / cost(&here) - 1.0)).max(0.0),
-    })
-}
-
-/// Number of samples over which the products of residuals and slopes are correlated: the sum of
-/// their autocorrelation with Bartlett's weights (Newey and West, Econometrica 55, 1987), from 1 to
-/// `longest`.
-fn correlation(residuals: &[f64], slope: &[f64], longest: usize) -> f64 {
-    let product = |(r, s): (&f64, &f64)| if (r * s).is_finite() { r * s } else { 0.0 };
-    let products: Vec<f64> = residuals.iter().zip(slope).map(product).collect();
-    let at = |lag: usize| -> f64 {
-        let later = products.iter().skip(lag);
-        products.iter().zip(later).map(|(a, b)| a * b).sum()
-    };
-    let longest = longest.max(1);
-    let weighted = |lag: usize| (1.0 - lag as f64 / longest as f64) * at(lag);
-    let sum = 1.0 + 2.0 * (1..longest).map(weighted).sum::<f64>() / at(0);
-    // `min` takes the other one for a NaN.
-    sum.min(longest as f64).max(1.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::fit::tests::wave;
 
     /// A delay that is allowed, one that is beyond, and two that only look so.
     #[test]
@@ -198,7 +85,7 @@ mod tests {
                 length: 40.0,
                 explained,
             };
-            allowed.judge(&delay)
+            super::judge(&allowed, &delay)
         };
         let judge = |seconds: f64, sigma: f64, improvement: f64| {
             judge_at(seconds, sigma, improvement, 0.99)
@@ -212,39 +99,5 @@ mod tests {
         assert_eq!(judge(0.05, 0.02, 100.0), Verdict::CannotTell);
         // Accelerations of the robot look like a delay, but explain less.
         assert_eq!(judge_at(0.0531, 0.0039, 33.0, 0.81), Verdict::CannotTell);
-    }
-
-    /// Closed form: a delay of 7.4 steps is found to a hundredth of a step.
-    #[test]
-    fn a_delay_between_steps_is_found() -> Result<(), &'static str> {
-        let (x, y) = (wave(2000, 0.0), wave(2000, 7.4));
-        let allowed = Allowed {
-            early: 0.0,
-            late: 2e-3,
-            explained: 0.95,
-        };
-        let found = delay(&y, &[&x], 50, 1, 1e-3, allowed).ok_or("delay")?;
-        assert!((found.seconds - 7.4e-3).abs() < 1e-5, "{found:?}");
-        assert!(found.improvement > 1e3, "{found:?}");
-        let late = delay(&wave(2000, 80.0), &[&x], 50, 1, 1e-3, allowed);
-        assert!(late.is_none_or(|d| d.explained < 0.9));
-        Ok(())
-    }
-
-    /// Closed form: values of random sign that are each held for `m` samples have the
-    /// autocorrelation 1 - l/m, whose sum with Bartlett's weights to `longest` is m - (m^2 - 1)/(3
-    /// longest): 9.67 of 10. 2 000 independent signs leave 2 sqrt(longest/20 000), 0.14 of it.
-    #[test]
-    fn correlation_of_held_values() {
-        let mut state = 1_u64;
-        let mut sign = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            if state >> 63 == 0 { 1.0 } else { -1.0 }
-        };
-        let held: Vec<f64> = (0..2000).flat_map(|_| [sign(); 10]).collect();
-        let found = correlation(&held, &vec![1.0; held.len()], 100);
-        assert!((found / 9.67 - 1.0).abs() < 3.0 * 0.14, "{found}");
     }
 }

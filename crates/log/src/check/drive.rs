@@ -10,14 +10,14 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The
 //! pairing of torques and encoders, and the signs, that this explains best are the true ones.
 
-use crate::check::delay::{self, Allowed, delay};
+use crate::check::delay;
 use crate::check::readings::Readings;
 use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, moved, names};
-use crate::check::signal::{high_pass, smooth};
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, Matrix2, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
+use robhaz_score::signals::{Allowed, delay, high_pass, products, smooth};
 
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
@@ -95,19 +95,15 @@ fn joined([torque, angle, speed]: &Signals, gap: usize, (order, signs): &Wiring)
 
 /// Sums of the products of all signals: torques 0 to 2, angles 3 to 5, speeds 6 to 8.
 struct Moments {
-    sums: SMatrix<f64, 9, 9>,
+    sums: DMatrix<f64>,
     count: f64,
 }
 
 impl Moments {
     fn of(signals: &Signals) -> Self {
-        let (mut sums, mut count) = (SMatrix::zeros(), 0.0);
-        let row = |k: usize| SVector::<f64, 9>::from_fn(|i, _| signals[i / 3][i % 3][k]);
-        let is_whole = |row: &SVector<f64, 9>| row.iter().all(|v| v.is_finite());
-        for row in (0..signals[0][0].len()).map(row).filter(is_whole) {
-            sums += row * row.transpose();
-            count += 1.0;
-        }
+        let all: Vec<&[f64]> = signals.iter().flatten().map(Vec::as_slice).collect();
+        let (sums, count) = products(&all);
+        let count = count as f64;
         Self { sums, count }
     }
 
@@ -132,7 +128,7 @@ impl Moments {
 
     /// RMS of the mean of the torques, N m.
     fn common(&self) -> f64 {
-        (self.sums.fixed_view::<3, 3>(0, 0).sum() / (9.0 * self.count)).sqrt()
+        (self.sums.view((0, 0), (3, 3)).sum() / (9.0 * self.count)).sqrt()
     }
 
     /// Share of the torques that a stable speed control, the same for all wheels, explains: it

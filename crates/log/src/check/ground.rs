@@ -20,8 +20,8 @@ use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel};
-use crate::check::signal::{mean, median, rms, smooth, zip};
 use robhaz_model::{Robot, Units, Vec2};
+use robhaz_score::signals::{deviation, mean, median, smooth, subtract};
 
 /// Step of the path, m.
 const STEP: f64 = 0.002;
@@ -57,7 +57,7 @@ const SCALE: &str = "distance";
 const SIGNS: &str = "links on the ground";
 const CHANNEL: &str = "inclinometer 1, inclinometer 2";
 
-/// Deviations of the inclinometers' bias between the two that are a fault.
+/// Standard deviations of the difference between the two that are a fault.
 const OFFSET_GATE: f64 = 5.0;
 
 const OFFSET: &str = "zero on the ground";
@@ -198,15 +198,17 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
     (finding, change)
 }
 
-/// Difference of the means of the two curves, over what the inclinometers' biases make of it.
+/// Difference of the means of the two curves, over what the inclinometers' biases and errors of the
+/// distance make of it.
 fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Option<Finding> {
     let (robot, budget) = (log.stated.robot, &log.stated.budget);
     let [front, rear] = course.heights(&OWN);
     // On level ground no distance shows, and none is needed.
     let is_level = |x: &[f64]| {
-        let middle = median(x.iter().copied()).unwrap_or(0.0);
+        let middle = median(x.to_vec()).unwrap_or(0.0);
         // Not the mean: a start moves the inclinometers.
-        median(x.iter().map(|x| (x - middle).abs())).is_some_and(|m| m < course.least_height())
+        median(x.iter().map(|x| (x - middle).abs()).collect())
+            .is_some_and(|m| m < course.least_height())
     };
     let shift = match own.filter(|p| p.explained > CERTAIN) {
         Some(own) => own.shift,
@@ -214,15 +216,19 @@ fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Opti
         None => return None,
     };
     let n = course.len().checked_sub(shift).filter(|n| *n > shift / 2)?;
-    let difference = zip(&rear[shift..], &front[..n], |rear, front| rear - front);
-    let mean = median(difference)?;
-    let angle = mean / course.spacings()[0];
+    let difference = subtract(&rear[shift..], &front[..n]);
+    let spacing = course.spacings()[0];
+    let angle = median(difference.clone())? / spacing;
+    // The heights differ also by errors of the distance, which last about as long as a wheel needs
+    // to the place of the next.
+    let way = n as f64 * STEP;
+    let independent = (way / spacing).max(1.0);
+    let of_heights = deviation(&difference) / (spacing * independent.sqrt());
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
     let spin = log.recording.while_driving(&log.recording.middle_spin);
     let speed = robot.geometry.wheel_radius * median(spin).unwrap_or(0.0).abs();
-    let way = n as f64 * STEP;
-    let limit =
-        OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * robot.gravity * way);
+    let sigma = (2.0 * budget.inclination_bias).hypot(of_heights);
+    let limit = OFFSET_GATE * sigma + speed * speed / (2.0 * robot.gravity * way);
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
     let figure =
         format!("wheels that pass the same ground differ by {angle:.2} deg, at most {limit:.2}");
@@ -241,7 +247,7 @@ fn fused(recording: &Recording) -> [Vec<f64>; 2] {
     [0, 1].map(|k| {
         let (turned, drift) = recording.turned(k);
         let drift = smooth(&drift, recording.steps(0.5 * SLOW));
-        zip(&turned, &drift, |a, b| a + b)
+        turned.iter().zip(&drift).map(|(a, b)| a + b).collect()
     })
 }
 
@@ -303,14 +309,16 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
         let back = (shift as f64 * behind / spacing) as usize;
         let n = count.checked_sub(shift + back);
         let n = n.filter(|n| *n > at(1.0) / 2)?;
-        let moved = |x: &[f64], by: usize| zip(&x[by..by + n], &x[..n], |a, b| a - b);
+        let moved = |x: &[f64], by: usize| subtract(&x[by..by + n], &x[..n]);
         Some((moved(&rear[back..], shift), moved(&front, back)))
     };
     let explained = |shift: usize| {
         let (y, x) = sides(shift)?;
-        let y = zip(&y, &x, |y, x| if x.is_finite() { y } else { f64::NAN });
+        let pairs = y.iter().zip(&x);
+        let y = pairs.map(|(y, x)| if x.is_finite() { *y } else { f64::NAN });
+        let y: Vec<f64> = y.collect();
         // The same heights, but for a constant: the start may be on a slope, zeros may be wrong.
-        let left = deviation(&zip(&y, &x, |y, x| y - x));
+        let left = deviation(&subtract(&y, &x));
         let size = deviation(&y);
         (size > course.least_height()).then_some(1.0 - (left / size).powi(2))
     };
@@ -329,12 +337,6 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
         scale: best.0 as f64 * STEP / spacing,
         shift: best.0,
     })
-}
-
-/// Root of the mean square of the deviations from the mean.
-fn deviation(x: &[f64]) -> f64 {
-    let mean = mean(x).unwrap_or(0.0);
-    rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
 }
 
 /// The inclinations of a log along the path of the robot.

@@ -9,15 +9,14 @@
 use crate::check::changes::{
     CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN,
 };
-use crate::check::delay::{self, Allowed, delay};
-use crate::check::fit::robust_fit;
+use crate::check::delay;
 use crate::check::ground::Signs;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel};
-use crate::check::signal::{derivative, high_pass, rms, smooth};
 use robhaz_model::Carrier;
+use robhaz_score::signals::{Allowed, delay, derivative, high_pass, rms, robust_fit, smooth};
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.

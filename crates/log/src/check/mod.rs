@@ -22,7 +22,6 @@ mod changes;
 mod clock;
 mod delay;
 mod drive;
-mod fit;
 mod ground;
 mod links;
 mod readings;
@@ -30,19 +29,18 @@ mod recording;
 mod report;
 mod rest;
 mod rewire;
-mod signal;
 mod start;
 mod still;
 mod wheels;
 
 pub use readings::Stated;
 pub use report::{Finding, Report, Verdict};
-pub(crate) use signal::median;
 
 use self::clock::Clock;
 use self::readings::Readings;
 use self::recording::Recording;
 use robhaz_estimator::SensorFrame;
+use robhaz_score::signals::median;
 use std::borrow::Cow;
 
 /// Checks the frames of a log, in order of time, against what is stated.
@@ -123,6 +121,6 @@ const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {
     let spin = log.recording.while_driving(&log.recording.middle_spin);
-    let spin = signal::median(spin.iter().map(|spin| spin.abs()));
+    let spin = median(spin.iter().map(|spin| spin.abs()).collect());
     spin.unwrap_or(0.0) * log.recording.slowest
 }

@@ -2,9 +2,9 @@
 
 use crate::check::clock::{Clock, length};
 use crate::check::rewire::Channel;
-use crate::check::signal::{derivative, integral, median, smooth, zip};
 use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
 use robhaz_model::{Robot, Units, Vec2, rotate};
+use robhaz_score::signals::{derivative, integral, median, smooth, subtract};
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
 /// channel.
@@ -51,7 +51,7 @@ impl Recording {
         let mut samples = |channel: Channel| {
             let of_part = |part: &&[SensorFrame]| Part::of(part, channel);
             let parts: Vec<Part> = clock.parts.iter().map(of_part).collect();
-            let period = median(parts.iter().flat_map(Part::steps)).unwrap_or(dt);
+            let period = median(parts.iter().flat_map(Part::steps).collect()).unwrap_or(dt);
             slowest = slowest.max(period);
             let mut samples = Vec::new();
             for (i, part) in parts.iter().enumerate() {
@@ -69,7 +69,7 @@ impl Recording {
         let spin = wheel_angle
             .each_ref()
             .map(|angle| derivative(angle, half, dt));
-        let middle = |k: usize| median(spin.each_ref().map(|s| s[k])).unwrap_or(f64::NAN);
+        let middle = |k: usize| median(spin.iter().map(|s| s[k]).collect()).unwrap_or(f64::NAN);
         let geometry = &robot.geometry;
         let smoothed = inclination.each_ref().map(|x| smooth(x, half));
         let axle = |i: usize, k: usize| -> Vec2 {
@@ -103,7 +103,7 @@ impl Recording {
     /// Integral of the rate of link k (from 0), and the inclination less it, both rad.
     pub fn turned(&self, k: usize) -> (Vec<f64>, Vec<f64>) {
         let turned = integral(&self.rate[k], self.dt);
-        let drift = zip(&self.inclination[k], &turned, |a, b| a - b);
+        let drift = subtract(&self.inclination[k], &turned);
         (turned, drift)
     }
 
@@ -115,9 +115,9 @@ impl Recording {
     /// A signal where the robot drives, at rest a NaN.
     pub fn while_driving(&self, x: &[f64]) -> Vec<f64> {
         let drives = |spin: f64| spin.abs() > self.least_spin;
-        zip(x, &self.middle_spin, |x, spin| {
-            if drives(spin) { x } else { f64::NAN }
-        })
+        let samples = x.iter().zip(&self.middle_spin);
+        let driven = samples.map(|(x, spin)| if drives(*spin) { *x } else { f64::NAN });
+        driven.collect()
     }
 
     /// Number of samples.

@@ -4,9 +4,9 @@ use crate::check::readings::Stated;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
-use crate::check::signal::{mean, rms, zip};
 use robhaz_estimator::NoiseBudget;
 use robhaz_model::Units;
+use robhaz_score::signals::{mean, rms, subtract};
 
 /// Shortest rest that is used, s.
 const SHORTEST: f64 = 0.3;
@@ -119,7 +119,7 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     };
     let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, of_gyro)).collect();
     let [first, second] = inclinometers.each_ref().map(|x| x.values);
-    let pin = zip(first, second, |a, b| a - b);
+    let pin = subtract(first, second);
     let pin = AtRest {
         name: "pin Q".to_owned(),
         ..AtRest::of(inclinometer(0), &pin, budget)

@@ -5,13 +5,12 @@
 //! All three negative ones mean the torques, or the encoders: these, if the inclinometers show the
 //! acceleration the other way round, too.
 
-use crate::check::fit::fit;
 use crate::check::readings::Readings;
 use crate::check::recording::SMOOTHING;
 use crate::check::report::Finding;
 use crate::check::rest::rest;
 use crate::check::rewire::{Change, Channel};
-use crate::check::signal::smooth;
+use robhaz_score::signals::{fit, smooth};
 
 /// Time from the first motion on that counts as the start, and as much rest before it as there is,
 /// s.

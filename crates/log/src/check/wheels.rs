@@ -3,7 +3,7 @@
 use crate::check::readings::Readings;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel};
-use crate::check::signal::{median, zip};
+use robhaz_score::signals::median;
 
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip
 /// makes, less than any mistake in counts, gear ratios or edges.
@@ -19,7 +19,8 @@ const TEST: &str = "sign and counts";
 pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
     let recording = &log.recording;
     let ratios = |spin: &[f64]| {
-        let ratio = zip(spin, &recording.middle_spin, |a, b| a / b);
+        let ratio = spin.iter().zip(&recording.middle_spin).map(|(a, b)| a / b);
+        let ratio: Vec<f64> = ratio.collect();
         parts(&recording.while_driving(&ratio))
     };
     let torque_turns = |j: &usize| {
@@ -38,7 +39,7 @@ fn is_right(ratio: f64) -> bool {
 /// as a wheel does.
 fn encoder(i: usize, parts: &[f64], torque: impl Fn() -> Option<usize>) -> Finding {
     let channel = Channel::Encoder(i);
-    let Some(ratio) = median(parts.iter().copied()) else {
+    let Some(ratio) = median(parts.to_vec()) else {
         let remedy = "record a drive of some metres";
         return Finding::ok(TEST, channel, "the robot does not drive").cannot_tell(remedy);
     };
@@ -79,7 +80,5 @@ fn parts(ratio: &[f64]) -> Vec<f64> {
     let driving: Vec<f64> = ratio.iter().copied().filter(|r| r.is_finite()).collect();
     let length = (driving.len() / PARTS).max(LEAST_SAMPLES);
     let parts = driving.chunks_exact(length);
-    parts
-        .filter_map(|part| median(part.iter().copied()))
-        .collect()
+    parts.filter_map(|part| median(part.to_vec())).collect()
 }

@@ -34,41 +34,52 @@ pub enum Kind {
     Count,
 }
 
-/// Takes a column's values out of records: several values then cost one dynamic call.
-type Get = Box<dyn Fn(&[Frame<'_>], &mut Vec<f64>) + Send + Sync>;
+/// Reads a value from a record or a part of it. Behind a pointer, so that the columns, which are
+/// hundreds, share the code that goes through the records.
+type Get<Value> = Box<dyn Fn(&Frame<'_>) -> Value + Send + Sync>;
+type GetTruth<Value> = Box<dyn Fn(&Truth) -> Value + Send + Sync>;
+type GetEstimate = Box<dyn Fn(&Estimate) -> Option<f64> + Send + Sync>;
 
-/// The source of a column's values, and their kind. A value that is missing is NaN.
-struct Source(Kind, Get);
+/// The source of a column's values.
+enum Source {
+    Record(Get<f64>),
+    RecordOrNone(Get<Option<f64>>),
+    Truth(GetTruth<f64>),
+    TruthCount(GetTruth<u32>),
+    /// Of the run's estimator of this number (from 0).
+    Estimate(usize, GetEstimate),
+}
 
 impl Source {
-    fn new(kind: Kind, get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
-        let all = move |frames: &[Frame<'_>], to: &mut Vec<f64>| to.extend(frames.iter().map(&get));
-        Self(kind, Box::new(all))
-    }
-
     fn record(get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
-        Self::new(Kind::Float, get)
+        Self::Record(Box::new(get))
     }
 
     fn record_or_none(get: impl Fn(&Frame<'_>) -> Option<f64> + Send + Sync + 'static) -> Self {
-        Self::new(Kind::Optional, move |f| get(f).unwrap_or(f64::NAN))
+        Self::RecordOrNone(Box::new(get))
     }
 
     fn truth(get: impl Fn(&Truth) -> f64 + Send + Sync + 'static) -> Self {
-        Self::new(Kind::Float, move |f| f.truth.map_or(f64::NAN, &get))
+        Self::Truth(Box::new(get))
     }
 
     fn truth_count(get: impl Fn(&Truth) -> u32 + Send + Sync + 'static) -> Self {
-        let get = move |f: &Frame<'_>| f64::from(f.truth.map_or(0, &get));
-        Self::new(Kind::Count, get)
+        Self::TruthCount(Box::new(get))
     }
 
-    /// Of the run's estimator number `index` (from 0).
     fn estimate(
         index: usize,
         get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
     ) -> Self {
-        Self::record_or_none(move |f| f.estimates.get(index)?.as_ref().ok().and_then(&get))
+        Self::Estimate(index, Box::new(get))
+    }
+
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Record(_) | Self::Truth(_) => Kind::Float,
+            Self::RecordOrNone(_) | Self::Estimate(..) => Kind::Optional,
+            Self::TruthCount(_) => Kind::Count,
+        }
     }
 }
 
@@ -82,25 +93,38 @@ pub struct Column {
     pub description: String,
     /// The kind of its values.
     pub kind: Kind,
-    get: Get,
+    source: Source,
 }
 
 impl Column {
     /// Name and description have two parts.
     fn new(name: [&str; 2], unit: &'static str, description: [&str; 2], source: Source) -> Self {
-        let Source(kind, get) = source;
         Self {
             name: name.concat(),
             unit,
             description: description.concat(),
-            kind,
-            get,
+            kind: source.kind(),
+            source,
         }
     }
 
-    /// Adds the values in records. Of [`Kind::Optional`] a value that is not finite is missing.
+    /// Adds the values in records; NaN where one is missing.
     pub fn add(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
-        (self.get)(frames, to);
+        match &self.source {
+            Source::Record(get) => to.extend(frames.iter().map(get)),
+            Source::RecordOrNone(get) => {
+                to.extend(frames.iter().map(|f| get(f).unwrap_or(f64::NAN)))
+            }
+            Source::Truth(get) => to.extend(frames.iter().map(|f| f.truth.map_or(f64::NAN, get))),
+            Source::TruthCount(get) => {
+                let counts = frames.iter().map(|f| f.truth.map_or(0, get));
+                to.extend(counts.map(f64::from))
+            }
+            Source::Estimate(index, get) => to.extend(frames.iter().map(|f| {
+                let estimate = f.estimates.get(*index).and_then(|e| e.as_ref().ok());
+                estimate.and_then(get).unwrap_or(f64::NAN)
+            })),
+        }
     }
 }
 

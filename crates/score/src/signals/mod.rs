@@ -1,4 +1,14 @@
-//! Filters without delay on samples at equal steps. A NaN is a missing sample.
+//! Signals: samples at equal steps, where a NaN is a missing one. Filters without delay, least
+//! squares, delays of one signal behind another.
+//!
+//! No function here has type parameters: it would be compiled again, and not for speed, in the
+//! crates that read logs.
+
+mod delay;
+mod fit;
+
+pub use delay::{Allowed, Delay, delay};
+pub use fit::{Fit, fit, products, residuals, robust_fit};
 
 /// Mean over the `2 half + 1` samples around each; a NaN near the ends, and where more than half of
 /// them are missing.
@@ -21,7 +31,7 @@ pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
 
 /// The samples less their mean over the `2 half + 1` samples around each.
 pub fn high_pass(x: &[f64], half: usize) -> Vec<f64> {
-    zip(x, &smooth(x, half), |a, b| a - b)
+    subtract(x, &smooth(x, half))
 }
 
 /// Difference over `2 half` samples around each.
@@ -59,9 +69,9 @@ pub fn delayed(x: &[f64], lag: isize) -> Vec<f64> {
     (0..x.len()).map(|i| at(i).unwrap_or(f64::NAN)).collect()
 }
 
-/// A function of two signals, sample by sample.
-pub fn zip(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| of(*a, *b)).collect()
+/// `a` less `b`, sample by sample.
+pub fn subtract(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 /// Mean of the samples that are there.
@@ -80,9 +90,15 @@ pub fn rms(x: &[f64]) -> f64 {
     mean_of(x, |v| v * v).map_or(0.0, f64::sqrt)
 }
 
+/// Root of the mean square of the deviations from the mean; 0 without any sample.
+pub fn deviation(x: &[f64]) -> f64 {
+    let mean = mean(x).unwrap_or(0.0);
+    mean_of(x, |v| (v - mean) * (v - mean)).map_or(0.0, f64::sqrt)
+}
+
 /// Median of the samples that are there.
-pub fn median(x: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = x.into_iter().filter(|v| v.is_finite()).collect();
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.retain(|v| v.is_finite());
     let middle = values.len() / 2;
     if values.is_empty() {
         return None;
@@ -123,8 +139,8 @@ mod tests {
         assert!((smooth(&x, 2)[10] - 1.0).abs() < 1e-12);
         let sum = integral(&x, 1.0);
         assert!(sum[10].is_nan() && (sum[19] - 18.0).abs() < 1.1);
-        assert_eq!(median(x.iter().copied()), Some(1.0));
-        assert_eq!(median([]), None);
+        assert_eq!(median(x.clone()), Some(1.0));
+        assert_eq!(median(vec![]), None);
         assert!((rms(&[3.0, -3.0, f64::NAN]) - 3.0).abs() < 1e-12);
     }
 }

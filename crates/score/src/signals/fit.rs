@@ -1,55 +1,70 @@
-//! Least squares with few coefficients, and delays between signals.
+//! Least squares with few coefficients.
 
-use crate::check::signal::median;
-use nalgebra::{SMatrix, SVector};
+use super::median;
+use nalgebra::{DMatrix, DVector};
 
 /// Coefficients of a least-squares fit.
-#[derive(Clone, Copy, Debug)]
-pub struct Fit<const K: usize> {
+#[derive(Clone, Debug)]
+pub struct Fit {
     /// In the order of the regressors.
-    pub coefficients: [f64; K],
+    pub coefficients: Vec<f64>,
     /// Standard deviations of the coefficients where residuals are independent from sample to
     /// sample.
-    pub deviations: [f64; K],
+    pub deviations: Vec<f64>,
     /// Share of the mean square of `y` that the fit explains: 0 to 1.
     pub explained: f64,
     /// Number of samples.
     pub count: usize,
 }
 
-/// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they
-/// do not determine the coefficients.
-pub fn fit<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K]) -> Option<Fit<K>> {
-    let mut normal = SMatrix::<f64, K, K>::zeros();
-    let (mut right, mut square) = (SVector::<f64, K>::zeros(), 0.0);
-    let mut count = 0;
-    for (i, y) in y.iter().enumerate() {
-        let row = SVector::<f64, K>::from_fn(|k, _| *x[k].as_ref().get(i).unwrap_or(&f64::NAN));
-        if y.is_finite() && row.iter().all(|v| v.is_finite()) {
-            normal += row * row.transpose();
-            right += row * *y;
-            square += y * y;
+/// Sums of the products of each two of the signals, over the samples where all are there, and the
+/// number of these. The matrix is symmetric.
+pub fn products(signals: &[&[f64]]) -> (DMatrix<f64>, usize) {
+    let n = signals.len();
+    let (mut sums, mut row, mut count) = (vec![0.0; n * n], vec![0.0; n], 0);
+    let samples = signals.iter().map(|signal| signal.len()).min().unwrap_or(0);
+    for i in 0..samples {
+        for (value, signal) in row.iter_mut().zip(signals) {
+            *value = signal[i];
+        }
+        if row.iter().all(|v| v.is_finite()) {
+            for (sums, a) in sums.chunks_exact_mut(n).zip(&row) {
+                for (sum, b) in sums.iter_mut().zip(&row) {
+                    *sum += a * b;
+                }
+            }
             count += 1;
         }
     }
-    if count <= K || square <= 0.0 {
+    (DMatrix::from_vec(n, n, sums), count)
+}
+
+/// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they
+/// do not determine the coefficients.
+pub fn fit(y: &[f64], x: &[&[f64]]) -> Option<Fit> {
+    let (k, signals) = (x.len(), [x, &[y]].concat());
+    let (sums, count) = products(&signals);
+    let (normal, right, square) = (
+        sums.view((0, 0), (k, k)),
+        sums.view((0, k), (k, 1)),
+        sums[(k, k)],
+    );
+    if count <= k || square <= 0.0 {
         return None;
     }
     // Scaled to ones on the diagonal, so that the limit does not depend on units.
-    let scale = SVector::<f64, K>::from_fn(|k, _| 1.0 / normal[(k, k)].sqrt());
-    let scaled = SMatrix::<f64, K, K>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
-    let factor = scaled.cholesky()?;
-    let inverse = factor.inverse();
+    let scale = DVector::from_fn(k, |i, _| 1.0 / normal[(i, i)].sqrt());
+    let scaled = DMatrix::from_fn(k, k, |i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled.cholesky()?.inverse();
     if !inverse.iter().all(|v| v.is_finite() && v.abs() < 1e8) {
         return None;
     }
-    let coefficients = (inverse * right.component_mul(&scale)).component_mul(&scale);
+    let coefficients = (&inverse * right.component_mul(&scale)).component_mul(&scale);
     let left = (square - coefficients.dot(&right)).max(0.0);
+    let deviation = |i: usize| scale[i] * (inverse[(i, i)] * left / count as f64).sqrt();
     Some(Fit {
-        coefficients: core::array::from_fn(|k| coefficients[k]),
-        deviations: core::array::from_fn(|k| {
-            scale[k] * (inverse[(k, k)] * left / count as f64).sqrt()
-        }),
+        deviations: (0..k).map(deviation).collect(),
+        coefficients: coefficients.iter().copied().collect(),
         explained: 1.0 - left / square,
         count,
     })
@@ -57,13 +72,13 @@ pub fn fit<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K]) -> Option<Fit<
 
 /// As [`fit`], without the samples whose residuals are beyond five standard deviations of the
 /// middle ones: impacts.
-pub fn robust_fit<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K]) -> Option<Fit<K>> {
+pub fn robust_fit(y: &[f64], x: &[&[f64]]) -> Option<Fit> {
     let mut kept = y.to_vec();
     let mut found = fit(&kept, x)?;
     for _ in 0..3 {
         let residuals = residuals(y, x, &found);
         // 1.48 times the median of the magnitudes is the standard deviation of normal errors.
-        let sigma = 1.48 * median(residuals.iter().map(|r| r.abs()))?;
+        let sigma = 1.48 * median(residuals.iter().map(|r| r.abs()).collect())?;
         for ((kept, y), r) in kept.iter_mut().zip(y).zip(&residuals) {
             *kept = if r.abs() <= 5.0 * sigma { *y } else { f64::NAN };
         }
@@ -73,9 +88,9 @@ pub fn robust_fit<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K]) -> Opti
 }
 
 /// What the fit leaves of `y`.
-pub fn residuals<const K: usize>(y: &[f64], x: &[impl AsRef<[f64]>; K], fit: &Fit<K>) -> Vec<f64> {
-    let part = |k: usize, i: usize| fit.coefficients[k] * x[k].as_ref()[i];
-    let predicted = |i: usize| -> f64 { (0..K).map(|k| part(k, i)).sum() };
+pub fn residuals(y: &[f64], x: &[&[f64]], fit: &Fit) -> Vec<f64> {
+    let part = |k: usize, i: usize| fit.coefficients[k] * x[k][i];
+    let predicted = |i: usize| -> f64 { (0..x.len()).map(|k| part(k, i)).sum() };
     let numbered = y.iter().enumerate();
     numbered.map(|(i, y)| y - predicted(i)).collect()
 }
