@@ -32,7 +32,7 @@ pub struct SensorFrame {
 }
 
 /// Gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
-/// Chosen: a robot can stop within it.
+/// Guard: a robot can stop within it.
 pub(crate) const LONGEST_GAP: f64 = 0.5;
 /// Least time between frames, s. Half of the shortest period that is supported, 1 us: time stamps
 /// are rounded, so that their differences are not exactly equal (at 3 s by 4e-16 s, in seconds
@@ -117,7 +117,7 @@ pub(crate) struct Inputs {
 
 impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
-    /// Chosen.
+    /// Guard.
     pub const STALE_AFTER: f64 = 0.1;
 
     /// Takes a frame `dt` seconds after the last one. Contact angles are read `with_angles` only.

@@ -45,7 +45,8 @@
 //! from it. *Chosen*: an assumption of the stated size; *sensitive* if half or double of it changes
 //! the error of N of a case by more than 2 % (`docs/measurements/sensitivity.md` has the figures),
 //! else *insensitive*; *held by* the tests that fail first. *Guard*: any value far beyond those of
-//! a robot does.
+//! a robot does, or it acts only while a reading is missing or wrong, where half or double of it
+//! serves as well.
 //!
 //! The crate is `no_std`, allocates nothing, and depends on the robot's nominal parameters
 //! (`robhaz-model`) alone: it cannot reach the simulator.
@@ -102,7 +103,6 @@ pub use friction::{NeededFriction, OffsetShare, PeakFriction, SlipEvent, WheelFr
 pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{
-    ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,
-    PaperMethod,
+    ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod,
 };
 pub use torque_scale::TorqueScale;

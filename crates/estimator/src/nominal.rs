@@ -26,7 +26,7 @@ pub(crate) struct Nominal {
 }
 
 /// Distance to an end stop at which its torque may act, rad: half a degree.
-/// Chosen: some times the error of an inclinometer.
+/// Guard: some times the error of an inclinometer.
 const STOP_MARGIN: f64 = 0.0087;
 /// Standard deviation of the torque of an end stop, N m.
 /// Guard: more than any stop bears in the shipped scenes.

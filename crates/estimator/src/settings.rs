@@ -62,25 +62,6 @@ pub struct KalmanMethod {
     pub rolling: bool,
 }
 
-/// The kind of a [`Method`], without its choices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filters {
-    /// Of [`Method::Paper`].
-    Paper,
-    /// Of [`Method::Kalman`].
-    Kalman,
-}
-
-impl Method {
-    /// Which filters the method uses.
-    pub const fn filters(&self) -> Filters {
-        match self {
-            Self::Paper(_) => Filters::Paper,
-            Self::Kalman(_) => Filters::Kalman,
-        }
-    }
-}
-
 impl PaperMethod {
     /// omega_c = 50 rad/s, crossover at 0.5 s.
     pub const DEFAULT: Self = Self {

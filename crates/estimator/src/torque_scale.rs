@@ -9,6 +9,7 @@
 
 mod passage;
 
+use crate::deviation::{GATE, WITHIN};
 use crate::filters::Kalman;
 use passage::Passage;
 pub(crate) use passage::Rolling;
@@ -84,20 +85,13 @@ pub(crate) struct ScaleFilter {
 }
 
 impl ScaleFilter {
-    /// Deviations beyond which the ratio contradicts the budget: the alarm. Honest readings reach
-    /// 2.9 (260 runs of 20 grounds).
-    /// A false alarm of 7e-6 for a Gaussian. Chosen; held by `tests/check/torque_scale.rs`.
-    const CONTRADICTS: f64 = 4.5;
-    /// Deviations below which it agrees again.
+    /// Deviations below which a ratio beyond [`GATE`], which contradicts the budget, agrees again.
     /// Half of the alarm.
-    const AGREES: f64 = 2.25;
+    const AGREES: f64 = 0.5 * GATE;
     /// Deviations from which on the excess counts in the stated forces. Honest ratios are within it
     /// nearly always.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const COUNTS: f64 = 1.5;
-    /// Deviations of a new ratio from the applied one from which on the new one is applied.
-    /// Chosen; held by `tests/check/torque_scale.rs`.
-    const FOLLOWS: f64 = 2.0;
     /// Standard deviation of the torques' scale before any reading, relative: torques of half their
     /// size (the efficiency of a worm gear, half of the motors' currents) err by two of these.
     /// Textbook: worm gears have efficiencies from below 0.5 to 0.9.
@@ -137,17 +131,16 @@ impl ScaleFilter {
         let square = log * log / allowed;
         let applied = libm::log(self.applied);
         let before = self.contradicts;
-        if square > Self::CONTRADICTS * Self::CONTRADICTS {
+        if square > GATE * GATE {
             self.contradicts = true;
-        } else if square < Self::AGREES * Self::AGREES && Self::CONTRADICTS * sigma < applied.abs()
-        {
+        } else if square < Self::AGREES * Self::AGREES && GATE * sigma < applied.abs() {
             self.contradicts = false;
         }
         if self.contradicts {
             let left = log - applied;
             let of_forces = (ratio - 1.0) * (ratio - 1.0) + sigma * sigma;
             self.deviation = [sigma * sigma + left * left, of_forces].map(robhaz_model::sqrt);
-            if left.abs() < Self::FOLLOWS * sigma && before {
+            if left.abs() < WITHIN * sigma && before {
                 return false;
             }
             self.applied = ratio;
@@ -186,11 +179,11 @@ impl ScaleFilter {
 
     /// By what the forces so found are multiplied to be stated.
     pub fn stated(&self) -> f64 {
-        self.mass() / self.applied
-    }
-
-    fn mass(&self) -> f64 {
-        if self.contradicts { 1.0 } else { self.applied }
+        if self.contradicts {
+            1.0 / self.applied
+        } else {
+            1.0
+        }
     }
 
     /// What is found, for a robot of this weight, N.
@@ -199,7 +192,7 @@ impl ScaleFilter {
         TorqueScale {
             ratio,
             sigma,
-            mass: self.mass(),
+            mass: if self.contradicts { 1.0 } else { self.applied },
             contradicts: self.contradicts,
         }
     }

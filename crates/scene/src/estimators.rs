@@ -7,7 +7,7 @@ use crate::reader::{Reader, join};
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::values::{NAME, SWITCH};
 use robhaz_estimator::{
-    ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,
+    ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, PaperMethod,
 };
 use serde_json::Value as Json;
 use std::path::PathBuf;
@@ -40,7 +40,7 @@ pub(crate) struct Keys {
     /// Index of its preset.
     preset: usize,
     label: String,
-    filters: Filters,
+    is_kalman: bool,
     paper: PaperMethod,
     kalman: KalmanMethod,
     /// All but the method.
@@ -57,7 +57,7 @@ impl Keys {
         Self {
             preset: preset_of(settings),
             label: label.to_owned(),
-            filters: settings.method.filters(),
+            is_kalman: settings.states_covariance(),
             paper,
             kalman,
             settings: *settings,
@@ -66,9 +66,9 @@ impl Keys {
 
     fn settings(&self) -> EstimatorSettings {
         EstimatorSettings {
-            method: match self.filters {
-                Filters::Paper => Method::Paper(self.paper),
-                Filters::Kalman => Method::Kalman(self.kalman),
+            method: match self.is_kalman {
+                false => Method::Paper(self.paper),
+                true => Method::Kalman(self.kalman),
             },
             ..self.settings
         }
@@ -102,8 +102,8 @@ keys! {
     }) => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
-    filters: word(&[Filters::Paper, Filters::Kalman], |f| ["paper", "kalman"][f as usize])
-        => filters;
+    filters: word(&[false, true], |is_kalman| ["paper", "kalman"][usize::from(is_kalman)])
+        => is_kalman;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
     moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
@@ -145,7 +145,7 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
 
 /// The preset that settings come from: presets differ in masses and filters.
 fn preset_of(found: &EstimatorSettings) -> usize {
-    let key = |s: &EstimatorSettings| (s.method.filters() == Filters::Paper).then_some(s.masses);
+    let key = |s: &EstimatorSettings| (!s.states_covariance()).then_some(s.masses);
     let is_it = |preset: &usize| key(&settings(*preset)) == key(found);
     (0..PRESETS.len()).find(is_it).unwrap_or(BEST)
 }
@@ -262,7 +262,7 @@ impl Estimators {
 /// paper's filters.
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
     let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
-    let is_paper = keys.filters == Filters::Paper;
+    let is_paper = !keys.is_kalman;
     for (key, on) in [
         ("inertia", kalman.inertia),
         ("whitening", kalman.whitening),

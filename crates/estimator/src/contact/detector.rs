@@ -1,7 +1,7 @@
 //! Contact state of a wheel: in the air, one contact, two contacts; and whether it slides. Detected
 //! from its normal force and the residuals of its rolling constraints.
 
-use crate::deviation::{EDGE_GATE, GATE};
+use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::settings::{ContactAngles, EstimatorSettings};
 
 /// How many contacts a wheel has.
@@ -115,15 +115,8 @@ pub(crate) struct ContactDetector {
 }
 
 impl ContactDetector {
-    /// Load over the mean wheel load below which a wheel is in the air, and above which it has
-    /// landed, -.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const UNLOADED: [f64; 2] = [EstimatorSettings::UNLOADED, 0.10];
-    /// Speed away from the ground, in standard deviations, below which a wheel has one contact
-    /// again.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const ONE_CONTACT: f64 = 2.0;
-    /// Time for which it has to be below, s.
+    /// Time for which the speed away from the ground has to be [`WITHIN`] its deviations until a
+    /// wheel has one contact again, s.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const ONE_CONTACT_TIME: f64 = 0.02;
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is
@@ -132,12 +125,10 @@ impl ContactDetector {
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const SLIDING: [f64; 2] = [2.0, 1.5];
     /// Least slip beyond creep of a wheel that slides, m/s: errors of the estimated speed while two
-    /// wheels slide, and of the creep near the peak of friction.
+    /// wheels slide, and of the creep near the peak of friction. Not less than [`SIGNIFICANT`]
+    /// deviations of the gyroscope's part.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const LEAST_SLIP: f64 = 0.008;
-    /// The same in standard deviations of the gyroscope's part.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const LEAST_SIGMAS: f64 = 3.0;
     /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A
     /// slip that shows there comes from a wrong velocity, as after an impact.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
@@ -150,8 +141,9 @@ impl ContactDetector {
     /// Takes the evidence of one sample, `dt` seconds after the last.
     pub fn update(&mut self, evidence: &ContactEvidence, dt: f64) -> ContactEstimate {
         let in_air = self.air.on;
-        let load = Self::UNLOADED[usize::from(in_air)];
-        let change = (evidence.load < load) != in_air;
+        // A wheel lands at twice the load at which it leaves the ground.
+        let factor = if in_air { 2.0 } else { 1.0 };
+        let change = (evidence.load < factor * EstimatorSettings::UNLOADED) != in_air;
         self.air.update(change, Self::HOLD, dt);
 
         let mut slip = None;
@@ -183,10 +175,10 @@ impl ContactDetector {
         // The estimated angle follows what leaves it, so that less is left.
         let begins = match angles {
             ContactAngles::Given => GATE,
-            ContactAngles::Unknown => EDGE_GATE,
+            ContactAngles::Unknown => SIGNIFICANT,
         };
         if self.two.on {
-            let ends = away < Self::ONE_CONTACT * sigma;
+            let ends = away < WITHIN * sigma;
             self.two.update(ends, Self::ONE_CONTACT_TIME, dt);
         } else {
             self.two.update(away > begins * sigma, 0.0, dt);
@@ -202,7 +194,7 @@ impl ContactDetector {
         let weight = dt / (Self::HOLD + dt);
         self.beyond_creep += weight * (slip.beyond_creep - self.beyond_creep);
         let (beyond, creep) = (self.beyond_creep, slip.creep);
-        let least = Self::LEAST_SLIP.max(Self::LEAST_SIGMAS * slip.noise);
+        let least = Self::LEAST_SLIP.max(SIGNIFICANT * slip.noise);
         // In these forms a NaN does not slide.
         let slides = (beyond + creep).abs()
             > Self::SLIDING[usize::from(self.sliding.on)] * creep.abs()

@@ -21,22 +21,28 @@ impl ContactVelocity {
     /// Chosen; insensitive.
     pub const SLOW: f64 = 0.02;
 
-    /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad).
+    /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad), which errs
+    /// by `widest` (rad) at most.
     ///
     /// The speed away from the ground is linearised about the direction of the smooth velocity.
     /// About the ground's direction, or that of the noisy velocity, it would be linear too. But
     /// then errors of the slope, or the noise, would occur in the innovation and in the measurement
     /// matrix, and each correction would change the size of the velocity.
-    pub fn new(smooth: Vec2, noise: Vec2, slope: f64) -> Self {
+    ///
+    /// A velocity that points away from the ground by more than `widest` is wrong itself, as after
+    /// an impact. Then the ground's direction is used: about a wrong one the corrections by three
+    /// wheels lead further away.
+    pub fn new(smooth: Vec2, noise: Vec2, slope: f64, widest: f64) -> Self {
         let (sin, cos) = libm::sincos(slope);
         let away = smooth.y * cos - smooth.x * sin;
         let along = smooth.x * cos + smooth.y * sin;
         let size = robhaz_model::sqrt(smooth.norm_squared());
-        let (direction, speed, away) = if size < Self::SLOW {
+        let angle = libm::atan(away / along);
+        let (direction, speed, away) = if size < Self::SLOW || angle.abs() > widest {
             (Vec2::new(cos, sin), along, away)
         } else {
             let speed = libm::copysign(size, along);
-            (smooth / speed, speed, speed * libm::atan(away / along))
+            (smooth / speed, speed, speed * angle)
         };
         Self {
             direction,
@@ -67,15 +73,28 @@ mod tests {
                     velocity(0.3 * forwards, slope + 0.1),
                     Vec2::zeros(),
                     slope,
+                    0.2,
                 );
                 assert!((found.speed - 0.3 * forwards).abs() < 1e-12);
                 assert!((found.away - 0.03 * forwards).abs() < 1e-12);
                 assert!(found.rolls());
             }
-            let slow = ContactVelocity::new(velocity(0.01, slope + 0.1), Vec2::zeros(), slope);
+            let slow = ContactVelocity::new(velocity(0.01, slope + 0.1), Vec2::zeros(), slope, 0.2);
             assert!((slow.speed - 0.01 * libm::cos(0.1)).abs() < 1e-12);
             assert!((slow.away - 0.01 * libm::sin(0.1)).abs() < 1e-12);
             assert!(!slow.rolls());
         }
+    }
+
+    /// Closed form: a velocity that deviates by more than the slope can err has the components
+    /// along the ground and across it.
+    #[test]
+    fn a_wrong_velocity_does_not_give_the_direction() {
+        let velocity = Vec2::new(0.1, 0.3);
+        let found = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, 0.2);
+        assert_eq!(found.direction, Vec2::new(1.0, 0.0));
+        assert!((found.speed - 0.1).abs() < 1e-12 && (found.away - 0.3).abs() < 1e-12);
+        let unknown = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, f64::INFINITY);
+        assert!((unknown.direction - velocity.normalize()).norm() < 1e-12);
     }
 }

@@ -40,7 +40,7 @@ const BIAS: usize = 1;
 
 impl LinkAngleKalman {
     /// Random walk of the rate while the gyroscope is not read, rad/s/sqrt(s).
-    /// Chosen: rates of some tenths of rad/s within a tenth of a second.
+    /// Guard: rates of some tenths of rad/s within a tenth of a second.
     const UNREAD_WALK: f64 = 0.5;
     /// Relative error of the acceleration that is subtracted from the inclinometer.
     /// Chosen; sensitive.

@@ -2,6 +2,7 @@
 //! without its lag.
 
 use super::kalman::{Innovation, Kalman};
+use super::motion::REFERENCE_SPEED;
 use super::smoothing::{SMOOTHING, TYPICAL};
 use crate::deviation::GATE;
 
@@ -51,19 +52,18 @@ const RATE: usize = 3;
 
 impl TorqueObserver {
     /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for
-    /// readings of typical sensors, up to [`Self::REFERENCE_SPEED`]. At this value the lag on the
-    /// PI drive's fast torques and the noise of the encoder cost the same error. For finer readings
-    /// the density is larger, so the observer is faster: in inverse proportion to the coarser of
-    /// the two readings, down to [`Self::FINEST`] of these.
+    /// readings of typical sensors, up to [`REFERENCE_SPEED`] of the rim. At this value the lag on
+    /// the PI drive's fast torques and the noise of the encoder cost the same error. Above that
+    /// speed it grows with the speed to the power of 3/2: the torque changes along the ground, so
+    /// that its second derivative is v^2 times that along the ground, whose white noise over the
+    /// length is by 1/v less dense over the time.
+    ///
+    /// For finer readings the density is larger, so the observer is faster: in inverse proportion
+    /// to the coarser of the two readings, down to [`Self::FINEST`] of these.
     /// Chosen; sensitive.
     const TORQUE_JERK: f64 = 5.0;
-    /// Speed of the rim, m/s, above which that density grows with the speed to the power of 3/2.
-    /// The torque changes along the ground: at the speed v its second derivative is v^2 times that
-    /// along the ground, whose white noise over the length is by 1/v less dense over the time.
-    /// Chosen; sensitive.
-    const REFERENCE_SPEED: f64 = 0.2;
     /// See [`Self::TORQUE_JERK`].
-    /// Chosen; insensitive.
+    /// Guard.
     const FINEST: f64 = 0.04;
     /// Standard deviation of the change of the ground's torque in an impact, N m; its rate changes
     /// by that over [`SMOOTHING`].
@@ -123,7 +123,7 @@ impl TorqueObserver {
         p[SPEED][SPEED] += kick * kick;
         let coarse = (parameters.encoder_sigma / COUNT_SIGMA)
             .max(parameters.torque_sigma / TYPICAL.torque_noise);
-        let faster = (parameters.rim_speed.abs() / Self::REFERENCE_SPEED).max(1.0);
+        let faster = (parameters.rim_speed.abs() / REFERENCE_SPEED).max(1.0);
         let faster = faster * robhaz_model::sqrt(faster);
         let jerk = Self::TORQUE_JERK * faster / coarse.clamp(Self::FINEST, 1.0);
         let q = jerk * jerk * dt;

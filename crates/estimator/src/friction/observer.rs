@@ -3,7 +3,7 @@
 use super::needed::{JointForces, NeededFriction, OffsetShare};
 use super::slip_watch::{PeakFriction, SlipEvent, SlipWatch, WheelSample};
 use crate::contact::{ContactEstimate, ContactState};
-use crate::deviation::root_sum_square;
+use crate::deviation::{WITHIN, root_sum_square};
 use crate::ground::GroundMemory;
 use crate::statics::Forces;
 use robhaz_model::Vec2;
@@ -60,9 +60,6 @@ pub(crate) struct FrictionObserver {
 }
 
 impl FrictionObserver {
-    /// Standard deviations between what was found and the bound.
-    /// A wrong bound of 2.3 % for a Gaussian.
-    const BOUND: f64 = 2.0;
     /// Part of the mean wheel load from which T/N is exact enough to teach anything.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const LEAST_LOAD: f64 = 0.2;
@@ -121,7 +118,7 @@ impl FrictionObserver {
             found[i].slid = self.watches[i].slid();
             found[i].peak = self.watches[i].peak.friction;
             if let Some(event) = event {
-                let margin = Self::BOUND * event.sigma;
+                let margin = WITHIN * event.sigma;
                 let at_most = event.mu_max + margin;
                 self.last_bound = Some(at_most);
                 if let Some(x) = event.place {
@@ -131,7 +128,7 @@ impl FrictionObserver {
                 && !(contact.sliding || found[i].slid.is_some())
             {
                 let margin = root_sum_square(needed.sigma, wheel.offset.sigma);
-                ground.friction_held(x, needed.value.abs() - Self::BOUND * margin);
+                ground.friction_held(x, needed.value.abs() - WITHIN * margin);
             }
         }
         for i in 0..3 {

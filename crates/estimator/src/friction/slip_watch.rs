@@ -128,10 +128,6 @@ impl SlipWatch {
     /// creep alone accelerates the slip as much.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const RISE: f64 = 0.015;
-    /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders
-    /// and gyroscopes the acceleration of a gripping wheel then stays below 0.02 m/s^2.
-    /// Chosen; held by `crates/study/tests/study/friction_test`.
-    const SLIP_SMOOTHING: f64 = 0.05;
     /// Slip acceleration at the onset, m/s^2: for a rotor and wheel of 0.094 kg m^2 and a load of
     /// 46 N it is a torque of 1.6 % of r N that the ground does not bear. The slip of a gripping
     /// wheel accelerates in proportion to the ramp: up to 98 % of mu_max below 0.02 m/s^2 at
@@ -175,8 +171,8 @@ impl SlipWatch {
         self.fast_ratio += dt / (Self::FAST_SMOOTHING + dt) * (ratio - self.fast_ratio);
         let forward = libm::copysign(1.0, self.ratio);
         let slip = sample.counted_slip(self.ratio);
-        let acceleration = (slip - self.slip) / Self::SLIP_SMOOTHING;
-        self.slip += dt / (Self::SLIP_SMOOTHING + dt) * (slip - self.slip);
+        let acceleration = (slip - self.slip) / Self::RATIO_SMOOTHING;
+        self.slip += dt / (Self::RATIO_SMOOTHING + dt) * (slip - self.slip);
         self.slid += slip.abs() * dt;
         if self.slips {
             self.slips = slip * forward > self.gripping;

@@ -2,6 +2,7 @@
 
 use crate::deviation::GATE;
 use crate::filters::Kalman;
+use crate::filters::motion::SLOPE_LENGTH;
 
 /// Error of the height of Q, m.
 const DRIFT: usize = 0;
@@ -18,9 +19,6 @@ const NODES: usize = 5;
 pub const NODE_COUNT: usize = 18;
 const COUNT: usize = NODES + NODE_COUNT;
 
-/// Correlation length of the fluctuating direction error, m.
-/// Chosen; held by `crates/run/tests/run/ground.rs`.
-const SLOPE_LENGTH: f64 = 0.1;
 /// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error
 /// in the motion filter for as long as they are not found: 1 N at each wheel of a robot of 14 kg is
 /// 1.2 deg.

@@ -5,6 +5,7 @@ use super::cells::{Cell, Cells, FrictionBounds, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::deviation::root_sum_square;
+use crate::filters::motion::{PENETRATION_SPEED, REFERENCE_SPEED};
 use robhaz_model::{Geometry, Vec2};
 
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead
@@ -47,9 +48,9 @@ struct LastContact {
 }
 
 /// Length along the ground over which the error of a stored slope lasts, m: that of the penetration
-/// speed, 50 ms at 0.2 m/s.
-/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
-const SLOPE_LENGTH: f64 = 0.01;
+/// speed.
+/// Definition.
+const SLOPE_LASTS: f64 = REFERENCE_SPEED * PENETRATION_SPEED.time;
 /// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of
 /// the wheel that comes there, too.
 /// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
@@ -410,7 +411,7 @@ impl GroundMemory {
     pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
         let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
-        let white = (2.0 * SLOPE_LENGTH / self.cells.spacing).max(1.0);
+        let white = (2.0 * SLOPE_LASTS / self.cells.spacing).max(1.0);
         Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
     }
 

@@ -1,9 +1,10 @@
 //! Means of normalised innovations over the last seconds of driving; and tests that need no
 //! filter: torques that never change, inclinometers against gyroscopes whatever the wheels do.
 
-use super::smoothing::WheelReadings;
+use super::smoothing::{WINDOW, WheelReadings};
 use super::start::RollingRobot;
 use super::wiring::Wiring;
+use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::flags::Channels;
 use crate::frame::Inputs;
 use robhaz_model::{Carrier, GRAVITY};
@@ -102,7 +103,7 @@ impl HealthMonitor {
         for (constancy, torque) in self.torque.iter_mut().zip(sample.varying_torque) {
             constancy.update(torque, dt);
         }
-        self.fastest -= dt / (Mean::WINDOW + dt) * self.fastest;
+        self.fastest -= dt / (WINDOW + dt) * self.fastest;
         self.fastest = self.fastest.max(sample.rim);
         for (turning, readings) in self.turning.iter_mut().zip(sample.links) {
             turning.update(readings, self.fastest, sample.rate_bias, dt);
@@ -120,7 +121,7 @@ impl HealthMonitor {
         self.unsettled = (self.unsettled - dt).max(0.0);
         // One sample after a gap is no fault, either.
         let counted = dt.min(Inputs::STALE_AFTER);
-        let weight = counted / (Mean::WINDOW + counted);
+        let weight = counted / (WINDOW + counted);
         let found = sample.innovations;
         let wheels = self.encoder.iter_mut().zip(&found.encoder);
         let wheels = wheels.chain(self.slip.iter_mut().zip(&found.slip));
@@ -185,29 +186,22 @@ struct Mean {
 }
 
 impl Mean {
-    /// Time constant, s: long against impacts and against the correlation times of the errors,
-    /// which are at most 0.5 s; short enough to report a fault within 5 s.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const WINDOW: f64 = 2.0;
     /// Mean beyond which a test fails: innovations of twice their standard deviation throughout the
     /// window. White innovations have a mean of 1 within some hundredths: only correlated errors
-    /// and wrong budgets come near. Chosen; held by the faults and honest logs of `tests/check`.
-    const FAILS: f64 = 4.0;
-    /// Mean below which it passes again.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const PASSES: f64 = 2.0;
-    /// Largest value of one sample, five standard deviations: a short outlier is no fault.
-    /// Definition: the square of the gate.
-    const LARGEST: f64 = 25.0;
+    /// and wrong budgets come near. Below half of it the test passes again.
+    /// Definition.
+    const FAILS: f64 = WITHIN * WITHIN;
+    /// Largest value of one sample: a short outlier is no fault.
+    /// Definition.
+    const LARGEST: f64 = GATE * GATE;
 
     fn update(&mut self, nis: Option<f64>, weight: f64) {
         if let Some(nis) = nis {
             // In this order a NaN counts as the largest value.
             let limited = Self::LARGEST.min(nis);
             self.value += weight * (limited - self.value);
-            let beyond = self.beyond;
-            let threshold = if beyond { Self::PASSES } else { Self::FAILS };
-            self.beyond = self.value > threshold;
+            let part = if self.beyond { 0.5 } else { 1.0 };
+            self.beyond = self.value > part * Self::FAILS;
         }
     }
 }
@@ -244,7 +238,7 @@ impl Constancy {
 /// average out.
 ///
 /// The angle of a complementary filter follows the gyroscope, and the inclinometer within
-/// [`Self::FOLLOWS`]. What remains between it and the inclinometer is averaged over [`Self::MEAN`].
+/// [`WINDOW`]. What remains between it and the inclinometer is averaged over [`Self::MEAN`].
 /// An inclinometer shows the acceleration of its link, and a mean over the time t of an
 /// acceleration is the change of the speed over t: it is limited by the robot's speed v, however
 /// hard it hits a kerb. With g the gravity, the mean is within
@@ -268,15 +262,9 @@ pub(super) struct Turning {
 }
 
 impl Turning {
-    /// Time in which the angle follows the inclinometer, s: longer than an obstacle turns a link.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const FOLLOWS: f64 = 2.0;
     /// Time of the mean, s: longer than impacts.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const MEAN: f64 = 0.5;
-    /// Standard deviations of a gyroscope's bias that count.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const BIASES: f64 = 3.0;
     /// Margin, rad: speeds of links that turn, noise, lag of an inclinometer.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const MARGIN: f64 = 0.04;
@@ -294,10 +282,10 @@ impl Turning {
         }
         let predicted = self.angle + dt * rate;
         let difference = inclination - predicted;
-        self.angle = predicted + dt / (Self::FOLLOWS + dt) * difference;
+        self.angle = predicted + dt / (WINDOW + dt) * difference;
         self.difference += dt / (Self::MEAN + dt) * (difference - self.difference);
         let of_speed = speed / (GRAVITY * Self::MEAN);
-        let allowed = Self::MARGIN + of_speed + Self::BIASES * Self::FOLLOWS * bias;
+        let allowed = Self::MARGIN + of_speed + SIGNIFICANT * WINDOW * bias;
         // Half the limit is well within it again.
         let part = if self.apart { 0.5 } else { 1.0 };
         self.apart = self.difference.abs() > part * allowed;

@@ -1,5 +1,11 @@
 //! Motor torques and encoders of the wheels, smoothed, with their rates.
 
+/// Time constant of the means of all tests, s: long against impacts and against the correlation
+/// times of the errors, which are at most 0.5 s; short enough to report a fault within 5 s, longer
+/// than an obstacle turns a link.
+/// Chosen; held by the faults and honest logs of `tests/check`.
+pub(super) const WINDOW: f64 = 2.0;
+
 /// Motor torques and encoders of one sample, of wheels 1 to 3.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WheelReadings {
@@ -43,9 +49,9 @@ impl Smoothing {
     /// Time constant, s.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     pub const TIME: f64 = 0.03;
-    /// Time between steps, s: shorter than the time constant.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    pub const INTERVAL: f64 = 0.01;
+    /// Time between steps, s: a third of the time constant.
+    /// Definition.
+    pub const INTERVAL: f64 = Self::TIME / 3.0;
 
     /// Takes the readings of one sample, `dt` (s) after the last. Returns a step each
     /// [`Self::INTERVAL`]; it is that of the last time, because rates need a value before and one

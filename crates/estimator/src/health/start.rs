@@ -1,6 +1,7 @@
 //! Late torques, from the way the robot answers them when it starts.
 
 use super::smoothing::{Smoothing, Step};
+use crate::deviation::SIGNIFICANT;
 use crate::filters::Kalman;
 
 /// Delay from which on torques are late, s: a speed control answers its encoders sooner, and
@@ -85,10 +86,6 @@ impl Start {
     /// Part of the squared torque of the acceleration that the fit leaves at most.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEFT: f64 = 0.02;
-    /// Standard deviations beyond [`LATE_TORQUE`] which tell that torques are late. Those that tell
-    /// that they are not: one. A false alarm of 1.3e-3 a start for a Gaussian. Chosen; held by the
-    /// faults and honest logs of `tests/check`.
-    const LATE: f64 = 3.0;
 
     /// Reset, for readings that have a gap.
     pub fn interrupt(&mut self) {
@@ -171,7 +168,7 @@ impl Start {
             return;
         };
         let beyond = delay - LATE_TORQUE;
-        if beyond > Self::LATE * sigma {
+        if beyond > SIGNIFICANT * sigma {
             self.late = true;
         } else if beyond < -sigma {
             self.late = false;

@@ -1,6 +1,6 @@
 //! Exchanged and late torques, from torques and encoders of the wheels.
 
-use super::smoothing::{Smoothing, Step, WheelReadings, follow};
+use super::smoothing::{Smoothing, Step, WINDOW, WheelReadings, follow};
 use super::start::{RollingRobot, Start};
 
 /// Finds out whether torques are exchanged or late.
@@ -142,9 +142,6 @@ impl Answer {
     /// way.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const SLOW: f64 = 0.3;
-    /// Time constant of the means, s: that of the other tests.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const WINDOW: f64 = 2.0;
     /// Takes a step.
     pub fn update(&mut self, step: &Step) {
         let dt = step.dt;
@@ -160,7 +157,7 @@ impl Answer {
             }
         }
         let [torque, angle, speed] = differences;
-        let weight = dt / (Self::WINDOW + dt);
+        let weight = dt / (WINDOW + dt);
         let mean = |sum: &mut f64, a: &[f64; 3], b: &[f64; 3]| *sum += weight * (dot(a, b) - *sum);
         mean(&mut self.torque_torque, &torque, &torque);
         mean(&mut self.angle_angle, &angle, &angle);

@@ -30,10 +30,10 @@ impl Wheel {
     /// Guard.
     const FRICTION_SPEED: f64 = 0.01;
     /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
-    /// Chosen; held by `tests/check/clock_faults.rs`.
+    /// Guard; held by `tests/check/clock_faults.rs`.
     const JITTER: f64 = 0.01;
     /// Random walk of a motor torque while it is not read, N m/sqrt(s).
-    /// Chosen: half of the drive's torque within 0.1 s.
+    /// Guard: half of the drive's torque within 0.1 s.
     const UNREAD_TORQUE_WALK: f64 = 5.0;
 
     /// A wheel at rest.

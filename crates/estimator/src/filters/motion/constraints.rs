@@ -9,7 +9,7 @@ use super::filter::{
 };
 use super::tuning::{self, GaussMarkov};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
-use crate::deviation::{EDGE_GATE, GATE, root_sum_square};
+use crate::deviation::{GATE, SIGNIFICANT, WITHIN, root_sum_square};
 use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
@@ -115,11 +115,14 @@ impl MotionFilter {
             let Some(wheel) = &wheels[i] else { continue };
             let smooth = self.velocity() + wheel.smooth_relative;
             let noise = wheel.relative - wheel.smooth_relative;
-            let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
+            let (error, sigma) = self.input(input::CONTACT_ANGLE + i);
+            // Unknown angles are those of the velocity.
+            let given = self.angles == ContactAngles::Given;
+            let widest = if given { GATE * sigma } else { f64::INFINITY };
             let sample = Sample {
                 i,
                 wheel,
-                velocity: ContactVelocity::new(smooth, noise, slope),
+                velocity: ContactVelocity::new(smooth, noise, wheel.angle - error, widest),
                 dt,
                 speed_ratio: self.speed_ratio(),
                 correct,
@@ -142,7 +145,7 @@ impl MotionFilter {
     }
 
     /// The direction of the velocity is the contact angle: the speed away from the ground is zero.
-    /// Without given contact angles a wheel beyond [`EDGE_GATE`] has met an edge.
+    /// Without given contact angles a wheel beyond [`SIGNIFICANT`] has met an edge.
     ///
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias
     /// and noise, and the slip after an impact. And the standard deviation of the speed away from
@@ -164,7 +167,7 @@ impl MotionFilter {
             + penetration.sigma * penetration.sigma
             + bias * bias
             + noise * noise;
-        let leaves = velocity.away * velocity.away > EDGE_GATE * EDGE_GATE * sample_variance;
+        let leaves = velocity.away * velocity.away > SIGNIFICANT * SIGNIFICANT * sample_variance;
         if correct && !given && leaves {
             self.meet_edge(i, &velocity);
             projection = self.filter.project(&h);
@@ -367,7 +370,7 @@ impl MotionFilter {
     /// measurement of the robot's motion that does not need a wheel that grips.
     ///
     /// Both links measure the same acceleration of Q. Half of the excess of their difference over
-    /// [`tuning::APART`] deviations is added to the correlated noise: otherwise a gyroscope with a
+    /// [`WITHIN`] deviations is added to the correlated noise: otherwise a gyroscope with a
     /// wrong sign would pass for an acceleration, and no inclination would contradict it.
     pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
         self.since_acceleration += dt;
@@ -399,7 +402,7 @@ impl MotionFilter {
         let square = |sigma: f64| sigma * sigma;
         // Of the difference of two independent links; `white` is that of their mean.
         let agreeing = 4.0 * white + 2.0 * (square(of_angle) + square(of_turning));
-        let excess = 0.5 * (apart - tuning::APART * robhaz_model::sqrt(agreeing)).max(0.0);
+        let excess = 0.5 * (apart - WITHIN * robhaz_model::sqrt(agreeing)).max(0.0);
         let r = white
             + white_of(of_angle, tuning::ANGLE_TIME)
             + white_of(excess, tuning::ANGLE_TIME)
@@ -433,7 +436,7 @@ impl MotionFilter {
             variance: projection.variance + parity.variance,
         };
 
-        let explained = tuning::MODELLED * tuning::MODELLED * innovation.variance;
+        let explained = WITHIN * WITHIN * innovation.variance;
         let gate = GATE * GATE * innovation.variance;
         let excess = square - explained;
         self.unmodelled_load = self.unmodelled_load.max(excess);

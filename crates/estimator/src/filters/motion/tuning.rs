@@ -68,11 +68,7 @@ pub const PENETRATION_SPEED: GaussMarkov = GaussMarkov::new(5e-4, 0.05);
 /// within seconds, so that what both have in common shows no acceleration.
 /// Chosen; sensitive.
 pub const ANGLE_TIME: f64 = 10.0;
-/// Difference between the accelerations that the two links show that is no contradiction, in
-/// standard deviations.
-/// Chosen; sensitive.
-pub const APART: f64 = 2.0;
-/// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at
+// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at
 /// the reference speed. It is a rolling-radius error of 0.1 %. The time, not scaled by the
 /// speed, also holds for the gyroscope's bias and for the error of creep times T/N.
 /// Chosen; sensitive.
@@ -90,7 +86,7 @@ pub const CREEP_SIGMA: f64 = 0.8; // a factor of 2.2: 39 mm/s
 pub const COMMON_CREEP: f64 = 0.9;
 /// Upper limit of the logarithm of the creep speed in m/s: false readings could carry it to
 /// where no later one corrects it.
-/// Chosen; sensitive.
+/// Guard.
 pub const GREATEST_CREEP: f64 = -1.2; // 0.3 m/s
 /// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
 /// Chosen; sensitive.
@@ -121,7 +117,7 @@ pub const SLOPE: f64 = 0.2;
 /// Chosen; sensitive.
 pub const SLOPE_LENGTH: f64 = 0.08;
 /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
-/// Chosen; insensitive.
+/// Guard.
 pub const UNREAD_ANGLE_WALK: f64 = 0.5;
 /// Steepest contact angle, rad, where none is given.
 /// Guard: near a wall.
@@ -150,16 +146,13 @@ pub const IMPACT_TIME: f64 = 0.2;
 pub const SLIDING_TIME: f64 = 0.1;
 /// Additional measurement noise of both rolling constraints after an impact, with given contact
 /// angles: standard deviation, m/s, and correlation time, s. They hardly count then.
-/// Chosen; insensitive.
+/// Guard.
 pub const IMPACT_NOISE: GaussMarkov = GaussMarkov::new(0.1, 0.1);
 /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The
 /// direction of the velocity is then the only source of the angle.
 /// Chosen; sensitive.
 pub const EDGE_NOISE: GaussMarkov = GaussMarkov::new(0.0045, 0.1);
-/// Size of a parity residual that is not yet unmodelled load, in standard deviations.
-/// Chosen; sensitive.
-pub const MODELLED: f64 = 2.0;
-/// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
+// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
 /// on two contacts under a low-gain drive has a parity residual beyond its gate for seconds.
 pub const UNMODELLED_DECAY: f64 = 0.02;
 /// Variance of the unmodelled load below which it becomes zero, N^2.
