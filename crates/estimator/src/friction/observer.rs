@@ -24,8 +24,7 @@ pub struct WheelFriction {
     /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the
     /// wheel grips: there is a value from the onset of slip until it grips again.
     pub slid: Option<f64>,
-    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about
-    /// as much friction: it is unknown which of them slips.
+    /// The onset of slip, at the sample at which it is found.
     pub slip_event: Option<SlipEvent>,
 }
 
@@ -63,10 +62,6 @@ impl FrictionObserver {
     /// Part of the mean wheel load from which T/N is exact enough to teach anything.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const LEAST_LOAD: f64 = 0.2;
-    /// Part of a slipping wheel's |T/N| from which another wheel may be the one that slips: the
-    /// speed of the ground is that of the other rims, less their creep.
-    /// Chosen; held by `crates/study/tests/study/friction_test`.
-    const AMBIGUOUS: f64 = 0.9;
 
     /// Takes a sample. What it teaches goes to the memory of the ground.
     pub fn update(
@@ -108,12 +103,6 @@ impl FrictionObserver {
                 place: places.map(|places| places[i]),
             };
             let event = self.watches[i].update(&wheel, sample.dt);
-            let event = event.filter(|event| {
-                let most = Self::AMBIGUOUS * event.mu_max;
-                let needs_as_much =
-                    |j: usize| j != i && loaded(j) && forces.needed_friction(j).value.abs() > most;
-                !(0..3).any(needs_as_much)
-            });
             found[i].slip_event = event;
             found[i].slid = self.watches[i].slid();
             found[i].peak = self.watches[i].peak.friction;

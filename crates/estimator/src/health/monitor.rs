@@ -6,7 +6,6 @@ use super::start::RollingRobot;
 use super::wiring::Wiring;
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::flags::Channels;
-use crate::frame::Inputs;
 use robhaz_model::{Carrier, GRAVITY};
 
 /// Least speed of a robot that drives, m/s.
@@ -83,20 +82,9 @@ pub(crate) struct HealthMonitor {
     /// Largest speed of a rim, which decays, m/s.
     fastest: f64,
     wiring: Wiring,
-    /// Time from which on inclinations count again, s from now.
-    unsettled: f64,
 }
 
 impl HealthMonitor {
-    /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that
-    /// lands or grips again accelerates the robot, and inclinometers do not count after an impact:
-    /// the link angles are off for a moment. [`Turning`] holds meanwhile.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const SETTLES: f64 = 0.5;
-    /// The same after the robot has stood, s.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const STARTS: f64 = 0.3;
-
     /// Takes one sample of a `robot`.
     pub fn update(&mut self, sample: &HealthSample<'_>, robot: &RollingRobot) {
         let dt = sample.dt;
@@ -110,18 +98,10 @@ impl HealthMonitor {
         }
         self.wiring
             .update(sample.wheels.as_ref(), sample.drives, robot, dt);
-        if !sample.model_holds {
-            self.unsettled = Self::SETTLES;
-        } else if !sample.drives {
-            self.unsettled = self.unsettled.max(Self::STARTS);
-        }
         if !(sample.drives && sample.model_holds) {
             return;
         }
-        self.unsettled = (self.unsettled - dt).max(0.0);
-        // One sample after a gap is no fault, either.
-        let counted = dt.min(Inputs::STALE_AFTER);
-        let weight = counted / (WINDOW + counted);
+        let weight = dt / (WINDOW + dt);
         let found = sample.innovations;
         let wheels = self.encoder.iter_mut().zip(&found.encoder);
         let wheels = wheels.chain(self.slip.iter_mut().zip(&found.slip));
@@ -129,10 +109,8 @@ impl HealthMonitor {
         for (mean, nis) in wheels {
             mean.update(*nis, weight);
         }
-        if self.unsettled <= 0.0 {
-            for (mean, nis) in self.inclination.iter_mut().zip(&found.inclination) {
-                mean.update(*nis, weight);
-            }
+        for (mean, nis) in self.inclination.iter_mut().zip(&found.inclination) {
+            mean.update(*nis, weight);
         }
         self.parity.update(found.parity, weight);
     }

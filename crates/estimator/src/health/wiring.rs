@@ -17,19 +17,11 @@ pub(super) struct Wiring {
     answer: Answer,
     /// Finds out whether all torques are later than the robot's motion.
     pub start: Start,
-    /// Time for which the robot has driven, s; at most [`Self::LEAST_TIME`].
-    driven: f64,
     /// Torques that belong to another encoder.
     pub exchanged: [bool; 3],
-    /// Time for which another pairing has fitted better than [`Self::RIGHT`], s.
-    fits_better: f64,
 }
 
 impl Wiring {
-    /// Time of driving from which on the fit is judged, s: the start of the drive is one event
-    /// only.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const LEAST_TIME: f64 = 1.0;
     /// RMS of the differences between the torques that shows something, N m: some times their
     /// smoothed noise.
     /// Chosen; held by the faults and honest logs of `tests/check`.
@@ -43,14 +35,6 @@ impl Wiring {
     /// Share that the other pairing explains at least.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const EXPLAINED: f64 = 0.8;
-    /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that
-    /// of their noise.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const LEAST_RESIDUAL: f64 = 0.005;
-    /// Time for which another pairing must fit better, s: an impact disturbs the fit for some
-    /// hundredths.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const LASTS: f64 = 0.2;
 
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
     pub fn update(
@@ -69,21 +53,18 @@ impl Wiring {
             };
             return;
         };
-        if drives {
-            self.driven = (self.driven + dt).min(Self::LEAST_TIME);
-        }
         let Some(step) = self.smoothing.update(readings, dt) else {
             return;
         };
         self.answer.update(&step);
         self.start.update(&step, robot);
-        if drives && self.driven >= Self::LEAST_TIME {
-            self.judge(step.dt);
+        if drives {
+            self.judge();
         }
     }
 
     /// Compares the pairings, where the torques differ enough.
-    fn judge(&mut self, dt: f64) {
+    fn judge(&mut self) {
         if self.answer.torque_torque < 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE {
             return;
         }
@@ -97,15 +78,8 @@ impl Wiring {
         }
         let (residual, left) = (1.0 - stated, 1.0 - most);
         if left > Self::RIGHT * residual {
-            (self.exchanged, self.fits_better) = ([false; 3], 0.0);
-            return;
-        }
-        self.fits_better += dt;
-        if self.fits_better > Self::LASTS
-            && left < Self::EXCHANGED * residual
-            && residual > Self::LEAST_RESIDUAL
-            && most > Self::EXPLAINED
-        {
+            self.exchanged = [false; 3];
+        } else if left < Self::EXCHANGED * residual && most > Self::EXPLAINED {
             self.exchanged = [0, 1, 2].map(|i| best[i] != i);
         }
     }

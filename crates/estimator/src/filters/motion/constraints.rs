@@ -160,15 +160,13 @@ impl MotionFilter {
         let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
-        // Below the speed at which a velocity has a direction, noise would pass for slopes.
-        let correct = sample.correct && (given || velocity.rolls());
         let penetration = tuning::PENETRATION_SPEED.at_speed(sample.speed_ratio);
         let sample_variance = projection.variance
             + penetration.sigma * penetration.sigma
             + bias * bias
             + noise * noise;
         let leaves = velocity.away * velocity.away > SIGNIFICANT * SIGNIFICANT * sample_variance;
-        if correct && !given && leaves {
+        if sample.correct && !given && leaves {
             self.meet_edge(i, &velocity);
             projection = self.filter.project(&h);
         }
@@ -180,7 +178,7 @@ impl MotionFilter {
             shared += noise.white(dt);
         }
         let r = penetration.white(dt) + shared;
-        if correct {
+        if sample.correct {
             self.correct(&projection, -velocity.away, r, GATE);
         } else {
             let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
@@ -304,8 +302,7 @@ impl MotionFilter {
 
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its
     /// variance: see [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of
-    /// that direction, as dy/dx; zero while the robot hardly rolls, and after an impact: slopes of
-    /// false readings would confirm themselves.
+    /// that direction, as dy/dx; zero while the robot hardly rolls.
     ///
     /// A constant error of the direction and the sum of the torque offsets are one: the parity
     /// residual ties them. So this is what separates a slope from torque offsets on even ground.
@@ -314,7 +311,7 @@ impl MotionFilter {
         let speed = robhaz_model::sqrt(velocity.norm_squared());
         let (cos, sin) = (velocity.x / speed, velocity.y / speed);
         // Written so that a NaN leaves, too.
-        if !(speed > ContactVelocity::SLOW) || self.is_after_impact() {
+        if !(speed > ContactVelocity::SLOW) {
             return 0.0;
         }
         // The angle changes with dy/dx by cos^2.

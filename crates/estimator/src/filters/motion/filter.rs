@@ -171,11 +171,7 @@ impl MotionFilter {
 
     /// Measurement update: see [`Kalman::correct`].
     pub(super) fn correct(&mut self, seen: &Projection<COUNT>, innovation: f64, r: f64, gate: f64) {
-        // After an impact errors of the readings are only considered: what an impact, an edge or a
-        // false reading does to the innovations would pass for a torque offset, and last.
-        let after = self.is_after_impact();
-        let estimated = if after { TORQUE_OFFSET } else { TORQUE_GAIN };
-        self.filter.correct(estimated, seen, innovation, r, gate);
+        self.filter.correct(TORQUE_GAIN, seen, innovation, r, gate);
     }
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
@@ -323,16 +319,6 @@ impl MotionFilter {
         self.unmodelled_load *= libm::exp(-dt / tuning::UNMODELLED_DECAY);
         if self.unmodelled_load < tuning::UNMODELLED_FLOOR {
             self.unmodelled_load = 0.0;
-        }
-    }
-
-    /// The robot has been found to stand: unknown contact angles are discarded. What holds the
-    /// robot is ahead of some of its wheels, in the direction `spin` of their rims (its sign
-    /// counts): a contact angle lies between that of level ground and that of a wall.
-    pub fn discard_motion(&mut self, spin: f64) {
-        if self.angles == ContactAngles::Unknown {
-            let angle = libm::copysign(tuning::HELD_ANGLE, spin);
-            self.filter.x[CONTACT_ANGLE..CONTACT_ANGLE + 3].fill(-angle);
         }
     }
 

@@ -310,27 +310,6 @@ fn only_a_velocity_away_from_the_ground_shows_an_edge() {
     }
 }
 
-/// Torque errors are only considered after an impact: a parity residual then changes no torque
-/// offset.
-#[test]
-fn an_impact_changes_no_torque_offset() {
-    let mut h = [0.0; input::COUNT];
-    h[input::TORQUE_OFFSET] = 10.0;
-    h[input::CONTACT_ANGLE] = 10.0;
-    for is_after in [false, true] {
-        let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
-        if is_after {
-            motion.impact = tuning::IMPACT_TIME;
-        }
-        let before = motion.filter.estimated(TORQUE_OFFSET);
-        assert!(check(&mut motion, &h, 0.5, 1e-4, DT).1);
-        let after = motion.filter.estimated(TORQUE_OFFSET);
-        let unchanged = before.0.to_bits() == after.0.to_bits();
-        assert_eq!(unchanged, is_after);
-        assert!(motion.input(input::CONTACT_ANGLE).0.abs() > 1e-6);
-    }
-}
-
 /// A wheel that turns without slip under a small T/N tells nothing of its creep: the T/N may be a
 /// torque offset. Under a T/N well beyond the offset's reach it does, as long as it surely does not
 /// slide.

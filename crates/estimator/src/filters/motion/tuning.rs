@@ -122,8 +122,8 @@ pub const UNREAD_ANGLE_WALK: f64 = 0.5;
 /// Steepest contact angle, rad, where none is given.
 /// Guard: near a wall.
 pub const STEEPEST: f64 = 1.4;
-/// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation,
-/// rad: anything between level ground and a wall.
+/// Standard deviation of the contact angles of a robot that is held by an edge, rad: anything
+/// between level ground and a wall.
 /// Chosen; insensitive.
 pub const HELD_ANGLE: f64 = 0.6;
 /// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater

@@ -18,8 +18,8 @@ impl BestFilters {
     /// Guard.
     const LEAST_UPWARD: f64 = 0.5 * GRAVITY;
 
-    /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of
-    /// the ground is discarded; when it ends, the robot may be moving.
+    /// Finds out whether the wheels spin in place. When that begins, the section of the ground
+    /// ends; when it ends, the robot may be moving.
     fn detect_standing(&mut self, instant: &Instant<'_>, arms: &Arms, slopes: &[f64; 3]) {
         let nominal = instant.nominal;
         let before = self.standing.stands;
@@ -39,7 +39,6 @@ impl BestFilters {
         let standing = &mut self.standing;
         let stands = standing.update(link_angles, axles, rim_speeds, deviation, pushes, dt);
         if stands && !before {
-            self.motion.discard_motion(rim_speeds.iter().sum());
             self.ground.end_section();
         } else if before && !stands {
             self.motion.reset_velocity_variance();
