@@ -102,8 +102,8 @@ pub(crate) struct ContactEvidence {
 ///   while riser and tread share the load.
 /// - Sliding: the slip is [`Self::SLIDING`] times the creep of its T/N, and in its direction.
 ///
-/// Each state begins and ends when its condition has held for some time; contacts end at another
-/// threshold than they begin (hysteresis). The values are engineering choices for sensors of the
+/// Each state begins and ends when its condition has held for some time; two contacts and sliding
+/// end at another threshold than they begin (hysteresis). The values are engineering choices for sensors of the
 /// typical grade; `docs/estimators.md` has what they reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactDetector {
@@ -141,9 +141,7 @@ impl ContactDetector {
     /// Takes the evidence of one sample, `dt` seconds after the last.
     pub fn update(&mut self, evidence: &ContactEvidence, dt: f64) -> ContactEstimate {
         let in_air = self.air.on;
-        // A wheel lands at twice the load at which it leaves the ground.
-        let factor = if in_air { 2.0 } else { 1.0 };
-        let change = (evidence.load < factor * EstimatorSettings::UNLOADED) != in_air;
+        let change = (evidence.load < EstimatorSettings::UNLOADED) != in_air;
         self.air.update(change, Self::HOLD, dt);
 
         let mut slip = None;

@@ -26,15 +26,13 @@ impl Wiring {
     /// smoothed noise.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEAST_DIFFERENCE: f64 = 0.1;
-    /// Part of the residual that another pairing leaves at most if torques are exchanged.
+    /// Part of the residual that another pairing leaves at most if torques are exchanged: it then
+    /// explains at least two thirds of the differences.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const EXCHANGED: f64 = 1.0 / 3.0;
     /// Part of the residual from which on they are no longer.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const RIGHT: f64 = 0.5;
-    /// Share that the other pairing explains at least.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const EXPLAINED: f64 = 0.8;
 
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
     pub fn update(
@@ -79,7 +77,7 @@ impl Wiring {
         let (residual, left) = (1.0 - stated, 1.0 - most);
         if left > Self::RIGHT * residual {
             self.exchanged = [false; 3];
-        } else if left < Self::EXCHANGED * residual && most > Self::EXPLAINED {
+        } else if left < Self::EXCHANGED * residual {
             self.exchanged = [0, 1, 2].map(|i| best[i] != i);
         }
     }
