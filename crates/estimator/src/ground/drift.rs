@@ -19,8 +19,7 @@ pub const NODE_COUNT: usize = 18;
 const COUNT: usize = NODES + NODE_COUNT;
 
 /// Correlation length of the fluctuating direction error, m.
-/// Chosen; sensitive: with 0.08 friction tests on level ground err by half more, and one rover with
-/// its own sensors loses its speed.
+/// Chosen: with 0.08 one rover with its own sensors loses its speed.
 const SLOPE_LENGTH: f64 = 0.1;
 /// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error
 /// in the motion filter for as long as they are not found: 1 N at each wheel of a robot of 14 kg is
