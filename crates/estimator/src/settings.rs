@@ -137,8 +137,8 @@ pub struct NoiseBudget {
     /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count
     /// in addition to the two above, which are 0 then.
     pub load_covariance: Option<LoadCovariance>,
-    /// Unstated payload, over the mass of the robot. It counts in the stated
-    /// deviations alone, and until the torques show the robot's weight ([`crate::TorqueScale`]).
+    /// Unstated payload, over the mass of the robot. It counts in the stated deviations alone, and
+    /// until the torques show the robot's weight ([`crate::TorqueScale`]).
     pub payload: f64,
 }
 

@@ -103,8 +103,8 @@ pub(crate) struct ContactEvidence {
 /// - Sliding: the slip is [`Self::SLIDING`] times the creep of its T/N, and in its direction.
 ///
 /// Each state begins and ends when its condition has held for some time; two contacts and sliding
-/// end at another threshold than they begin (hysteresis). The values are engineering choices for sensors of the
-/// typical grade; `docs/estimators.md` has what they reach.
+/// end at another threshold than they begin (hysteresis). The values are engineering choices for
+/// sensors of the typical grade; `docs/estimators.md` has what they reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactDetector {
     air: Switch,
