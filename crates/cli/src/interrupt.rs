@@ -31,11 +31,12 @@ impl Interrupt {
     fn register(&self) -> std::io::Result<()> {
         let second = Arc::new(AtomicBool::new(false));
         for (signal, _) in SIGNALS {
-            // In this order, so that the flag is not yet set at the first signal.
-            flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&second))?;
-            flag::register(signal, Arc::clone(&second))?;
+            // In this order: no signal is lost that comes in between, and the flag is not yet set
+            // at the first signal.
             let number = usize::try_from(signal).unwrap_or(0);
             flag::register_usize(signal, Arc::clone(&self.signal), number)?;
+            flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&second))?;
+            flag::register(signal, Arc::clone(&second))?;
         }
         // So a write beyond the limit on file sizes is an error, and does not end the process.
         #[cfg(unix)]
