@@ -84,6 +84,9 @@ impl TorqueObserver {
     /// The same of a wheel that may be spinning: 2 m/s at the rim.
     /// Guard.
     pub const SPINNING: f64 = 20.0;
+    /// Standard deviation of a speed that is known, rad/s: 0.1 m/s at the rim.
+    /// Guard.
+    const SETTLED: f64 = 1.0;
 
     /// Starts with a wheel whose speed is within a standard deviation of 0, rad/s:
     /// [`Self::AT_REST`], [`Self::SPINNING`]. The ground's torque is within 5 N m.
@@ -119,7 +122,12 @@ impl TorqueObserver {
     /// `j` is the inverse inertia, 1/(kg m^2).
     fn add_process_noise(&mut self, parameters: &WheelParameters, dt: f64, j: f64) {
         let p = &mut self.filter.p;
+        // An error of the torque changes the speed, and the angle by half of that over the interval.
         let kick = parameters.torque_sigma * dt * j;
+        let turn = 0.5 * dt * kick;
+        p[ANGLE][ANGLE] += turn * turn;
+        p[ANGLE][SPEED] += turn * kick;
+        p[SPEED][ANGLE] += turn * kick;
         p[SPEED][SPEED] += kick * kick;
         let coarse = (parameters.encoder_sigma / COUNT_SIGMA)
             .max(parameters.torque_sigma / TYPICAL.torque_noise);
@@ -171,10 +179,9 @@ impl TorqueObserver {
         self.filter.estimated(SPEED)
     }
 
-    /// Whether the standard deviation of the speed is below 0.1 rad/s, so that the speed can be
-    /// used.
+    /// Whether the speed of a wheel that may have been spinning has been found.
     pub fn settled(&self) -> bool {
-        self.filter.p[SPEED][SPEED] < 0.01
+        self.filter.p[SPEED][SPEED] < Self::SETTLED * Self::SETTLED
     }
 
     /// Torque of the ground on the wheel `d T`, N m, and its standard deviation.
@@ -354,6 +361,72 @@ mod tests {
         }
         let ratio = libm::sqrt(square / count);
         assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    }
+
+    /// Closed form: an error of the torque that is held over a step changes the speed by `k`, and
+    /// the angle by `k dt/2`.
+    #[test]
+    fn an_error_of_the_torque_turns_the_wheel() {
+        let (dt, torque_sigma) = (0.05, 0.5);
+        let step = |torque_sigma: f64| {
+            let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
+            // The noise of the torque makes the observer slower.
+            let parameters = WheelParameters {
+                torque_sigma,
+                encoder_sigma: COUNT_SIGMA,
+                ..PARAMETERS
+            };
+            observer.predict(&parameters, dt, 0.0, 0.0);
+            observer.filter.p
+        };
+        let (with, without) = (step(torque_sigma), step(0.0));
+        let k = torque_sigma * dt / INERTIA;
+        let by = [0.5 * dt * k, k];
+        for i in [ANGLE, SPEED] {
+            for j in [ANGLE, SPEED] {
+                let found = with[i][j] - without[i][j];
+                // Rounding of variances of order 1.
+                assert!((found - by[i] * by[j]).abs() < 1e-12, "{i} {j}: {found}");
+            }
+        }
+    }
+
+    /// Property: at 20 Hz the noise of the torque could change the speed by 0.27 rad/s in a step,
+    /// but the encoder shows how far the wheel has turned. The speed is known to a fifth of that.
+    #[test]
+    fn the_speed_of_a_wheel_that_is_rarely_read_is_known() {
+        let (dt, torque_sigma) = (0.05, 0.5);
+        let parameters = WheelParameters {
+            encoder_sigma: COUNT_SIGMA,
+            torque_sigma,
+            ..PARAMETERS
+        };
+        let mut random = Random::new();
+        let mut observer = TorqueObserver::new(TorqueObserver::SPINNING);
+        let mut wheel = Wheel {
+            angle: 0.0,
+            speed: 2.0,
+        };
+        let (mut square, mut count) = (0.0, 0.0);
+        for k in 0..2000 {
+            let torque = PARAMETERS.viscous_damping * 2.0;
+            wheel.step(dt, torque, 0.0, 0.0);
+            observer.predict(
+                &parameters,
+                dt,
+                torque + torque_sigma * random.normal(),
+                0.0,
+            );
+            observer.measure(&parameters, wheel.angle + COUNT_SIGMA * random.normal());
+            if k > 100 {
+                let (speed, sigma) = observer.speed();
+                assert!(sigma < 0.06, "{sigma}");
+                square += (speed - wheel.speed) * (speed - wheel.speed) / (sigma * sigma);
+                count += 1.0;
+            }
+        }
+        let ratio = libm::sqrt(square / count);
+        assert!(ratio < 1.25, "{ratio}");
     }
 
     /// Closed form: at four times the reference speed the rate of the ground's torque becomes 4^1.5

@@ -2,6 +2,7 @@
 
 use crate::deviation::GATE;
 use crate::filters::Kalman;
+use crate::filters::motion::SLOPE_LENGTH;
 
 /// Error of the height of Q, m.
 const DRIFT: usize = 0;
@@ -18,9 +19,6 @@ const NODES: usize = 5;
 pub const NODE_COUNT: usize = 18;
 const COUNT: usize = NODES + NODE_COUNT;
 
-/// Correlation length of the fluctuating direction error, m.
-/// Chosen: with 0.08 one rover with its own sensors loses its speed.
-const SLOPE_LENGTH: f64 = 0.1;
 /// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error
 /// in the motion filter for as long as they are not found: 1 N at each wheel of a robot of 14 kg is
 /// 1.2 deg.
@@ -29,10 +27,6 @@ const SLOW: f64 = 0.02;
 /// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
 /// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const RECENT: f64 = 40.0;
-/// Misfit below which the wheels have passed the same ground. At the start of a section it is 1.
-/// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
-const AGREES: f64 = 0.7;
-
 /// The height of a contact relative to Q, and how it errs.
 #[derive(Clone, Copy, Debug)]
 pub struct Lever {
@@ -50,7 +44,8 @@ pub type Between = (i64, f64);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     filter: Kalman<COUNT>,
-    /// Mean of the normalised squared innovations of the last [`RECENT`] or so measurements.
+    /// Mean of the normalised squared innovations of the last [`RECENT`] or so measurements: the
+    /// variance factor of adjustment theory.
     misfit: f64,
 }
 
@@ -147,9 +142,8 @@ impl Drift {
     /// That error and its variance.
     ///
     /// On even ground the passes agree far better than the stated errors of the velocity let
-    /// expect. The variance is therefore that of the filter times the mean of the normalised
-    /// squared innovations (the variance factor of adjustment theory, at most 1), plus what no pass
-    /// shows: the common error of the link angles.
+    /// expect. The variance is therefore that of the filter times the variance factor, at most 1,
+    /// plus what no pass shows: the common error of the link angles.
     pub fn direction(&self) -> (f64, f64) {
         let (error, variance) = self.stated_direction();
         let p = &self.filter.p;
@@ -203,9 +197,10 @@ impl Drift {
         self.misfit += (misfit - self.misfit) / RECENT;
     }
 
-    /// Whether the heights that the wheels found at the same places agree.
-    pub fn agrees(&self) -> bool {
-        self.misfit < AGREES
+    /// Factor by which the variances of what is stored are too small, at least 1: the heights that
+    /// the wheels find at the same places contradict each other.
+    pub fn contradiction(&self) -> f64 {
+        self.misfit.max(1.0)
     }
 
     /// Whether a number has left the range of sensible ones.

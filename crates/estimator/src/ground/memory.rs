@@ -410,9 +410,10 @@ impl GroundMemory {
     /// white noise of the same effect, one measurement a point. `None` on unmapped ground.
     pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
-        let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
+        let (slope, sigma) = self.slope_at(place)?;
         let white = (2.0 * SLOPE_LASTS / self.cells.spacing).max(1.0);
-        Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
+        let variance = self.drift.contradiction() * (sigma * sigma + REPEATED * REPEATED);
+        Some((slope, white * variance))
     }
 
     /// A stored point as it is known now.

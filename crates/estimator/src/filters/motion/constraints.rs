@@ -44,6 +44,8 @@ pub(crate) struct RollingWheel {
     pub torque: f64,
     /// Standard deviation of the observed r T, N m.
     pub torque_sigma: f64,
+    /// Standard deviation of the observed speed of the rim, m/s.
+    pub rim_sigma: f64,
 }
 
 /// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
@@ -160,15 +162,13 @@ impl MotionFilter {
         let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
-        // Below the speed at which a velocity has a direction, noise would pass for slopes.
-        let correct = sample.correct && (given || velocity.rolls());
         let penetration = tuning::PENETRATION_SPEED.at_speed(sample.speed_ratio);
         let sample_variance = projection.variance
             + penetration.sigma * penetration.sigma
             + bias * bias
             + noise * noise;
         let leaves = velocity.away * velocity.away > SIGNIFICANT * SIGNIFICANT * sample_variance;
-        if correct && !given && leaves {
+        if sample.correct && !given && leaves {
             self.meet_edge(i, &velocity);
             projection = self.filter.project(&h);
         }
@@ -180,7 +180,7 @@ impl MotionFilter {
             shared += noise.white(dt);
         }
         let r = penetration.white(dt) + shared;
-        if correct {
+        if sample.correct {
             self.correct(&projection, -velocity.away, r, GATE);
         } else {
             let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
@@ -255,12 +255,12 @@ impl MotionFilter {
         if !shows_creep {
             correlated = root_sum_square(correlated, creep_sigma * wheel.ratio);
         }
-        let of_torque = by_offset * wheel.torque_sigma;
+        let of_observer = root_sum_square(by_offset * wheel.torque_sigma, wheel.rim_sigma);
         let square = |sigma: f64| sigma * sigma;
         let sample_variance = projection.variance
             + square(unmodelled.sigma) * factor
             + square(correlated)
-            + square(of_torque)
+            + square(of_observer)
             + square(wheel.bias_sigma)
             + square(wheel.noise_sigma);
         let residual = SlipResidual {
@@ -283,7 +283,7 @@ impl MotionFilter {
         }
         let r = unmodelled.white(dt) * factor
             + GaussMarkov::new(correlated, tuning::SLIP.time).white(dt)
-            + GaussMarkov::new(of_torque, tuning::FILTER_TIME).white(dt)
+            + GaussMarkov::new(of_observer, tuning::FILTER_TIME).white(dt)
             + shared;
         self.correct(&projection, innovation, r, GATE);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {

@@ -335,8 +335,7 @@ impl MotionFilter {
         self.filter.set(GEAR_FRICTION, 0.0, budget.gear_friction);
     }
 
-    /// The robot stands at this sample: velocity and acceleration are zero, and torque errors are
-    /// only considered.
+    /// The robot stands at this sample: velocity and acceleration are zero.
     ///
     /// Unknown contact angles are as uncertain as at first, however long it stands: one parity
     /// residual a sample, always the same, cannot tell three of them, and each linearisation of it

@@ -30,4 +30,4 @@ mod tuning;
 
 pub(crate) use constraints::{ParityResidual, RollingWheel, SensedAcceleration};
 pub(crate) use filter::MotionFilter;
-pub(crate) use tuning::{PENETRATION_SPEED, REFERENCE_SPEED};
+pub(crate) use tuning::{PENETRATION_SPEED, REFERENCE_SPEED, SLOPE_LENGTH};

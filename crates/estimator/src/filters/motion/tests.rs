@@ -27,6 +27,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         bias_sigma: 1e-3,
         noise_sigma: 1e-3,
         torque_sigma: 0.05,
+        rim_sigma: 0.0,
     }
 }
 
@@ -117,6 +118,7 @@ fn rolling_determines_the_velocity() {
             bias_sigma: 0.0,
             noise_sigma: 0.0,
             torque_sigma: 0.05,
+            rim_sigma: 0.0,
         };
         motion.roll(&budget, &[Some(wheel); 3], DT, true);
     }

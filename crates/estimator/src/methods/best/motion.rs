@@ -144,6 +144,7 @@ impl BestFilters {
             friction_share: wheel.friction_share,
             torque: wheel.steady_torque(settings.viscous_damping),
             torque_sigma: wheel.observer.ground_torque().1,
+            rim_sigma: r * wheel.observer.speed().1,
         }
     }
 
