@@ -188,8 +188,9 @@ class Rates:
     """Errors over the sampling rate, one seed."""
 
     RATES = {"1000 Hz": ["sensors.rate=1000"], "200 Hz": ["sensors.rate=200", "record.rate=200"],
-             "100 Hz": ["sensors.rate=100", "record.rate=100"], "10 kHz": ["sensors.rate=10000", "record.duration=3"],
-             "100 kHz": ["sensors.rate=100000", "record.duration=3"]}
+             "100 Hz": ["sensors.rate=100", "record.rate=100"], "50 Hz": ["sensors.rate=50", "record.rate=50"],
+             "20 Hz": ["sensors.rate=20", "record.rate=20"], "10 Hz": ["sensors.rate=10", "record.rate=10"],
+             "10 kHz": ["sensors.rate=10000", "record.duration=3"], "100 kHz": ["sensors.rate=100000", "record.duration=3"]}
 
     def command(self, seeds):
         return f"robhaz study scenes/SCENE.toml --engine direct --seeds {seeds} --set sensors.grade=typical --set sensors.rate=RATE"
