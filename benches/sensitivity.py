@@ -47,7 +47,7 @@ pub fn pair(name: &str, value: [f64; 2]) -> [f64; 2] {
 """
 # Constants of geometry and mathematics, of time stamps and of rounding.
 LEFT_OUT = {"UNIFORM", "DIFFERENCES", "HALF_ROOT_3", "ROUNDING", "LONGEST_GAP", "SHORTEST_STEP", "RADIUS", "MASS", "UNKNOWN_TIME", "STRAIGHT",
-            "TORQUE", "TURN", "ANGLE", "RATE", "SPIN", "CELLS_BETWEEN", "DEGREE", "OVERLAP", "REACH", "LARGEST"}
+            "TORQUE", "TURN", "ANGLE", "RATE", "SPIN", "CELLS_BETWEEN", "DEGREE", "OVERLAP", "REACH"}
 
 
 def outside_comments(text, change):
@@ -83,9 +83,14 @@ def transform(source):
 
         files[path] = text if path == tuning else DECLARED.sub(declare, text)
     public = {n for p, text in files.items() for n in own[p] if re.search(rf"pub(\([a-z]+\))? fn {n}\(", text)}
+    of_motion = set(re.findall(r"^pub const (\w+):", files[tuning], flags=re.M))
     for path, text in files.items():
+        imported = set(re.findall(r"\b[A-Z_]{2,}\b", " ".join(re.findall(r"\buse [\w:]*\bmotion::[^;]+;", text))))
+        # Another constant of the same name is not the public one.
+        elsewhere = {name for name in public if not re.search(rf"\bconst {name}:", text)} | imported & of_motion
+
         def call(line):
-            for name in own[path] | public:
+            for name in own[path] | elsewhere:
                 mine = name in own[path]
                 before = r"(?<!fn )(?<![\w.\"])((?:[A-Za-z_]+::)*)\b" if mine else r"(?<!fn )(?<![\w.\"])((?:[A-Za-z_]+::)+|)\b"
                 line = re.sub(before + name + r"\b(?!\s*\()(?![\w:\"])", lambda m: m.group(0) + "()", line)

@@ -162,13 +162,15 @@ impl MotionFilter {
         let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
+        // Below the speed at which a velocity has a direction, noise would pass for slopes.
+        let correct = sample.correct && (given || velocity.rolls());
         let penetration = tuning::PENETRATION_SPEED.at_speed(sample.speed_ratio);
         let sample_variance = projection.variance
             + penetration.sigma * penetration.sigma
             + bias * bias
             + noise * noise;
         let leaves = velocity.away * velocity.away > SIGNIFICANT * SIGNIFICANT * sample_variance;
-        if sample.correct && !given && leaves {
+        if correct && !given && leaves {
             self.meet_edge(i, &velocity);
             projection = self.filter.project(&h);
         }
@@ -180,7 +182,7 @@ impl MotionFilter {
             shared += noise.white(dt);
         }
         let r = penetration.white(dt) + shared;
-        if sample.correct {
+        if correct {
             self.correct(&projection, -velocity.away, r, GATE);
         } else {
             let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
