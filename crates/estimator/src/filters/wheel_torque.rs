@@ -122,7 +122,7 @@ impl TorqueObserver {
     /// `j` is the inverse inertia, 1/(kg m^2).
     fn add_process_noise(&mut self, parameters: &WheelParameters, dt: f64, j: f64) {
         let p = &mut self.filter.p;
-        // An error of the torque changes the speed, and the angle by half of that over the interval.
+        // An error of the torque changes the speed, and turns the wheel at half of that speed.
         let kick = parameters.torque_sigma * dt * j;
         let turn = 0.5 * dt * kick;
         p[ANGLE][ANGLE] += turn * turn;
@@ -425,8 +425,9 @@ mod tests {
                 count += 1.0;
             }
         }
+        // Less than stated, since the ground's torque is constant.
         let ratio = libm::sqrt(square / count);
-        assert!(ratio < 1.25, "{ratio}");
+        assert!(ratio < 1.0, "{ratio}");
     }
 
     /// Closed form: at four times the reference speed the rate of the ground's torque becomes 4^1.5

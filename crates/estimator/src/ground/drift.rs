@@ -27,6 +27,7 @@ const SLOW: f64 = 0.02;
 /// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
 /// Chosen; sensitive. Held by `crates/run/tests/run/ground.rs`.
 const RECENT: f64 = 40.0;
+
 /// The height of a contact relative to Q, and how it errs.
 #[derive(Clone, Copy, Debug)]
 pub struct Lever {
