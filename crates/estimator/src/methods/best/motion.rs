@@ -89,7 +89,8 @@ impl BestFilters {
             self.correct_acceleration(nominal, inclination, dt);
         }
         let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
-        let wheels = [0, 1, 2].map(|i| rolls(i).then(|| self.rolling_wheel(instant, i, arms)));
+        let wheel = |i: usize| rolls(i).then(|| self.rolling_wheel(instant, i, arms));
+        let wheels: [_; 3] = core::array::from_fn(wheel);
         let residuals = if stands {
             [0, 1, 2].map(|i| wheels[i].map(|wheel| self.motion.spin_in_place(i, &wheel)))
         } else {
