@@ -18,10 +18,6 @@ use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
 /// Chosen; held by `tests/check/torque_scale.rs`.
 const STEEPEST: f64 = 0.6;
 
-/// Longest step with which the torque of the ground is followed, s: 50 Hz.
-/// Chosen; held by `tests/check/torque_scale.rs`.
-const LONGEST_STEP: f64 = 0.0205;
-
 /// For a robot whose torques err as the budget states.
 pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
     let [front, middle, _] = &robot.geometry.axles;
@@ -95,7 +91,6 @@ impl BestFilters {
         let nominal = instant.nominal;
         let on_one = |contact: &ContactEstimate| contact.state == ContactState::OneContact;
         let holds = contact.iter().all(on_one)
-            && instant.dt < LONGEST_STEP
             && !instant.flags.contains(Flags::SENSOR_STALE)
             && !self.motion.is_after_impact()
             && !self.standing.stands;
