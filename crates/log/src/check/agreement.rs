@@ -138,6 +138,8 @@ struct Judgement {
     of: &'static str,
     /// Mean over the frames of the sum over the tests of their mean NIS.
     nis: f64,
+    /// The encoders' part of it.
+    of_encoders: f64,
     /// Shares of the frames with a reading beyond what the robot can do, and without an estimate; 0
     /// for a few frames.
     absurd: f64,
@@ -177,6 +179,7 @@ impl Judgement {
                 (&health.inclination, "inclinometers"),
                 (&[health.parity], "equilibrium"),
             ];
+            found.of_encoders += health.encoder.iter().sum::<f64>();
             for (values, name) in tests {
                 for nis in values {
                     found.nis += nis;
@@ -194,6 +197,7 @@ impl Judgement {
         }
         let count = frames.len().max(1) as f64;
         found.nis /= count;
+        found.of_encoders /= count;
         for share in [&mut found.absurd, &mut found.refused] {
             *share = if *share > FEW { *share / count } else { 0.0 };
         }
@@ -231,6 +235,32 @@ fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
     }
 }
 
+/// The sum of the mean NIS of each wiring, less the least one of the encoders: what no wiring changes
+/// would only hide their differences.
+fn compared(
+    frames: &[SensorFrame],
+    robot: &Robot,
+    settings: &EstimatorSettings,
+    cases: Vec<Case>,
+) -> Vec<(Case, f64)> {
+    let judge = |case: &Case| Judgement::of(frames, robot, settings, case);
+    let judgements: Vec<Judgement> = cases.iter().map(judge).collect();
+    let of_encoders = judgements.iter().map(|found| found.of_encoders);
+    let common = of_encoders.fold(f64::INFINITY, f64::min);
+    let nis = judgements.iter().map(|found| found.nis - common);
+    cases.into_iter().zip(nis).collect()
+}
+
+fn least_of(judged: &[(Case, f64)]) -> f64 {
+    let all = judged.iter().map(|(_, nis)| *nis);
+    all.fold(f64::INFINITY, f64::min)
+}
+
+fn nis_of_own(judged: &[(Case, f64)]) -> f64 {
+    let own = judged.iter().find(|(case, _)| *case == OWN);
+    own.map_or(REFUSED, |(_, nis)| *nis)
+}
+
 /// All findings. `order`: the encoders to which the torques belong, if these show it. `resolved`:
 /// whether the readings follow each other closely enough for the filters.
 pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -> Vec<Finding> {
@@ -243,22 +273,26 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let part = part(frames);
     let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
     let is_right = own.first.is_none() && own.refused <= OFTEN && !is_other;
-    let mut cases = Case::all(if is_right { Some(PAIRINGS[0]) } else { order });
-    if !cases.contains(&OWN) {
-        cases.insert(0, OWN);
+    let judged_of = |order: Option<[usize; 3]>, few: bool| {
+        let mut cases = Case::all(order);
+        if !cases.contains(&OWN) {
+            cases.insert(0, OWN);
+        }
+        // One sensor of the body gives the readings of both links.
+        cases.retain(|case| !(log.stated.of_body && case.links));
+        // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
+        cases.retain(|case| !few || case.moved() <= 4 && !case.links);
+        compared(part, robot, settings, cases)
+    };
+    let mut judged = judged_of(if is_right { Some(PAIRINGS[0]) } else { order }, is_right);
+    // Where another wiring fits better, the torques may belong to other encoders, too.
+    if is_right && least_of(&judged) < BETTER * nis_of_own(&judged) {
+        judged = judged_of(order, false);
     }
-    // One sensor of the body gives the readings of both links.
-    cases.retain(|case| !(log.stated.of_body && case.links));
-    // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
-    cases.retain(|case| !is_right || case.moved() <= 4 && !case.links);
-    let judge = |case: Case| (case, Judgement::of(part, robot, settings, &case).nis);
-    let mut judged: Vec<(Case, f64)> = cases.into_iter().map(judge).collect();
-    let of_own = judged.iter().find(|(case, _)| *case == OWN);
-    let nis_of_own = of_own.map_or(REFUSED, |(_, nis)| *nis);
+    let nis_of_own = nis_of_own(&judged);
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
     judged.retain(|(case, _)| !is_other || *case != OWN);
-    let all = judged.iter().map(|(_, nis)| *nis);
-    let least = all.fold(f64::INFINITY, f64::min);
+    let least = least_of(&judged);
     // The first that fits as well as the best: the fewest changes.
     let fits = |(_, nis): &&(Case, f64)| *nis <= AS_WELL * least;
     let best = judged.iter().find(fits).map_or(OWN, |(case, _)| *case);
@@ -268,7 +302,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let mut as_well: Vec<Case> = as_well.map(|(case, _)| *case).collect();
     as_well.retain(|case| *case != best && *case != OWN);
     let figure = format!(
-        "{} wirings tried; contradiction (sum of the mean NIS) {nis_of_own:.1} as wired, {least:.1} at best",
+        "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
     let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
