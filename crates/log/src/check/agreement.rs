@@ -23,12 +23,12 @@ const CHANNEL: &str = "all";
 const OFTEN: f64 = 0.01;
 /// Number of such frames that is no fault in a short log, either.
 const FEW: f64 = 3.0;
-/// Mean NIS over the least one of all wirings up to which a wiring fits as well.
+/// Compared sum over the least one of all wirings up to which a wiring fits as well.
 const AS_WELL: f64 = 1.1;
-/// Mean NIS over that of the log's wiring below which another one is a fault.
+/// Compared sum over that of the log's wiring below which another one is a fault.
 const BETTER: f64 = 0.7;
-/// Sum of the mean NIS up to which the readings agree as wired: each mean is 1 for innovations as
-/// stated.
+/// Sum of the mean NIS that are compared up to which the readings agree as wired: each mean is 1 for
+/// innovations as stated.
 const AGREE: f64 = 1.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
