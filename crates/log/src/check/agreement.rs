@@ -27,8 +27,8 @@ const FEW: f64 = 3.0;
 const AS_WELL: f64 = 1.1;
 /// Compared sum over that of the log's wiring below which another one is a fault.
 const BETTER: f64 = 0.7;
-/// Sum of the mean NIS that are compared up to which the readings agree as wired: each mean is 1 for
-/// innovations as stated.
+/// Compared sum up to which the readings agree as wired: each mean NIS is 1 for innovations as
+/// stated.
 const AGREE: f64 = 1.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
@@ -235,8 +235,8 @@ fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
     }
 }
 
-/// The sum of the mean NIS of each wiring, less the least one of the encoders: what no wiring changes
-/// would only hide their differences.
+/// The sum of the mean NIS of each wiring, less the least one of the encoders: what no wiring
+/// changes would only hide their differences.
 fn compared(
     frames: &[SensorFrame],
     robot: &Robot,
