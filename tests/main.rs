@@ -17,7 +17,6 @@ mod closed_form;
 mod command;
 mod conservation;
 mod convergence;
-#[cfg(not(feature = "viewer"))]
 mod corpus;
 mod determinism;
 mod documents;
@@ -33,6 +32,7 @@ mod path_judgement;
 mod progress;
 mod properties;
 mod random_scenes;
+mod readings;
 mod reference;
 mod rovers;
 mod run_command;
