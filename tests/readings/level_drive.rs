@@ -157,8 +157,8 @@ pub fn largest_error(folder: &Path) -> f64 {
     largest
 }
 
-/// The drive itself is sound: no fault, and N within 1 N of the static loads. A budget of 0.1 N m of torque noise and
-/// offset leaves 0.3 N in N; the largest of 1200 samples is three times that.
+/// The drive itself is sound: no fault, and N within 2 N of the static loads, three of the
+/// deviations that are stated with the budget's errors, 0.3 to 0.6 N.
 #[test]
 fn the_level_drive_has_its_static_loads() {
     let dir = tempfile::tempdir().unwrap();
@@ -170,5 +170,5 @@ fn the_level_drive_has_its_static_loads() {
     let estimated = estimate(folder);
     assert!(estimated.status.success(), "{}", text(&estimated.stderr));
     let error = largest_error(folder);
-    assert!(error < 1.0, "{error}");
+    assert!(error < 2.0, "{error}");
 }
