@@ -1,4 +1,6 @@
-//! Control of the wheels: readings and estimates in, commands of the wheels out.
+#![doc = include_str!("../README.md")]
+//!
+//! # Where to find what
 //!
 //! A [`Controller`] takes the readings of one sample, the estimate of the same sample and the set
 //! speed, and returns a [`WheelCommand`] for each wheel. A command acts from the next sample on and
@@ -10,8 +12,8 @@
 //! | `shared`: one speed control, its torque shared so that every wheel needs the same T/N | [`shared`] |
 //! | `friction-test`: torque ramps on one wheel after the other | [`friction_test`] |
 //!
-//! The crate is `no_std`, allocates nothing, and depends on the estimator and on the robot's
-//! nominal parameters alone: it runs on a robot and cannot reach the simulator.
+//! The crate depends on the estimator and on the robot's nominal parameters alone: it cannot reach
+//! a simulator.
 #![no_std]
 #![allow(
     clippy::needless_range_loop,

@@ -1,8 +1,6 @@
-//! Wheel forces of ROBHAZ-6WHEEL from sensor readings alone.
+#![doc = include_str!("../README.md")]
 //!
-//! After Choi, Kang, Hyun, Kim and Kwak, *Force Distribution Estimation of Wheeled Mobile Robot:
-//! Application to Friction Coefficients Estimation*: linkage angles, motor torque and wheel speed,
-//! put into static equilibrium, give the normal force of every wheel by least squares.
+//! # Where to find what
 //!
 //! | paper | here |
 //! |---|---|
@@ -48,28 +46,8 @@
 //! a robot does, or it acts only while a reading is missing or wrong, where half or double of it
 //! serves as well.
 //!
-//! The crate is `no_std`, allocates nothing, and depends on the robot's nominal parameters
-//! (`robhaz-model`) alone: it cannot reach the simulator.
-//!
-//! ```
-//! use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
-//! use robhaz_model::Robot;
-//!
-//! let robot = Robot::default_a();
-//! let mut estimator = Estimator::new(&robot, EstimatorSettings::paper_wheels());
-//! // At rest on level ground: no torque, no turning, linkage in its nominal pose.
-//! let estimate = estimator.update(&SensorFrame {
-//!     time: 0.0,
-//!     wheel_angle: [Some(0.0); 3],
-//!     motor_torque: [Some(0.0); 3],
-//!     link1: LinkReading { inclination: Some(0.0), rate: Some(0.0) },
-//!     link2: LinkReading { inclination: Some(0.0), rate: Some(0.0) },
-//!     contact_angle: [Some(0.0); 3],
-//! })?;
-//! let weight = 14.0 * 9.81;
-//! assert!((estimate.normal_force.iter().sum::<f64>() - weight).abs() < 1e-9);
-//! # Ok::<(), robhaz_estimator::EstimateError>(())
-//! ```
+//! The crate depends on the robot's nominal parameters (`robhaz-model`) alone: it cannot reach a
+//! simulator.
 #![no_std]
 // Indices name wheels, links and states.
 #![allow(clippy::needless_range_loop, reason = "one for several arrays")]

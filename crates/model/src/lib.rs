@@ -1,13 +1,6 @@
-//! A rover with three wheels a side, such as ROBHAZ-6WHEEL: nominal geometry, masses, and the
-//! kinematics of the closed four-bar.
+#![doc = include_str!("../README.md")]
 //!
-//! One side of the robot in the plane: x forward, y up, angles counter-clockwise, SI units
-//! throughout.
-//!
-//! ```text
-//!     body --P-- link1 --Q-- link2 --R-- link3 --S-- body      a four-bar
-//!     link1 with the body, or link2 with it, --Q-- link2       a bogie: [`Suspension`]
-//! ```
+//! # Where to find what
 //!
 //! | symbol | here |
 //! |---|---|
@@ -21,8 +14,7 @@
 //! | units in which robots of every size move alike | [`Units`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
 //!
-//! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot. Its
-//! feature `std` is of use where code is compiled for a processor with AVX: see [`sqrt`].
+//! The feature `std`: see [`sqrt`].
 #![no_std]
 
 #[cfg(feature = "std")]
