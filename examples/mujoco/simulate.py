@@ -24,6 +24,7 @@ from world import Contact, Drive, World
 SENSORS_TOML = """\
 # Readings of a robot simulated in MuJoCo. Keys and defaults: docs/logs.md.
 
+sides = "plane"
 missing = ["wheel1_contact_angle", "wheel2_contact_angle", "wheel3_contact_angle"]
 
 [drive]

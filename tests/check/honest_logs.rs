@@ -242,6 +242,7 @@ fn quiet_readings_on_an_edge_have_no_fault() -> Result<(), Failure> {
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
         of_body: false,
+        sides: settings.sides,
     };
     let report = check(&frames, &stated);
     let mut wiring = report.faults().filter(|f| f.test == "wheels and links");

@@ -43,6 +43,7 @@ fn of_body(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
         of_body: true,
+        sides: settings.sides,
     };
     Ok(check(frames, &stated))
 }

@@ -75,6 +75,7 @@ fn finding(scene: &Scene, frames: &[SensorFrame]) -> Result<Finding, Failure> {
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
         of_body: false,
+        sides: settings.sides,
     };
     let report = check(frames, &stated);
     let mut findings = report.findings.into_iter();

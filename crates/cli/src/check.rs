@@ -47,6 +47,7 @@ pub fn run(args: &Args) -> Result<()> {
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
         of_body: log.is_of_body() || choice.of_body,
+        sides: choice.sides,
     };
     let name = log.name.clone();
     let mut source = log.into_source();

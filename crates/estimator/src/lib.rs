@@ -81,6 +81,6 @@ pub use friction::{NeededFriction, OffsetShare, PeakFriction, SlipEvent, WheelFr
 pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{
-    ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod,
+    ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod, Sides,
 };
 pub use torque_scale::TorqueScale;

@@ -15,6 +15,16 @@ pub enum Masses {
     True,
 }
 
+/// What the equations of one side are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// All that there is: a robot in the plane, such as a simulated one, or a test rig of one side.
+    Plane,
+    /// One side of a robot with two. The other one pushes it through the body, and on a cross slope
+    /// the weight is not shared evenly.
+    OneOfTwo,
+}
+
 /// How tractions and link angles follow from the readings, with the choices that only that method
 /// has.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,6 +150,9 @@ pub struct NoiseBudget {
     /// Unstated payload, over the mass of the robot. It counts in the stated deviations alone, and
     /// until the torques show the robot's weight ([`crate::TorqueScale`]).
     pub payload: f64,
+    /// Standard deviation of the slope across the way, rad, of logs of [`Sides::OneOfTwo`]: it moves
+    /// the weight from one side to the other.
+    pub cross_slope: f64,
 }
 
 impl NoiseBudget {
@@ -199,6 +212,7 @@ impl NoiseBudget {
             link_mass: 0.0,
             load_covariance: None,
             payload: 0.0,
+            cross_slope: 5.0 * DEGREE,
         }
     }
 }
@@ -208,6 +222,8 @@ impl NoiseBudget {
 pub struct EstimatorSettings {
     /// Where the linkage's mass is taken to be.
     pub masses: Masses,
+    /// What the robot of one side is a side of. Readings do not show it.
+    pub sides: Sides,
     /// How tractions and link angles are found.
     pub method: Method,
     /// Nominal viscous damping B of the wheel module, N m s.
@@ -252,6 +268,7 @@ impl EstimatorSettings {
     pub const fn true_mass() -> Self {
         Self {
             masses: Masses::True,
+            sides: Sides::Plane,
             method: Method::Paper(PaperMethod::DEFAULT),
             viscous_damping: 0.15,
             compression: 0.0,

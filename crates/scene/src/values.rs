@@ -6,6 +6,7 @@ use crate::form::{About, Array, Form, Plain, Word, array, quote, word};
 use crate::quantity::{NONE, Number, at_least, number};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
+use robhaz_estimator::Sides;
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use serde_json::{Value as Json, json};
 
@@ -125,6 +126,12 @@ pub(crate) const MEASURED: Word<bool> =
         false => "gravity",
         true => "specific-force",
     });
+
+/// What a log is of: one side of a robot with two, or a robot in the plane.
+pub(crate) const SIDES: Word<Sides> = word(&[Sides::OneOfTwo, Sides::Plane], |sides| match sides {
+    Sides::OneOfTwo => "one of two",
+    Sides::Plane => "plane",
+});
 
 /// Rows of a covariance of the load parameters, SI.
 pub(crate) struct Covariance;

@@ -57,6 +57,7 @@ pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> 
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
         of_body: false,
+        sides: settings.sides,
     };
     Ok(check(&frames, &stated))
 }

@@ -231,6 +231,7 @@ fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
         viscous_damping: stated.viscous_damping,
         compression: stated.compression,
         budget: stated.budget,
+        sides: stated.sides,
         ..best
     }
 }

@@ -3,7 +3,7 @@
 use crate::check::clock::Clock;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
-use robhaz_estimator::{NoiseBudget, SensorFrame};
+use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
 use robhaz_model::{Robot, Suspension};
 use std::borrow::Cow;
 
@@ -20,6 +20,8 @@ pub struct Stated<'a> {
     pub compression: f64,
     /// Whether the readings of the links are made of those of the body and of pin Q.
     pub of_body: bool,
+    /// Whether the log is of one side of a robot with two.
+    pub sides: Sides,
 }
 
 impl Stated<'_> {

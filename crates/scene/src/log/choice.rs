@@ -5,7 +5,7 @@ use crate::estimators::{self, EstimatorChoice, PRESETS};
 use crate::reader::nearest;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
-use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
+use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget, Sides};
 use robhaz_masses::ModelErrorTooLarge;
 use robhaz_sim::sensors::ImuPlace;
 
@@ -15,6 +15,8 @@ pub struct LogChoice {
     /// `name` of the description: the name of the default output folder. `None` for the name of the
     /// log.
     pub name: Option<String>,
+    /// `sides`: whether the log is of one side of a robot with two, or of a robot in the plane.
+    pub sides: Sides,
     /// `[robot]`: the nominal robot.
     pub robot: RobotChoice,
     /// Whether the user stated the robot, here or in a file of its own.
@@ -52,11 +54,12 @@ pub struct LogChoice {
 pub struct EstimatorError(String);
 
 impl Default for LogChoice {
-    /// Robot A, sensors of the budget [`NoiseBudget::typical`], all presets.
+    /// One side of robot A, sensors of the budget [`NoiseBudget::typical`], all presets.
     fn default() -> Self {
         let scene = Scene::default();
         Self {
             name: None,
+            sides: Sides::OneOfTwo,
             robot: scene.robot,
             states_robot: false,
             states_loads: false,
@@ -98,6 +101,8 @@ impl LogChoice {
         };
         Ok(Self {
             name: Some(scene.name.clone()),
+            // The simulated robot.
+            sides: Sides::Plane,
             robot: RobotChoice::new(
                 name(
                     &simulated.geometry_name,
@@ -130,6 +135,7 @@ impl LogChoice {
             viscous_damping: estimator.damping.unwrap_or(self.viscous_damping),
             compression: self.compression,
             budget: self.budget,
+            sides: self.sides,
             ..estimator.settings
         }
     }

@@ -13,7 +13,7 @@ use crate::quantity::{
 use crate::reader::Reader;
 use crate::robot::{ROBOT, RobotChoice};
 use crate::source::Node;
-use crate::values::{Covariance, MEASURED, NAME, text};
+use crate::values::{Covariance, MEASURED, NAME, SIDES, text};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{Tolerances, WeighError};
@@ -26,6 +26,10 @@ keys! {
 
     /// name of the log
     name: Maybe(NAME) => name;
+
+    /// what the log is of: one side of a robot with two, or a robot in the plane, such as a
+    /// simulated one or a test rig
+    sides: SIDES => sides;
 
     /// geometry and masses
     robot: ROBOT => robot;
@@ -158,6 +162,10 @@ keys! {
     /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens
     /// what is stated until the torques show the weight
     payload: number(NONE, at_least(0.0).at_most(1.0)) => budget.payload;
+
+    /// slope across the way, of logs with sides = "one of two": it moves the weight from one side
+    /// to the other
+    cross_slope: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.cross_slope;
 }
 
 /// The rows of the tables of keys in `docs/logs.md`. The text explains the keys above all tables;

@@ -5,6 +5,7 @@
     reason = "helpers of tests may stop at the first surprise"
 )]
 
+use robhaz_estimator::Sides;
 use robhaz_scene::{LogChoice, RobotChoice, Scene, SceneError};
 use std::path::Path;
 
@@ -44,6 +45,32 @@ fn resolved_descriptions_read_back() {
     // What a file does not state stays as in the base.
     let none = LogChoice::parse("", "s.toml", Path::new(""), choice.clone()).unwrap();
     assert_eq!(none, choice);
+}
+
+/// A recorded log is of one side of two, a simulated robot is one in the plane; a description states
+/// either, a resolved one always does, and estimators run with it.
+#[test]
+fn a_description_states_what_a_log_is_a_side_of() {
+    let sides = |text: &str| parse(text).unwrap().sides;
+    assert_eq!(sides(""), Sides::OneOfTwo);
+    assert_eq!(sides("sides = \"plane\""), Sides::Plane);
+    assert_eq!(sides("sides = \"one of two\""), Sides::OneOfTwo);
+    let scene = Scene::parse("", "s.toml", Path::new(""), &[]).unwrap();
+    let plane = LogChoice::of_scene(&scene).unwrap();
+    for (choice, expected) in [
+        (plane, Sides::Plane),
+        (LogChoice::default(), Sides::OneOfTwo),
+    ] {
+        assert_eq!(sides(&choice.to_toml("test")), expected);
+        for estimator in &choice.estimators {
+            assert_eq!(choice.settings(estimator).sides, expected);
+        }
+    }
+    let found = problems("sides = \"left\"");
+    assert_eq!(
+        found,
+        ["s.toml:1: sides: found \"left\", allowed: \"one of two\", \"plane\""]
+    );
 }
 
 /// Closed form: units, sign, gear and constants of a motor make one factor.
