@@ -82,7 +82,7 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, 
     let columns: Vec<String> = columns.filter(|name| truth::is_column(name)).collect();
     Ok(ChannelPlan {
         offset: clock.map_or(0.0, |c| c.offset),
-        truth: Some(truth::places(&columns)),
+        truth: Some(truth::TruthColumns::new(&columns)),
         columns,
         ..table.checked(TRUTH_REMEDY)?
     })

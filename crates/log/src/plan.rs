@@ -5,7 +5,7 @@ use crate::formula::Formula;
 use crate::mcap_events::{self, Clock, Wanted};
 use crate::readings::{Reading, Values};
 use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
-use crate::truth;
+use crate::truth::TruthColumns;
 use crate::{csv_table, parquet_rows};
 use robhaz_sim::Truth;
 use std::fmt::Display;
@@ -105,8 +105,8 @@ pub struct ChannelPlan {
     pub columns: Vec<String>,
     /// The readings that follow from them.
     pub readings: Vec<(Reading, Formula)>,
-    /// Of a table of the truth, the places of the columns in it.
-    pub truth: Option<Vec<usize>>,
+    /// Of a table of the truth, how its rows are read.
+    pub truth: Option<TruthColumns>,
 }
 
 impl ChannelPlan {
@@ -149,11 +149,8 @@ impl ChannelPlan {
         for (reading, formula) in &self.readings {
             values[reading.index()] = formula.value(cells);
         }
-        let places = self.truth.as_ref();
-        (
-            values,
-            places.and_then(|places| truth::of_row(places, cells)),
-        )
+        let columns = self.truth.as_ref();
+        (values, columns.and_then(|columns| columns.truth(cells)))
     }
 }
 

@@ -153,34 +153,112 @@ pub fn is_column(name: &str) -> bool {
     place(name).is_some()
 }
 
-/// The places of the columns of a table.
-pub fn places(columns: &[String]) -> Vec<usize> {
-    columns.iter().filter_map(|name| place(name)).collect()
+/// How the rows of a table are read as truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthColumns {
+    /// The place of each column in the numbers of a row.
+    places: Vec<usize>,
+    /// Whether the table has N of the equivalent contact of each wheel, as tables of runs have.
+    has_equivalent: [bool; 3],
 }
 
-/// The truth of a row's cells, of columns with these places; `None` where N or T of a wheel is
-/// missing: there is nothing to compare with then.
-pub fn of_row(places: &[usize], cells: &[f64]) -> Option<Truth> {
-    let mut row = Row::unknown();
-    let mut numbers = row.numbers();
-    let read = places
-        .iter()
-        .zip(cells)
-        .filter(|(_, value)| value.is_finite());
-    read.for_each(|(place, value)| *numbers[*place].1 = *value);
-    for (wheel, derived) in row.truth.wheels.iter_mut().zip(row.derived) {
-        if !(wheel.normal_force.is_finite() && wheel.traction.is_finite()) {
-            return None;
+impl TruthColumns {
+    /// For a table with these columns.
+    pub fn new(columns: &[String]) -> Self {
+        let equivalent = |i: usize| format!("wheel{i}_equivalent_normal_force");
+        Self {
+            places: columns.iter().filter_map(|name| place(name)).collect(),
+            has_equivalent: [1, 2, 3].map(|i| columns.contains(&equivalent(i))),
         }
-        // With two contacts and no equivalent one the force stays unknown, and the record is left
-        // out.
-        let [normal_force, angle, sliding, contacts] = derived;
-        let (sin, cos) = angle.sin_cos();
-        let (normal, tangent) = (Vec2::new(-sin, cos), Vec2::new(cos, sin));
-        wheel.force = normal * normal_force + tangent * wheel.traction;
-        wheel.slides = sliding > 0.0;
-        // The cast saturates; a count is small and not negative.
-        wheel.contacts = contacts as u32;
     }
-    Some(row.truth)
+
+    /// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to
+    /// compare with then.
+    ///
+    /// N, T and angle are those of the wheel, however many contact points an engine has under it:
+    /// points across the width of a wheel, or in one patch, are one contact. Only a table that also
+    /// has the equivalent contact tells contacts at different places, such as riser and tread,
+    /// whose sum of N is not the N of a single contact.
+    pub fn truth(&self, cells: &[f64]) -> Option<Truth> {
+        let mut row = Row::unknown();
+        let mut numbers = row.numbers();
+        let places = self.places.iter().zip(cells);
+        let read = places.filter(|(_, value)| value.is_finite());
+        read.for_each(|(place, value)| *numbers[*place].1 = *value);
+        let wheels = row.truth.wheels.iter_mut().zip(row.derived);
+        for ((wheel, derived), has_equivalent) in wheels.zip(self.has_equivalent) {
+            if !(wheel.normal_force.is_finite() && wheel.traction.is_finite()) {
+                return None;
+            }
+            // Without a number for the equivalent contact of two the force stays unknown, and the
+            // record is left out.
+            let [normal_force, angle, sliding, contacts] = derived;
+            let (sin, cos) = angle.sin_cos();
+            let (normal, tangent) = (Vec2::new(-sin, cos), Vec2::new(cos, sin));
+            wheel.force = normal * normal_force + tangent * wheel.traction;
+            wheel.slides = sliding > 0.0;
+            // The cast saturates; a count is small and not negative.
+            let contacts = contacts as u32;
+            wheel.contacts = if has_equivalent { contacts } else { contacts.min(1) };
+        }
+        Some(row.truth)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The row of three equal wheels with these columns.
+    fn truth(columns: &[(&str, f64)]) -> Option<Truth> {
+        let of_wheel = |i: usize| columns.iter().map(move |(c, _)| format!("wheel{i}_{c}"));
+        let names: Vec<String> = (1..=3).flat_map(of_wheel).collect();
+        let cells: Vec<f64> = (0..3).flat_map(|_| columns.iter().map(|(_, x)| *x)).collect();
+        TruthColumns::new(&names).truth(&cells)
+    }
+
+    /// However many contact points another engine has under a wheel, N, T and angle of the table
+    /// are those of the wheel. An angle that the table does not have stays unknown.
+    #[test]
+    fn contact_points_of_one_patch_are_one_contact() {
+        for contacts in [1.0, 2.0, 4.0, 6.0, 12.0] {
+            let n_and_t = [("normal_force", 45.0), ("traction", -7.0), ("contacts", contacts)];
+            let found = truth(&n_and_t).expect("N and T");
+            for wheel in &found.wheels {
+                let contact = wheel.equivalent_contact().expect("one contact");
+                assert_eq!((contact.normal_force, contact.traction), (45.0, -7.0));
+                assert!(contact.angle.is_nan());
+                assert_eq!(wheel.contacts, 1);
+            }
+            let angle = [n_and_t.as_slice(), &[("contact_angle", 0.3)]].concat();
+            let found = truth(&angle).expect("N and T");
+            let contact = found.wheels[2].equivalent_contact().expect("one contact");
+            assert_eq!((contact.normal_force, contact.angle), (45.0, 0.3));
+        }
+        let air = [("normal_force", 0.0), ("traction", 0.0), ("contacts", 0.0)];
+        assert_eq!(truth(&air).expect("N and T").wheels[0].contacts, 0);
+    }
+
+    /// Contacts at two places, of a table with the equivalent contact: its force counts, and where
+    /// there is none the wheel cannot be compared with. Rounding of a root of squares.
+    #[test]
+    fn contacts_at_two_places_are_their_equivalent() {
+        let two = |equivalent: f64| {
+            truth(&[
+                ("normal_force", 60.0),
+                ("traction", 3.0),
+                ("contact_angle", 0.1),
+                ("contacts", 2.0),
+                ("equivalent_normal_force", equivalent),
+                ("equivalent_contact_angle", 0.4),
+            ])
+        };
+        let found = two(40.0).expect("N and T").wheels[0];
+        let contact = found.equivalent_contact().expect("stated");
+        assert!((contact.normal_force - 40.0).abs() < 1e-12, "{contact:?}");
+        assert!((contact.angle - 0.4).abs() < 1e-12, "{contact:?}");
+        assert_eq!(found.contacts, 2);
+        let none = two(f64::NAN).expect("N and T").wheels[0];
+        assert!(none.equivalent_contact().is_none());
+    }
 }
