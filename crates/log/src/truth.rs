@@ -199,7 +199,11 @@ impl TruthColumns {
             wheel.slides = sliding > 0.0;
             // The cast saturates; a count is small and not negative.
             let contacts = contacts as u32;
-            wheel.contacts = if has_equivalent { contacts } else { contacts.min(1) };
+            wheel.contacts = if has_equivalent {
+                contacts
+            } else {
+                contacts.min(1)
+            };
         }
         Some(row.truth)
     }
@@ -213,7 +217,9 @@ mod tests {
     fn truth(columns: &[(&str, f64)]) -> Option<Truth> {
         let of_wheel = |i: usize| columns.iter().map(move |(c, _)| format!("wheel{i}_{c}"));
         let names: Vec<String> = (1..=3).flat_map(of_wheel).collect();
-        let cells: Vec<f64> = (0..3).flat_map(|_| columns.iter().map(|(_, x)| *x)).collect();
+        let cells: Vec<f64> = (0..3)
+            .flat_map(|_| columns.iter().map(|(_, x)| *x))
+            .collect();
         TruthColumns::new(&names).truth(&cells)
     }
 
@@ -222,7 +228,11 @@ mod tests {
     #[test]
     fn contact_points_of_one_patch_are_one_contact() {
         for contacts in [1.0, 2.0, 4.0, 6.0, 12.0] {
-            let n_and_t = [("normal_force", 45.0), ("traction", -7.0), ("contacts", contacts)];
+            let n_and_t = [
+                ("normal_force", 45.0),
+                ("traction", -7.0),
+                ("contacts", contacts),
+            ];
             let found = truth(&n_and_t).expect("N and T");
             for wheel in &found.wheels {
                 let contact = wheel.equivalent_contact().expect("one contact");

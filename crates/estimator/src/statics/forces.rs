@@ -37,9 +37,13 @@ impl Forces {
         }
     }
 
-    /// If any N < 0, replaces forces and covariance by those conditioned on N = 0 for some wheels:
-    /// the set of wheels with the smallest Mahalanobis distance for which all N >= 0. This is the
-    /// most likely point without a negative normal force.
+    /// If any N < 0, replaces the forces by those conditioned on N = 0 for some wheels: the set of
+    /// wheels with the smallest Mahalanobis distance for which all N >= 0. This is the most likely
+    /// point without a negative normal force.
+    ///
+    /// The covariance stays that without the bound. That a wheel carries no load is not known: its
+    /// N is only less than nothing within its error, and the other forces err with it. A covariance
+    /// conditioned on N = 0 would state N exactly.
     ///
     /// It tries all seven non-empty sets of wheels.
     pub fn bound(&mut self) {
@@ -59,7 +63,7 @@ impl Forces {
                 (nearest, least) = (tried, distance);
             }
         }
-        *self = nearest;
+        (self.normal, self.traction) = (nearest.normal, nearest.traction);
     }
 
     /// Inflates the variance of each force beyond `limit` (N) by its square, so that no force at
@@ -225,9 +229,13 @@ mod tests {
                 let m = multipliers[2 * i + 1];
                 prop_assert!(m > -1e-9 * scale, "{multipliers} {forces:?}");
                 if m > 1e-9 * scale {
-                    // Held at zero, and exactly so.
+                    // Held at zero.
                     prop_assert!(forces.normal[i] <= 0.0, "{multipliers} {forces:?}");
-                    prop_assert!(forces.covariance[2 * i + 1].iter().all(|c| c.abs() < 1e-9));
+                }
+                // A bound measures nothing: no variance falls.
+                for j in 0..6 {
+                    prop_assert!((forces.covariance[i][j] - p[(i, j)]).abs() <= 0.0);
+                    prop_assert!((forces.covariance[i + 3][j] - p[(i + 3, j)]).abs() <= 0.0);
                 }
             }
         }
