@@ -2,7 +2,7 @@
 
 use crate::error::LogError;
 use crate::plan::TableFormat;
-use robhaz_scene::{LogChoice, ModelErrorTooLarge, Scene, SceneError, from_stem};
+use robhaz_scene::{FileError, LogChoice, ModelErrorTooLarge, Scene, from_stem};
 use std::path::{Path, PathBuf};
 
 /// Stem of the table of readings in the folder of a run.
@@ -37,7 +37,7 @@ pub enum PlaceError {
     Log(#[from] LogError),
     /// The scene or description in its folder.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] FileError),
     /// The nominal robot of the scene in its folder.
     #[error("model_error")]
     ModelError(#[from] ModelErrorTooLarge),

@@ -27,7 +27,7 @@ create_exception!(
 
 /// The exception of a scene or of a description of sensors.
 // An argument of map_err.
-pub fn of_scene(error: robhaz_scene::SceneError) -> PyErr {
+pub fn of_scene(error: robhaz_scene::FileError) -> PyErr {
     let lines: Vec<_> = error.problems.iter().map(ToString::to_string).collect();
     SceneError::new_err(lines.join("\n"))
 }

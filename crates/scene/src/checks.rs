@@ -1,15 +1,15 @@
 //! Rules that involve several keys; among them the stability limits of the steps of `rapier`, which
 //! the engine divides into [`MOST_PARTS`] parts at most.
 
-use crate::conflict::{Conflict, Value, conflict, floor, named, valued};
 use crate::contact;
 use crate::drive;
-use crate::error::Problem;
-use crate::quantity::short;
-use crate::reader::Reader;
 use crate::scene::Scene;
-use crate::source::Node;
 use robhaz_control::{ControlKind, FrictionTestPlan};
+use robhaz_keys::conflict::{Conflict, Value, conflict, floor, named, valued};
+use robhaz_keys::error::Problem;
+use robhaz_keys::quantity::short;
+use robhaz_keys::reader::Reader;
+use robhaz_keys::source::Node;
 use robhaz_sim::EngineKind;
 use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::friction::FrictionKind;

@@ -1,13 +1,13 @@
 //! `[contact]`: eqs. (10) and (11), rolling resistance.
 
-use crate::conflict::{Conflict, conflict, named, valued};
-use crate::form::word;
-use crate::key::keys;
-use crate::quantity::{
+use crate::scene::Scene;
+use robhaz_keys::conflict::{Conflict, conflict, named, valued};
+use robhaz_keys::form::word;
+use robhaz_keys::key::keys;
+use robhaz_keys::quantity::{
     CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED, above, at_least, number, short,
 };
-use crate::scene::Scene;
-use crate::source::Node;
+use robhaz_keys::source::Node;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw};
 
 keys! {

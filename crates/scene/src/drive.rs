@@ -1,19 +1,20 @@
 //! `[drive]`: eq. (2), motors, their speed control and its friction tests; the estimator that the
 //! control gets, and what does not go with it.
 
-use crate::conflict::{Conflict, conflict, floor, named, valued};
 use crate::estimators;
-use crate::form::{Plain, did_you_mean, quote, quoted, word};
-use crate::key::{List, Table, keys, section};
-use crate::quantity::{
-    LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
-};
-use crate::reader::Reader;
 use crate::scene::Scene;
-use crate::source::Node;
-use crate::values::{NAME, SWITCH, WHEEL_LIST, WHEEL_SET};
+use crate::values::{LONGEST_RUN, WHEEL_LIST, WHEEL_SET};
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
+use robhaz_keys::conflict::{Conflict, conflict, floor, named, valued};
+use robhaz_keys::form::{Plain, did_you_mean, quote, quoted, word};
+use robhaz_keys::key::{List, Table, keys, section};
+use robhaz_keys::quantity::{
+    NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
+};
+use robhaz_keys::reader::Reader;
+use robhaz_keys::source::Node;
+use robhaz_keys::values::{NAME, SWITCH};
 use robhaz_sim::scaling::SpeedScaling;
 
 keys! {

@@ -1,14 +1,16 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{About, Form, KeyReference, Out, items, word};
-use crate::key::{self, Key, keys};
-use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
-use crate::reader::{Reader, join};
-use crate::source::{Entry, Node, Origin, Source, Value};
-use crate::values::{NAME, SWITCH};
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, PaperMethod,
 };
+use robhaz_keys::form::{About, Form, KeyReference, Out, items, word};
+use robhaz_keys::key::{self, Key, keys};
+use robhaz_keys::quantity::{
+    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number,
+};
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::{Entry, Node, Origin, Source, Value};
+use robhaz_keys::values::{NAME, SWITCH};
 use serde_json::Value as Json;
 use std::path::PathBuf;
 

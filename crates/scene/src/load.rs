@@ -1,20 +1,22 @@
 //! The keys of a scene file, those of `[sensors]`, `[model_error]`, `[engine]` and `[record]` among
 //! them; from a file to a [`Scene`], and back.
 
-use crate::error::SceneError;
 use crate::estimators::Estimators;
-use crate::form::{KeyReference, Out, word};
-use crate::key::{self, keys, section};
-use crate::quantity::{
-    ANGLE, ANGULAR_RATE, FORCE, FREQUENCY, LENGTH, LONGEST_RUN, NONE, RATE_WALK, TIME, TORQUE,
-    above, at_least, number,
-};
-use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
-use crate::source::Node;
 use crate::terrain::Terrain;
-use crate::values::{MEASURED, NAME, SEED, from_stem};
-use crate::{checks, contact, drive, overrides, robot};
+use crate::values::{LONGEST_RUN, MEASURED};
+use crate::{checks, contact, drive, estimators, robot};
+use robhaz_keys::error::FileError;
+use robhaz_keys::form::{KeyReference, Out, word};
+use robhaz_keys::key::{self, keys, section};
+use robhaz_keys::overrides::Overrides;
+use robhaz_keys::quantity::{
+    ANGLE, ANGULAR_RATE, FORCE, FREQUENCY, LENGTH, NONE, RATE_WALK, TIME, TORQUE, above, at_least,
+    number,
+};
+use robhaz_keys::reader::Reader;
+use robhaz_keys::source::{Node, Value};
+use robhaz_keys::values::{NAME, SEED, from_stem};
 use robhaz_masses::ModelError;
 use robhaz_sim::sensors::{Grade, ImuPlace};
 use robhaz_sim::{EngineKind, StartKind};
@@ -207,13 +209,28 @@ keys! {
     compare_from: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => record.compare_from;
 }
 
+/// Where an override changes a part of a robot or of the estimators, the named or default one is
+/// written out first.
+const OVERRIDES: Overrides = Overrides {
+    example: "drive.kp=2 or estimator.0.observer_pole=30",
+    expand: |reader, path, present, origin| {
+        let mut parts = [&robot::GEOMETRY_PART, &robot::MASS_PART].into_iter();
+        match (parts.find(|part| part.path == path), present) {
+            (Some(part), present) => part.written_out(reader, present.as_ref(), origin),
+            (None, Some(present)) => Some(present),
+            (None, None) if path == estimators::PATH => Some(estimators::default_node(origin)),
+            (None, None) => Some(Node::new(origin, Value::Table(Vec::new()))),
+        }
+    },
+};
+
 impl Scene {
     /// Reads a scene file; `overrides` are texts `key=value` that take precedence over the file,
     /// later ones over earlier ones.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+    /// [`FileError`] with all problems of the file, of files that it names, and of the overrides.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, FileError> {
         Reader::load(
             path,
             "a scene file in TOML, UTF-8",
@@ -233,11 +250,11 @@ impl Scene {
         source_name: &str,
         base_dir: &Path,
         overrides: &[String],
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self, FileError> {
         let reader = Reader::new(base_dir.to_owned(), home_of);
         reader.read(source_name, text, |reader, mut root| {
             for text in overrides {
-                overrides::apply(reader, &mut root, text);
+                OVERRIDES.apply(reader, &mut root, text);
             }
             drop_keys_of_other_grades(&mut root);
             contact::drop_keys_of_other_laws(&mut root);

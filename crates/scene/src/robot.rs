@@ -1,17 +1,17 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
-use crate::error::Problem;
-use crate::form::{
+use robhaz_keys::error::Problem;
+use robhaz_keys::form::{
     About, Array, Form, KeyReference, Maybe, Out, Plain, array, did_you_mean, quoted, word,
 };
-use crate::key::{self, Key, Table, keys, section};
-use crate::quantity::{
-    ANGLE, INERTIA, LENGTH, MASS, Number, Point, STOP_DAMPING, STOP_STIFFNESS, above, at_least,
-    number, point,
+use robhaz_keys::key::{self, Key, Table, keys, section};
+use robhaz_keys::quantity::{
+    ANGLE, INERTIA, LENGTH, MASS, Number, STOP_DAMPING, STOP_STIFFNESS, above, at_least, number,
+    point,
 };
-use crate::reader::{Reader, join};
-use crate::source::{self, Entry, Node, Origin, Source, Value};
-use crate::values::TEXT;
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::{self, Entry, Node, Origin, Source, Value};
+use robhaz_keys::values::TEXT;
 use robhaz_model::{
     Bar, Carrier, GRAVITY, Geometry, GeometryError, Outline, Pin, Robot, StanceError, Suspension,
     Vec2, named,
@@ -471,9 +471,9 @@ fn is_four_bar(robot: &RobotChoice) -> bool {
 }
 
 /// A point of the robot in its nominal pose.
-const POINT: Point = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
+const POINT: Array<Number, Vec2> = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
 /// Up to two points of a link.
-const THROUGH: Array<Maybe<Point>, [Option<Vec2>; 2]> = Array {
+const THROUGH: Array<Maybe<Array<Number, Vec2>>, [Option<Vec2>; 2]> = Array {
     count: [0, 2],
     ..array("up to two points, each [x, y], each {}", Maybe(POINT))
 };

@@ -1,13 +1,13 @@
 //! JSON Schema of the files that people write: an editor completes and checks them by it.
 
-use crate::form::Form as _;
-use crate::key::{self, IGNORED, Key};
 use crate::load::SCENE;
 use crate::log::{LOG, LogChoice};
 use crate::robot::{GEOMETRY, MASSES};
 use crate::scene::Scene;
 use crate::study::STUDY;
 use crate::terrain::Terrain;
+use robhaz_keys::form::Form as _;
+use robhaz_keys::key::file_schema;
 use serde_json::{Value, json};
 
 /// A kind of file.
@@ -29,39 +29,27 @@ pub enum SchemaKind {
 /// names, types, units and ranges of bare numbers, not the rules between keys, nor ranges of texts
 /// with units: what it refuses the reader refuses, too.
 pub fn schema(kind: SchemaKind) -> Value {
-    let (title, mut schema) = match kind {
+    match kind {
         SchemaKind::Scene => {
-            let mut scene = file(SCENE, &mut Scene::default());
+            let mut scene = file_schema("Scene of robhaz", SCENE, Some(&mut Scene::default()));
             scene["definitions"] = json!({"part": Terrain { is_part: true }.schema(None)});
-            ("Scene of robhaz", scene)
+            scene
         }
-        SchemaKind::Study => ("Study of robhaz", key::schema(STUDY, None)),
-        SchemaKind::Geometry => (
-            "Geometry of a robot for robhaz",
-            key::schema(GEOMETRY, None),
-        ),
-        SchemaKind::Mass => ("Masses of a robot for robhaz", key::schema(MASSES, None)),
-        SchemaKind::Sensors => (
-            "Description of a log for robhaz",
-            file(LOG, &mut LogChoice::default()),
-        ),
-    };
-    schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
-    schema["title"] = json!(title);
-    schema
+        SchemaKind::Study => file_schema("Study of robhaz", STUDY, None),
+        SchemaKind::Geometry => file_schema("Geometry of a robot for robhaz", GEOMETRY, None),
+        SchemaKind::Mass => file_schema("Masses of a robot for robhaz", MASSES, None),
+        SchemaKind::Sensors => {
+            let defaults = &mut LogChoice::default();
+            file_schema("Description of a log for robhaz", LOG, Some(defaults))
+        }
+    }
 }
 
-/// A file with these keys, and what wrote it.
-fn file<T>(keys: &[Key<T>], defaults: &mut T) -> Value {
-    let mut schema = key::schema(keys, Some(defaults));
-    schema["properties"][IGNORED] =
-        json!({"type": "object", "description": "what wrote the file; not read"});
-    schema
-}
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::load::reference;
+    use robhaz_keys::key::IGNORED;
     use std::collections::BTreeSet;
 
     /// The keys of a schema, as the reference writes them.
@@ -71,7 +59,7 @@ mod tests {
             return;
         };
         for (name, property) in properties {
-            let path = crate::reader::join(path, name);
+            let path = robhaz_keys::reader::join(path, name);
             // A table beside a name or a path.
             let inline = property["anyOf"].as_array().into_iter().flatten();
             let table = inline.clone().find(|s| s["properties"].is_object());

@@ -8,7 +8,7 @@
     reason = "helpers of tests may stop at the first surprise"
 )]
 
-use robhaz_scene::{Scene, SceneError};
+use robhaz_scene::{FileError, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -248,7 +248,7 @@ fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &s
 }
 
 /// All messages of an error, one a line.
-fn messages(error: &SceneError) -> String {
+fn messages(error: &FileError) -> String {
     let lines: Vec<String> = error.problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }

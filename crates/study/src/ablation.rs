@@ -1,6 +1,6 @@
 //! The ablation ladder: what each method between the paper's estimators and `best` contributes.
 
-use robhaz_scene::{EstimatorChoice, Scene, SceneError};
+use robhaz_scene::{EstimatorChoice, FileError, Scene};
 use std::path::Path;
 
 /// The paper's two estimators, then from true masses to `best`: every estimator adds one method to
@@ -24,8 +24,8 @@ pub(crate) const LADDER: &str = r#"estimator=[
 /// The estimators of the ladder.
 ///
 /// # Errors
-/// [`SceneError`]: none, as the test of this function shows.
-pub fn ladder() -> Result<Vec<EstimatorChoice>, SceneError> {
+/// [`FileError`]: none, as the test of this function shows.
+pub fn ladder() -> Result<Vec<EstimatorChoice>, FileError> {
     let overrides = [LADDER.to_owned()];
     Ok(Scene::parse("", "ladder", Path::new(""), &overrides)?.estimators)
 }
@@ -38,7 +38,7 @@ mod tests {
     /// Every step has one method more than the one before, from the paper's estimators to `best`,
     /// with and without contact angles.
     #[test]
-    fn every_step_adds_one_method() -> Result<(), SceneError> {
+    fn every_step_adds_one_method() -> Result<(), FileError> {
         let true_mass = EstimatorSettings::true_mass();
         let lever = EstimatorSettings {
             moment_lever: 0.2,

@@ -1,7 +1,7 @@
 //! Why a study cannot go on.
 
 use robhaz_record::RecordError;
-use robhaz_scene::SceneError;
+use robhaz_scene::FileError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ pub enum StudyError {
     /// The study file, its base scene, or a value of an axis.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] FileError),
     /// A scene without estimators.
     #[error(
         "{0} has no estimator to study: leave out `estimator = []`, or study the --ladder (in Python ladder=True)"

@@ -299,10 +299,10 @@ fn standard_normal(u: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robhaz_scene::SceneError;
+    use robhaz_scene::FileError;
     use std::collections::HashSet;
 
-    fn plan(axes: &str) -> Result<Plan, SceneError> {
+    fn plan(axes: &str) -> Result<Plan, FileError> {
         let text = format!("scene = \"a.toml\"\n{axes}");
         Ok(Plan::new(&StudyChoice::parse(&text, "study.toml")?))
     }
@@ -317,7 +317,7 @@ mod tests {
 
     /// Every combination once, the first axis slowest; linked keys vary together.
     #[test]
-    fn a_grid_has_every_combination_once() -> Result<(), SceneError> {
+    fn a_grid_has_every_combination_once() -> Result<(), FileError> {
         let plan = plan(
             "[[axis]]\nkey = \"a\"\nvalues = [1, 2.5]\n[[axis]]\nkeys = [\"b\", \"c\"]\nvalues = [[\"x\", true], [\"y\", false]]\n\
              [[axis]]\nkey = \"seed\"\nfirst = 7\ncount = 3",
@@ -337,7 +337,7 @@ mod tests {
     /// Each run belongs to one truth. Those of one truth differ in the lists alone that leave it as
     /// it is.
     #[test]
-    fn runs_of_one_truth_differ_in_what_leaves_it() -> Result<(), SceneError> {
+    fn runs_of_one_truth_differ_in_what_leaves_it() -> Result<(), FileError> {
         let mut plan = plan(
             "[[axis]]\nkey = \"seed\"\ncount = 3\n[[axis]]\nkey = \"a\"\nvalues = [1, 2]\n\
              [[axis]]\nkey = \"b\"\nuniform = [0, 1]\n[draw]\ncount = 4",
@@ -360,7 +360,7 @@ mod tests {
 
     /// Every place of a grid has the same samples, in pairs of the drawn axes.
     #[test]
-    fn samples_are_the_same_everywhere() -> Result<(), SceneError> {
+    fn samples_are_the_same_everywhere() -> Result<(), FileError> {
         let plan = plan(
             "[[axis]]\nkey = \"a\"\nuniform = [0, 1]\n[[axis]]\nkey = \"b\"\nvalues = [1, 2]\n\
              [[axis]]\nkey = \"c\"\nwhole = [0, 9]\n[draw]\ncount = 4",

@@ -8,7 +8,7 @@ use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFo
 use robhaz_run::{
     DrivenPlant, Frame, MOST_KEPT, Run, RunError, Sink, SinkError, Stop, in_one_line,
 };
-use robhaz_scene::{PlantFailure, Scene, SceneError};
+use robhaz_scene::{FileError, PlantFailure, Scene};
 use robhaz_score::{Bound, Inclusion, Rule, SampleNoise};
 use robhaz_sim::Truth;
 use std::fs;
@@ -230,7 +230,7 @@ fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
 }
 
 /// The problems of a scene without the names of files, which differ between machines.
-fn of_scene(error: &SceneError) -> String {
+fn of_scene(error: &FileError) -> String {
     let problems = error.problems.iter().map(|p| match p.key.as_str() {
         "" => p.message.clone(),
         key => format!("{key}: {}", p.message),

@@ -5,7 +5,7 @@ use crate::ablation::{LADDER, ladder};
 use crate::error::StudyError;
 use crate::plan::Plan;
 use robhaz_record::ScoreColumn;
-use robhaz_scene::{BaseScene, EngineKind, Scene, SceneError, Setting, StudyChoice};
+use robhaz_scene::{BaseScene, EngineKind, FileError, Scene, Setting, StudyChoice};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
@@ -172,8 +172,8 @@ impl Study {
     /// The scene of a run.
     ///
     /// # Errors
-    /// [`SceneError`] where the values of several axes do not go together.
-    pub fn scene(&self, run: u64) -> Result<Scene, SceneError> {
+    /// [`FileError`] where the values of several axes do not go together.
+    pub fn scene(&self, run: u64) -> Result<Scene, FileError> {
         match &self.base {
             Base::File(base) => base.scene(&self.choice, &self.settings(run)),
             Base::Scene { driven, observing } => Ok(Scene {

@@ -2,10 +2,10 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, PRESETS};
-use crate::reader::nearest;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget, Sides};
+use robhaz_keys::reader::nearest;
 use robhaz_masses::ModelErrorTooLarge;
 use robhaz_sim::sensors::ImuPlace;
 

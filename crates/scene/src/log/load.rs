@@ -3,19 +3,20 @@
 use super::choice::LogChoice;
 use super::mapping::{self, CHANNELS, Missing};
 use super::reading::{IMUS, READING};
-use crate::error::{Problem, SceneError};
 use crate::estimators::Estimators;
-use crate::form::{Form, KeyReference, Maybe, Out};
-use crate::key::{self, keys, section};
-use crate::quantity::{
-    ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
-};
-use crate::reader::Reader;
 use crate::robot::{ROBOT, RobotChoice};
-use crate::source::Node;
-use crate::values::{Covariance, MEASURED, NAME, SIDES, text};
+use crate::values::{Covariance, MEASURED, SIDES};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
+use robhaz_keys::error::{FileError, Problem};
+use robhaz_keys::form::{Form, KeyReference, Maybe, Out};
+use robhaz_keys::key::{self, keys, section};
+use robhaz_keys::quantity::{
+    ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
+};
+use robhaz_keys::reader::Reader;
+use robhaz_keys::source::Node;
+use robhaz_keys::values::{NAME, text};
 use robhaz_masses::{Tolerances, WeighError};
 use robhaz_model::Units;
 use std::path::Path;
@@ -182,8 +183,8 @@ impl LogChoice {
     /// Reads a log description. What it does not state is as in `base`.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of the file and of robot files that it names.
-    pub fn load(path: &Path, base: Self) -> Result<Self, SceneError> {
+    /// [`FileError`] with all problems of the file and of robot files that it names.
+    pub fn load(path: &Path, base: Self) -> Result<Self, FileError> {
         let allowed = "a log description in TOML, UTF-8";
         Reader::load(path, allowed, |text, shown, folder| {
             Self::parse(text, shown, folder, base)
@@ -200,7 +201,7 @@ impl LogChoice {
         source_name: &str,
         base_dir: &Path,
         base: Self,
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self, FileError> {
         // Keys of one section do not exist in another.
         let reader = Reader::new(base_dir.to_owned(), |_| None);
         reader.read(source_name, text, |reader, root| read(reader, &root, base))
@@ -211,13 +212,13 @@ impl LogChoice {
     /// build them ([`Tolerances::built`]), and the text says so.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of a file; a robot that cannot stand in the postures of a
+    /// [`FileError`] with all problems of a file; a robot that cannot stand in the postures of a
     /// drive.
     pub fn described(
         self,
         sensors: Option<&Path>,
         robot: Option<&Path>,
-    ) -> Result<(Self, Option<String>), SceneError> {
+    ) -> Result<(Self, Option<String>), FileError> {
         let mut choice = self;
         // How exact the robot of a folder is says nothing of another one.
         choice.states_loads &= robot.is_none();
@@ -241,7 +242,7 @@ impl LogChoice {
         }
         let built = Tolerances::built(&choice.robot.robot);
         let loads = built.loads(&choice.robot.robot);
-        let refused = |e: WeighError| SceneError::unread("[robot]", e.to_string());
+        let refused = |e: WeighError| FileError::unread("[robot]", e.to_string());
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(loads.map_err(refused)?);
@@ -265,8 +266,8 @@ impl LogChoice {
     /// state, too. Other sections and keys have no effect.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of these keys, or a file without the section.
-    pub fn take_robot(&mut self, path: &Path) -> Result<(), SceneError> {
+    /// [`FileError`] with all problems of these keys, or a file without the section.
+    pub fn take_robot(&mut self, path: &Path) -> Result<(), FileError> {
         self.robot = RobotChoice::load(path)?;
         self.states_robot = true;
         Reader::load(path, ROBOT_FILE, |text, shown, folder| {
@@ -311,8 +312,8 @@ impl RobotChoice {
     /// effect.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of `[robot]`, or a file without that section.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
+    /// [`FileError`] with all problems of `[robot]`, or a file without that section.
+    pub fn load(path: &Path) -> Result<Self, FileError> {
         Reader::load(path, ROBOT_FILE, |text, shown, folder| {
             let reader = Reader::new(folder.to_owned(), |_| None);
             reader.read(shown, text, |reader, root| {

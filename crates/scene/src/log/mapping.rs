@@ -1,13 +1,13 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
 use super::reading::{ANY, ImuChoice, READINGS, ReadingChoice, is_of_body};
-use crate::error::Problem;
-use crate::form::{About, Form, items, quoted, word};
-use crate::key::{List, keys};
-use crate::quantity::{TIME, number};
-use crate::reader::{Reader, join};
-use crate::source::Node;
-use crate::values::text;
+use robhaz_keys::error::Problem;
+use robhaz_keys::form::{About, Form, items, quoted, word};
+use robhaz_keys::key::{List, keys};
+use robhaz_keys::quantity::{TIME, number};
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::Node;
+use robhaz_keys::values::text;
 use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.

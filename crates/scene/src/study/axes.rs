@@ -1,13 +1,13 @@
 //! Reads the axes of a study.
 
 use super::choice::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
-use crate::error::Problem;
-use crate::form::{About, Form, Plain, items, read_only};
-use crate::key::{self, keys};
 use crate::load::reference;
-use crate::reader::{Reader, join};
-use crate::source::{Node, Value};
-use crate::values::text;
+use robhaz_keys::error::Problem;
+use robhaz_keys::form::{About, Form, Plain, items, read_only};
+use robhaz_keys::key::{self, keys};
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::{Node, Value};
+use robhaz_keys::values::text;
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeSet, HashSet};
 

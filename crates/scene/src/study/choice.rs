@@ -1,11 +1,11 @@
 //! A study file with every choice made, and the scene of one run.
 
-use crate::error::{Problem, SceneError};
 use crate::load::reference;
-use crate::overrides::{Step, steps};
-use crate::quantity::short;
 use crate::scene::Scene;
-use crate::source::{self, Node, Origin, Value};
+use robhaz_keys::error::{FileError, Problem};
+use robhaz_keys::overrides::{Step, steps};
+use robhaz_keys::quantity::short;
+use robhaz_keys::source::{self, Node, Origin, Value};
 use robhaz_model::named;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -235,8 +235,8 @@ impl BaseScene {
     /// Reads the base scene of a study file in `folder`.
     ///
     /// # Errors
-    /// [`SceneError`] at the study's key `scene`.
-    pub fn load(study: &StudyChoice, folder: &Path) -> Result<Self, SceneError> {
+    /// [`FileError`] at the study's key `scene`.
+    pub fn load(study: &StudyChoice, folder: &Path) -> Result<Self, FileError> {
         let path = folder.join(study.scene());
         let text = source::read_toml(&path).map_err(|error| {
             let shown = path.display();
@@ -249,9 +249,9 @@ impl BaseScene {
     /// The scene of a run.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems. Those that a setting or an item of `set` causes are at
+    /// [`FileError`] with all problems. Those that a setting or an item of `set` causes are at
     /// their place in the study file.
-    pub fn scene(&self, study: &StudyChoice, settings: &[Setting]) -> Result<Scene, SceneError> {
+    pub fn scene(&self, study: &StudyChoice, settings: &[Setting]) -> Result<Scene, FileError> {
         let of_study = study.overrides.iter().map(|(text, _)| text.clone());
         let of_run = settings.iter().map(Setting::as_override);
         let overrides: Vec<String> = of_study.chain(of_run).collect();
@@ -265,7 +265,7 @@ impl BaseScene {
                     Some(origin) => p.moved_to(origin),
                     None => p,
                 });
-            SceneError {
+            FileError {
                 problems: moved.collect(),
                 count: error.count,
             }

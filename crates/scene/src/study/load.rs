@@ -2,12 +2,12 @@
 
 use super::axes::{Axes, MOST_RUNS, RUNS};
 use super::choice::{Axis, DrawMethod, Draws, StudyChoice, StudyTables};
-use crate::error::{Problem, SceneError};
-use crate::form::{Form, read_only, word};
-use crate::key::{keys, section};
-use crate::reader::Reader;
-use crate::source::Node;
-use crate::values::{NAME, SEED, from_stem, text};
+use robhaz_keys::error::{FileError, Problem};
+use robhaz_keys::form::{Form, read_only, word};
+use robhaz_keys::key::{keys, section};
+use robhaz_keys::reader::Reader;
+use robhaz_keys::source::Node;
+use robhaz_keys::values::{NAME, SEED, from_stem, text};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -80,9 +80,9 @@ impl StudyChoice {
     /// Reads a study file.
     ///
     /// # Errors
-    /// [`SceneError`] with all problems of the file. The base scene is not read: see
+    /// [`FileError`] with all problems of the file. The base scene is not read: see
     /// [`super::BaseScene`].
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
+    pub fn load(path: &Path) -> Result<Self, FileError> {
         Reader::load(path, "a study file in TOML, UTF-8", |text, shown, _| {
             Self::parse(text, shown)
         })
@@ -92,7 +92,7 @@ impl StudyChoice {
     ///
     /// # Errors
     /// As [`StudyChoice::load`].
-    pub fn parse(text: &str, source_name: &str) -> Result<Self, SceneError> {
+    pub fn parse(text: &str, source_name: &str) -> Result<Self, FileError> {
         let reader = Reader::new(PathBuf::new(), |_| None);
         reader.read(source_name, text, |reader, root| {
             read(reader, &root, text, source_name)

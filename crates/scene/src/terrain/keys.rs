@@ -3,12 +3,12 @@
 use super::TerrainChoice;
 use super::ground::{DEFAULT, Ground, KINDS};
 use super::points::{self, COLUMN, FILE, HASH, Points};
-use crate::form::{About, Form, KeyReference, Maybe, Out, items, object, word};
-use crate::key::{self, Key, List, keys, properties, required};
-use crate::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
-use crate::reader::{Reader, join};
-use crate::source::{Entry, Node};
-use crate::values::{COUNT, SEED, SWITCH};
+use robhaz_keys::form::{About, Form, KeyReference, Maybe, Out, items, object, word};
+use robhaz_keys::key::{self, Key, List, keys, properties, required};
+use robhaz_keys::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::{Entry, Node};
+use robhaz_keys::values::{COUNT, SEED, SWITCH};
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Interpolation, RoughClass};
 use serde_json::{Value as Json, json};

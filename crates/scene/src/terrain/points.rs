@@ -1,11 +1,11 @@
 //! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
-use crate::error::Problem;
-use crate::form::{About, Form, Plain, items, quote};
-use crate::quantity::{LENGTH, Point, at_least, number, point};
-use crate::reader::{Reader, join};
-use crate::source::{self, Node, Origin, Source, Value, grouped};
-use crate::values::text;
+use robhaz_keys::error::Problem;
+use robhaz_keys::form::{About, Array, Form, Plain, items, quote};
+use robhaz_keys::quantity::{LENGTH, Number, at_least, number, point};
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::{self, Node, Origin, Source, Value, grouped};
+use robhaz_keys::values::text;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
@@ -41,7 +41,9 @@ impl Track {
 
 /// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
-const POINT: Point = point(number(LENGTH, at_least(-1000.0).at_most(1000.0)));
+/// Largest size of a track, bytes.
+const MOST_BYTES: usize = 100_000_000;
+const POINT: Array<Number, Vec2> = point(number(LENGTH, at_least(-1000.0).at_most(1000.0)));
 
 /// The file of the points.
 pub(super) const FILE: Plain<String> = text(
@@ -174,7 +176,7 @@ fn from_file(
     }
     let found = reader.base_dir.join(&keys.file);
     let shown = found.display().to_string();
-    let bytes = source::read(&found, source::MOST_TRACK).map_err(|error| {
+    let bytes = source::read(&found, MOST_BYTES).map_err(|error| {
         let (name, allowed) = (file.origin.found(), FILE.words);
         let message = format!("found {name}, but {shown} {error}; allowed: {allowed}");
         Problem::at(&file.origin, &key, message)

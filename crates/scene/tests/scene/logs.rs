@@ -6,10 +6,10 @@
 )]
 
 use robhaz_estimator::Sides;
-use robhaz_scene::{LogChoice, RobotChoice, Scene, SceneError};
+use robhaz_scene::{FileError, LogChoice, RobotChoice, Scene};
 use std::path::Path;
 
-fn parse(text: &str) -> Result<LogChoice, SceneError> {
+fn parse(text: &str) -> Result<LogChoice, FileError> {
     LogChoice::parse(text, "s.toml", Path::new(""), LogChoice::default())
 }
 

@@ -6,12 +6,12 @@
 
 use robhaz_estimator::{EstimatorSettings, Masses, Method};
 use robhaz_model::{Geometry, MassSet};
-use robhaz_scene::{Grade, ModelError, Scene, SceneError, SensorChoice, SensorSpec};
+use robhaz_scene::{FileError, Grade, ModelError, Scene, SensorChoice, SensorSpec};
 use robhaz_sim::friction::{FrictionKind, FrictionLaw};
 use robhaz_terrain::Profile;
 use std::path::Path;
 
-fn parse(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+fn parse(text: &str, overrides: &[&str]) -> Result<Scene, FileError> {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
     Scene::parse(text, "x.toml", Path::new(""), &overrides)
 }

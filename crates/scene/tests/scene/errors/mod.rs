@@ -10,10 +10,10 @@ mod ground;
 mod robots;
 
 use miette::Diagnostic;
-use robhaz_scene::{Scene, SceneError};
+use robhaz_scene::{FileError, Scene};
 use std::path::Path;
 
-fn error(text: &str) -> SceneError {
+fn error(text: &str) -> FileError {
     match Scene::parse(text, "x.toml", Path::new(""), &[]) {
         Err(error) => error,
         Ok(_) => panic!("no error in: {text}"),

@@ -11,15 +11,13 @@ use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 use tracing::debug;
 
-/// Largest size of a scene or robot file, bytes: enough for 100 000 points of full precision.
+/// Largest size of a TOML file, bytes: enough for 100 000 points of full precision.
 const MOST_TOML: usize = 6_000_000;
 /// Largest number of words and signs of such a file: each takes some hundred bytes of memory.
 const MOST_TOKENS: usize = 1_000_000;
-/// Largest size of a track, bytes.
-pub(crate) const MOST_TRACK: usize = 100_000_000;
 
 /// The content of a file of at most `most` bytes; the error completes the sentence "FILE ...".
-pub(crate) fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
+pub fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
     let cannot = |error: std::io::Error| format!("cannot be read: {error}");
     let file = File::open(path).map_err(cannot)?;
     let mut bytes = Vec::new();
@@ -35,8 +33,8 @@ pub(crate) fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// The text of a scene or robot file.
-pub(crate) fn read_toml(path: &Path) -> Result<String, String> {
+/// The text of a TOML file.
+pub fn read_toml(path: &Path) -> Result<String, String> {
     let text = String::from_utf8(read(path, MOST_TOML)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         format!("cannot be read: byte {at} is no UTF-8")
@@ -44,7 +42,7 @@ pub(crate) fn read_toml(path: &Path) -> Result<String, String> {
     check_toml(&text).map(|()| text)
 }
 
-/// Checks the size of the text of a scene or robot file.
+/// Checks the size of the text of a TOML file.
 pub(crate) fn check_toml(text: &str) -> Result<(), String> {
     if text.len() > MOST_TOML {
         return Err(too_large(MOST_TOML));
@@ -71,9 +69,10 @@ fn too_large(most: usize) -> String {
 
 /// A text with its name.
 #[derive(Debug)]
-pub(crate) struct Source {
+pub struct Source {
     /// Whether it is an override of the command line: one line, named by itself.
     pub is_override: bool,
+    /// The text, named by its file or `--set key=value`.
     pub text: NamedSource<String>,
     /// Byte at which each line starts.
     line_starts: Vec<usize>,
@@ -90,6 +89,7 @@ impl Source {
         })
     }
 
+    /// The text of a file.
     pub fn file(name: &str, text: &str) -> Arc<Self> {
         Self::new(false, name, text)
     }
@@ -110,13 +110,15 @@ impl Source {
 
 /// A place in a source.
 #[derive(Clone, Debug)]
-pub(crate) struct Origin {
+pub struct Origin {
+    /// The text that it is in.
     pub source: Arc<Source>,
     /// In bytes.
     pub span: Range<usize>,
 }
 
 impl Origin {
+    /// A place of a text, in bytes.
     pub fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
         Self {
             source: Arc::clone(source),
@@ -130,12 +132,13 @@ impl Origin {
         starts.partition_point(|start| *start <= self.span.start)
     }
 
+    /// Whether it is in an override of the command line.
     pub fn is_override(&self) -> bool {
         self.source.is_override
     }
 
     /// Of a place over several lines, what is on the first.
-    pub fn of_first_line(&self) -> Range<usize> {
+    pub(crate) fn of_first_line(&self) -> Range<usize> {
         let line = self.source.line_span(self.line()).unwrap_or_default();
         self.span.start..self.span.end.min(line.end).max(self.span.start)
     }
@@ -155,7 +158,7 @@ impl Origin {
     }
 
     /// The start of the line on which it is written.
-    pub fn whole_line(&self) -> String {
+    pub(crate) fn whole_line(&self) -> String {
         let span = self.source.line_span(self.line()).unwrap_or_default();
         shortened(self.source.text.inner().get(span).unwrap_or_default())
     }
@@ -184,21 +187,27 @@ fn shortened(text: &str) -> String {
 
 /// A value and where it was written.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
+pub struct Node {
+    /// Where it is written.
     pub origin: Origin,
+    /// What it is.
     pub value: Value,
 }
 
 /// A value in the text.
 #[derive(Clone, Debug)]
-pub(crate) enum Value {
+pub enum Value {
+    /// A text in quotes.
     Text(String),
+    /// A number with a decimal point or an exponent.
     Float(f64),
     /// A whole number, where it fits, and its value as a float.
     Integer(Option<i128>, f64),
+    /// `true` or `false`.
     Boolean(bool),
     /// A type that no key takes, in words.
     Other(&'static str),
+    /// An array.
     Array(Vec<Node>),
     /// In the order of the file.
     Table(Vec<Entry>),
@@ -206,9 +215,12 @@ pub(crate) enum Value {
 
 /// A key with its value.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
+pub struct Entry {
+    /// Its name.
     pub key: String,
+    /// Where its name is written.
     pub origin: Origin,
+    /// Its value.
     pub node: Node,
 }
 
@@ -233,7 +245,7 @@ impl Node {
     }
 
     /// The type of the value in words.
-    pub fn type_name(&self) -> &'static str {
+    pub(crate) fn type_name(&self) -> &'static str {
         match self.value {
             Value::Text(_) => "a text",
             Value::Float(_) => "a number",
@@ -308,10 +320,7 @@ impl Node {
 }
 
 /// Reads a TOML document; hands each error with its place to `refuse`.
-pub(crate) fn document(
-    source: &Arc<Source>,
-    mut refuse: impl FnMut(&Origin, &str),
-) -> Option<Node> {
+pub fn document(source: &Arc<Source>, mut refuse: impl FnMut(&Origin, &str)) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(source.text.inner());
     let place = Place { source, offset: 0 };
     let mut lines = HashSet::new();
@@ -388,7 +397,7 @@ fn whole(integer: &DeInteger<'_>) -> Value {
 }
 
 /// A count with a space between groups of three digits.
-pub(crate) fn grouped(count: usize) -> String {
+pub fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {

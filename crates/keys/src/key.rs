@@ -1,7 +1,7 @@
 //! Keys and tables of keys. A key has a name, a meaning, the form of its value, and the field that
 //! it sets. Each is declared once, by [`keys!`].
 //!
-//! Reading, writing, the reference in `docs/scenes.md` and JSON Schema walk these declarations.
+//! Reading, writing, tables of keys and JSON Schema walk these declarations.
 //! Defaults are not declared: they come from the `Default` or a named constructor of the type that
 //! holds the field.
 
@@ -13,21 +13,25 @@ use crate::source::{Entry, Node};
 use serde_json::{Map, Value as Json, json};
 
 /// A key of a table that sets a field of `T`.
-pub(crate) struct Key<T: 'static> {
+pub struct Key<T: 'static> {
+    /// Its name in the file.
     pub name: &'static str,
+    /// What it means; the comment beside it in a written file.
     pub meaning: &'static str,
+    /// What holds where it is not given.
     pub absent: Absent,
+    /// The form of its value, at its field.
     pub field: &'static dyn Form<Value = T>,
 }
 
 /// Keys in their order.
-pub(crate) trait Keys<'k, T: 'static>: IntoIterator<Item = &'k Key<T>> + Clone {}
+pub trait Keys<'k, T: 'static>: IntoIterator<Item = &'k Key<T>> + Clone {}
 
 impl<'k, T: 'static, K: IntoIterator<Item = &'k Key<T>> + Clone> Keys<'k, T> for K {}
 
 /// What holds where a key is not given.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Absent {
+pub enum Absent {
     /// What the field holds before the file is read.
     Default,
     /// The default in words, where it follows from other keys.
@@ -40,15 +44,16 @@ pub(crate) enum Absent {
 /// default in words where the field does not hold it, the form of the value, and the field: its
 /// path in the table's type, `self` for a section of it, or a closure in brackets. A key that is
 /// not always written has its condition after `if`: a function of the table.
+#[macro_export]
 macro_rules! keys {
     (@absent) => {
-        crate::key::Absent::Default
+        $crate::key::Absent::Default
     };
     (@absent required) => {
-        crate::key::Absent::Required
+        $crate::key::Absent::Required
     };
     (@absent $words:literal) => {
-        crate::key::Absent::Words($words)
+        $crate::key::Absent::Words($words)
     };
     (@at self) => {
         |it| it
@@ -64,12 +69,12 @@ macro_rules! keys {
         $name:ident $(($($absent:tt)+))?: $form:expr => $($at:tt).+ $(if $is_written:expr)?;
     )+) => {
         $(#[doc = $about])*
-        $vis const $table: &[crate::key::Key<$t>] = &[$(crate::key::Key {
+        $vis const $table: &[$crate::key::Key<$t>] = &[$($crate::key::Key {
             name: stringify!($name),
             meaning: concat!($($meaning),+).trim_ascii(),
-            absent: crate::key::keys!(@absent $($($absent)+)?),
-            field: &crate::key::At::<$t, _> {
-                at: crate::key::keys!(@at $($at).+),
+            absent: $crate::key::keys!(@absent $($($absent)+)?),
+            field: &$crate::key::At::<$t, _> {
+                at: $crate::key::keys!(@at $($at).+),
                 form: $form,
                 // The condition, if there is one, comes before that which always holds.
                 is_written: [$($is_written as fn(&$t) -> bool,)? |_: &$t| true][0],
@@ -77,12 +82,15 @@ macro_rules! keys {
         }),+];
     };
 }
-pub(crate) use keys;
+pub use crate::keys;
 
 /// A form of values at a field of `T`.
-pub(crate) struct At<T: 'static, F: Form> {
+pub struct At<T: 'static, F: Form> {
+    /// The field.
     pub at: fn(&mut T) -> &mut F::Value,
+    /// The form of its value.
     pub form: F,
+    /// Whether it is written into a file.
     pub is_written: fn(&T) -> bool,
 }
 
@@ -121,7 +129,7 @@ impl<T, F: Form> Form for At<T, F> {
 }
 
 /// A table of any file that names the versions that wrote it. It is not read.
-pub(crate) const IGNORED: &str = "resolved";
+pub const IGNORED: &str = "resolved";
 
 impl Reader {
     /// Reads a whole table.
@@ -204,13 +212,13 @@ impl Out {
 }
 
 /// The names of keys, in their order.
-pub(crate) fn names<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
+pub fn names<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
     keys.into_iter().map(|k| k.name).collect()
 }
 
 /// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the
 /// defaults.
-pub(crate) fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str, of: &mut T) {
+pub fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str, of: &mut T) {
     for key in keys.iter().filter(|k| !k.field.is_section()) {
         rows.push(row(key, path, of));
     }
@@ -220,7 +228,7 @@ pub(crate) fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str,
 }
 
 /// The row of one key.
-pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
+pub fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
     let About { values, units, .. } = key.field.about();
     KeyReference {
         key: join(path, key.name),
@@ -244,18 +252,28 @@ fn shown(text: &str) -> String {
 
 /// JSON Schema of a table with these keys and no others; with the defaults that the keys have in
 /// `of`.
-pub(crate) fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
+pub fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
     object(properties(keys, of), &required(keys))
 }
 
+/// JSON Schema (draft 7) of a file with these keys; with the defaults that the keys have in `of`.
+pub fn file_schema<T>(title: &str, keys: &[Key<T>], of: Option<&mut T>) -> Json {
+    let mut file = schema(keys, of);
+    file["$schema"] = json!("http://json-schema.org/draft-07/schema#");
+    file["title"] = json!(title);
+    file["properties"][IGNORED] =
+        json!({"type": "object", "description": "what wrote the file; not read"});
+    file
+}
+
 /// The names of the keys without a default.
-pub(crate) fn required<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
+pub fn required<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
     let required = keys.into_iter().filter(|k| k.absent == Absent::Required);
     required.map(|k| k.name).collect()
 }
 
 /// JSON Schema of each key.
-pub(crate) fn properties<'k, T: 'static>(
+pub fn properties<'k, T: 'static>(
     keys: impl Keys<'k, T>,
     mut of: Option<&mut T>,
 ) -> Map<String, Json> {
@@ -281,7 +299,8 @@ pub(crate) fn properties<'k, T: 'static>(
 }
 
 /// A table.
-pub(crate) struct Table<T: 'static> {
+pub struct Table<T: 'static> {
+    /// The keys of the table.
     pub keys: &'static [Key<T>],
     /// In words; empty for a section, of which tables of keys list the keys alone.
     pub words: &'static str,
@@ -290,7 +309,7 @@ pub(crate) struct Table<T: 'static> {
 }
 
 /// A table of which tables of keys list the keys alone.
-pub(crate) const fn section<T>(keys: &'static [Key<T>]) -> Table<T> {
+pub const fn section<T>(keys: &'static [Key<T>]) -> Table<T> {
     Table {
         keys,
         words: "",
@@ -336,11 +355,14 @@ impl<T> Form for Table<T> {
 }
 
 /// Tables, each headed `[[path]]`.
-pub(crate) struct List<T: 'static> {
+pub struct List<T: 'static> {
+    /// The keys of an item.
     pub keys: &'static [Key<T>],
     /// In words; empty for a list of which tables of keys list the keys alone.
     pub words: &'static str,
+    /// Least number of items.
     pub least: usize,
+    /// Largest number of items.
     pub most: usize,
     /// An item before its keys are read.
     pub start: fn() -> T,

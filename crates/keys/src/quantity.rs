@@ -5,12 +5,12 @@ use crate::error::Problem;
 use crate::form::{About, Array, Form};
 use crate::reader::Reader;
 use crate::source::{Node, Value};
-use robhaz_model::Vec2;
 use serde_json::{Value as Json, json};
 use std::fmt;
 
 /// The units in which a key may be written: SI first. None for a pure number.
-pub(crate) struct Dimension {
+pub struct Dimension {
+    /// Names of the units.
     pub names: &'static [&'static str],
     /// How a number in each becomes SI.
     to_si: &'static [fn(f64) -> f64],
@@ -19,7 +19,8 @@ pub(crate) struct Dimension {
 // Sub-units divide: 35 cm is then exactly the double 0.35, which 35 * 0.01 is not.
 macro_rules! dimension {
     ($name:ident: $si:literal $(, $unit:literal => $to_si:expr)*) => {
-        pub(crate) const $name: &Dimension = &Dimension {
+        #[doc = concat!("In ", $si, $(", ", $unit,)* ".")]
+        pub const $name: &Dimension = &Dimension {
             names: &[$si $(, $unit)*],
             to_si: &[|v| v $(, $to_si)*],
         };
@@ -27,7 +28,7 @@ macro_rules! dimension {
 }
 
 /// A pure number.
-pub(crate) const NONE: &Dimension = &Dimension {
+pub const NONE: &Dimension = &Dimension {
     names: &[],
     to_si: &[],
 };
@@ -78,27 +79,26 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
     })
 }
 
-/// Longest time of a run, s.
-pub(crate) const LONGEST_RUN: f64 = 1e6;
-
 /// The numbers that a key takes, SI: between two ends, each with whether it belongs to them. Never
 /// an infinite one or a NaN.
 #[derive(Clone, Copy)]
-pub(crate) struct Range {
+pub struct Range {
+    /// The lower end, and whether it belongs to the range.
     pub low: (f64, bool),
+    /// The upper end, and whether it belongs to the range.
     pub high: (f64, bool),
 }
 
 /// The lower end of a range.
-pub(crate) struct From(f64, bool);
+pub struct From(f64, bool);
 
 /// Above a number.
-pub(crate) const fn above(low: f64) -> From {
+pub const fn above(low: f64) -> From {
     From(low, false)
 }
 
 /// A number or more.
-pub(crate) const fn at_least(low: f64) -> From {
+pub const fn at_least(low: f64) -> From {
     From(low, true)
 }
 
@@ -140,7 +140,7 @@ impl fmt::Display for Range {
 }
 
 /// A number in its short form: `0.2`, `20000`, `1.5e-4`. Reads back as the same number.
-pub(crate) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e6).contains(&size) {
         format!("{value}")
@@ -151,13 +151,15 @@ pub(crate) fn short(value: f64) -> String {
 
 /// The unit and range of a number.
 #[derive(Clone, Copy)]
-pub(crate) struct Number {
+pub struct Number {
+    /// The unit.
     pub unit: &'static Dimension,
+    /// The allowed numbers, SI.
     pub range: Range,
 }
 
 /// A number of a unit, in a range in SI.
-pub(crate) const fn number(unit: &'static Dimension, range: Range) -> Number {
+pub const fn number(unit: &'static Dimension, range: Range) -> Number {
     Number { unit, range }
 }
 
@@ -171,7 +173,7 @@ impl Number {
     }
 
     /// The same, with the units that a text may have.
-    pub fn allowed_in_full(&self) -> String {
+    pub(crate) fn allowed_in_full(&self) -> String {
         let (allowed, units) = (self.allowed(), self.unit.names.join(", "));
         match units.is_empty() {
             true => allowed,
@@ -268,22 +270,19 @@ impl Reader {
     }
 }
 
-/// `[x, y]`
-pub(crate) type Point = Array<Number, Vec2>;
-
-/// A point in a range, SI.
-pub(crate) const fn point(number: Number) -> Point {
+/// A point `[x, y]` of any type that shows its coordinates as an array, in a range, SI.
+pub const fn point<V: AsMut<[f64; 2]>>(number: Number) -> Array<Number, V> {
     Array {
         item: number,
         words: "[x, y], each {}",
         count: [2; 2],
-        items: |point| point.as_mut_slice(),
+        items: |point| point.as_mut(),
         written: |_| 2,
     }
 }
 
 /// A text of a number, as the reader takes it, and a unit.
-pub(crate) fn with_unit(unit: &Dimension) -> Json {
+pub fn with_unit(unit: &Dimension) -> Json {
     const NUMBER: &str = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?";
     let units: Vec<String> = unit.names.iter().map(|name| escaped(name)).collect();
     let pattern = format!(r"^\s*{NUMBER}\s*({})\s*$", units.join("|"));

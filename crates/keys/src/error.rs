@@ -1,4 +1,4 @@
-//! Problems of a scene. Each names its file, line and key, what was found and what is allowed.
+//! Problems of a file. Each names its file, line and key, what was found and what is allowed.
 
 use crate::source::Origin;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
@@ -15,13 +15,15 @@ pub struct Problem {
     pub key: String,
     /// What was found and what is allowed.
     pub message: String,
-    pub(crate) origin: Option<Origin>,
+    /// Where it was written; `None` for a file that cannot be read.
+    pub origin: Option<Origin>,
     /// Whether it is about several keys or a missing key.
-    pub(crate) whole: bool,
+    pub whole: bool,
 }
 
 impl Problem {
-    pub(crate) fn at(origin: &Origin, key: &str, message: String) -> Self {
+    /// A problem of a key at a place.
+    pub fn at(origin: &Origin, key: &str, message: String) -> Self {
         let source = &origin.source;
         Self {
             line: (!source.is_override).then(|| origin.line()),
@@ -32,7 +34,7 @@ impl Problem {
     }
 
     /// A problem of a file without a known line.
-    pub(crate) fn unread(file: &str, message: String) -> Self {
+    pub fn unread(file: &str, message: String) -> Self {
         Self {
             file: harmless(file),
             line: None,
@@ -44,13 +46,14 @@ impl Problem {
     }
 
     /// The same problem at another place.
-    pub(crate) fn moved_to(self, origin: &Origin) -> Self {
+    pub fn moved_to(self, origin: &Origin) -> Self {
         let mut moved = Self::at(origin, &self.key, self.message);
         moved.whole = self.whole;
         moved
     }
 
-    pub(crate) fn whole(mut self) -> Self {
+    /// The same problem, about several keys or a missing key.
+    pub fn whole(mut self) -> Self {
         self.whole = true;
         self
     }
@@ -84,13 +87,13 @@ impl Diagnostic for Problem {
     }
 }
 
-/// The problems of a scene: at least one, at most 20.
+/// The problems of a file: at least one, at most 20.
 ///
-/// `Display` gives the first problem and the number of others; [`SceneError::problems`] are those
+/// `Display` gives the first problem and the number of others; [`FileError::problems`] are those
 /// that are shown. As a [`Diagnostic`] it shows the place of the first problem, and the others as
 /// related diagnostics.
 #[derive(Debug)]
-pub struct SceneError {
+pub struct FileError {
     /// The problems that are shown: file by file in the order of their lines, those of overrides
     /// last. Of more than 20, the first 20 and a last one with the number of the others.
     pub problems: Vec<Problem>,
@@ -98,8 +101,9 @@ pub struct SceneError {
     pub count: usize,
 }
 
-impl SceneError {
-    pub(crate) fn unread(file: &str, message: String) -> Self {
+impl FileError {
+    /// The problem of a file that cannot be read.
+    pub fn unread(file: &str, message: String) -> Self {
         Problem::unread(file, message).into()
     }
 
@@ -109,7 +113,7 @@ impl SceneError {
     }
 }
 
-impl From<Problem> for SceneError {
+impl From<Problem> for FileError {
     fn from(problem: Problem) -> Self {
         Self {
             problems: vec![problem],
@@ -118,7 +122,7 @@ impl From<Problem> for SceneError {
     }
 }
 
-impl fmt::Display for SceneError {
+impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.problems.first().map_or(Ok(()), |first| first.fmt(f))?;
         match self.count {
@@ -129,9 +133,9 @@ impl fmt::Display for SceneError {
     }
 }
 
-impl std::error::Error for SceneError {}
+impl std::error::Error for FileError {}
 
-impl Diagnostic for SceneError {
+impl Diagnostic for FileError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
         self.problems.first()?.source_code()
     }

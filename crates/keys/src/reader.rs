@@ -1,6 +1,6 @@
-//! Collects the problems of a scene while it is read.
+//! Collects the problems of a file while it is read.
 
-use crate::error::{Problem, SceneError};
+use crate::error::{FileError, Problem};
 use crate::source::{self, Entry, Node, Origin, Source, Value, document, grouped};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,20 +11,21 @@ const SHOWN: usize = 20;
 /// in the order of lines: the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
-/// Collects problems while a scene is read.
-pub(crate) struct Reader {
+/// Collects problems while a file is read.
+pub struct Reader {
     problems: Vec<Problem>,
     /// Number of further problems, which were only counted.
     hidden: usize,
-    /// Paths in the scene are relative to this folder.
+    /// Paths in the file are relative to this folder.
     pub base_dir: PathBuf,
-    /// The seed of the scene.
+    /// The seed of the file, for what is drawn while it is read.
     pub seed: u64,
     /// The table that has a key of a name, for messages on misplaced keys.
     pub home_of: fn(&str) -> Option<String>,
 }
 
 impl Reader {
+    /// A reader of files in a folder. `home_of` names the table that has a key of a name.
     pub fn new(base_dir: PathBuf, home_of: fn(&str) -> Option<String>) -> Self {
         Self {
             problems: Vec::new(),
@@ -40,11 +41,11 @@ impl Reader {
     pub fn load<T>(
         path: &Path,
         allowed: &str,
-        parse: impl FnOnce(&str, &str, &Path) -> Result<T, SceneError>,
-    ) -> Result<T, SceneError> {
+        parse: impl FnOnce(&str, &str, &Path) -> Result<T, FileError>,
+    ) -> Result<T, FileError> {
         let shown = path.display().to_string();
         let text = source::read_toml(path)
-            .map_err(|error| SceneError::unread(&shown, format!("{error}; allowed: {allowed}")))?;
+            .map_err(|error| FileError::unread(&shown, format!("{error}; allowed: {allowed}")))?;
         parse(&text, &shown, path.parent().unwrap_or(Path::new("")))
     }
 
@@ -54,8 +55,8 @@ impl Reader {
         name: &str,
         text: &str,
         read: impl FnOnce(&mut Self, Node) -> T,
-    ) -> Result<T, SceneError> {
-        source::check_toml(text).map_err(|error| SceneError::unread(name, error))?;
+    ) -> Result<T, FileError> {
+        source::check_toml(text).map_err(|error| FileError::unread(name, error))?;
         let root = self.document(&Source::file(name, text));
         let value = root.map(|root| read(&mut self, root));
         let mut problems = self.problems;
@@ -70,7 +71,7 @@ impl Reader {
             let message = format!("and {} more problems", grouped(count - SHOWN));
             problems.push(Problem::unread(&problems[0].file, message));
         }
-        Err(SceneError { problems, count })
+        Err(FileError { problems, count })
     }
 
     /// The entries of a table; anything else is a problem.
@@ -115,6 +116,7 @@ impl Reader {
         }
     }
 
+    /// Adds a problem.
     pub fn push(&mut self, problem: Problem) {
         self.problems.push(problem);
     }
@@ -147,7 +149,7 @@ impl Reader {
 }
 
 /// `path.name`, or `name` alone at the top.
-pub(crate) fn join(path: &str, name: &str) -> String {
+pub fn join(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {
@@ -180,7 +182,7 @@ const LONGEST: usize = 64;
 
 /// The allowed name that a misspelt one most likely means: few letters differ, or the start is the
 /// same.
-pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
+pub fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
     /// Least Jaro-Winkler similarity, 0 to 1; it gives the start more weight.
     const ALIKE: f64 = 0.85;
     if found.len() > LONGEST {

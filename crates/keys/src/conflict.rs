@@ -3,10 +3,10 @@
 use crate::quantity::short;
 
 /// A key and its value as text, for messages.
-pub(crate) type Value = (&'static str, String);
+pub type Value = (&'static str, String);
 
 /// Keys whose values do not go together, and what is allowed.
-pub(crate) struct Conflict {
+pub struct Conflict {
     /// The keys, the one to blame first.
     pub keys: Vec<Value>,
     /// What is allowed.
@@ -25,7 +25,7 @@ impl Conflict {
 }
 
 /// Keys that do not go together, the one to blame first, and what is allowed.
-pub(crate) fn conflict(keys: impl Into<Vec<Value>>, rule: impl Into<String>) -> Conflict {
+pub fn conflict(keys: impl Into<Vec<Value>>, rule: impl Into<String>) -> Conflict {
     Conflict {
         keys: keys.into(),
         rule: rule.into(),
@@ -33,18 +33,18 @@ pub(crate) fn conflict(keys: impl Into<Vec<Value>>, rule: impl Into<String>) -> 
 }
 
 /// A key and its number.
-pub(crate) fn valued(key: &'static str, value: f64) -> Value {
+pub fn valued(key: &'static str, value: f64) -> Value {
     (key, short(value))
 }
 
 /// A key and its word.
-pub(crate) fn named(key: &'static str, value: &str) -> Value {
+pub fn named(key: &'static str, value: &str) -> Value {
     (key, format!("\"{value}\""))
 }
 
 /// A limit in a message, rounded down to three digits, so that what a message allows is allowed; 0
 /// for a limit that is not positive.
-pub(crate) fn floor(limit: f64) -> String {
+pub fn floor(limit: f64) -> String {
     // This comparison is false for NaN, which becomes 0 too.
     match limit > 0.0 {
         true => short(rounded_down(limit)),

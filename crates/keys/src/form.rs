@@ -4,7 +4,7 @@ use crate::reader::{Reader, nearest, refusal};
 use crate::source::{Node, Value};
 use serde_json::{Map, Value as Json, json};
 
-/// A key of scene files.
+/// A key of a file, in tables of keys.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct KeyReference {
     /// Full dotted key; `[]` stands for an index.
@@ -22,7 +22,7 @@ pub struct KeyReference {
 }
 
 /// What a form allows.
-pub(crate) struct About {
+pub struct About {
     /// Allowed values in messages.
     pub allowed: String,
     /// The same in tables of keys, which have a column for units.
@@ -44,7 +44,7 @@ impl About {
 }
 
 /// What a value may be.
-pub(crate) trait Form: Sync {
+pub trait Form: Sync {
     /// The type of the value, or of what holds it.
     type Value;
 
@@ -82,7 +82,7 @@ pub(crate) trait Form: Sync {
 }
 
 /// A value that is read from its node alone.
-pub(crate) struct Plain<V> {
+pub struct Plain<V> {
     /// Allowed values in words.
     pub words: &'static str,
     /// Allowed values as JSON Schema.
@@ -117,7 +117,7 @@ impl<V> Form for Plain<V> {
 }
 
 /// A value that is never written.
-pub(crate) const fn read_only<V>(
+pub const fn read_only<V>(
     words: &'static str,
     schema: fn() -> Json,
     read: fn(&Node) -> Option<V>,
@@ -131,18 +131,18 @@ pub(crate) const fn read_only<V>(
 }
 
 /// A value whose allowed values depend on other keys: what reads those reads it, too.
-pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
+pub const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
     read_only(words, schema, |_| Some(()))
 }
 
 /// One of a few values, by its word.
-pub(crate) struct Word<E: 'static> {
+pub struct Word<E: 'static> {
     all: &'static [E],
     name: fn(E) -> &'static str,
 }
 
 /// One of `all`, by its `name`.
-pub(crate) const fn word<E>(all: &'static [E], name: fn(E) -> &'static str) -> Word<E> {
+pub const fn word<E>(all: &'static [E], name: fn(E) -> &'static str) -> Word<E> {
     Word { all, name }
 }
 
@@ -178,7 +178,7 @@ impl<E: Copy> Word<E> {
 }
 
 /// A value that may be missing.
-pub(crate) struct Maybe<F>(pub F);
+pub struct Maybe<F>(pub F);
 
 impl<F: Form<Value: Default>> Form for Maybe<F> {
     type Value = Option<F::Value>;
@@ -205,19 +205,21 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
 }
 
 /// An array of values.
-pub(crate) struct Array<F: Form, V> {
+pub struct Array<F: Form, V> {
+    /// The form of each item.
     pub item: F,
     /// In words, with `{}` for an item.
     pub words: &'static str,
     /// Least and largest number of items in a file.
     pub count: [usize; 2],
+    /// The items in the value.
     pub items: fn(&mut V) -> &mut [F::Value],
     /// How many of the items are written.
     pub written: fn(&V) -> usize,
 }
 
 /// An array of a fixed number of values; `words` have `{}` for an item.
-pub(crate) const fn array<F: Form, const N: usize>(
+pub const fn array<F: Form, const N: usize>(
     words: &'static str,
     item: F,
 ) -> Array<F, [F::Value; N]> {
@@ -309,18 +311,18 @@ impl Reader {
 }
 
 /// `; did you mean "word"?`, or nothing.
-pub(crate) fn did_you_mean(found: &str, words: &[&str]) -> String {
+pub fn did_you_mean(found: &str, words: &[&str]) -> String {
     nearest(found, words).map_or(String::new(), |near| format!("; did you mean \"{near}\"?"))
 }
 
 /// `"one", "two"`
-pub(crate) fn quoted(words: &[&str]) -> String {
+pub fn quoted(words: &[&str]) -> String {
     let words: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
     words.join(", ")
 }
 
 /// JSON Schema of a table with these properties and no others.
-pub(crate) fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
+pub fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
     let mut object = json!({
         "type": "object",
         "additionalProperties": false,
@@ -333,13 +335,13 @@ pub(crate) fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
 }
 
 /// JSON Schema of a list of at least `least` and at most `most` items.
-pub(crate) fn items(item: Json, least: usize, most: usize) -> Json {
+pub fn items(item: Json, least: usize, most: usize) -> Json {
     json!({"type": "array", "items": item, "minItems": least, "maxItems": most})
 }
 
 /// A TOML file being written: every choice with its unit, from the declarations of the keys.
 #[derive(Default)]
-pub(crate) struct Out(pub String);
+pub struct Out(pub String);
 
 impl Out {
     /// A line.
@@ -368,6 +370,6 @@ fn with_comment(text: &str, comment: &str) -> String {
 }
 
 /// A text in quotes, as TOML writes it.
-pub(crate) fn quote(value: &str) -> String {
+pub fn quote(value: &str) -> String {
     toml::Value::String(value.to_owned()).to_string()
 }
