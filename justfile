@@ -4,15 +4,12 @@
 check:
     cargo fmt --all --check
     cargo clippy --workspace --all-targets --locked -- -D warnings
+    cargo check --locked -p robhaz --no-default-features
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
-# All tests but those of the viewer, in the profile that runs use, so that dependencies are built once.
+# All tests, in the profile that runs use, so that dependencies are built once.
 test:
     cargo test --release
-
-# The viewer, and the program with it.
-test-viewer:
-    cargo test --release -p robhaz -p robhaz-viewer --features robhaz/viewer
 
 # Timings, as ratios within one run.
 bench:

@@ -186,7 +186,6 @@ fn estimate(c: &mut Criterion) {
 
 /// Cost of the viewer to the simulating thread in the third and fourth second of `smooth`: the
 /// simulation alone; with a recording. The times exclude layout and start.
-#[cfg(feature = "viewer")]
 fn viewing(c: &mut Criterion) {
     use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
     use robhaz_viewer::RecordingSink;
@@ -257,10 +256,6 @@ fn viewing(c: &mut Criterion) {
     }
     let _ = std::fs::remove_dir_all(&folder);
 }
-
-/// Without the feature `viewer` there is no such benchmark.
-#[cfg(not(feature = "viewer"))]
-fn viewing(_: &mut Criterion) {}
 
 criterion_group!(
     benches,

@@ -97,17 +97,10 @@ fn what_cannot_be_shown_is_refused() {
         (&["view", "a", "--pace", "fast"], "for scenes"),
         (&["view", "a", "--force"], "nothing else is written"),
         (&["view", "a", "--at", "1"], "--screenshot"),
+        (&["run", "flat.toml", "--rerun", "maybe"], "off, save, live"),
         (
-            &["run", "flat.toml", "--rerun", "maybe"],
-            "off, save, spawn",
-        ),
-        (
-            &["run", "flat.toml", "--rerun", "connect=nowhere"],
+            &["run", "flat.toml", "--rerun", "live=nowhere"],
             "not the address",
-        ),
-        (
-            &["run", "flat.toml", "--rerun", "serve"],
-            "rerun --serve-grpc",
         ),
     ] {
         let output = robhaz(dir.path(), arguments).output().unwrap();

@@ -1,9 +1,11 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
+use crate::estimate::shown as shown_place;
+use crate::interrupt::Interrupt;
 use crate::output_file::OutputFile;
 use crate::terminal::{shown, tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
-use robhaz_log::{ExportFormat, export};
+use robhaz_log::{ExportFormat, LogError, LogPlace, export};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -34,7 +36,7 @@ enum To {
 }
 
 /// Writes the log and prints what is in it.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let (format, extension) = match args.to {
         To::Mcap => (ExportFormat::Mcap, "mcap"),
         To::Csv => (ExportFormat::Csv, "csv"),
@@ -51,8 +53,19 @@ pub fn run(args: &Args) -> Result<()> {
         folder.with_added_extension(extension)
     };
     let target = args.out.clone().unwrap_or_else(name);
-    let file = OutputFile::create(&target, ("such logs", extension), &[], args.force)?;
-    let exported = export(&args.run, format, file.path()).into_diagnostic()?;
+    let place = LogPlace::find(&args.run).map_err(shown_place)?;
+    let what = ("such logs", extension);
+    let file = OutputFile::create(&target, what, &[], args.force, interrupt)?;
+    let exported = export(&place, format, file.path(), &|| interrupt.cause());
+    let exported = exported.map_err(|error| match error {
+        // The user knows the file by its own name.
+        LogError::Write { source, .. } => LogError::Write {
+            path: target.clone(),
+            source,
+        },
+        other => other,
+    });
+    let exported = exported.into_diagnostic()?;
     let path = file.finish()?;
     let run = args.run.display().to_string();
     exported.warnings.iter().for_each(|w| warn_of(&run, w));

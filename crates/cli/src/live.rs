@@ -1,17 +1,19 @@
 //! `--rerun`: how a run is recorded for the viewer and shown live.
 
 #[cfg(feature = "viewer")]
-use crate::terminal::{note, remark};
+use crate::terminal::{note, remark, say, word};
 #[cfg(feature = "viewer")]
 use miette::IntoDiagnostic;
 use miette::Result;
 use robhaz_run::Sink;
+#[cfg(feature = "viewer")]
+use robhaz_viewer::INSTALL;
 use std::path::Path;
 
 /// Why there is no viewer, and what helps.
 #[cfg(not(feature = "viewer"))]
-pub const WITHOUT_VIEWER: &str = "it is built without the viewer; `cargo run --release --features viewer -- ...` builds it in, \
-     `cargo install --path crates/cli --profile dist --features viewer` installs it so";
+pub const WITHOUT_VIEWER: &str = "it is built without the viewer (--no-default-features); `cargo install --locked --path crates/cli` \
+     installs it with the viewer";
 
 /// Values of `--rerun`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,10 +22,9 @@ pub enum Rerun {
     Off,
     /// `run.rrd` in the run's folder.
     Save,
-    /// As `Save`, and live in the viewer on this machine, which is started if necessary.
-    Spawn,
-    /// As `Save`, and live in a viewer that listens at an address.
-    Connect(String),
+    /// As `Save`, and live in the viewer that listens at an address; without one in the viewer on
+    /// this machine, which is started if need be.
+    Live(Option<String>),
 }
 
 impl Rerun {
@@ -36,22 +37,13 @@ impl Rerun {
 
     /// Reads the value of the option.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let reason = match text {
-            "off" => return Ok(Self::Off),
-            "save" => return Ok(Self::Save),
-            "spawn" => return Ok(Self::Spawn),
-            "connect" => return Ok(Self::Connect("127.0.0.1:9876".to_owned())),
-            "serve" => "`rerun --serve-grpc` serves viewers, and --rerun connect sends it the run",
-            _ => match text.strip_prefix("connect=") {
-                Some(address) if !address.is_empty() => {
-                    return Ok(Self::Connect(address.to_owned()));
-                }
-                _ => {
-                    "allowed are off, save, spawn, connect, connect=HOST:PORT and connect=rerun+http://HOST:PORT/proxy"
-                }
-            },
-        };
-        Err(reason.to_owned())
+        match (text, text.strip_prefix("live=")) {
+            ("off", _) => Ok(Self::Off),
+            ("save", _) => Ok(Self::Save),
+            ("live", _) => Ok(Self::Live(None)),
+            (_, Some(address)) if !address.is_empty() => Ok(Self::Live(Some(address.to_owned()))),
+            _ => Err("allowed are off, save, live and live=HOST:PORT".to_owned()),
+        }
     }
 }
 
@@ -70,8 +62,8 @@ impl Viewing {
         use robhaz_viewer::RecordingSink;
         let live = match choice {
             Rerun::Off | Rerun::Save => None,
-            Rerun::Spawn => Some(RecordingSink::spawn()),
-            Rerun::Connect(address) => Some(RecordingSink::connect(address)),
+            Rerun::Live(None) => Some(RecordingSink::live()),
+            Rerun::Live(Some(address)) => Some(RecordingSink::connect(address)),
         };
         Ok(Self {
             choice: choice.clone(),
@@ -95,9 +87,10 @@ impl Viewing {
         both.map(|sink| sink as &mut dyn Sink)
     }
 
-    /// After the run: reports reduced rates, and a viewer that did not get all of it.
-    pub fn finish(self) -> Result<()> {
-        let rates = self.recording.and_then(|r| r.reduced_rates());
+    /// After the run: reports reduced rates, a viewer that did not get all of it, and how the run
+    /// in its `folder` is seen.
+    pub fn finish(self, folder: Option<&Path>) -> Result<()> {
+        let rates = self.recording.as_ref().and_then(|r| r.reduced_rates());
         if let Some([series, frames]) = rates {
             note(&format!(
                 "The run is long: run.rrd has only {series:.1} Hz of its time series and {frames:.1} Hz of its animation; \
@@ -109,7 +102,20 @@ impl Viewing {
                 "The viewer at {address} did not get all of the run: {why}."
             ));
         }
-        Ok(())
+        match folder.filter(|_| self.recording.is_some()) {
+            Some(folder) => say(&how_to_see(folder, robhaz_viewer::is_installed())),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The command that shows a run, and what it needs.
+#[cfg(feature = "viewer")]
+fn how_to_see(folder: &Path, is_installed: bool) -> String {
+    let command = format!("See it with `robhaz view {}`", word(folder));
+    match is_installed {
+        true => command,
+        false => format!("{command}, after `{INSTALL}`"),
     }
 }
 
@@ -138,7 +144,7 @@ impl Viewing {
     }
 
     /// Does nothing.
-    pub fn finish(self) -> Result<()> {
+    pub fn finish(self, _folder: Option<&Path>) -> Result<()> {
         Ok(())
     }
 }
@@ -149,16 +155,29 @@ mod tests {
 
     #[test]
     fn every_choice_has_a_name_and_nothing_else_is_taken() {
-        let connect = |address: &str| Ok(Rerun::Connect(address.to_owned()));
+        let live = |address: Option<&str>| Ok(Rerun::Live(address.map(str::to_owned)));
         assert_eq!(Rerun::parse("off"), Ok(Rerun::Off));
         assert_eq!(Rerun::parse("save"), Ok(Rerun::Save));
-        assert_eq!(Rerun::parse("spawn"), Ok(Rerun::Spawn));
-        assert_eq!(Rerun::parse("connect"), connect("127.0.0.1:9876"));
-        assert_eq!(Rerun::parse("connect=host:1"), connect("host:1"));
-        for bad in ["", "on", "connect=", "save=x", "SAVE"] {
+        assert_eq!(Rerun::parse("live"), live(None));
+        assert_eq!(Rerun::parse("live=host:1"), live(Some("host:1")));
+        for bad in ["", "on", "live=", "save=x", "SAVE", "spawn"] {
             let error = Rerun::parse(bad).unwrap_err();
-            assert!(error.contains("connect=HOST:PORT"), "{bad}: {error}");
+            assert!(error.contains("live=HOST:PORT"), "{bad}: {error}");
         }
         assert!(Rerun::parse(Rerun::DEFAULT).is_ok());
+    }
+
+    /// The last line of a run can be copied, with and without a viewer.
+    #[test]
+    #[cfg(feature = "viewer")]
+    fn the_way_to_see_a_run_is_a_command() {
+        let folder = Path::new("runs/my run");
+        let said = how_to_see(folder, true);
+        assert_eq!(said, "See it with `robhaz view 'runs/my run'`");
+        let said = how_to_see(folder, false);
+        assert!(
+            said.ends_with("after `pip install rerun-sdk==0.36.3`"),
+            "{said}"
+        );
     }
 }

@@ -190,21 +190,21 @@ fn main() -> ExitCode {
     cli.output.apply(&cli.command);
     let interrupt = Interrupt::default();
     let done = match cli.command {
-        Command::New(args) => new::run(&args),
+        Command::New(args) => new::run(&args, &interrupt),
         Command::Keys(args) => keys::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Run(args) => run::run(&args, &interrupt),
         Command::Estimate(args) => estimate::run(&args, &interrupt),
         Command::Check(args) => check::run(&args),
-        Command::Export(args) => export::run(&args),
+        Command::Export(args) => export::run(&args, &interrupt),
         Command::Compare(args) => compare::compare(&args),
-        Command::Report(args) => report::run(&args),
+        Command::Report(args) => report::run(&args, &interrupt),
         Command::Verify(args) => verify::run(&args, &interrupt),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(&args, &interrupt),
         Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
-        Command::Weigh(args) => weigh::run(&args),
+        Command::Weigh(args) => weigh::run(&args, &interrupt),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
     };
     match done {

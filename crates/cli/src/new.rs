@@ -1,8 +1,9 @@
 //! `robhaz new`: a scene to edit.
 
+use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::{shown, tell};
-use miette::{IntoDiagnostic, Result, bail};
+use crate::terminal::{shown, tell, word};
+use miette::{Result, bail};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -48,7 +49,7 @@ pub struct Args {
 }
 
 /// Writes the file.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     // Without a slash at the end.
     let mut target: PathBuf = args.name.components().collect();
     if target.file_name().is_none() || target.is_dir() {
@@ -61,11 +62,11 @@ pub fn run(args: &Args) -> Result<()> {
     if target.extension().is_none_or(|e| e != SCENE.1) {
         target.as_mut_os_string().push(".toml");
     }
-    let file = OutputFile::create(&target, SCENE, &[], args.force)?;
-    std::fs::write(file.path(), args.robot.text()).into_diagnostic()?;
+    let file = OutputFile::create(&target, SCENE, &[], args.force, interrupt)?;
+    file.write(args.robot.text())?;
     let path = file.finish()?;
-    let path = shown(&path);
+    let (shown, word) = (shown(&path), word(&path));
     let text =
-        format!("{path}: edit it, then `robhaz run {path}`. `robhaz keys` explains its keys.");
-    tell(&text, &json!({"scene": path}))
+        format!("{shown}: edit it, then `robhaz run {word}`. `robhaz keys` explains its keys.");
+    tell(&text, &json!({"scene": shown}))
 }

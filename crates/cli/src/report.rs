@@ -1,5 +1,6 @@
 //! `robhaz report`: a run or a study on one page.
 
+use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::{shown, tell};
 use miette::{IntoDiagnostic, Result};
@@ -27,7 +28,7 @@ pub struct Args {
 }
 
 /// Writes the page.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let datasets = [DATASET, SWEEP].map(|name| args.run.join(name));
     let text = match datasets.iter().find(|path| path.is_file()) {
         Some(dataset) => study_page(&Dataset::read(dataset).into_diagnostic()?),
@@ -35,8 +36,8 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let default = || args.run.join("report.html");
     let target = args.out.clone().unwrap_or_else(default);
-    let file = OutputFile::create(&target, PAGE, &[], args.force)?;
-    std::fs::write(file.path(), text).into_diagnostic()?;
+    let file = OutputFile::create(&target, PAGE, &[], args.force, interrupt)?;
+    file.write(&text)?;
     let page = shown(&file.finish()?);
     tell(&format!("Page: {page}"), &json!({"page": page}))
 }

@@ -23,9 +23,9 @@ pub struct Args {
     /// Format of the tables.
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
-    /// Output for the Rerun viewer: `off` none; `save` the file run.rrd. With that file and live:
-    /// `spawn` starts the viewer on this machine, `connect=HOST:PORT` sends the run to a viewer
-    /// that listens there.
+    /// Output for the Rerun viewer: `off` none; `save` the file run.rrd; `live` this file, and the
+    /// run is shown while it goes on, in the viewer on this machine, which is started if need be;
+    /// `live=HOST:PORT` the same in a viewer that listens there.
     #[arg(long, value_name = "HOW", value_parser = Rerun::parse, default_value = Rerun::DEFAULT)]
     rerun: Rerun,
     /// Speed of the run.
@@ -140,7 +140,7 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
         job.work,
         summary.wall_s,
     ))?;
-    viewing.finish()?;
+    viewing.finish(Some(&path))?;
     Ok(json!({
         "name": job.name,
         "folder": shown(&path),

@@ -87,6 +87,19 @@ pub fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
+/// A path as a word of a shell's command line: quoted if need be, and never an option.
+pub fn word(path: &Path) -> String {
+    let mut text = shown(path);
+    if text.starts_with('-') {
+        text.insert_str(0, "./");
+    }
+    let is_plain = |c: char| c.is_alphanumeric() || "/\\._-+=:,@%".contains(c);
+    match text.chars().all(is_plain) {
+        true => text,
+        false => format!("'{}'", text.replace('\'', r"'\''")),
+    }
+}
+
 /// Prints a remark on standard error, not with `--quiet`.
 pub fn remark(text: &str) {
     if !Output::get().quiet {
@@ -104,4 +117,23 @@ pub fn warn(scene: &Scene) {
 /// Prints a warning about a scene or log on standard error.
 pub fn warn_of(name: &str, warning: &str) {
     remark(&format!("Warning: {name}: {warning}"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path that is advised in a command can be copied into a shell.
+    #[test]
+    fn a_path_is_one_word_of_a_command() {
+        for (path, expected) in [
+            ("runs/smooth", "runs/smooth"),
+            ("-y.toml", "./-y.toml"),
+            ("my scene.toml", "'my scene.toml'"),
+            ("$HOME", "'$HOME'"),
+            ("it's", r"'it'\''s'"),
+        ] {
+            assert_eq!(word(Path::new(path)), expected);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
 use crate::progress::{Pace, PaceSink, Progress};
-use crate::terminal::{remark, say, warn};
+use crate::terminal::{remark, say, warn, word};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};
 use robhaz_scene::Scene;
@@ -65,8 +65,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         bail!("--screenshot takes one run");
     };
     // Checked before the work, so that a bad file name costs no time.
-    let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
-    interrupt.listen()?;
+    let file = OutputFile::create(
+        picture,
+        PICTURE,
+        &[recording_file(run)?],
+        args.force,
+        interrupt,
+    )?;
     let stop = || interrupt.cause();
     robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
         .into_diagnostic()?;
@@ -103,7 +108,7 @@ fn check(args: &Args) -> Result<()> {
 
 /// Simulates a scene and shows it live; writes no files.
 fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
-    let mut viewing = Viewing::open(&Rerun::Spawn)?;
+    let mut viewing = Viewing::open(&Rerun::Live(None))?;
     interrupt.listen()?;
     let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace, interrupt));
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
@@ -113,7 +118,7 @@ fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
         .and_then(|run| run.until(&mut sinks, &|| interrupt.cause()))
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
-    viewing.finish()
+    viewing.finish(None)
 }
 
 fn is_scene(path: &Path) -> bool {
@@ -156,7 +161,7 @@ fn recording_file(run: &Path) -> Result<PathBuf> {
             "{} is not there: `robhaz view {}` simulates the run again and shows it; a run by a robhaz with the viewer, \
              without `--rerun off`, keeps a recording",
             file.display(),
-            file.with_file_name(SCENE).display()
+            word(&file.with_file_name(SCENE))
         );
     }
     Ok(file)

@@ -4,6 +4,7 @@ mod table;
 mod text;
 
 use self::table::{read_table, table};
+use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
@@ -97,17 +98,22 @@ const TABLES: Format = ("tables of a weighing", "csv");
 const ROBOTS: Format = ("robots", "toml");
 
 /// Weighs, or plans a weighing.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let nominal = RobotChoice::load(&args.robot)?;
     match (&args.measurements, args.plan) {
-        (Some(measurements), _) => weigh_robot(args, &nominal, measurements),
-        (None, count) => plan_postures(args, &nominal, count.unwrap_or(1).into()),
+        (Some(measurements), _) => weigh_robot(args, &nominal, measurements, interrupt),
+        (None, count) => plan_postures(args, &nominal, count.unwrap_or(1).into(), interrupt),
     }
 }
 
-fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
+fn weigh_robot(
+    args: &Args,
+    nominal: &RobotChoice,
+    path: &Path,
+    interrupt: &Interrupt,
+) -> Result<()> {
     let inputs = [args.robot.clone(), path.to_path_buf()];
-    let file = create(args, ROBOTS, &inputs)?;
+    let file = create(args, ROBOTS, &inputs, interrupt)?;
     let measurements = read_table(path)?;
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy).into_diagnostic();
@@ -121,10 +127,15 @@ fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
     write(file, &text, "the weighed robot and its budget")
 }
 
-fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()> {
+fn plan_postures(
+    args: &Args,
+    nominal: &RobotChoice,
+    count: usize,
+    interrupt: &Interrupt,
+) -> Result<()> {
     let mut inputs = vec![args.robot.clone()];
     inputs.extend(args.simulate.clone());
-    let file = create(args, TABLES, &inputs)?;
+    let file = create(args, TABLES, &inputs, interrupt)?;
     let heights: Vec<f64> = args.blocks.iter().map(|mm| 1e-3 * mm).collect();
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let plan = plan(&nominal.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
@@ -138,8 +149,13 @@ fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()>
     write(file, &text, "the table")
 }
 
-fn create(args: &Args, format: Format, inputs: &[PathBuf]) -> Result<Option<OutputFile>> {
-    let create = |path: &PathBuf| OutputFile::create(path, format, inputs, args.force);
+fn create(
+    args: &Args,
+    format: Format,
+    inputs: &[PathBuf],
+    interrupt: &Interrupt,
+) -> Result<Option<OutputFile>> {
+    let create = |path: &PathBuf| OutputFile::create(path, format, inputs, args.force, interrupt);
     args.out.as_ref().map(create).transpose()
 }
 
@@ -148,8 +164,7 @@ fn write(file: Option<OutputFile>, text: &str, what: &str) -> Result<()> {
     let Some(file) = file else {
         return Ok(());
     };
-    let written = std::fs::write(file.path(), text).into_diagnostic();
-    written.wrap_err_with(|| format!("cannot write {what}"))?;
+    file.write(text)?;
     let path = file.finish()?;
     say(&format!("{}: {what}", path.display()))
 }

@@ -1,14 +1,14 @@
-//! Why a log cannot be used: file, place, what was found, what is allowed.
+//! Why a log cannot be used or written: file, place, what was found, what is allowed.
 
 use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a log cannot be used.
+/// Why a log cannot be used or written.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// An error of the file system.
+    /// An error of the file system while a log is read.
     #[error("cannot read {path}", path = .path.display())]
     Io {
         /// The file or folder.
@@ -16,16 +16,39 @@ pub enum LogError {
         /// The cause.
         source: io::Error,
     },
+    /// An error of the file system, or of the format's library, while a log is written.
+    #[error("cannot write {path}", path = .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The caller stopped the work, for the cause that [`robhaz_run::Stop`] returned.
+    #[error("stopped by {0}")]
+    Stopped(&'static str),
     /// A problem of a file: where, what was found, what is allowed, what helps.
     #[error("{0}")]
     Problem(String),
 }
 
 impl LogError {
-    /// An error of the file system.
+    /// An error of the file system while a log is read.
     pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_path_buf();
         move |source| Self::Io { path, source }
+    }
+
+    /// An error while a file is written.
+    pub(crate) fn write<E>(path: &Path) -> impl FnOnce(E) -> Self + use<E>
+    where
+        E: Into<Box<dyn std::error::Error + Send + Sync>>,
+    {
+        let path = path.to_path_buf();
+        move |cause| Self::Write {
+            path,
+            source: cause.into(),
+        }
     }
 
     /// A file that is not what its name says, or is damaged; `what` is the format, in words.

@@ -6,12 +6,13 @@ use crate::messages::{
     FORCES, FORCES_DEFINITION, MessageKind, encode_imu, encode_joints, encode_numbers, nanoseconds,
 };
 use crate::own_names;
-use crate::place::{no_table, table_in};
+use crate::place::{LogPlace, no_table};
 use crate::plan::{Plan, TableFormat, stem};
 use crate::readings::{COUNT, Reading};
 use crate::rows::Row;
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
+use robhaz_run::Stop;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -65,46 +66,69 @@ struct Forces {
     next: usize,
 }
 
-/// Writes the folder of a run or of an estimate into a file.
+/// Writes the folder of a run or of an estimate into a file. MCAP gets the folder's description,
+/// too: it reads back with its robot and its noise budget.
 ///
 /// # Errors
 ///
 /// [`LogError`]: a folder without readings, tables that cannot be read, a file that cannot be
-/// written.
-pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exported, LogError> {
-    let table = table_in(folder).ok_or_else(|| no_table(folder))?;
+/// written, a cause to `stop`.
+pub fn export(
+    place: &LogPlace,
+    format: ExportFormat,
+    out: &Path,
+    stop: Stop<'_>,
+) -> Result<Exported, LogError> {
+    let folder = &place.path;
+    let table = place.table.as_ref().ok_or_else(|| no_table(folder))?;
     let readings = Plan {
-        source: folder.to_path_buf(),
-        channels: vec![own_names::readings(&table)?],
+        source: folder.clone(),
+        channels: vec![own_names::readings(table)?],
     };
     let (mut forces, mut warnings) = (Vec::new(), Vec::new());
     for (name, (path, format)) in forces_in(folder)? {
+        stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
         match Forces::read(name, &path, format, &mut warnings) {
             Ok(table) => forces.push(table),
             Err(error) => warnings.push(format!("left out: {error}")),
         }
     }
     let mut exported = match format {
-        ExportFormat::Mcap => write_mcap(&readings, &mut forces, out)?,
-        ExportFormat::Csv => write_csv(&readings, &mut forces, out)?,
+        ExportFormat::Mcap => {
+            let version = env!("CARGO_PKG_VERSION");
+            let description = place.is_described.then(|| place.choice.to_toml(version));
+            write_mcap(&readings, &mut forces, description, out, stop)?
+        }
+        ExportFormat::Csv => {
+            if place.is_described {
+                warnings.push(CSV_HAS_NO_ROBOT.to_owned());
+            }
+            write_csv(&readings, &mut forces, out, stop)?
+        }
     };
     // Those of the forces first.
     exported.warnings.splice(0..0, warnings);
     Ok(exported)
 }
 
+/// What a table of text cannot hold.
+const CSV_HAS_NO_ROBOT: &str = "a CSV file has no place for the robot: `check` and `estimate` take it for robot A without \
+    --robot ROBOT.toml; --to mcap keeps it";
+
 /// Readings of a row; not a number where one is missing.
 type Numbers = [f64; COUNT];
 
-/// Hands all rows of readings to `add`: time (s) and numbers. Returns what was written, under the
+/// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what was written, under the
 /// names of its `parts`.
 fn read(
     readings: &Plan,
     parts: Vec<String>,
+    stop: Stop<'_>,
     mut add: impl FnMut(f64, Numbers) -> Result<(), LogError>,
 ) -> Result<Exported, LogError> {
     let mut rows = 0;
     let why = readings.read(|channel, row| {
+        stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
         rows += 1;
         let values = readings.channels[channel].content(&row.cells).0;
         add(row.stamp.seconds(), values.map(|v| v.unwrap_or(f64::NAN)))
@@ -217,7 +241,10 @@ struct Topics<'a> {
 
 impl Topics<'_> {
     fn failed(path: &Path) -> impl FnOnce(McapError) -> LogError + '_ {
-        |error| LogError::format(path, "MCAP (to be written)", error)
+        |error| match error {
+            McapError::Io(cause) => LogError::write(path)(cause),
+            other => LogError::write(path)(other),
+        }
     }
 
     /// Adds a topic.
@@ -247,8 +274,14 @@ impl Topics<'_> {
     }
 }
 
-fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Exported, LogError> {
-    let file = File::create(out).map_err(LogError::io(out))?;
+fn write_mcap(
+    readings: &Plan,
+    forces: &mut [Forces],
+    description: Option<String>,
+    out: &Path,
+    stop: Stop<'_>,
+) -> Result<Exported, LogError> {
+    let file = File::create(out).map_err(LogError::write(out))?;
     let options = WriteOptions::new()
         .profile("ros2")
         .library(concat!("robhaz ", env!("CARGO_PKG_VERSION")));
@@ -259,6 +292,14 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
             .map_err(Topics::failed(out))?,
         topics: Vec::new(),
     };
+    if let Some(text) = description {
+        let metadata = Metadata {
+            name: own_names::METADATA.to_owned(),
+            metadata: BTreeMap::from([(LogPlace::DESCRIPTION.to_owned(), text)]),
+        };
+        let written = topics.writer.write_metadata(&metadata);
+        written.map_err(Topics::failed(out))?;
+    }
     let sensors = [
         (own_names::TOPIC, MessageKind::Readings),
         ("/joint_states", MessageKind::JointState),
@@ -274,7 +315,7 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
         parts.push(forces.topic());
     }
     let mut last = None;
-    let exported = read(readings, parts, |time, now| {
+    let exported = read(readings, parts, stop, |time, now| {
         let messages = sensor_messages(time, &now, last.replace((time, now)));
         let of_forces = forces.iter_mut().map(|forces| forces.message(time));
         let mut all = messages.map(Some).into_iter().chain(of_forces).enumerate();
@@ -285,7 +326,7 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
     })?;
     topics.writer.finish().map_err(Topics::failed(out))?;
     let mut writer = topics.writer.into_inner();
-    writer.flush().map_err(LogError::io(out))?;
+    writer.flush().map_err(LogError::write(out))?;
     Ok(exported)
 }
 
@@ -310,8 +351,13 @@ fn sensor_messages(time: f64, now: &Numbers, last: Option<(f64, Numbers)>) -> [V
     ]
 }
 
-fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Exported, LogError> {
-    let file = File::create(out).map_err(LogError::io(out))?;
+fn write_csv(
+    readings: &Plan,
+    forces: &mut [Forces],
+    out: &Path,
+    stop: Stop<'_>,
+) -> Result<Exported, LogError> {
+    let file = File::create(out).map_err(LogError::write(out))?;
     let mut text = BufWriter::new(file);
     let mut names = vec!["time".to_owned()];
     names.extend(Reading::of_frame().map(|r| r.name().to_owned()));
@@ -321,8 +367,8 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
         names.extend(columns.map(|column| format!("{}.{column}", forces.name)));
         parts.push(forces.name.clone());
     }
-    writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
-    let exported = read(readings, parts, |time, values| {
+    writeln!(text, "{}", names.join(",")).map_err(LogError::write(out))?;
+    let exported = read(readings, parts, stop, |time, values| {
         let readings = Reading::of_frame().map(|r| values[r.index()]);
         let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
@@ -335,8 +381,8 @@ fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expor
             false => format!("{v:?}"),
         };
         let cells: Vec<String> = cells.iter().map(text_of).collect();
-        writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))
+        writeln!(text, "{}", cells.join(",")).map_err(LogError::write(out))
     })?;
-    text.flush().map_err(LogError::io(out))?;
+    text.flush().map_err(LogError::write(out))?;
     Ok(exported)
 }

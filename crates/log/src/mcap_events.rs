@@ -7,7 +7,7 @@ use crate::stamp::Stamp;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -60,6 +60,8 @@ struct Messages {
     /// Schemas by number: name.
     schemas: HashMap<u16, String>,
     topics: Topics,
+    /// Metadata so far: name and entries.
+    metadata: HashMap<String, BTreeMap<String, String>>,
     cut_off: Option<String>,
     count: u64,
 }
@@ -73,6 +75,7 @@ impl Messages {
             reader: LinearReader::new_with_options(options),
             schemas: HashMap::new(),
             topics: HashMap::new(),
+            metadata: HashMap::new(),
             cut_off: None,
             count: 0,
         })
@@ -121,11 +124,26 @@ impl Messages {
                     let found = (channel.topic, schema.unwrap_or_default());
                     self.topics.insert(channel.id, found);
                 }
+                Record::Metadata(found) => {
+                    self.metadata.insert(found.name, found.metadata);
+                }
                 _ => {}
             }
         }
         Ok(None)
     }
+}
+
+/// An entry of the metadata of a name, where the file has them before its first message.
+///
+/// # Errors
+///
+/// [`LogError`]: a file that cannot be read.
+pub fn metadata(path: &Path, name: &str, entry: &str) -> Result<Option<String>, LogError> {
+    let mut messages = Messages::open(path)?;
+    messages.next(|_, _| Ok(()))?;
+    let found = messages.metadata.get_mut(name);
+    Ok(found.and_then(|entries| entries.remove(entry)))
 }
 
 /// The columns of a topic: those of the first messages, until all that are `wanted` were seen. The

@@ -21,6 +21,9 @@ const TRUTH_REMEDY: &str = "rename the columns as in the table truth of a run: t
 /// The topic with the readings of an exported run.
 pub const TOPIC: &str = "/robhaz/readings";
 
+/// The metadata of an exported run: its description.
+pub const METADATA: &str = "robhaz";
+
 /// The channel of an exported run: its readings to the bit.
 ///
 /// # Errors

@@ -1,6 +1,9 @@
 //! The path of a log: a table, or the folder of a run or of an estimate.
 
 use crate::error::LogError;
+use crate::mapped;
+use crate::mcap_events;
+use crate::own_names::METADATA;
 use crate::plan::TableFormat;
 use robhaz_scene::{FileError, LogChoice, ModelErrorTooLarge, Scene, from_stem};
 use std::path::{Path, PathBuf};
@@ -21,9 +24,9 @@ pub struct LogPlace {
     pub file_name: String,
     /// The table of readings. `None` for a folder without a table of that name.
     pub(crate) table: Option<PathBuf>,
-    /// What is known: from the folder of a run, else the defaults.
+    /// What is known: from the folder of a run or the exported run, else the defaults.
     pub choice: LogChoice,
-    /// Whether its folder states robot and noise budget.
+    /// Whether its folder, or the file itself, states robot and noise budget.
     pub is_described: bool,
     /// What the user should know, one line each.
     pub warnings: Vec<String>,
@@ -35,7 +38,7 @@ pub enum PlaceError {
     /// The log itself.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The scene or description in its folder.
+    /// The scene or description in its folder or file.
     #[error(transparent)]
     Scene(#[from] FileError),
     /// The nominal robot of the scene in its folder.
@@ -72,8 +75,10 @@ impl LogPlace {
             is_described: false,
             warnings: Vec::new(),
         };
-        if let Some(folder) = folder {
-            place.describe(folder)?;
+        match folder {
+            Some(folder) => place.describe(folder)?,
+            None if mapped::is_mcap(path) => place.describe_exported()?,
+            None => {}
         }
         Ok(place)
     }
@@ -96,10 +101,28 @@ impl LogPlace {
             }
         }
         self.is_described = description.is_file() || scene.is_file();
+        self.take_name();
+        Ok(())
+    }
+
+    /// Takes the description that an exported run has.
+    fn describe_exported(&mut self) -> Result<(), PlaceError> {
+        let Some(text) = mcap_events::metadata(&self.path, METADATA, Self::DESCRIPTION)? else {
+            return Ok(());
+        };
+        let shown = format!("{} of {}", Self::DESCRIPTION, self.path.display());
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        self.choice = LogChoice::parse(&text, &shown, folder, LogChoice::default())?;
+        self.is_described = true;
+        self.take_name();
+        Ok(())
+    }
+
+    /// Takes the name that the description states.
+    fn take_name(&mut self) {
         if let Some(name) = &self.choice.name {
             self.name.clone_from(name);
         }
-        Ok(())
     }
 }
 

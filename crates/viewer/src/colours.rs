@@ -1,7 +1,7 @@
 //! Colours, the same in every view. Most are from the palette of Okabe and Ito, which people with
 //! any colour vision can distinguish.
 
-use rerun::components::Color;
+use re_sdk_types::components::Color;
 
 /// Red, green and blue, 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

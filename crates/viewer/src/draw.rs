@@ -4,9 +4,9 @@
 use crate::ViewerError;
 use crate::colours::Colour;
 use crate::writer::Writer;
-use rerun::archetypes::{Arrows2D, LineStrips2D};
-use rerun::components::Radius;
-use rerun::datatypes::Quaternion;
+use re_sdk_types::archetypes::{Arrows2D, LineStrips2D};
+use re_sdk_types::components::Radius;
+use re_sdk_types::datatypes::Quaternion;
 use robhaz_model::Vec2;
 use robhaz_sim::WheelTruth;
 

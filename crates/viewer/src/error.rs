@@ -8,6 +8,9 @@ pub(crate) type Cause = Box<dyn std::error::Error + Send + Sync>;
 /// Version of the Rerun viewer for which this crate writes recordings.
 pub const VIEWER_VERSION: &str = "0.36.3";
 
+/// The command that installs it.
+pub const INSTALL: &str = "pip install rerun-sdk==0.36.3";
+
 /// Why a run cannot be recorded, streamed, shown or pictured.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
@@ -34,20 +37,15 @@ pub enum ViewerError {
     Address(String),
     /// No program listens at this address.
     #[error(
-        "no viewer listens at {0}: start one with `rerun --bind 127.0.0.1`, or let `--rerun spawn` start it"
+        "no viewer listens at {0}: start one with `rerun --bind 127.0.0.1`, or let `--rerun live` start it"
     )]
     NobodyListens(String),
     /// No viewer is on the PATH.
-    #[error(
-        "no Rerun viewer is installed (`rerun` is not on the PATH): pip install rerun-sdk=={VIEWER_VERSION}"
-    )]
+    #[error("no Rerun viewer is installed (`rerun` is not on the PATH): {INSTALL}")]
     NotInstalled,
     /// The installed viewer has another minor version, which `rerun --version` prints, and may not
     /// read the recording.
-    #[error(
-        "the installed Rerun viewer is {0}, but recordings need {VIEWER_VERSION}: \
-         pip install rerun-sdk=={VIEWER_VERSION}"
-    )]
+    #[error("the installed Rerun viewer is {0}, but recordings need {VIEWER_VERSION}: {INSTALL}")]
     OtherVersion(String),
     /// The viewer cannot be started, or exits with an error: the system's or the viewer's words.
     #[error("the Rerun viewer does not start: {0}")]

@@ -10,23 +10,24 @@ use crate::ground::{Ground, ROOM};
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
 use crate::writer::{TIMELINE, Writer};
-use rerun::components::Range1D;
-use rerun::datatypes::{
-    Bool, Range1D as Range, Range2D, TimeRange, TimeRangeBoundary, VisibleTimeRange,
-};
-use rerun::external::re_sdk_types::blueprint::archetypes::{
+use re_log_types::EntityPath;
+use re_sdk_types::AsComponents;
+use re_sdk_types::blueprint::archetypes::{
     ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
     TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint, VisibleTimeRanges,
     VisualBounds2D,
 };
-use rerun::external::re_sdk_types::blueprint::components::{
+use re_sdk_types::blueprint::components::{
     ContainerKind, LinkAxis, LoopMode, PanelState, PlayState,
 };
-use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
-use rerun::external::uuid::Uuid;
-use rerun::{AsComponents, EntityPath};
+use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
+use re_sdk_types::components::Range1D;
+use re_sdk_types::datatypes::{
+    Bool, Range1D as Range, Range2D, TimeRange, TimeRangeBoundary, VisibleTimeRange,
+};
 use robhaz_run::{EstimatorDescription, RunDescription};
 use robhaz_scene::Scene;
+use uuid::Uuid;
 
 /// A view, or a container of parts with their shares of its width or height.
 enum Part {

@@ -29,6 +29,7 @@
 //! gives the same recording.
 
 mod colours;
+mod connection;
 mod draw;
 mod error;
 mod estimated_terrain;
@@ -47,8 +48,8 @@ mod series;
 mod sink;
 mod writer;
 
-pub use error::{VIEWER_VERSION, ViewerError};
+pub use error::{INSTALL, VIEWER_VERSION, ViewerError};
 pub use picture::picture;
-pub use program::open;
+pub use program::{is_installed, open};
 pub use reading::{recording_end, recording_is_closed};
 pub use sink::RecordingSink;

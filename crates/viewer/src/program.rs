@@ -123,6 +123,14 @@ impl Started {
     }
 }
 
+/// Whether a program with the viewer's name is on the PATH. Its version is not checked: that takes
+/// as long as to start it.
+pub fn is_installed() -> bool {
+    let name = format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(&name).is_file())
+}
+
 /// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors
 /// alone.
 fn installed() -> Result<Command, ViewerError> {
@@ -179,6 +187,12 @@ fn exit_message(log: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The command that installs the viewer names its version.
+    #[test]
+    fn the_installed_version_is_the_one_of_recordings() {
+        assert!(crate::INSTALL.ends_with(&format!("=={VIEWER_VERSION}")));
+    }
 
     /// Only the major and the minor version count.
     #[test]

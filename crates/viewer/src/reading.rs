@@ -2,9 +2,10 @@
 
 use crate::ViewerError;
 use crate::error::Cause;
-use rerun::StoreKind;
-use rerun::external::re_log_encoding::{Decodable as _, Decoder, StreamFooter};
-use rerun::log::{Chunk, LogMsg};
+use re_chunk::Chunk;
+use re_log_encoding::{Decodable as _, Decoder, StreamFooter};
+use re_log_types::LogMsg;
+use re_log_types::StoreKind;
 use std::fs::File;
 use std::io::{self, BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::Path;

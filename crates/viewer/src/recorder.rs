@@ -9,8 +9,8 @@ use crate::layout;
 use crate::scene_view::SceneView;
 use crate::series::Series;
 use crate::writer::{Target, Writer};
-use rerun::archetypes::TextDocument;
-use rerun::components::MediaType;
+use re_sdk_types::archetypes::TextDocument;
+use re_sdk_types::components::MediaType;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
 use std::time::SystemTime;
 

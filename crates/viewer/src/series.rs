@@ -5,7 +5,7 @@ use crate::ViewerError;
 use crate::colours::{Colour, WHEELS, by_index};
 use crate::draw::contact_point;
 use crate::writer::Writer;
-use rerun::archetypes::{Scalars, SeriesLines};
+use re_sdk_types::archetypes::{Scalars, SeriesLines};
 use robhaz_estimator::Estimate;
 use robhaz_model::WheelCommand;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription};

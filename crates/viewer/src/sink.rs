@@ -1,18 +1,16 @@
 //! A sink that makes a Rerun recording of a run, in a file or in a viewer.
 
 use crate::ViewerError;
+use crate::connection::Connection;
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Recorder, Ticker};
 use crate::writer::Target;
-use rerun::external::re_uri::ProxyUri;
-use rerun::sink::GrpcSink;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::error::Error as _;
 use std::ffi::OsStr;
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::Path;
-use std::str::FromStr as _;
 use std::time::{Duration, Instant};
 
 /// Simulated time between two writes of a file without thinning, s. A killed run loses at most that
@@ -70,23 +68,18 @@ impl RecordingSink {
     /// # Errors
     /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
     pub fn connect(address: &str) -> Result<Self, ViewerError> {
-        let bad = || ViewerError::Address(address.to_owned());
-        let full = match address.contains("://") {
-            true => address.to_owned(),
-            false => format!("rerun+http://{address}/proxy"),
-        };
-        let uri = ProxyUri::from_str(&full).map_err(|_| bad())?;
-        // The client of the SDK waits for a viewer without limit: test first whether one listens.
-        let host = uri.origin.host.to_string();
-        let found = (host.as_str(), uri.origin.port).to_socket_addrs();
-        let mut found = found.map_err(|_| bad())?;
+        let plain = address.strip_prefix("rerun+http://");
+        let plain = plain.map_or(address, |p| p.strip_suffix("/proxy").unwrap_or(p));
+        let bad = |_| ViewerError::Address(address.to_owned());
+        let mut found = plain.to_socket_addrs().map_err(bad)?;
+        // The client waits for a viewer without limit: test first whether one listens.
         let second = Duration::from_secs(1);
-        let answers = |a: SocketAddr| TcpStream::connect_timeout(&a, second).is_ok();
-        if !found.any(answers) {
-            return Err(ViewerError::NobodyListens(full));
-        }
-        let viewer = Target::Viewer(GrpcSink::new(uri));
-        Ok(Self::new(full, viewer, Some(Instant::now())))
+        let answers = |a: &SocketAddr| TcpStream::connect_timeout(a, second).is_ok();
+        let Some(listening) = found.find(answers) else {
+            return Err(ViewerError::NobodyListens(plain.to_owned()));
+        };
+        let viewer = Target::Viewer(Connection::open(listening)?);
+        Ok(Self::new(plain.to_owned(), viewer, Some(Instant::now())))
     }
 
     /// A sink for the viewer that listens at the default port of this machine, or else for a new
@@ -95,7 +88,7 @@ impl RecordingSink {
     /// # Errors
     /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
     /// [`ViewerError::NobodyListens`]
-    pub fn spawn() -> Result<Self, ViewerError> {
+    pub fn live() -> Result<Self, ViewerError> {
         if !listens(DEFAULT_PORT) {
             Started::at(DEFAULT_PORT, &[OsStr::new("--expect-data-soon")])?;
         }

@@ -7,19 +7,18 @@
 //! order.)
 
 use crate::ViewerError;
+use crate::connection::Connection;
 use crate::error::Cause;
-use rerun::archetypes::RecordingInfo;
-use rerun::external::re_log_encoding::{Encoder, EncodingOptions};
-use rerun::external::re_log_types::external::re_tuid::Tuid;
-use rerun::external::re_log_types::{
-    BlueprintActivationCommand, SetStoreInfo, StoreInfo, StoreSource,
+use re_build_info::CrateVersion;
+use re_chunk::{Chunk, ChunkId, ChunkResult, RowId, TimeColumn};
+use re_log_encoding::{Encoder, EncodingOptions};
+use re_log_types::external::re_tuid::Tuid;
+use re_log_types::{
+    ApplicationId, BlueprintActivationCommand, EntityPath, LogMsg, SetStoreInfo, StoreId,
+    StoreInfo, StoreKind, StoreSource, TimePoint, Timeline,
 };
-use rerun::log::{Chunk, ChunkId, ChunkResult, LogMsg, RowId, TimeColumn};
-use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink as _};
-use rerun::{
-    ApplicationId, AsComponents, EntityPath, SerializationResult, SerializedComponentColumn,
-    StoreId, StoreKind, TimePoint, Timeline,
-};
+use re_sdk_types::archetypes::RecordingInfo;
+use re_sdk_types::{AsComponents, SerializationResult, SerializedComponentColumn};
 use std::fs::File;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -37,15 +36,18 @@ pub(crate) enum Target {
     /// An `.rrd` file. A message is in it when [`Target::send`] returns.
     File(Box<Encoder<File>>),
     /// A viewer that listens at an address. Sending blocks while it does not read.
-    Viewer(GrpcSink),
+    Viewer(Connection),
 }
 
 impl Target {
     /// A new file. An older file of that name is replaced immediately.
     pub(crate) fn create(path: &Path) -> Result<Self, ViewerError> {
         let file = File::create(path).map_err(ViewerError::io("create", path.display()))?;
-        let version = rerun::build_info().version;
-        let encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file);
+        let encoder = Encoder::new_eager(
+            CrateVersion::LOCAL,
+            EncodingOptions::PROTOBUF_COMPRESSED,
+            file,
+        );
         let encoder = encoder.map_err(ViewerError::io("write", path.display()))?;
         Ok(Self::File(Box::new(encoder)))
     }
@@ -55,12 +57,7 @@ impl Target {
             Self::File(encoder) => {
                 encoder.append(&message)?;
             }
-            Self::Viewer(viewer) => match viewer.status() {
-                GrpcSinkConnectionState::Disconnected(_) => {
-                    return Err("it has closed the connection".into());
-                }
-                _ => viewer.send(message),
-            },
+            Self::Viewer(viewer) => viewer.send(&message)?,
         }
         Ok(())
     }
@@ -69,7 +66,7 @@ impl Target {
     fn finish(&mut self) -> Result<(), Cause> {
         match self {
             Self::File(encoder) => Ok(encoder.finish()?),
-            Self::Viewer(viewer) => Ok(viewer.flush_blocking(PATIENCE)?),
+            Self::Viewer(viewer) => viewer.finish(),
         }
     }
 }

@@ -3,8 +3,8 @@
 
 use crate::common;
 use crate::reading::{chunks, events, rows, scalars};
-use rerun::archetypes::{Arrows2D, LineStrips2D, StateChange};
-use rerun::components::{LineStrip2D, Text, Vector2D};
+use re_sdk_types::archetypes::{Arrows2D, LineStrips2D, StateChange};
+use re_sdk_types::components::{LineStrip2D, Text, Vector2D};
 use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, Parity};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::clearance::Clearances;

@@ -8,10 +8,11 @@ mod common;
 mod events;
 mod reading;
 
+use re_chunk::Chunk;
+use re_log_types::LogMsg;
+use re_sdk_types::archetypes::{Arrows2D, LineStrips2D, Transform3D};
+use re_sdk_types::components::{Color, LineStrip2D, Text, Translation3D, Vector2D};
 use reading::{chunks, messages, record, rows, scalars};
-use rerun::archetypes::{Arrows2D, LineStrips2D, Transform3D};
-use rerun::components::{Color, LineStrip2D, Text, Translation3D, Vector2D};
-use rerun::log::{Chunk, LogMsg};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::friction::Stretch;
 use robhaz_sim::{ContactList, ContactTruth};

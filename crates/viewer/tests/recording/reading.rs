@@ -1,10 +1,12 @@
 //! Reads a recording back.
 
-use rerun::archetypes::{Scalars, TextLog};
-use rerun::components::{Scalar, Text};
-use rerun::external::re_log_encoding::Decoder;
-use rerun::log::{Chunk, LogMsg};
-use rerun::{Component, ComponentIdentifier, StoreKind};
+use re_chunk::Chunk;
+use re_log_encoding::Decoder;
+use re_log_types::LogMsg;
+use re_log_types::StoreKind;
+use re_sdk_types::archetypes::{Scalars, TextLog};
+use re_sdk_types::components::{Scalar, Text};
+use re_sdk_types::{Component, ComponentIdentifier};
 use robhaz_scene::Scene;
 use robhaz_viewer::RecordingSink;
 use std::collections::BTreeMap;
