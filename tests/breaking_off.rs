@@ -268,6 +268,53 @@ fn a_full_disk_is_an_error_that_names_the_file() {
     }
 }
 
+/// Ctrl-C ends an export: no file is left, neither the log nor the one that was being written.
+#[test]
+fn an_export_that_is_stopped_leaves_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 60\n";
+    fs::write(dir.path().join("a.toml"), text).unwrap();
+    let run = ["run", "a.toml", "--rerun", "off", "--out", "a"];
+    assert!(robhaz(dir.path(), &run).status().unwrap().success());
+    let files = || fs::read_dir(dir.path()).unwrap().count();
+    let before = files();
+    for to in ["mcap", "csv"] {
+        let export = robhaz(dir.path(), &["export", "a", "--to", to]).spawn();
+        let export = export.unwrap();
+        wait_until("no file to write into", || files() > before);
+        signal(&export, "-INT");
+        let output = export.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+        assert!(
+            said(&output).contains("stopped by Ctrl-C"),
+            "{}",
+            said(&output)
+        );
+        assert_eq!(files(), before, "{to}");
+    }
+}
+
+/// A file that cannot be written is named as the user named it, and as one to be written.
+#[test]
+fn an_export_on_a_full_disk_says_what_it_cannot_write() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 5\n";
+    fs::write(dir.path().join("a.toml"), text).unwrap();
+    let run = ["run", "a.toml", "--rerun", "off", "--out", "a"];
+    assert!(robhaz(dir.path(), &run).status().unwrap().success());
+    for to in ["mcap", "csv"] {
+        let mut command = Command::new("sh");
+        // A limit of the file size: writes fail as on a full disk.
+        let script = format!("ulimit -f 100 && exec \"$0\" export a --to {to}");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_robhaz")]);
+        let output = command.current_dir(dir.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let expected = format!("cannot write a.{to}");
+        assert!(said(&output).contains(&expected), "{}", said(&output));
+        assert!(!said(&output).contains("cannot read"), "{}", said(&output));
+    }
+}
+
 /// `study` and `verify` leave no files before their end: a signal ends them at once, with the
 /// shell's exit code.
 #[test]

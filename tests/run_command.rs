@@ -334,13 +334,22 @@ fn runs_out_of_range_stop_with_a_reason() {
     }
 }
 
-/// The last line says how long the command took, beside what the simulation took of it.
+/// The last line says how the run is seen, the one before it how long the command took, beside what
+/// the simulation took of it.
 #[test]
-fn the_last_line_tells_the_time_of_the_whole_command() {
+fn the_last_lines_tell_the_time_of_the_whole_command_and_how_to_see_the_run() {
     let dir = tempfile::tempdir().unwrap();
     let output = run_short(dir.path());
     let shown = text(&output.stdout);
-    let last = shown.lines().last().unwrap();
+    let mut lines = shown.lines().rev();
+    if cfg!(feature = "viewer") {
+        let see = lines.next().unwrap();
+        assert!(
+            see.starts_with("See it with `robhaz view runs/short`"),
+            "{see}"
+        );
+    }
+    let last = lines.next().unwrap();
     let numbers: Vec<f64> = last
         .split_whitespace()
         .filter_map(|word| word.parse().ok())

@@ -1,7 +1,7 @@
 //! A recorded run gives the estimates and errors of the run, in every format.
 
 use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
-use crate::support::{robhaz, text};
+use crate::support::{robhaz, root, text};
 
 /// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's
 /// estimates to the bit, as Parquet and as CSV, with lost readings and model errors.
@@ -98,6 +98,42 @@ fn a_run_with_unrecorded_readings_is_reported() {
         warning.contains("recorded every 10th reading only"),
         "{warning}"
     );
+}
+
+/// An exported MCAP file says which robot drove and what is known of its sensors: without a
+/// description it gives the run's estimates to the bit, here those of another robot than robot A. A
+/// CSV file cannot say so, and the command warns.
+#[test]
+fn an_exported_log_carries_its_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let scene = root().join("robots/exomy.toml");
+    let run = |args: &[&str]| {
+        let output = robhaz(at).args(args).output().unwrap();
+        assert!(
+            output.status.success(),
+            "{args:?}: {}",
+            text(&output.stderr)
+        );
+        text(&output.stderr).to_owned()
+    };
+    let short = ["--engine", "direct", "--set", "record.duration=3"];
+    let out = ["--rerun", "off", "--out", "run"];
+    run(&[&["run", scene.to_str().unwrap()], &short[..], &out].concat());
+    assert_eq!(run(&["export", "run", "--to", "mcap"]), "");
+    let warning = run(&["export", "run", "--to", "csv"]);
+    assert!(warning.contains("no place for the robot"), "{warning}");
+    estimated(at, &["run.mcap", "--out", "mcap"]);
+    assert_same_files(
+        &at.join("run"),
+        &at.join("mcap"),
+        &["estimate-best.parquet"],
+    );
+    let [ours, theirs] = ["run.mcap", "run.csv"].map(|log| {
+        let output = robhaz(at).args(["check", log]).output().unwrap();
+        text(&output.stdout).contains("robot A")
+    });
+    assert!(!ours && theirs);
 }
 
 /// Equivalence: MCAP and CSV as exported give the run's estimates to the bit.

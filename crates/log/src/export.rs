@@ -13,6 +13,7 @@ use crate::rows::Row;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 use robhaz_run::Stop;
+use robhaz_scene::LogChoice;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -100,7 +101,7 @@ pub fn export(
             write_mcap(&readings, &mut forces, description, out, stop)?
         }
         ExportFormat::Csv => {
-            if place.is_described {
+            if place.choice.robot.robot != LogChoice::default().robot.robot {
                 warnings.push(CSV_HAS_NO_ROBOT.to_owned());
             }
             write_csv(&readings, &mut forces, out, stop)?

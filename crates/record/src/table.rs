@@ -18,7 +18,8 @@ use std::slice;
 /// `ground-NAME`; it is made at the end of the run, because points change until the robot has left
 /// them.
 ///
-/// A file that is not complete has another name; a run that breaks off closes its tables.
+/// A file that is not complete has another name; a run that breaks off closes its tables. A table
+/// that cannot be written, on a full disk, ends with its last complete group of rows.
 #[derive(Default)]
 pub struct TableSink {
     /// Where the files are; `None` in memory.
@@ -53,7 +54,11 @@ impl RowTable {
             let batch = self.rows.take()?;
             return Ok(Some((self.rows.table.name, batch)));
         };
-        file.write(&self.rows.take()?)?;
+        if let Err(error) = file.write(&self.rows.take()?) {
+            // The error of the rows is the one to report.
+            let _ = file.cut_off();
+            return Err(error);
+        }
         file.finish(false).map(|()| None)
     }
 }
@@ -78,16 +83,24 @@ impl TableSink {
         self.in_memory
     }
 
-    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left
-    /// out from then on.
+    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is
+    /// completed with the rows before.
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         if let Some((_, grounds)) = &mut self.grounds {
             frames.iter().for_each(|frame| grounds.add(frame));
         }
         let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
         let written: Vec<_> = written.collect();
-        let mut is_whole = written.iter().map(Result::is_ok);
-        self.tables.retain(|_| is_whole.next().unwrap_or(true));
+        let tables = std::mem::take(&mut self.tables);
+        for (table, written) in tables.into_iter().zip(&written) {
+            match (table.file, written) {
+                (Some(file), Err(_)) => {
+                    // The error of the rows is the one to report.
+                    let _ = file.cut_off();
+                }
+                (file, _) => self.tables.push(RowTable { file, ..table }),
+            }
+        }
         written.into_iter().collect()
     }
 }
