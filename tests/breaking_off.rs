@@ -268,6 +268,36 @@ fn a_full_disk_is_an_error_that_names_the_file() {
     }
 }
 
+/// A table that cannot grow any more ends with its last whole group of rows, under its own name, and
+/// is read as any other.
+#[test]
+fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
+    for format in ["parquet", "csv"] {
+        let dir = long_scene();
+        let mut command = Command::new("sh");
+        // 20 or 40 MB, which the truth at 1 kHz reaches first: more than 16 384 of its rows.
+        let script =
+            format!("ulimit -f 40000 && exec \"$0\" run long.toml --rerun off --format {format}");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_robhaz")]);
+        command.current_dir(dir.path());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let output = Running::start(command).output();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let truth = format!("runs/long.partial/truth.{format}");
+        assert!(!dir.path().join(format!("{truth}.partial")).exists());
+        let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
+        let rest = ["--estimator", "best", "--rerun", "off", "--out", "again"];
+        let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
+        let output = { estimate }.output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        // Records with a truth, from 0.1 s on: at least one group.
+        let samples = summary["estimators"]["best"]["samples"].as_u64();
+        assert!(samples > Some(16_384 - 100), "{samples:?}");
+    }
+}
+
 /// Ctrl-C ends an export: no file is left, neither the log nor the one that was being written.
 #[test]
 fn an_export_that_is_stopped_leaves_nothing() {
