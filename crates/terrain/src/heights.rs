@@ -70,7 +70,8 @@ pub struct Overshoot {
 }
 
 impl Heights {
-    /// Ground through points (m), whose x must increase.
+    /// Ground through points (m), whose x must increase; with corners points of equal x are a riser
+    /// ([`check_risers`](crate::check_risers)).
     pub fn new(points: Vec<Vec2>, interpolation: Interpolation) -> Self {
         Self::with_smoothing(points, interpolation, 0.0)
     }
@@ -163,7 +164,9 @@ impl Shape for Heights {
         let Some((first, last)) = points.first().zip(points.last()) else {
             return [0.0; 3];
         };
-        if points.len() < 2 || x < first.x {
+        // At a riser the ground before it counts.
+        let starts_with_riser = points.get(1).is_some_and(|next| next.x <= first.x);
+        if points.len() < 2 || x < first.x || starts_with_riser && x <= first.x {
             return [0.0; 3];
         }
         if x > last.x {

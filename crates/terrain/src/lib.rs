@@ -8,11 +8,13 @@
 //! other crates, too.
 
 mod chain;
+pub mod decimals;
 mod edge;
 mod grid;
 mod heights;
 mod kinds;
 mod profile;
+mod risers;
 mod rough;
 mod shape;
 mod terrain;
@@ -23,6 +25,7 @@ pub use edge::{Contact, Jump};
 pub use heights::{Heights, Interpolation, Overshoot};
 pub use kinds::{Bump, CosBump, Ditch, Ramp, Sine, Stairs};
 pub use profile::{Course, Profile};
+pub use risers::check_risers;
 pub use robhaz_model::Vec2;
 pub use rough::{Rough, RoughClass, RoughSettings};
 pub use shape::ProfileError;

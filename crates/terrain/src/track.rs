@@ -2,6 +2,8 @@
 //! are x and height, and in which units.
 
 use crate::Vec2;
+use crate::decimals::{Decimals, Grouping, NO_THOUSANDS};
+use crate::risers::sorted;
 use crate::text_table::{TextRow, TextTable, decimal, name_and_unit};
 
 /// Largest number of points of a track.
@@ -19,7 +21,7 @@ pub struct TrackError {
     pub message: String,
 }
 
-/// The points of a track, m, x increasing.
+/// The points of a track, m, x not falling: points of equal x are a riser.
 ///
 /// # Errors
 /// [`TrackError`]
@@ -34,6 +36,7 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
     let (byte, separator) = table.separator;
     let (mut points, mut columns) = (Vec::<Vec2>::new(), None);
     let mut row = TextRow::default();
+    let mut numbers = Numbers::default();
     while table.read(&mut row).map_err(unread)? {
         let refused = |message: String| TrackError {
             line: Some(row.line),
@@ -63,23 +66,41 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
             let message = "found more points, allowed: at most 2 000 000";
             return Err(refused(message.to_owned()));
         }
-        let point = point(columns, &row, separator).map_err(refused)?;
+        let point = point(columns, &mut numbers, &row, separator).map_err(refused)?;
         let before = points.last().filter(|_| !format.sort);
-        if let Some(before) = before.filter(|before| before.x >= point.x) {
+        if let Some(before) = before.filter(|before| before.x > point.x) {
             return Err(refused(format!(
-                "found x = {} m, allowed: x above that of the point before, {} m; or sort = \"on\"",
+                "found x = {} m, allowed: x not below that of the point before, {} m; or sort = \"on\"",
                 point.x, before.x
             )));
         }
-        points.push(point);
+        // The same point again says nothing new.
+        if points.last() != Some(&point) {
+            points.push(point);
+        }
+    }
+    for (grouping, name) in numbers.columns.iter().zip(["x", "the height"]) {
+        if let Some((line, cell)) = grouping.thousands() {
+            return Err(TrackError {
+                line: Some(line),
+                message: format!(
+                    "found \"{cell}\" in the column of {name}, allowed: {NO_THOUSANDS}"
+                ),
+            });
+        }
     }
     if format.sort {
-        points = sorted(points);
+        points = sorted(&points).map_err(|(a, b)| {
+            whole(format!(
+                "found the heights {} and {} m at x = {} m in lines whose order does not show which comes first; allowed: a riser in two lines, one after the other, as the ground passes them, or each x once",
+                a.y, b.y, a.x
+            ))
+        })?;
     }
     let found = match points.len() {
         0 => "no point",
-        1 if format.sort => "one x",
         1 => "one point",
+        _ if points.first().map(|p| p.x) == points.last().map(|p| p.x) => "one x",
         _ => return Ok(points),
     };
     Err(whole(format!(
@@ -96,7 +117,42 @@ fn has_commented_header(bytes: &[u8], separator: char) -> bool {
     above.any(|line| is_header_with_units(&String::from_utf8_lossy(line), separator))
 }
 
-fn point(columns: &Columns, row: &TextRow, separator: &str) -> Result<Vec2, String> {
+/// What the numbers of a track show of its decimal mark: of x and of the height.
+#[derive(Default)]
+struct Numbers {
+    decimals: Decimals,
+    columns: [Grouping; 2],
+}
+
+impl Numbers {
+    /// The length in a cell, m.
+    fn length(&mut self, columns: &Columns, index: usize, row: &TextRow) -> Result<f64, String> {
+        const RANGE: &str = "a number with a decimal point or comma, from -1000 m to 1000 m";
+        let cell = row.text(index);
+        let is_height = usize::from(index == columns.height);
+        let (number, per_metre) = match columns.per_metre[is_height] {
+            Some(per_metre) => (&*cell, per_metre),
+            None => with_unit(&cell).unwrap_or((&cell, 1.0)),
+        };
+        let read = self.decimals.read(number, row.line);
+        let value = read.map_err(|allowed| match decimal(number) {
+            // Of this table, as a number is allowed to be.
+            None if !allowed.contains("thousands") => RANGE.to_owned(),
+            _ => allowed,
+        })?;
+        self.columns[is_height].take(number, value, row.line);
+        let length = value / per_metre;
+        let is_near = length.is_finite() && length.abs() <= FARTHEST;
+        is_near.then_some(length).ok_or_else(|| RANGE.to_owned())
+    }
+}
+
+fn point(
+    columns: &Columns,
+    numbers: &mut Numbers,
+    row: &TextRow,
+    separator: &str,
+) -> Result<Vec2, String> {
     let (count, allowed) = (row.filled(), columns.count);
     if count > allowed {
         return Err(format!(
@@ -104,34 +160,19 @@ fn point(columns: &Columns, row: &TextRow, separator: &str) -> Result<Vec2, Stri
              another separator or quotes"
         ));
     }
-    let coordinate = |index: usize| {
-        let cell = row.text(index);
-        let value = columns.value(index, &cell);
-        value.filter(|v| v.abs() <= FARTHEST).ok_or_else(|| {
+    let mut coordinate = |index: usize| {
+        numbers.length(columns, index, row).map_err(|allowed| {
+            let cell = row.text(index);
             let found = match cell.is_empty() {
                 true => "nothing".to_owned(),
                 false => format!("\"{}\"", cell.chars().take(60).collect::<String>()),
             };
             let name = columns.name(index);
-            format!(
-                "found {found} in {name}, allowed: a number with a decimal point or comma, from -1000 m to 1000 m (separator {separator})"
-            )
+            format!("found {found} in {name}, allowed: {allowed} (separator {separator})")
         })
     };
     let x = coordinate(columns.x)?;
     Ok(Vec2::new(x, coordinate(columns.height)?))
-}
-
-/// Sorts by x; points of equal x become one at their mean height.
-fn sorted(mut points: Vec<Vec2>) -> Vec<Vec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x));
-    #[expect(clippy::float_cmp, reason = "the same number in the file")]
-    let groups = points.chunk_by(|a, b| a.x == b.x);
-    let mean = |group: &[Vec2]| {
-        let sum: f64 = group.iter().map(|p| p.y).sum();
-        Vec2::new(group[0].x, sum / group.len() as f64)
-    };
-    groups.map(mean).collect()
 }
 
 /// Format of a track, for messages.
@@ -185,7 +226,7 @@ impl Columns {
     pub fn of(first: &TextRow, format: &TrackFormat) -> Result<Self, String> {
         let cells = first.texts();
         // `nan` and `inf` are lost values, not names.
-        let is_number = |cell: &String| decimal(cell).or_else(|| with_unit(cell)).is_some();
+        let is_number = |cell: &String| decimal(cell).is_some() || with_unit(cell).is_some();
         let is_header = !cells.iter().any(is_number);
         let count = first.filled();
         let names = if is_header { cells } else { Vec::new() };
@@ -213,15 +254,6 @@ impl Columns {
             per_metre: [unit(x)?, unit(height)?],
             names,
         })
-    }
-
-    /// The length in a cell of a column, m.
-    pub fn value(&self, index: usize, cell: &str) -> Option<f64> {
-        let number = decimal(cell).filter(|v| v.is_finite());
-        match self.per_metre[usize::from(index == self.height)] {
-            Some(per_metre) => Some(number? / per_metre),
-            None => number.or_else(|| with_unit(cell)),
-        }
     }
 
     /// The column's name in messages.
@@ -311,10 +343,10 @@ fn split(header: &str) -> (String, Option<String>) {
     if let Some((name, unit)) = name_and_unit(header) {
         return (name.to_lowercase(), Some(unit.to_owned()));
     }
-    if let Some((name, unit)) = header.rsplit_once([' ', '_', '/'])
-        && per_metre(unit).is_some()
+    if let Some((name, unit)) = header.rsplit_once([' ', '_', '/', '-', '.'])
+        && (per_metre(unit).is_some() || is_other_unit(unit))
     {
-        let name = name.trim_end_matches([' ', '_', '/']);
+        let name = name.trim_end_matches([' ', '_', '/', '-', '.']);
         let name = name.strip_suffix(" in").unwrap_or(name);
         return (name.trim().to_lowercase(), Some(unit.to_owned()));
     }
@@ -328,28 +360,87 @@ fn unit_of(header: &str) -> Result<Option<f64>, String> {
     };
     let found = per_metre(&unit).ok_or_else(|| {
         let (unit, header) = (short(&unit), short(header));
-        format!("the unit \"{unit}\" of column \"{header}\", allowed units: m, cm, mm, um")
+        format!("the unit \"{unit}\" of column \"{header}\", allowed units: m, dm, cm, mm, um")
     });
     found.map(Some)
 }
 
 /// Units in a metre: sub-units divide, since 35 cm is then exactly the double 0.35.
 fn per_metre(unit: &str) -> Option<f64> {
+    let is = |names: &[&str]| names.iter().any(|name| unit.eq_ignore_ascii_case(name));
     match unit {
-        "m" => Some(1.0),
-        "cm" => Some(1e2),
-        "mm" => Some(1e3),
+        _ if is(&["m", "metre", "metres", "meter", "meters"]) => Some(1.0),
+        _ if is(&["dm", "decimetre", "decimetres", "decimeter", "decimeters"]) => Some(1e1),
+        _ if is(&[
+            "cm",
+            "centimetre",
+            "centimetres",
+            "centimeter",
+            "centimeters",
+        ]) =>
+        {
+            Some(1e2)
+        }
+        _ if is(&[
+            "mm",
+            "millimetre",
+            "millimetres",
+            "millimeter",
+            "millimeters",
+        ]) =>
+        {
+            Some(1e3)
+        }
         // Both signs for micro.
         "um" | "\u{b5}m" | "\u{3bc}m" => Some(1e6),
+        _ if is(&[
+            "micron",
+            "microns",
+            "micrometre",
+            "micrometres",
+            "micrometer",
+            "micrometers",
+        ]) =>
+        {
+            Some(1e6)
+        }
         _ => None,
     }
 }
 
-/// A length with its own unit, m.
-fn with_unit(cell: &str) -> Option<f64> {
+/// Whether a word is a unit of length that no track may have.
+fn is_other_unit(unit: &str) -> bool {
+    let unit = unit.to_lowercase();
+    [
+        "km",
+        "nm",
+        "ft",
+        "feet",
+        "foot",
+        "in",
+        "inch",
+        "inches",
+        "yd",
+        "yards",
+        "mil",
+        "mils",
+        "mi",
+        "miles",
+        "kilometers",
+        "kilometres",
+        "px",
+        "pixel",
+        "pixels",
+    ]
+    .contains(&unit.as_str())
+}
+
+/// The number of a length with its own unit, and units in a metre.
+fn with_unit(cell: &str) -> Option<(&str, f64)> {
     let number = cell.trim_end_matches(char::is_alphabetic);
-    let value = decimal(number.trim_end())? / per_metre(&cell[number.len()..])?;
-    value.is_finite().then_some(value)
+    let per_metre = per_metre(&cell[number.len()..])?;
+    let number = number.trim_end();
+    decimal(number)?.is_finite().then_some((number, per_metre))
 }
 
 #[cfg(test)]
@@ -367,6 +458,8 @@ mod tests {
             ("elevation", "elevation", None),
             ("wheel_load", "wheel_load", None),
             ("z [\u{b5}m]", "z", Some("\u{b5}m")),
+            ("x_millimetres", "x", Some("millimetres")),
+            ("height_ft", "height", Some("ft")),
         ] {
             assert_eq!(
                 split(header),
@@ -375,8 +468,8 @@ mod tests {
             );
         }
         assert_eq!(unit_of("z [\u{b5}m]"), Ok(Some(1e6)));
-        assert!(unit_of("x [ft]").is_err());
-        assert_eq!(with_unit("15,5 mm"), Some(0.0155));
+        assert!(unit_of("x [ft]").is_err() && unit_of("z_inch").is_err());
+        assert_eq!(with_unit("15,5 mm"), Some(("15,5", 1e3)));
         assert_eq!(with_unit("inf m"), None);
     }
 }

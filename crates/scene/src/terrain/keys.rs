@@ -3,6 +3,7 @@
 use super::TerrainChoice;
 use super::ground::{DEFAULT, Ground, KINDS};
 use super::points::{self, COLUMN, FILE, HASH, Points};
+use robhaz_keys::error::Problem;
 use robhaz_keys::form::{About, Form, KeyReference, Maybe, Out, items, object, word};
 use robhaz_keys::key::{self, Key, List, keys, properties, required};
 use robhaz_keys::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
@@ -10,7 +11,7 @@ use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::{Entry, Node};
 use robhaz_keys::values::{COUNT, SEED, SWITCH};
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Bump, Interpolation, RoughClass};
+use robhaz_terrain::{Bump, Interpolation, RoughClass, check_risers};
 use serde_json::{Value as Json, json};
 
 /// The keys of a kind alone.
@@ -213,8 +214,8 @@ keys! {
     /// kind heights with file only: the column of the height
     height_column ("by the first line, else the second"): COLUMN => heights.columns.height;
 
-    /// kind heights with file only: lines may be in any order; lines of equal x become one point at
-    /// their mean height
+    /// kind heights with file only: lines may be in any order; two neighbouring lines of equal x are a
+    /// riser
     sort ("off"): Maybe(SWITCH) => heights.sort;
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
@@ -352,10 +353,15 @@ impl Form for Terrain {
             }
         }
         reader.require(self.keys(kind), node, path);
-        let (points, track) = match kind {
+        let (mut points, track) = match kind {
             "heights" => points::resolve(reader, node, path, &ground.heights).unwrap_or_default(),
             _ => Default::default(),
         };
+        let risers = check_risers(&points, ground.interpolation, ground.smoothing);
+        if let Err(error) = risers {
+            reader.push(Problem::at(&node.origin, path, error.to_string()).whole());
+            points.clear();
+        }
         *into = ground.choice(points, track, reader.seed);
         if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
             reader.refuse(node, path, &error.to_string());

@@ -55,7 +55,7 @@ pub(super) const HASH: Plain<String> = Plain {
     ..text("\"sha256:\" and 64 digits")
 };
 
-/// Points, x increasing.
+/// Points, x not falling.
 pub(super) struct Points;
 
 impl Form for Points {
@@ -76,8 +76,11 @@ impl Form for Points {
             if reader.mark() > mark {
                 continue;
             }
-            if let Some(before) = into.last().filter(|p| p.x >= point.x) {
-                let allowed = format!("x above that of the point before, {} m", before.x);
+            if let Some(before) = into.last().filter(|p| p.x > point.x || **p == point) {
+                let allowed = format!(
+                    "x above that of the point before, {} m, or the same with another height, a riser",
+                    before.x
+                );
                 reader.refuse(item, &path, &allowed);
             }
             into.push(point);
@@ -92,7 +95,7 @@ impl Form for Points {
 
     fn about(&self) -> About {
         About::new(
-            "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing",
+            "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing; equal with corners, a riser",
         )
     }
 

@@ -147,8 +147,7 @@ fn what_is_not_understood_is_said() {
         "",
         &[[0.9, 0.0], [1.0, 0.01]],
     );
-    // With `sort`, points of the same x are one.
-    refused(b"x,z\n1,0\n1,0.1\n", "sort = \"on\"\n", &["found one x"]);
+    refused(b"x,z\n1,0\n1,0.1\n", "", &["found one x"]);
     for (csv, expected) in [
         (
             &b"x y\n0 0\n1 1\n"[..],
@@ -164,7 +163,7 @@ fn what_is_not_understood_is_said() {
         ),
         (
             b"x [ft],y\n0,0\n1,1\n",
-            "found the unit \"ft\" of column \"x [ft]\", allowed units: m, cm, mm, um",
+            "found the unit \"ft\" of column \"x [ft]\", allowed units: m, dm, cm, mm, um",
         ),
         (
             b"x,y\n0,nan\n1,1\n",
@@ -211,18 +210,84 @@ fn order_is_asked_for_or_made() {
         csv,
         "",
         &[
-            "a.csv:3: terrain.file: found x = 0 m, allowed: x above that of the point before, 1.5 m; or sort = \"on\"",
+            "a.csv:3: terrain.file: found x = 0 m, allowed: x not below that of the point before, 1.5 m; or sort = \"on\"",
         ],
     );
     reads(csv, "sort = 'on'", &TWO);
     reads(csv, "sort = true", &TWO);
-    // The mean of what was measured at one place.
-    reads(
+    // Two heights at one place: which comes first is not known.
+    refused(
         b"0,0\n1,1\n0,1\n1,-1.5\n1.5,-0.25\n",
         "sort = 'on'",
-        &[[0.0, 0.5], [1.0, -0.25], [1.5, -0.25]],
+        &[
+            "found the heights 0 and 1 m at x = 0 m in lines whose order does not show which comes first",
+        ],
     );
-    refused(b"1,0\n1,2\n", "sort = 'on'", &["found one x"]);
+    refused(
+        b"1,0\n1,2\n",
+        "sort = 'on'",
+        &["found the heights 0 and 2 m at x = 1 m"],
+    );
+}
+
+/// Points of equal x are a riser, in any order of the lines; only corners without smoothing have one. Nothing is
+/// averaged, and no message says that it would be.
+#[test]
+fn equal_x_are_a_riser() {
+    let kerb = [[0.0, 0.0], [1.5, 0.0], [1.5, 0.05], [3.0, 0.05]];
+    let forward = b"x,height\n0,0\n1.5,0\n1.5,0.05\n3,0.05\n";
+    let backward = b"x,height\n3,0.05\n1.5,0.05\n1.5,0\n0,0\n";
+    let corners = "interpolation = 'corners'\n";
+    reads(forward, corners, &kerb);
+    reads(forward, &format!("{corners}sort = 'on'\n"), &kerb);
+    reads(backward, &format!("{corners}sort = 'on'\n"), &kerb);
+    for sort in ["", "sort = 'on'\n"] {
+        let error = scene(forward, sort).map(|_| ()).unwrap_err();
+        let riser = "found two points at x = 1.5 m, heights 0 and 0.05 m: a riser; allowed: interpolation = \"corners\"";
+        assert!(error.contains(riser) && !error.contains("sort"), "{error}");
+        let smoothed = format!("{corners}{sort}smoothing = '2 cm'\n");
+        refused(
+            forward,
+            &smoothed,
+            &["which smoothing would make a ramp of"],
+        );
+    }
+    // Points in the scene itself.
+    let scene = |points: &str| {
+        let text = format!("[terrain]\nkind = 'heights'\n{corners}points = {points}\n");
+        Scene::parse(&text, "x.toml", Path::new("."), &[])
+    };
+    assert!(scene("[[0, 0], [1.5, 0], [1.5, 0.05], [3, 0.05]]").is_ok());
+    assert!(scene("[[0, 0], [1.5, 0], [1.5, 0]]").is_err());
+}
+
+/// A file has one decimal mark; thousands separators are errors with their cell.
+#[test]
+fn thousands_separators_are_refused() {
+    let thousands = |csv: &[u8], cell: &str| refused(csv, "", &["thousands separators", cell]);
+    thousands(
+        b"x [mm],z\n0,0.001\n500,0.5\n\"1,000\",0.002\n",
+        "a.csv:4: terrain.file: found \"1,000\"",
+    );
+    thousands(
+        b"x [mm];z\n0;0,001\n500;0,5\n1.000;0,002\n",
+        "a.csv:4: terrain.file: found \"1.000\"",
+    );
+    thousands(b"x [mm],z\n0,0\n1'000,0\n", "a.csv:3");
+    thousands(b"x [mm],z\n0,0\n1 000,0\n", "a.csv:3");
+    let mut csv = "x [mm];z [mm]\n".to_owned();
+    for k in 0..30_u32 {
+        let x = match 100 * k {
+            x @ 0..1000 => x.to_string(),
+            x => format!("{}.{:03}", x / 1000, x % 1000),
+        };
+        csv += &format!("{x};{}\n", k % 2);
+    }
+    refused(
+        csv.as_bytes(),
+        "sort = 'on'\n",
+        &["a.csv:12: terrain.file: found \"1.000\"", "thousands"],
+    );
 }
 
 /// Two hundred thousand points are read, copied to the folder of the resolved scene and read again;

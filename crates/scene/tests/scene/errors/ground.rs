@@ -34,8 +34,8 @@ fn keys_of_another_kind_of_terrain() {
 #[test]
 fn points_of_the_ground() {
     one(
-        "[terrain]\nkind = 'heights'\npoints = [[0, 0], [1, 0.1],\n [1, 0.2]]",
-        "x.toml:4: terrain.points[2]: found [1, 0.2] (an array), allowed: x above that of the point before, 1 m",
+        "[terrain]\nkind = 'heights'\npoints = [[0, 0], [1, 0.1],\n [0.9, 0.2]]",
+        "x.toml:4: terrain.points[2]: found [0.9, 0.2] (an array), allowed: x above that of the point before, 1 m, or the same with another height, a riser",
     );
     one(
         "[terrain]\nkind = 'heights'",
@@ -64,10 +64,10 @@ fn points_of_the_ground() {
             format!("a.csv:3: terrain.file: found {cell} in column \"y\", {number}")
         );
     }
-    let found = read("0,0\n0,1\n").map(|_| ()).unwrap_err();
+    let found = read("1,0\n0,1\n").map(|_| ()).unwrap_err();
     assert_eq!(
         found,
-        "a.csv:2: terrain.file: found x = 0 m, allowed: x above that of the point before, 0 m; or sort = \"on\""
+        "a.csv:2: terrain.file: found x = 0 m, allowed: x not below that of the point before, 1 m; or sort = \"on\""
     );
 }
 
