@@ -1,6 +1,6 @@
 //! Faults of logs: what is usable is estimated and counted, the rest is an error with its place.
 
-use super::recorded::{estimated, recorded, refused, summary};
+use super::recorded::{estimate, estimated, recorded, refused, summary};
 use crate::support::robhaz;
 use std::path::Path;
 
@@ -239,10 +239,12 @@ fn a_log_without_an_estimate_says_so() {
     }
     std::fs::write(folder.path().join("upside.csv"), out).unwrap();
     let truth = ["upside.csv", "--truth", "run/truth.csv"];
-    let said = estimated(
+    let output = estimate(
         folder.path(),
         &[&truth[..], &["--estimator", "paper-body"]].concat(),
     );
+    assert!(!output.status.success());
+    let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("No estimator has an estimate"), "{said}");
     assert!(!said.contains("Without truth"), "{said}");
     let mut report = robhaz(folder.path());

@@ -36,6 +36,7 @@ pub fn run(args: &Args) -> Result<()> {
     place.choice.select(&[BEST.to_owned()]).into_diagnostic()?;
     let options = LogOptions {
         named_estimators: true,
+        allows_empty: true,
         ..LogOptions::default()
     };
     let log = Log::open(place, &options).into_diagnostic()?;

@@ -3,8 +3,9 @@
 use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
-use miette::{IntoDiagnostic, Report, Result, WrapErr};
+use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -61,6 +62,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         truth: args.truth.clone(),
         contact_angles: args.contact_angles.map(|c| c == ContactAngles::Given),
         named_estimators: !args.estimator.is_empty(),
+        allows_empty: false,
     };
     let log = Log::open(place, &options).into_diagnostic()?;
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
@@ -82,7 +84,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         files,
     };
     let document = results::write(log.into_run(), &job, &args.results, interrupt)?;
-    tell_json(|| Ok(document))
+    let has_forces = |estimator: &Value| !estimator["means"].is_null();
+    let estimators = document["summary"]["estimators"].as_object();
+    let is_empty = estimators.is_some_and(|all| !all.values().any(has_forces));
+    tell_json(|| Ok(document))?;
+    if is_empty {
+        bail!("{name}: no estimator found a force in the whole log; `robhaz check` says why");
+    }
+    Ok(())
 }
 
 /// Applies descriptions of the sensors and of the robot to a log. Warns where the robot, or how

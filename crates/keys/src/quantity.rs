@@ -139,6 +139,11 @@ impl fmt::Display for Range {
     }
 }
 
+/// A number with three digits, for messages.
+pub fn rounded(value: f64) -> String {
+    short(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
 /// A number in its short form: `0.2`, `20000`, `1.5e-4`. Reads back as the same number.
 pub fn short(value: f64) -> String {
     let size = value.abs();

@@ -1,8 +1,10 @@
 //! Logs as text: tables with the names of the columns in the first row.
 
 use crate::error::{LogError, open_file};
+use crate::iso8601;
 use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, finite, repeated};
 use crate::stamp::{Stamp, TimeUnit};
+use robhaz_terrain::decimals::{Decimals, Grouping, NO_THOUSANDS};
 use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
@@ -14,6 +16,7 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
     let column = |name: String| ColumnInfo {
         unit: name_and_unit(&name).map(|(_, unit)| unit.to_owned()),
         name,
+        is_time_stamp: false,
     };
     Ok(names.into_iter().map(column).collect())
 }
@@ -49,6 +52,12 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     Ok((table, names))
 }
 
+/// What a time may be.
+const EVERY_ROW: &str =
+    "a finite number or a date and time such as 2024-05-01T12:00:00.010Z: every row has a time";
+const WHOLE_STAMP: &str =
+    "whole seconds, and whole nanoseconds from 0 to 999999999 in a column of their own";
+
 /// Hands the rows of a CSV file to `add`, with the cells of chosen columns. Every name is the name
 /// of a column. Returns why the file ends before its end: it was cut off.
 pub fn read(
@@ -62,8 +71,18 @@ pub fn read(
         let found = names.iter().position(|n| n == name);
         found.ok_or_else(|| LogError::whole(path, format!("has no column {name}")))
     };
-    let time = (index(&time.name)?, time.unit);
+    let time = Time {
+        column: index(&time.name)?,
+        nanoseconds: time.nanoseconds.as_ref().map(index).transpose()?,
+        unit: time.unit,
+    };
     let chosen: Vec<usize> = chosen.iter().map(index).collect::<Result<_, _>>()?;
+    let mut groupings = vec![Grouping::default(); chosen.len()];
+    let mut numbers = Numbers {
+        path,
+        names: &names,
+        decimals: Decimals::default(),
+    };
     let ends_with_line = ends_with_line(open_file(path)?).map_err(LogError::io(path))?;
     let mut read = |row: &mut TextRow| table.read(row).map_err(LogError::io(path));
     // One row is read ahead, so that the last one is known.
@@ -85,34 +104,81 @@ pub fn read(
             );
             return Err(LogError::place(path, format!("line {line}"), message));
         }
-        let refused = |column: usize, allowed: &str| {
-            let place = format!("line {line}, column {}", names[column]);
-            let found = shortened(&row.text(column));
-            LogError::place(path, place, format!("found {found:?}, allowed: {allowed}"))
-        };
-        let stamp = stamp(&row.text(time.0), time.1)
-            .ok_or_else(|| refused(time.0, "a finite number: every row has a time"))?;
-        let cells = chosen.iter().map(|column| match &*row.text(*column) {
-            // A lost reading.
-            "" => Ok(f64::NAN),
-            text => decimal(text)
-                .map(finite)
-                .ok_or_else(|| refused(*column, "a number; nothing or nan for a lost reading")),
-        });
+        let stamp = numbers.stamp(&row, &time)?;
+        let mut cells = Vec::with_capacity(chosen.len());
+        for (column, grouping) in chosen.iter().zip(&mut groupings) {
+            let text = row.text(*column);
+            // Nothing is a lost reading.
+            cells.push(match &*text {
+                "" => f64::NAN,
+                text => {
+                    let number =
+                        numbers.read(&row, *column, "; nothing or nan for a lost reading")?;
+                    grouping.take(text, number, line);
+                    finite(number)
+                }
+            });
+        }
         add(Row {
             place: Place("line", line),
             stamp,
-            cells: cells.collect::<Result<_, _>>()?,
+            cells,
         })?;
         std::mem::swap(&mut row, &mut ahead);
+    }
+    for (column, grouping) in chosen.iter().zip(&groupings) {
+        if let Some((line, cell)) = grouping.thousands() {
+            let place = format!("line {line}, column {}", names[*column]);
+            let message = format!("found {cell:?}, allowed: {NO_THOUSANDS}");
+            return Err(LogError::place(path, place, message));
+        }
     }
     Ok(None)
 }
 
-fn stamp(text: &str, unit: TimeUnit) -> Option<Stamp> {
-    match text.parse::<i64>() {
-        Ok(whole) if unit != TimeUnit::SECOND => unit.of_whole(whole),
-        _ => unit.of_float(decimal(text)?),
+/// The columns of the time, and the unit of its numbers.
+struct Time {
+    column: usize,
+    nanoseconds: Option<usize>,
+    unit: TimeUnit,
+}
+
+/// The numbers of a file, which have one decimal mark.
+struct Numbers<'a> {
+    path: &'a Path,
+    names: &'a [String],
+    decimals: Decimals,
+}
+
+impl Numbers<'_> {
+    fn refused(&self, row: &TextRow, column: usize, allowed: &str) -> LogError {
+        let place = format!("line {}, column {}", row.line, self.names[column]);
+        let found = shortened(&row.text(column));
+        let message = format!("found {found:?}, allowed: {allowed}");
+        LogError::place(self.path, place, message)
+    }
+
+    /// The number of a cell; `also` says what else is allowed.
+    fn read(&mut self, row: &TextRow, column: usize, also: &str) -> Result<f64, LogError> {
+        let read = self.decimals.read(&row.text(column), row.line);
+        read.map_err(|allowed| self.refused(row, column, &format!("{allowed}{also}")))
+    }
+
+    fn stamp(&mut self, row: &TextRow, time: &Time) -> Result<Stamp, LogError> {
+        let Time { column, unit, .. } = *time;
+        let text = row.text(column);
+        let stamp = if let Some(rest) = time.nanoseconds {
+            let [seconds, nanoseconds] = [column, rest].map(|c| self.read(row, c, ""));
+            let stamp = Stamp::of_parts(seconds?, nanoseconds?);
+            return stamp.ok_or_else(|| self.refused(row, rest, WHOLE_STAMP));
+        } else if let (true, Ok(whole)) = (unit != TimeUnit::SECOND, text.parse::<i64>()) {
+            unit.of_whole(whole)
+        } else if decimal(&text).is_some() {
+            unit.of_float(self.read(row, column, "")?)
+        } else {
+            iso8601::parse(&text)
+        };
+        stamp.ok_or_else(|| self.refused(row, column, EVERY_ROW))
     }
 }
 

@@ -1,6 +1,7 @@
 //! How a reading follows from the cells of a row.
 
 use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
 
 /// How a reading follows from the cells of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,8 @@ pub struct Formula {
     pub factor: f64,
     /// Subtracted after the factor, in the reading's SI unit. 0 keeps the bits.
     pub offset: f64,
+    /// Whether the result is a direction, taken within half a turn of 0: 180 deg are -180 deg.
+    pub is_direction: bool,
 }
 
 /// What the cells of a row give.
@@ -31,9 +34,9 @@ pub enum Source {
 pub enum Upward {
     /// The specific force: cells x y z. At rest it points up.
     SpecificForce([usize; 3]),
-    /// The orientation: cells x y z w of the rotation from the sensor to the world, whose z axis
-    /// points up.
-    Orientation([usize; 4]),
+    /// The orientation: cells x y z w of the rotation from the sensor to the world, and the
+    /// direction up along the world's z axis, 1 or -1.
+    Orientation([usize; 4], f64),
 }
 
 impl Formula {
@@ -43,6 +46,7 @@ impl Formula {
             source: Source::Cell(cell),
             factor: 1.0,
             offset: 0.0,
+            is_direction: false,
         }
     }
 
@@ -60,7 +64,11 @@ impl Formula {
         };
         let (value, offset) = (found * self.factor, self.offset);
         // Subtracting zero would change the sign of a zero.
-        Some(if offset == 0.0 { value } else { value - offset })
+        let value = if offset == 0.0 { value } else { value - offset };
+        Some(match self.is_direction {
+            true => within_half_turn(value),
+            false => value,
+        })
     }
 }
 
@@ -69,16 +77,27 @@ impl Upward {
         match *self {
             Self::SpecificForce(of) => all(cells, of),
             // The third row of the rotation matrix.
-            Self::Orientation(of) => {
+            Self::Orientation(of, up) => {
                 let [x, y, z, w] = all(cells, of)?;
-                Some([
+                let axis = [
                     2.0 * (x * z - w * y),
                     2.0 * (y * z + w * x),
                     w * w - x * x - y * y + z * z,
-                ])
+                ];
+                Some(axis.map(|part| up * part))
             }
         }
     }
+}
+
+/// An angle within half a turn of 0, rad: a sensor that hangs upside down shows 180 deg from both
+/// sides.
+fn within_half_turn(angle: f64) -> f64 {
+    // Others keep their bits.
+    if angle.abs() <= PI {
+        return angle;
+    }
+    angle - TAU * (angle / TAU).round()
 }
 
 /// The axis across the robot about which nose up is positive: from forward to up.
@@ -117,12 +136,27 @@ mod tests {
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
         let (sin, cos) = (-0.15_f64).sin_cos();
         let turned = [0.0, sin, 0.0, cos];
-        let found = inclination(Upward::Orientation([0, 1, 2, 3])).value(&turned);
+        let found = inclination(Upward::Orientation([0, 1, 2, 3], 1.0)).value(&turned);
+        assert!((found.unwrap() - 0.3).abs() < 1e-15);
+        // The same attitude of a body with z down in a world with z down: nose up is +0.3 rad about
+        // y, and so is its rate.
+        let down = [0.0, 0.0, -1.0];
+        let aviation = Formula {
+            source: Source::Inclination(Upward::Orientation([0, 1, 2, 3], -1.0), [X, down]),
+            ..Formula::of_cell(0)
+        };
+        let found = aviation.value(&[0.0, -sin, 0.0, cos]);
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
         let rate = Formula {
+            source: Source::Rate([0, 1, 2], across(X, down)),
+            ..Formula::of_cell(0)
+        };
+        let found = rate.value(&[0.7, 0.2, 0.9]);
+        assert!((found.unwrap() - 0.2).abs() < 1e-15);
+        let rate = Formula {
             source: Source::Rate([0, 1, 2], across(X, Z)),
-            factor: 1.0,
             offset: 0.05,
+            ..Formula::of_cell(0)
         };
         let found = rate.value(&[0.7, -0.2, 0.9]);
         assert!((found.unwrap() - 0.15).abs() < 1e-15);
@@ -138,6 +172,13 @@ mod tests {
         assert_eq!(inclination.value(&[0.0; 3]), None);
         assert_eq!(inclination.value(&[1.0, f64::NAN, 2.0]), None);
         assert_eq!(Formula::of_cell(1).value(&[1.0]), None);
+    }
+
+    #[test]
+    fn angles_are_taken_within_half_a_turn() {
+        for (angle, expected) in [(3.1 + TAU, 3.1), (-0.2 - TAU, -0.2), (PI - 0.01, PI - 0.01)] {
+            assert!((within_half_turn(angle) - expected).abs() < 1e-14);
+        }
     }
 
     /// The bits of a cell stay, those of a negative zero too.

@@ -9,17 +9,18 @@
 //! |---|---|
 //! | `rows`, `csv_table`, `parquet_rows` | rows of a table, whatever its format |
 //! | `mcap_events`, `messages`, `cdr` | topics of MCAP files; the ROS 2 messages in them |
-//! | `stamp`, `order` | time stamps and their order |
+//! | `stamp`, `iso8601`, `order` | time stamps and their order |
 //! | `readings`, `truth` | readings and truth by the names of columns |
-//! | `own_names`, `mapped`, `formula`, `plan` | which column is which reading |
-//! | `survey`, `frames` | rows of all channels, read and judged; frames on one time |
-//! | `place`, `log` | from a path to a run |
+//! | `own_names`, `mapped`, `units`, `formula`, `plan` | which column is which reading, and in which unit |
+//! | `survey`, `integral`, `frames` | rows of all channels, read and judged; speeds integrated; frames on one time |
+//! | `place`, `bag`, `log` | from a path to a run |
 //! | `export` | a run as a log for other tools |
 //!
 //! A log is read to its end for duration, rates, order of the time stamps, and cells that are no
 //! numbers, so that a log that cannot be used is refused before anything is written. Its rows are
 //! kept: ten minutes of all readings at 1 kHz take 80 MB.
 
+mod bag;
 mod cdr;
 pub mod check;
 mod csv_table;
@@ -27,6 +28,8 @@ mod error;
 mod export;
 mod formula;
 mod frames;
+mod integral;
+mod iso8601;
 mod log;
 mod mapped;
 mod mcap_events;
@@ -41,6 +44,7 @@ mod rows;
 mod stamp;
 mod survey;
 mod truth;
+mod units;
 
 pub use error::LogError;
 pub use export::{ExportFormat, Exported, export};

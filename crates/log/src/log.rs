@@ -1,15 +1,18 @@
 //! A log that is ready to be estimated.
 
 use crate::error::LogError;
+use crate::formula::{Formula, Source, Upward};
 use crate::frames::Frames;
+use crate::integral;
 use crate::mapped;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
-use crate::plan::Plan;
+use crate::plan::{Plan, Rows};
+use crate::readings::Reading;
 use crate::survey::{Survey, survey};
 use robhaz_estimator::DRIVING_SPEED;
 use robhaz_model::{BodyMount, Robot, Units};
-use robhaz_run::{Run, RunDescription, Source};
+use robhaz_run::{Run, RunDescription, Source as Samples};
 use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice};
 use robhaz_score::signals::median;
 use robhaz_sim::random::Fnv1a;
@@ -31,6 +34,8 @@ pub struct LogOptions {
     /// Whether the estimators were named by the user: they then run without contact angles where
     /// there are none.
     pub named_estimators: bool,
+    /// Whether a reading may have no value in the whole log; no estimator runs on such a log.
+    pub allows_empty: bool,
 }
 
 /// A log that is ready to be estimated.
@@ -60,20 +65,25 @@ impl Log {
             path,
             name,
             table,
+            splits,
             mut choice,
             mut warnings,
             ..
         } = place;
         let channels = match (&choice.mapping, &table) {
-            (Some(mapping), table) => mapped::channels(&path, table.as_deref(), mapping)?,
+            (Some(mapping), table) => {
+                mapped::channels(&path, table.as_deref(), splits.as_deref(), mapping)?
+            }
             (None, Some(table)) if mapped::is_mcap(table) => vec![own_names::topic(table)?],
             (None, Some(table)) => vec![own_names::readings(table)?],
             (None, None) => return Err(no_table(&path)),
         };
         let mut files: Vec<PathBuf> = Vec::new();
         for channel in &channels {
-            if !files.contains(&channel.path) {
-                files.push(channel.path.clone());
+            for file in channel.files() {
+                if !files.iter().any(|known| known == file) {
+                    files.push(file.to_path_buf());
+                }
             }
         }
         let mut plan = Plan {
@@ -89,7 +99,9 @@ impl Log {
             plan.channels.push(own_names::truth(truth, clock)?);
             files.push(truth.clone());
         }
-        let survey = survey(&plan)?;
+        let mut survey = survey(&plan)?;
+        warnings.extend(integrate(&plan, &mut survey, &mut choice));
+        warnings.extend(check_values(&plan, &survey, options.allows_empty)?);
         let mount = plan.is_of_body().then(|| {
             let robot = &choice.robot.robot;
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
@@ -127,9 +139,95 @@ impl Log {
     }
 
     /// Its readings alone.
-    pub fn into_source(self) -> Box<dyn Source + Send> {
+    pub fn into_source(self) -> Box<dyn Samples + Send> {
         Box::new(Frames::new(self.plan, self.survey, self.mount))
     }
+}
+
+/// Makes angles of the speeds of wheels. The budget then has an encoder whose steps err as much, if
+/// that is coarser. Returns what the user should know.
+fn integrate(plan: &Plan, survey: &mut Survey, choice: &mut LogChoice) -> Vec<String> {
+    let mut notices = Vec::new();
+    for (channel, found) in plan.channels.iter().zip(&mut survey.channels) {
+        for cell in &channel.speeds {
+            let columns = channel.columns.len();
+            let of_cell =
+                |(_, formula): &&(Reading, Formula)| formula.source == Source::Cell(*cell);
+            let Some((reading, formula)) = channel.readings.iter().find(of_cell) else {
+                continue;
+            };
+            let rows = found.cells.chunks(columns);
+            let speeds: Vec<f64> = rows.map(|row| row[*cell] * formula.factor).collect();
+            let counts = integral::counts(&speeds, found.report.period);
+            integral::integrate(&found.times, &mut found.cells, columns, *cell);
+            let budget = &mut choice.budget.encoder_counts;
+            if counts < *budget || *budget <= 0.0 && counts.is_finite() {
+                *budget = counts;
+            }
+            notices.push(format!(
+                "{} is the integral of {}, a speed; by its noise it counts as an encoder of {budget:.0} counts a turn",
+                reading.name(),
+                channel.columns[*cell],
+            ));
+        }
+    }
+    notices
+}
+
+/// Refuses a reading without a value in the whole log where its messages state that they do not
+/// have it, and, unless the log may have one, any other. Returns the torques that are 0 throughout,
+/// as drives write them that do not measure any.
+fn check_values(
+    plan: &Plan,
+    survey: &Survey,
+    allows_empty: bool,
+) -> Result<Option<String>, LogError> {
+    let mut zeros = Vec::new();
+    for (channel, found) in plan.channels.iter().zip(&survey.channels) {
+        let columns = channel.columns.len().max(1);
+        for (reading, formula) in &channel.readings {
+            let values = found.cells.chunks(columns).map(|row| formula.value(row));
+            let name = reading.name();
+            if let Some(first) = values.clone().flatten().next() {
+                let is_zero = |value: f64| value.abs() <= 0.0;
+                let is_torque = name.ends_with("_motor_torque");
+                if is_torque && is_zero(first) && values.flatten().all(is_zero) {
+                    zeros.push(name);
+                }
+                continue;
+            }
+            let is_topic = matches!(channel.rows, Rows::Topic(..));
+            let rows = format!(
+                "{name} has no value in {} {}",
+                found.times.len(),
+                if is_topic { "messages" } else { "rows" }
+            );
+            let remedy = match formula.source {
+                Source::Inclination(Upward::Orientation(..), _) if is_topic => {
+                    "the messages have no orientation (orientation_covariance[0] = -1, or a quaternion of zeros); state inclination = \"acceleration\""
+                }
+                Source::Inclination(..) if is_topic => {
+                    "the messages have no linear_acceleration (linear_acceleration_covariance[0] = -1, or zeros); state the channel that has it, or inclination = \"orientation\""
+                }
+                Source::Rate(..) if is_topic => {
+                    "the messages have no angular_velocity (angular_velocity_covariance[0] = -1); state rate_channel, the channel of the gyroscope"
+                }
+                _ if allows_empty => continue,
+                Source::Cell(cell) if channel.columns[cell].ends_with(".position") => {
+                    "allowed: numbers; of joints without a position column = \"NAME.velocity\" integrates the speed"
+                }
+                _ => {
+                    "allowed: numbers, since every estimator needs it; find out why it was not recorded"
+                }
+            };
+            return Err(channel.problem(format!("{rows}: {remedy}")));
+        }
+    }
+    let notice = format!(
+        "{} is 0 in the whole log: was it measured?",
+        zeros.join(", ")
+    );
+    Ok((!zeros.is_empty()).then_some(notice))
 }
 
 /// Refuses a truth of which no row is compared with. Returns what the user should know of the other

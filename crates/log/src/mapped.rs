@@ -1,5 +1,6 @@
 //! Channels of a log whose description says which column is which reading.
 
+use crate::bag;
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward, across};
 use crate::mcap_events::Clock;
@@ -7,16 +8,22 @@ use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
-use robhaz_scene::{ChannelChoice, ImuChoice, InclinationSource, Mapping};
+use crate::units::{Kind, Stated, Unit};
+use robhaz_scene::{
+    ChannelChoice, ImuChoice, InclinationSource, Mapping, ReadingChoice, World, is_wheel_angle,
+};
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
-/// The channels of a log; the first is the time base.
+/// The channels of a log; the first is the time base. `splits` are the files of a bag behind its
+/// first one, `table`; `None` of another log.
 ///
 /// # Errors
 /// [`LogError`] with all columns that a file does not have.
 pub fn channels(
     log: &Path,
     table: Option<&Path>,
+    splits: Option<&[PathBuf]>,
     mapping: &Mapping,
 ) -> Result<Vec<ChannelPlan>, LogError> {
     let mut channels = Vec::new();
@@ -33,22 +40,36 @@ pub fn channels(
         .iter()
         .filter(|c| c.name != ChannelChoice::TRUTH)
     {
-        let path = file(log, table, choice)?;
-        channels.push(empty(&path, choice.name.clone(), Some(choice))?);
+        let own = table.filter(|_| splits.is_some() || !log.is_dir());
+        let path = file(log, own, choice)?;
+        let channel = empty(&path, choice.name.clone(), Some(choice))?;
+        let is_topic = matches!(channel.rows, Rows::Topic(..));
+        channels.push(ChannelPlan {
+            splits: splits.filter(|_| is_topic).unwrap_or_default().to_vec(),
+            ..channel
+        });
     }
     for reading in &mapping.readings {
-        let channel = named(&mut channels, &reading.channel);
-        let formula = Formula {
-            source: Source::Cell(channel.cell(&reading.column)),
-            factor: reading.factor,
-            offset: reading.offset,
-        };
-        channel.add(reading.name, formula);
+        named(&mut channels, &reading.channel).add_reading(reading);
     }
     for imu in &mapping.imus {
-        named(&mut channels, &imu.channel).add_imu(imu);
+        add_imu(&mut channels, imu);
     }
-    channels.iter().try_for_each(check)?;
+    let choices = mapping.channels.iter();
+    for channel in &mut channels {
+        let choice = choices.clone().find(|choice| choice.name == channel.name);
+        let is_named = |name: &str| name == channel.name || name.is_empty();
+        let readings = mapping.readings.iter().filter(|r| is_named(&r.channel));
+        let imus = mapping
+            .imus
+            .iter()
+            .filter(|i| match i.rate_channel.as_str() {
+                "" => is_named(&i.channel),
+                own => is_named(own),
+            });
+        let (readings, imus) = (readings.collect::<Vec<_>>(), imus.collect::<Vec<_>>());
+        check(channel, choice, &readings, &imus)?;
+    }
     if let Some(base) = &mapping.time_base
         && let Some(i) = channels.iter().position(|c| c.name == *base)
     {
@@ -61,13 +82,12 @@ pub fn channels(
     Ok(channels)
 }
 
-/// The file of a channel: the log itself, or a file beside it or in its folder.
-fn file(log: &Path, table: Option<&Path>, choice: &ChannelChoice) -> Result<PathBuf, LogError> {
+/// The file of a channel: that of the log itself, or a file beside it or in its folder.
+fn file(log: &Path, own: Option<&Path>, choice: &ChannelChoice) -> Result<PathBuf, LogError> {
     if !choice.table.is_empty() {
         let folder = Some(log).filter(|log| log.is_dir()).or(log.parent());
         return Ok(folder.unwrap_or(Path::new("")).join(&choice.table));
     }
-    let own = table.filter(|_| !log.is_dir());
     own.map(Path::to_path_buf).ok_or_else(|| {
         let message = "the log is a folder: state the channel's `table`, a file in it";
         LogError::place(log, format!("channel {}", choice.name), message)
@@ -88,6 +108,7 @@ fn empty(
             return Err(problem(message));
         }
         None => ChannelPlan::of_table(name, path, time(choice))?,
+        Some(_) if let Some(advice) = bag::advice(path) => return Err(problem(&advice)),
         Some(ChannelChoice { topic, .. }) if !is_mcap(path) => {
             return Err(problem(&format!(
                 "topic {topic} needs an MCAP file (.mcap)"
@@ -117,6 +138,9 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
     TimeColumn {
         name: if name.is_empty() { "time" } else { name }.to_owned(),
         unit: TimeUnit(choice.map_or(1, ChannelChoice::time_units_per_second)),
+        nanoseconds: choice
+            .map(|c| c.nanoseconds.clone())
+            .filter(|name| !name.is_empty()),
     }
 }
 
@@ -142,54 +166,214 @@ impl ChannelPlan {
         })
     }
 
+    /// A reading of a column. A speed of a wheel is integrated: one in a unit of speed, or of a topic
+    /// that of a joint.
+    fn add_reading(&mut self, reading: &ReadingChoice) {
+        let is_speed = is_speed(reading)
+            || is_wheel_angle(reading.name)
+                && matches!(self.rows, Rows::Topic(..))
+                && reading.column.ends_with(".velocity");
+        let cell = match is_speed {
+            // A cell of its own: another reading may take the speed itself.
+            true => {
+                self.columns.push(reading.column.clone());
+                self.speeds.push(self.columns.len() - 1);
+                self.columns.len() - 1
+            }
+            false => self.cell(&reading.column),
+        };
+        let formula = Formula {
+            source: Source::Cell(cell),
+            factor: reading.factor,
+            offset: reading.offset,
+            // A sensor that hangs upside down; a wrong unit shows in the angles as they are.
+            is_direction: reading.name.ends_with("_inclination")
+                && reading.offset.abs() > FRAC_PI_2,
+        };
+        self.add(reading.name, formula);
+    }
+
     fn add(&mut self, name: &str, formula: Formula) {
         let reading = Reading::all().find(|r| r.name() == name);
         self.readings
             .extend(reading.map(|reading| (reading, formula)));
     }
+}
 
-    fn add_imu(&mut self, imu: &ImuChoice) {
+/// Adds the readings of a sensor, but those that have a column of their own.
+fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice) {
+    let names = ["inclination", "rate"].map(|part| format!("{}_{part}", imu.link));
+    let is_free = |name: &String| {
+        let mut readings = channels.iter().flat_map(|c| &c.readings);
+        !readings.any(|(reading, _)| reading.name() == name)
+    };
+    let [has_inclination, has_rate] = names.each_ref().map(is_free);
+    if has_inclination {
+        let channel = named(channels, &imu.channel);
         let (force, orientation) = (imu.acceleration.each_ref(), imu.orientation.each_ref());
         let up = match imu.inclination {
-            InclinationSource::Acceleration => Upward::SpecificForce(force.map(|c| self.cell(c))),
+            InclinationSource::Acceleration => {
+                Upward::SpecificForce(force.map(|c| channel.cell(c)))
+            }
             InclinationSource::Orientation => {
-                Upward::Orientation(orientation.map(|c| self.cell(c)))
+                let up = if imu.world == World::Ned { -1.0 } else { 1.0 };
+                Upward::Orientation(orientation.map(|c| channel.cell(c)), up)
             }
         };
         let inclination = Formula {
             source: Source::Inclination(up, [imu.forward, imu.up]),
             factor: 1.0,
             offset: imu.inclination_offset,
+            is_direction: true,
         };
-        let velocity = imu.angular_velocity.each_ref().map(|c| self.cell(c));
+        channel.add(&names[0], inclination);
+    }
+    if has_rate {
+        let own = [&imu.rate_channel, &imu.channel];
+        let name = own.into_iter().find(|name| !name.is_empty());
+        let channel = named(channels, name.map_or("", String::as_str));
+        let velocity = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
         let rate = Formula {
             source: Source::Rate(velocity, across(imu.forward, imu.up)),
             factor: imu.rate_factor,
             offset: imu.rate_offset,
+            is_direction: false,
         };
-        self.add(&format!("{}_inclination", imu.link), inclination);
-        self.add(&format!("{}_rate", imu.link), rate);
+        channel.add(&names[1], rate);
     }
 }
 
-/// Checks that the file of a channel has its columns.
-fn check(channel: &ChannelPlan) -> Result<(), LogError> {
+/// Whether a reading is the angle of a wheel, and its unit one of a speed.
+fn is_speed(reading: &ReadingChoice) -> bool {
+    let kind = Unit::of(reading.unit).map(|unit| unit.kind);
+    is_wheel_angle(reading.name) && kind == Some(Kind::Rate)
+}
+
+/// Checks that the file of a channel has its columns, in the units that the description states, and
+/// finds the columns of its time.
+fn check(
+    channel: &mut ChannelPlan,
+    choice: Option<&ChannelChoice>,
+    readings: &[&ReadingChoice],
+    imus: &[&ImuChoice],
+) -> Result<(), LogError> {
     let found = channel.found()?;
+    let is_table = match &mut channel.rows {
+        Rows::Topic(..) => false,
+        Rows::Table(_, time) => {
+            time.resolve(&found, choice.is_some_and(|c| !c.time.is_empty()));
+            true
+        }
+    };
     let time = match &channel.rows {
         Rows::Topic(..) => None,
-        Rows::Table(_, time) => Some(&time.name),
+        Rows::Table(_, time) => Some(time),
     };
     let is_missing = |name: &&String| !found.iter().any(|c| c.name == **name);
-    let wanted = time.into_iter().chain(&channel.columns);
+    let wanted = time.into_iter().flat_map(TimeColumn::columns);
+    let wanted = wanted.chain(&channel.columns);
     let missing: Vec<&str> = wanted.filter(is_missing).map(String::as_str).collect();
-    if missing.is_empty() {
+    if !missing.is_empty() {
+        let message = format!(
+            "has no column {}, which the description names for channel {}; found {}{}",
+            missing.join(", "),
+            channel.name,
+            ColumnInfo::list(&found),
+            instead(&missing, &found),
+        );
+        return Err(LogError::whole(&channel.path, message));
+    }
+    if !is_table {
         return Ok(());
     }
-    let message = format!(
-        "has no column {}, which the description names for channel {}; found {}",
-        missing.join(", "),
-        channel.name,
-        ColumnInfo::list(&found),
-    );
-    Err(LogError::whole(&channel.path, message))
+    let of_name = |name: &str| found.iter().find(|column| column.name == name);
+    let refused = |column: &str, unit: &Unit, stated: &str, allowed: &str| {
+        let message = format!(
+            "its unit is {}, and the description states {stated}; allowed: {allowed}, or rename the column",
+            unit.name
+        );
+        LogError::place(&channel.path, format!("column {column}"), message)
+    };
+    for reading in readings {
+        let stated = stated(reading);
+        let Some((column, stated)) = of_name(&reading.column).zip(stated) else {
+            continue;
+        };
+        let taken_for = match stated.kind {
+            Kind::Current => Kind::Torque,
+            Kind::Counts => Kind::Angle,
+            kind => kind,
+        };
+        let unit = Unit::of_column(column, taken_for);
+        if let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) {
+            let name = reading.name;
+            let allowed = format!(
+                "the `unit` of reading.{name} that the column has, or, of a unit that no key states, its factor to SI as `scale`"
+            );
+            return Err(refused(&column.name, &unit, reading.unit, &allowed));
+        }
+    }
+    for imu in imus {
+        let stated = Stated {
+            kind: Kind::Rate,
+            factor: imu.rate_factor,
+            scale: 1.0,
+        };
+        let name = if imu.rate_factor < 1.0 {
+            "deg/s"
+        } else {
+            "rad/s"
+        };
+        for column in imu.angular_velocity.iter().filter_map(|c| of_name(c)) {
+            let unit = Unit::of_column(column, Kind::Rate);
+            if let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) {
+                let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
+                return Err(refused(&column.name, &unit, name, &allowed));
+            }
+        }
+    }
+    let time = time.filter(|time| time.nanoseconds.is_none());
+    let column = time.and_then(|time| of_name(&time.name));
+    if let Some(column) = column.filter(|column| !column.is_time_stamp) {
+        let name = choice.map_or("s", ChannelChoice::time_unit);
+        let stated = Unit::of(name);
+        let is_other = |unit: &Unit| {
+            let same = |stated: &Unit| stated.factor.to_bits() == unit.factor.to_bits();
+            unit.kind == Kind::Time && !stated.as_ref().is_some_and(same)
+        };
+        if let Some(unit) = Unit::of_column(column, Kind::Time).filter(is_other) {
+            let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
+            return Err(refused(&column.name, &unit, name, allowed));
+        }
+    }
+    Ok(())
+}
+
+/// What is stated of a reading's column.
+fn stated(reading: &ReadingChoice) -> Option<Stated> {
+    let unit = Unit::of(reading.unit)?;
+    let turn = reading.counts.max(1.0);
+    Some(match unit.kind {
+        Kind::Counts => Stated {
+            kind: Kind::Angle,
+            factor: TAU / turn,
+            scale: reading.scale,
+        },
+        kind => Stated {
+            kind,
+            factor: unit.factor,
+            scale: reading.scale,
+        },
+    })
+}
+
+/// What can be read in place of missing columns: the speed of a joint without a position.
+fn instead(missing: &[&str], found: &[ColumnInfo]) -> String {
+    let speed = missing.iter().find_map(|name| {
+        let speed = format!("{}.velocity", name.strip_suffix(".position")?);
+        found.iter().any(|c| c.name == speed).then_some(speed)
+    });
+    speed.map_or(String::new(), |speed| {
+        format!("; column = \"{speed}\" integrates the speed")
+    })
 }

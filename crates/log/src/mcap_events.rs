@@ -152,9 +152,40 @@ pub fn metadata(path: &Path, name: &str, entry: &str) -> Result<Option<String>, 
 /// # Errors
 ///
 /// [`LogError`]: a topic that the file does not have, or with messages of another kind.
-pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<ColumnInfo>, LogError> {
-    let mut messages = Messages::open(path)?;
+pub fn columns(
+    files: &[&Path],
+    topic: &str,
+    wanted: &[String],
+) -> Result<Vec<ColumnInfo>, LogError> {
     let mut found: Option<Vec<ColumnInfo>> = None;
+    let mut topics = Topics::new();
+    for path in files {
+        let mut messages = Messages::open(path)?;
+        add_columns(&mut messages, topic, wanted, &mut found)?;
+        topics.extend(messages.topics);
+    }
+    found.ok_or_else(|| {
+        let topics = topics.values();
+        let mut known: Vec<String> =
+            topics.map(|(topic, schema)| format!("{topic} ({schema})")).collect();
+        known.sort();
+        known.dedup();
+        let message = format!(
+            "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
+            known.join(", ")
+        );
+        LogError::whole(files.first().unwrap_or(&Path::new("")), message)
+    })
+}
+
+/// Adds the columns of the messages of one file until all that are wanted were seen.
+fn add_columns(
+    messages: &mut Messages,
+    topic: &str,
+    wanted: &[String],
+    found: &mut Option<Vec<ColumnInfo>>,
+) -> Result<(), LogError> {
+    let path = messages.path.clone();
     let is_complete = |found: &[ColumnInfo]| {
         let has = |column: &String| found.iter().any(|c| c.name == *column);
         wanted.iter().all(has)
@@ -166,10 +197,11 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
                 return Ok(());
             };
             let known = found.get_or_insert_default();
-            for number in decode(path, topic, schema, message.data)?.1 {
+            for number in decode(&path, topic, schema, message.data)?.1 {
                 let column = ColumnInfo {
                     name: number.column(),
                     unit: None,
+                    is_time_stamp: false,
                 };
                 if !known.contains(&column) {
                     known.push(column);
@@ -181,17 +213,7 @@ pub fn columns(path: &Path, topic: &str, wanted: &[String]) -> Result<Vec<Column
             break;
         }
     }
-    found.ok_or_else(|| {
-        let topics = messages.topics.values();
-        let mut known: Vec<String> =
-            topics.map(|(topic, schema)| format!("{topic} ({schema})")).collect();
-        known.sort();
-        let message = format!(
-            "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
-            known.join(", ")
-        );
-        LogError::whole(path, message)
-    })
+    Ok(())
 }
 
 fn decode<'a>(
@@ -226,31 +248,35 @@ pub struct Wanted<'a> {
     open: Option<(Row, Vec<bool>)>,
 }
 
-/// Reads channels of one file, each of a topic. Returns why the file ends before its end.
+/// Reads channels of the files of one log, each of a topic. Returns why a file ends before its end.
 pub fn read(
-    path: &Path,
+    files: &[&Path],
     channels: &mut [Wanted<'_>],
     add: &mut impl FnMut(usize, Row) -> Result<(), LogError>,
 ) -> Result<Option<String>, LogError> {
-    let mut messages = Messages::open(path)?;
-    let mut take = |topics: &Topics, message: Message<'_>| -> Result<(), LogError> {
-        let Some((topic, schema)) = topics.get(&message.channel) else {
-            return Ok(());
-        };
-        for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
-            for row in wanted.add(path, schema, &message)?.into_iter().flatten() {
-                add(wanted.channel, row)?;
+    let mut cut_off = None;
+    for path in files {
+        let mut messages = Messages::open(path)?;
+        let mut take = |topics: &Topics, message: Message<'_>| -> Result<(), LogError> {
+            let Some((topic, schema)) = topics.get(&message.channel) else {
+                return Ok(());
+            };
+            for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
+                for row in wanted.add(path, schema, &message)?.into_iter().flatten() {
+                    add(wanted.channel, row)?;
+                }
             }
-        }
-        Ok(())
-    };
-    while messages.next(&mut take)?.is_some() {}
+            Ok(())
+        };
+        while messages.next(&mut take)?.is_some() {}
+        cut_off = cut_off.or(messages.cut_off);
+    }
     for wanted in channels {
         if let Some((row, _)) = wanted.open.take() {
             add(wanted.channel, row)?;
         }
     }
-    Ok(messages.cut_off)
+    Ok(cut_off)
 }
 
 impl<'a> Wanted<'a> {

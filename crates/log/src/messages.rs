@@ -50,7 +50,8 @@ impl Number<'_> {
     }
 }
 
-/// Parts of an `Imu` and their numbers; each has a covariance.
+/// Parts of an `Imu` and their numbers; each has a covariance. One that starts with -1 states that
+/// the part is not measured.
 const IMU: [(&str, &[&str]); 3] = [
     ("orientation", &["x", "y", "z", "w"]),
     ("angular_velocity", &["x", "y", "z"]),
@@ -112,13 +113,20 @@ fn joint_state<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
 fn imu<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
     let mut numbers = Vec::with_capacity(10);
     for (name, parts) in IMU {
+        let own = numbers.len();
         for part in parts {
             let value = reader.f64()?;
             numbers.push(Number { name, part, value });
         }
-        // Its covariance.
-        for _ in 0..9 {
+        let is_stated_absent = reader.f64()? < 0.0;
+        for _ in 1..9 {
             reader.f64()?;
+        }
+        // A quaternion without length is none.
+        let numbers = &mut numbers[own..];
+        let is_none = name == "orientation" && numbers.iter().all(|n| n.value == 0.0);
+        if is_stated_absent || is_none {
+            numbers.iter_mut().for_each(|n| n.value = f64::NAN);
         }
     }
     Some(numbers)

@@ -8,6 +8,7 @@ use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
+use crate::units::Unit;
 use robhaz_scene::ChannelChoice;
 use std::path::Path;
 
@@ -71,15 +72,18 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
 ///
 /// As [`readings`].
 pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, LogError> {
-    let time = mapped::time(clock);
-    let mut table = Table::open(path, time.clone())?;
+    let mut table = Table::open(path, mapped::time(clock))?;
     for name in truth::required() {
         table.required(&name, "N");
     }
     if clock.is_none() {
         table.find_time();
-    } else if !table.found.iter().any(|c| c.name == time.name) {
-        table.missing.push(time.name);
+    } else if let Rows::Table(_, time) = &mut table.channel.rows {
+        time.resolve(&table.found, true);
+        let is_missing = |name: &&String| !table.found.iter().any(|c| c.name == **name);
+        table
+            .missing
+            .extend(time.columns().filter(is_missing).cloned());
     }
     let columns = table.found.iter().map(|c| c.name.clone());
     let columns: Vec<String> = columns.filter(|name| truth::is_column(name)).collect();
@@ -116,8 +120,18 @@ impl Table {
             let text = column.name.split(['[', '(']).next().unwrap_or_default();
             text.trim() == name
         };
-        let ColumnInfo { name, unit } = self.found.iter().find(bare)?;
-        if let Some(found) = unit.as_deref().filter(|unit| *unit != allowed) {
+        let ColumnInfo {
+            name,
+            unit,
+            is_time_stamp,
+        } = self.found.iter().find(bare)?;
+        // However it is written.
+        let is_same = |found: &str| match (Unit::of(found), Unit::of(allowed)) {
+            (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
+            _ => found == allowed,
+        };
+        let other = unit.as_deref().filter(|unit| !is_same(unit));
+        if let Some(found) = other.filter(|_| !is_time_stamp) {
             let problem = format!("column {name} has the unit {found}, allowed: {allowed}");
             self.problems.push(problem);
         }
@@ -134,6 +148,12 @@ impl Table {
     }
 
     fn find_time(&mut self) {
+        if let Rows::Table(_, time) = &mut self.channel.rows {
+            time.resolve(&self.found, false);
+            if time.nanoseconds.is_some() {
+                return;
+            }
+        }
         let name = self.required(TIME, "s");
         if let (Some(name), Rows::Table(_, time)) = (name, &mut self.channel.rows) {
             time.name = name;

@@ -1,6 +1,7 @@
 //! Parquet files.
 
 use crate::error::{LogError, open_file};
+use crate::iso8601;
 use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, finite, repeated};
 use crate::stamp::{Stamp, TimeUnit};
 use arrow_array::cast::AsArray as _;
@@ -22,7 +23,11 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
     let schema = parquet(path)?.schema().clone();
     let column = |field: &std::sync::Arc<Field>| ColumnInfo {
         name: field.name().clone(),
-        unit: field.metadata().get("unit").cloned(),
+        unit: ["unit", "units"]
+            .iter()
+            .find_map(|key| field.metadata().get(*key).cloned()),
+        is_time_stamp: whole_unit(field.data_type(), TimeUnit::SECOND)
+            .is_some_and(|_| !field.data_type().is_integer()),
     };
     if let Some((again, message)) = repeated(schema.fields().iter().map(|field| field.name())) {
         return Err(LogError::place(path, format!("column {again}"), message));
@@ -77,7 +82,7 @@ pub fn read(
     let builder = parquet(path)?;
     let has_no = |name: &String| LogError::whole(path, format!("has no column {name}"));
     let index = |name: &String| builder.schema().index_of(name).map_err(|_| has_no(name));
-    let wanted = std::iter::once(&time.name).chain(chosen).map(index);
+    let wanted = time.columns().chain(chosen).map(index);
     let wanted: Vec<usize> = wanted.collect::<Result<_, _>>()?;
     let mask = ProjectionMask::roots(builder.parquet_schema(), wanted);
     let batches = builder.with_projection(mask).with_batch_size(BATCH).build();
@@ -85,7 +90,14 @@ pub fn read(
     for batch in batches.map_err(|error| not_parquet(path, error))? {
         let batch = batch.map_err(|error| not_parquet(path, error))?;
         let column = |name: &String| batch.column_by_name(name).ok_or_else(|| has_no(name));
-        let stamps = stamps(path, time, column(&time.name)?, row)?;
+        let seconds = column(&time.name)?;
+        let stamps = match &time.nanoseconds {
+            None => stamps(path, time, seconds, row)?,
+            Some(name) => {
+                let parts = [(&time.name, seconds), (name, column(name)?)];
+                parts_of_stamps(path, parts, row)?
+            }
+        };
         let cells = chosen.iter().map(|name| numbers(path, name, column(name)?));
         let cells: Vec<_> = cells.collect::<Result<_, _>>()?;
         for (i, stamp) in stamps.into_iter().enumerate() {
@@ -107,20 +119,18 @@ fn stamps(
     column: &ArrayRef,
     before: u64,
 ) -> Result<Vec<Stamp>, LogError> {
-    let whole = match column.data_type() {
-        DataType::Int64 => Some(time.unit),
-        DataType::Timestamp(ArrowTimeUnit::Second, _) => Some(TimeUnit::SECOND),
-        DataType::Timestamp(ArrowTimeUnit::Millisecond, _) => Some(TimeUnit::MILLISECOND),
-        DataType::Timestamp(ArrowTimeUnit::Microsecond, _) => Some(TimeUnit::MICROSECOND),
-        DataType::Timestamp(ArrowTimeUnit::Nanosecond, _) => Some(TimeUnit::NANOSECOND),
-        _ => None,
-    };
+    let whole = whole_unit(column.data_type(), time.unit);
     let stamps: Vec<Option<Stamp>> = if let Some(unit) = whole {
         // A time stamp of Arrow is a whole number.
         let numbers = column.to_data().into_builder().data_type(DataType::Int64);
         let numbers = numbers.build().map_err(|error| not_parquet(path, error))?;
         let numbers = Int64Array::from(numbers);
         numbers.iter().map(|v| unit.of_whole(v?)).collect()
+    } else if let Some(texts) = texts(column) {
+        texts
+            .into_iter()
+            .map(|text| iso8601::parse(&text?))
+            .collect()
     } else {
         let numbers = numbers(path, &time.name, column)?;
         numbers.into_iter().map(|v| time.unit.of_float(v)).collect()
@@ -128,11 +138,61 @@ fn stamps(
     let check = |(i, stamp): (usize, Option<Stamp>)| {
         stamp.ok_or_else(|| {
             let place = format!("row {}, column {}", before + i as u64 + 1, time.name);
-            let message = "found no finite number, allowed: every row has a time";
+            let message = "found no finite number and no date and time such as 2024-05-01T12:00:00.010Z, allowed: every row has a time";
             LogError::place(path, place, message)
         })
     };
     stamps.into_iter().enumerate().map(check).collect()
+}
+
+/// The unit of a column of whole numbers, `of_integers` if it has none of its own; `None` of another column.
+fn whole_unit(of: &DataType, of_integers: TimeUnit) -> Option<TimeUnit> {
+    match of {
+        DataType::Int64 => Some(of_integers),
+        DataType::Timestamp(unit, _) | DataType::Duration(unit) => Some(match unit {
+            ArrowTimeUnit::Second => TimeUnit::SECOND,
+            ArrowTimeUnit::Millisecond => TimeUnit::MILLISECOND,
+            ArrowTimeUnit::Microsecond => TimeUnit::MICROSECOND,
+            ArrowTimeUnit::Nanosecond => TimeUnit::NANOSECOND,
+        }),
+        _ => None,
+    }
+}
+
+/// The texts of a column of texts.
+fn texts(column: &ArrayRef) -> Option<Vec<Option<String>>> {
+    let owned = |text: Option<&str>| text.map(str::to_owned);
+    if let Some(texts) = column.as_string_opt::<i32>() {
+        return Some(texts.iter().map(owned).collect());
+    }
+    if let Some(texts) = column.as_string_opt::<i64>() {
+        return Some(texts.iter().map(owned).collect());
+    }
+    let texts = column.as_string_view_opt()?;
+    Some(texts.iter().map(owned).collect())
+}
+
+/// The stamps of rows behind the first `before` ones, of whole seconds and nanoseconds.
+fn parts_of_stamps(
+    path: &Path,
+    [(seconds_name, seconds), (name, nanoseconds)]: [(&String, &ArrayRef); 2],
+    before: u64,
+) -> Result<Vec<Stamp>, LogError> {
+    let seconds = numbers(path, seconds_name, seconds)?;
+    let nanoseconds = numbers(path, name, nanoseconds)?;
+    let stamp = |(i, (seconds, nanoseconds)): (usize, (f64, f64))| {
+        Stamp::of_parts(seconds, nanoseconds).ok_or_else(|| {
+            let place = format!("row {}, columns {seconds_name} and {name}", before + i as u64 + 1);
+            let message = format!("found {seconds} and {nanoseconds}, allowed: whole seconds, and whole nanoseconds from 0 to 999999999");
+            LogError::place(path, place, message)
+        })
+    };
+    seconds
+        .into_iter()
+        .zip(nanoseconds)
+        .enumerate()
+        .map(stamp)
+        .collect()
 }
 
 /// The values of a column of numbers; not a number where one is missing or not finite.
@@ -182,6 +242,7 @@ mod tests {
             let time = TimeColumn {
                 name: "time".to_owned(),
                 unit: TimeUnit::SECOND,
+                nanoseconds: None,
             };
             let mut rows = Vec::new();
             read(&path, &time, &["x".to_owned()], &mut |row| {

@@ -1,5 +1,6 @@
 //! The path of a log: a table, or the folder of a run or of an estimate.
 
+use crate::bag;
 use crate::error::LogError;
 use crate::mapped;
 use crate::mcap_events;
@@ -24,6 +25,8 @@ pub struct LogPlace {
     pub file_name: String,
     /// The table of readings. `None` for a folder without a table of that name.
     pub(crate) table: Option<PathBuf>,
+    /// The files of a bag that follow the first one, which is `table`; `None` of another log.
+    pub(crate) splits: Option<Vec<PathBuf>>,
     /// What is known: from the folder of a run or the exported run, else the defaults.
     pub choice: LogChoice,
     /// Whether its folder, or the file itself, states robot and noise budget.
@@ -58,8 +61,16 @@ impl LogPlace {
     /// [`PlaceError`]: no such file or folder, a folder without readings, or a scene in it that
     /// cannot be read.
     pub fn find(path: &Path) -> Result<Self, PlaceError> {
+        let mut splits = None;
         let (table, folder) = if path.is_dir() {
-            (table_in(path), Some(path))
+            let mut table = table_in(path);
+            if table.is_none()
+                && let Some(mut files) = bag::files(path)?
+            {
+                table = Some(files.remove(0));
+                splits = Some(files);
+            }
+            (table, Some(path))
         } else if path.exists() {
             (Some(path.to_path_buf()), None)
         } else {
@@ -71,6 +82,7 @@ impl LogPlace {
             file_name: name_of(path),
             path: path.to_path_buf(),
             table,
+            splits,
             choice: LogChoice::default(),
             is_described: false,
             warnings: Vec::new(),

@@ -1,5 +1,6 @@
 //! What is read from which channel, and how a reading follows from the cells of a row.
 
+use crate::bag;
 use crate::error::LogError;
 use crate::formula::Formula;
 use crate::mcap_events::{self, Clock, Wanted};
@@ -39,6 +40,9 @@ impl TableFormat {
     /// The error of a file without such an extension.
     fn refusal(path: &Path) -> LogError {
         let endings = Self::ALL.map(|(extension, _)| format!(".{extension}"));
+        if let Some(advice) = bag::advice(path) {
+            return LogError::whole(path, advice);
+        }
         let killed = if path.extension().is_some_and(|e| e == "arrows") {
             "; a stream of an earlier version's killed run: pyarrow.ipc.open_stream reads it, \
              pyarrow.parquet.write_table makes Parquet of it"
@@ -97,12 +101,16 @@ pub struct ChannelPlan {
     pub name: String,
     /// Its file.
     pub path: PathBuf,
+    /// Further files of its topic, in the order of the recording: a bag may be split.
+    pub splits: Vec<PathBuf>,
     /// Its rows in the file.
     pub rows: Rows,
     /// Added to its time stamps, s.
     pub offset: f64,
     /// Names of the columns that are read.
     pub columns: Vec<String>,
+    /// Places of those that are speeds of wheels, whose integral is read.
+    pub speeds: Vec<usize>,
     /// The readings that follow from them.
     pub readings: Vec<(Reading, Formula)>,
     /// Of a table of the truth, how its rows are read.
@@ -115,9 +123,11 @@ impl ChannelPlan {
         Self {
             name,
             path: path.to_path_buf(),
+            splits: Vec::new(),
             rows,
             offset: 0.0,
             columns: Vec::new(),
+            speeds: Vec::new(),
             readings: Vec::new(),
             truth: None,
         }
@@ -134,8 +144,14 @@ impl ChannelPlan {
     pub fn found(&self) -> Result<Vec<ColumnInfo>, LogError> {
         match &self.rows {
             Rows::Table(format, _) => format.columns(&self.path),
-            Rows::Topic(topic, _) => mcap_events::columns(&self.path, topic, &self.columns),
+            Rows::Topic(topic, _) => mcap_events::columns(&self.files(), topic, &self.columns),
         }
+    }
+
+    /// Its files in their order.
+    pub fn files(&self) -> Vec<&Path> {
+        let splits = self.splits.iter().map(PathBuf::as_path);
+        std::iter::once(&*self.path).chain(splits).collect()
     }
 
     /// A problem of it.
@@ -186,10 +202,10 @@ impl Plan {
                 Rows::Table(format, time) => {
                     cut_off[i] = format.read(path, time, columns, &mut |row| add(i, row))?;
                 }
-                // Topics are of one file, that of the log, and are read together.
+                // Topics are of one file or bag, that of the log, and are read together.
                 Rows::Topic(..) if !topics.is_empty() => {
                     let mut all = std::mem::take(&mut topics);
-                    let why = mcap_events::read(path, &mut all, &mut add)?;
+                    let why = mcap_events::read(&channel.files(), &mut all, &mut add)?;
                     all.iter().for_each(|t| cut_off[t.channel].clone_from(&why));
                 }
                 Rows::Topic(..) => {}

@@ -35,6 +35,8 @@ pub struct ColumnInfo {
     pub name: String,
     /// Its unit, where the file states one: in the field metadata, or in brackets after the name.
     pub unit: Option<String>,
+    /// Whether its type is that of time stamps, which have a unit of their own.
+    pub is_time_stamp: bool,
 }
 
 impl ColumnInfo {
@@ -74,4 +76,57 @@ pub struct TimeColumn {
     pub name: String,
     /// Unit of its numbers.
     pub unit: TimeUnit,
+    /// The column of the nanoseconds that are added to its whole seconds; `None` without one.
+    pub nanoseconds: Option<String>,
+}
+
+/// Names of seconds and nanoseconds in two columns, behind the same start: those of ROS 2 and ROS 1, and usual ones.
+const SECONDS: [&str; 5] = ["sec", "secs", "seconds", "second", "s"];
+const NANOSECONDS: [&str; 8] = [
+    "nanosec",
+    "nanosecs",
+    "nsec",
+    "nsecs",
+    "nanoseconds",
+    "nanosecond",
+    "nanos",
+    "ns",
+];
+
+impl TimeColumn {
+    /// Takes the column of the nanoseconds where a table has the time in two columns: `header.stamp.sec` and
+    /// `header.stamp.nanosec` for the name `header.stamp` or `header.stamp.sec`, or as the only such pair where the
+    /// table has no column of the name.
+    pub fn resolve(&mut self, found: &[ColumnInfo], is_stated: bool) {
+        let has = |name: &str| found.iter().any(|column| column.name == name);
+        if self.nanoseconds.is_some() || self.unit != TimeUnit::SECOND {
+            return;
+        }
+        let pairs = found.iter().filter_map(|column| {
+            let name = column.name.as_str();
+            let start = SECONDS.iter().find_map(|end| {
+                let start = name.strip_suffix(end)?;
+                (start.is_empty() || start.ends_with(['.', '_', '/', ' ', '-'])).then_some(start)
+            })?;
+            let of_start = |end: &&str| has(&format!("{start}{end}"));
+            let nanoseconds = NANOSECONDS.iter().find(|end| of_start(end))?;
+            Some((start, name, format!("{start}{nanoseconds}")))
+        });
+        let pairs: Vec<(&str, &str, String)> = pairs.collect();
+        let is_named = |(start, name, _): &&(&str, &str, String)| {
+            *name == self.name || start.trim_end_matches(['.', '_', '/', ' ', '-']) == self.name
+        };
+        let pair = match (pairs.iter().find(is_named), pairs.as_slice()) {
+            (Some(pair), _) => pair,
+            (None, [only]) if !is_stated && !has(&self.name) => only,
+            _ => return,
+        };
+        self.nanoseconds = Some(pair.2.clone());
+        self.name = pair.1.to_owned();
+    }
+
+    /// The columns that it is read from.
+    pub fn columns(&self) -> impl Iterator<Item = &String> {
+        std::iter::once(&self.name).chain(&self.nanoseconds)
+    }
 }

@@ -48,6 +48,16 @@ impl TimeUnit {
 }
 
 impl Stamp {
+    /// The stamp of whole seconds and of nanoseconds, 0 to 999 999 999; `None` of other numbers.
+    pub fn of_parts(seconds: f64, nanoseconds: f64) -> Option<Self> {
+        // Far below the largest whole number that a double has exactly.
+        const MOST: f64 = 9e9;
+        let is_whole = seconds.trunc() == seconds && nanoseconds.trunc() == nanoseconds;
+        let is_allowed = is_whole && seconds.abs() < MOST && (0.0..1e9).contains(&nanoseconds);
+        // The casts are exact.
+        is_allowed.then(|| Self::Nanoseconds(seconds as i64 * 1_000_000_000 + nanoseconds as i64))
+    }
+
     /// Time since another stamp, s.
     pub fn since(self, origin: Self) -> f64 {
         match (self, origin) {
@@ -95,5 +105,9 @@ mod tests {
         );
         assert_eq!(TimeUnit::MICROSECOND.of_whole(i64::MAX), None);
         assert_eq!(TimeUnit::SECOND.of_float(f64::NAN), None);
+        let parts = Stamp::of_parts(1_719_912_345.0, 123_456_789.0);
+        assert_eq!(parts, Some(Stamp::Nanoseconds(now)));
+        assert_eq!(Stamp::of_parts(1.5, 0.0), None);
+        assert_eq!(Stamp::of_parts(1.0, 1e9), None);
     }
 }

@@ -2,8 +2,9 @@
 //! written before it succeeds.
 
 use crate::error::LogError;
+use crate::mcap_events::Clock;
 use crate::order::{Accept, GAP, Order};
-use crate::plan::{ChannelPlan, Plan};
+use crate::plan::{ChannelPlan, Plan, Rows};
 use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
 use crate::truth::TruthRows;
@@ -42,8 +43,13 @@ struct Course {
     last: Option<Place>,
     /// Time stamp of the last row before the largest step back.
     set_back_at: Option<Stamp>,
+    /// Number of messages whose header has no stamp: 0.
+    unset: u64,
     report: ChannelReport,
 }
+
+/// A stamp in the header beyond this is a date, s: a clock that starts at 0 is far below.
+const DATE: f64 = 1e8;
 
 /// Reads all channels.
 ///
@@ -60,6 +66,9 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
         }
         courses[i].add(&plan.channels[i], &row)
     })?;
+    for (course, channel) in courses.iter().zip(&plan.channels) {
+        course.check_stamps(channel)?;
+    }
     let mut spans = Vec::new();
     for ((course, cut_off), channel) in courses.iter_mut().zip(cut_off).zip(&plan.channels) {
         let ends = course.stamps.first().zip(course.stamps.last());
@@ -103,6 +112,9 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
 impl Course {
     fn add(&mut self, plan: &ChannelPlan, row: &Row) -> Result<(), LogError> {
         let first = self.stamps.first().copied().unwrap_or(row.stamp);
+        let is_header = matches!(plan.rows, Rows::Topic(_, Clock::Header));
+        let is_unset = is_header && row.stamp == Stamp::Nanoseconds(0);
+        self.unset += u64::from(is_unset);
         let report = &mut self.report;
         report.rows += 1;
         match self.order.accept(row.stamp.since(first)) {
@@ -121,6 +133,9 @@ impl Course {
                     self.set_back_at = self.stamps.last().copied();
                 }
             }
+            Accept::JumpBack(_) if is_unset && first.seconds() > DATE => {
+                return Err(LogError::place(&plan.path, row.place, UNSET));
+            }
             Accept::JumpBack(by) => {
                 let before = self.last.map_or(String::new(), |p| format!(" after {p}"));
                 let message = format!(
@@ -128,6 +143,37 @@ impl Course {
                 );
                 return Err(LogError::place(&plan.path, row.place, message));
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses stamps that are no times.
+    fn check_stamps(&self, plan: &ChannelPlan) -> Result<(), LogError> {
+        let (Some(first), Some(last)) = (self.stamps.first(), self.stamps.last()) else {
+            return Ok(());
+        };
+        let rows = self.report.rows;
+        if self.unset == rows && rows > 1 {
+            let message = format!("all {rows} messages have the stamp 0 in their header: {UNSET}");
+            return Err(plan.problem(message));
+        }
+        if self.unset > 0 && last.seconds() > DATE {
+            let message = format!(
+                "{} of {rows} messages have the stamp 0 in their header: {UNSET}",
+                self.unset
+            );
+            return Err(plan.problem(message));
+        }
+        if rows > 1 && last.since(*first) <= 0.0 && self.report.duplicates + 1 == rows {
+            let (what, of_topic) = match plan.rows {
+                Rows::Topic(..) => ("messages", "; time = \"log\" takes that of the recorder"),
+                Rows::Table(..) => ("rows", ""),
+            };
+            let message = format!(
+                "all {rows} {what} have the time {} s, allowed: times that increase{of_topic}",
+                first.seconds()
+            );
+            return Err(plan.problem(message));
         }
         Ok(())
     }
@@ -162,6 +208,10 @@ impl Course {
         }
     }
 }
+
+/// What to do about a header without a stamp.
+const UNSET: &str =
+    "the publisher sets none; state time = \"log\" of the channel, the time of the recorder";
 
 impl Plan {
     /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first

@@ -4,7 +4,7 @@ use crate::error::{EstimateError, of_scene};
 use crate::estimate::Estimate;
 use crate::readings::Readings;
 use crate::table::Table;
-use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_record::{BatchBuilder, Table as Columns};
@@ -75,13 +75,23 @@ impl Estimator {
     #[pyo3(signature = (time, wheel_angle, motor_torque, inclination, rate, contact_angle=None))]
     fn update(
         &mut self,
-        time: f64,
+        time: &Bound<'_, PyAny>,
         wheel_angle: [Option<f64>; 3],
         motor_torque: [Option<f64>; 3],
         inclination: [Option<f64>; 2],
         rate: [Option<f64>; 2],
         contact_angle: Option<[Option<f64>; 3]>,
     ) -> PyResult<Estimate> {
+        // NumPy makes a number of nanoseconds of a time stamp.
+        if time.hasattr("dtype")? {
+            let kind: String = time.getattr("dtype")?.getattr("kind")?.extract()?;
+            if matches!(kind.as_str(), "M" | "m") {
+                return Err(PyTypeError::new_err(
+                    "time: found a time stamp, allowed: a number, s",
+                ));
+            }
+        }
+        let time: f64 = time.extract()?;
         let known = |value: Option<f64>| value.filter(|v| !v.is_nan());
         let link = |i: usize| LinkReading {
             inclination: known(inclination[i]),

@@ -1,7 +1,10 @@
 //! Columns of readings, from NumPy arrays or any table of them.
+//!
+//! The time is a column of numbers in seconds, or one of time stamps: of NumPy, pandas, polars, Arrow, or Python's
+//! `datetime`. Stamps become seconds since the first row, as in `robhaz estimate`: a double resolves a date to 0.2 us.
 
 use pyo3::buffer::PyBuffer;
-use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 
@@ -39,7 +42,7 @@ impl Readings {
             ])
         };
         let read = Self {
-            time: column("time".to_owned())?,
+            time: time(readings, &names)?,
             wheels: [wheel(0)?, wheel(1)?, wheel(2)?],
             links: [link(0)?, link(1)?],
         };
@@ -98,19 +101,139 @@ fn names(readings: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     names.try_iter()?.map(|name| name?.extract()).collect()
 }
 
+/// A column as it is in the table.
+fn item<'py>(
+    readings: &Bound<'py, PyAny>,
+    names: &[String],
+    name: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    if names.iter().any(|n| n == name) {
+        return readings.get_item(name);
+    }
+    let names = names.join(", ");
+    Err(PyKeyError::new_err(format!(
+        "readings: no column {name:?}, found: {names}"
+    )))
+}
+
 fn column(readings: &Bound<'_, PyAny>, names: &[String], name: &str) -> PyResult<Vec<f64>> {
-    if !names.iter().any(|n| n == name) {
-        let names = names.join(", ");
-        return Err(PyKeyError::new_err(format!(
-            "readings: no column {name:?}, found: {names}"
+    let item = item(readings, names, name)?;
+    let array = array_of(&item, name)?;
+    let refused = match kind(&array)? {
+        'M' | 'm' => "time stamps",
+        'b' => "truth values",
+        'c' => "complex numbers",
+        'U' | 'S' | 'T' => "text",
+        _ => return numbers(&array),
+    };
+    Err(PyTypeError::new_err(format!(
+        "readings: column {name:?} holds {refused}, allowed: numbers in SI units"
+    )))
+}
+
+/// The time of each row, s: of time stamps that since the first row.
+fn time(readings: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<f64>> {
+    const NAME: &str = "time";
+    let item = item(readings, names, NAME)?;
+    let array = array_of(&item, NAME)?;
+    let of_type = |unit: &str| -> PyResult<Vec<i64>> {
+        let stamps = array.call_method1("astype", (unit,))?;
+        PyBuffer::<i64>::get(&stamps.call_method1("view", ("int64",))?)?.to_vec(item.py())
+    };
+    let stamps = match kind(&array)? {
+        'M' => of_type("datetime64[ns]")?,
+        'm' => of_type("timedelta64[ns]")?,
+        _ => return column(readings, names, NAME),
+    };
+    // What NumPy writes for a stamp that is missing.
+    if let Some(row) = stamps.iter().position(|stamp| *stamp == i64::MIN) {
+        return Err(PyValueError::new_err(format!(
+            "readings: column {NAME:?} has no time in row {row}, allowed: every row has a time"
         )));
     }
-    let numpy = readings.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (readings.get_item(name)?, "float64"))?;
-    let axes: usize = array.getattr("ndim")?.extract()?;
-    if axes != 1 {
-        let text = format!("readings: column {name:?} has {axes} axes, allowed: 1");
-        return Err(PyValueError::new_err(text));
+    let first = stamps.first().copied().unwrap_or_default();
+    let since = |stamp: &i64| stamp.saturating_sub(first) as f64 / 1e9;
+    Ok(stamps.iter().map(since).collect())
+}
+
+/// A column as an array of its own type, of stamps with a zone in UTC.
+fn array_of<'py>(item: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = item.py().import("numpy")?;
+    // A pandas column with a zone, or of Arrow's type, would become an array of objects.
+    let dtype = item.getattr("dtype").and_then(|dtype| dtype.str());
+    let dtype = dtype.map_or(String::new(), |text| text.to_string());
+    let unit = [
+        ("datetime64", "datetime64[ns]"),
+        ("timestamp[", "datetime64[ns]"),
+        ("duration[", "timedelta64[ns]"),
+    ];
+    let unit = unit.into_iter().find(|(start, _)| dtype.starts_with(start));
+    let array = match unit {
+        Some((_, unit)) if item.hasattr("to_numpy")? => item.call_method1("to_numpy", (unit,))?,
+        _ => numpy.call_method1("asarray", (item,))?,
+    };
+    let array = match kind(&array)? {
+        'O' => of_objects(&array)?,
+        _ => array,
+    };
+    match array.getattr("ndim")?.extract()? {
+        1_usize => Ok(array),
+        axes => Err(PyValueError::new_err(format!(
+            "readings: column {name:?} has {axes} axes, allowed: 1"
+        ))),
     }
-    PyBuffer::<f64>::get(&array)?.to_vec(readings.py())
+}
+
+/// An array of objects as one of `datetime64` or `timedelta64`, where these are Python's dates or times; others as
+/// they are.
+fn of_objects<'py>(array: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let datetime = array.py().import("datetime")?;
+    let utc = datetime.getattr("timezone")?.getattr("utc")?;
+    let (date, span) = (
+        datetime.getattr("datetime")?,
+        datetime.getattr("timedelta")?,
+    );
+    let items: Vec<Bound<'_, PyAny>> = array
+        .call_method0("tolist")?
+        .try_iter()?
+        .collect::<PyResult<_>>()?;
+    let are = |of: &Bound<'_, PyAny>| -> PyResult<bool> {
+        let mut any = false;
+        for item in &items {
+            any |= item.is_instance(of)?;
+        }
+        Ok(any)
+    };
+    let numpy = array.py().import("numpy")?;
+    if are(&date)? {
+        // Stamps without a zone count as UTC, as in the command.
+        let mut plain = Vec::with_capacity(items.len());
+        for item in &items {
+            let zone = item.getattr("tzinfo");
+            plain.push(match zone {
+                Ok(zone) if !zone.is_none() => {
+                    let at = item.call_method1("astimezone", (&utc,))?;
+                    let none = pyo3::types::PyDict::new(array.py());
+                    none.set_item("tzinfo", array.py().None())?;
+                    at.call_method("replace", (), Some(&none))?
+                }
+                _ => item.clone(),
+            });
+        }
+        return numpy.call_method1("array", (plain, "datetime64[ns]"));
+    }
+    if are(&span)? {
+        return numpy.call_method1("array", (items, "timedelta64[ns]"));
+    }
+    Ok(array.clone())
+}
+
+/// The kind of an array's type, a letter of NumPy.
+fn kind(array: &Bound<'_, PyAny>) -> PyResult<char> {
+    array.getattr("dtype")?.getattr("kind")?.extract()
+}
+
+fn numbers(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let numbers = array.call_method1("astype", ("float64",))?;
+    PyBuffer::<f64>::get(&numbers)?.to_vec(array.py())
 }

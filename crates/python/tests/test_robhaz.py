@@ -299,3 +299,71 @@ def test_the_example_draws_fig_8(tmp_path, monkeypatch):
     error = names["run"].summary["estimators"]["paper-wheels"]["normal_force"]["nrmse"]
     assert 0.05 < error < 0.12  # the paper's estimator of Fig. 8 on this course: 7.6 %
     json.dumps(names["run"].summary)
+
+
+def _stamped(run):
+    """The time of a run as stamps, of every library and kind: a name, and the readings with it."""
+    import datetime
+
+    pandas, polars, arrow = (pytest.importorskip(name) for name in ("pandas", "polars", "pyarrow"))
+    table = arrow.table(run.sensors)
+    frame = table.to_pandas()
+    since = pandas.to_timedelta(frame["time"], unit="s").dt.round("us")
+    utc = pandas.to_datetime("2024-05-01T10:00:00") + since
+    zoned = utc.dt.tz_localize("UTC").dt.tz_convert("Europe/Berlin")
+    arrays = {name: run.sensors[name] for name in run.sensors}
+    for name, time in (
+        ("pandas", utc),
+        ("pandas with a zone", zoned),
+        ("pandas, us", utc.astype("datetime64[us]")),
+        ("pandas, time since", since),
+        ("pandas, Arrow", zoned.astype(pandas.ArrowDtype(arrow.timestamp("us", "Europe/Berlin")))),
+        ("pandas, objects", pandas.Series(list(zoned.dt.to_pydatetime()), dtype=object)),
+    ):
+        stamped = frame.assign(time=time)
+        yield name, stamped
+        if name != "pandas, objects":
+            yield f"polars of {name}", polars.from_pandas(stamped)
+            yield f"arrow of {name}", arrow.Table.from_pandas(stamped)
+    stamps = utc.to_numpy()
+    yield "numpy", arrays | {"time": stamps}
+    yield "numpy, us", arrays | {"time": stamps.astype("datetime64[us]")}
+    yield "lists of datetime", arrays | {"time": list(zoned.dt.to_pydatetime())}
+    naive = [t.replace(tzinfo=None) for t in utc.dt.tz_localize("UTC").dt.to_pydatetime()]
+    yield "lists of datetime without a zone", arrays | {"time": naive}
+    assert isinstance(naive[0], datetime.datetime)
+
+
+def test_time_stamps_are_times(scene, run):
+    """Equivalence: stamps of every library and unit give the estimates of the seconds since the first, to the bit."""
+    arrays = {name: run.sensors[name] for name in run.sensors}
+    # The stamps have whole microseconds.
+    seconds = np.round(arrays["time"] * 1e6) * 1e3 / 1e9
+    expected = scene.estimator("no-angles").estimate(arrays | {"time": seconds})
+    found = 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for name, readings in _stamped(run):
+            table = scene.estimator("no-angles").estimate(readings)
+            for column in ("time", "wheel1_normal_force", "wheel2_traction", "wheel3_normal_force_sigma"):
+                assert np.array_equal(table[column], expected[column], equal_nan=True), (name, column)
+            found += 1
+    assert found > 12
+
+
+def test_what_is_no_number_is_refused(scene, run):
+    arrays = {name: run.sensors[name] for name in run.sensors}
+    estimator = scene.estimator("no-angles")
+    rows = len(arrays["time"])
+    stamps = np.datetime64("2024-05-01", "ns") + np.arange(rows)
+    for column, values, error, match in (
+        ("link1_rate", stamps, TypeError, "holds time stamps, allowed: numbers"),
+        ("wheel1_angle", np.zeros(rows, bool), TypeError, "holds truth values"),
+        ("wheel1_angle", np.zeros(rows, complex), TypeError, "holds complex numbers"),
+        ("time", np.full(rows, "2024-05-01"), TypeError, "holds text"),
+        ("time", np.full(rows, np.datetime64("NaT", "ns")), ValueError, "no time in row 0"),
+    ):
+        with pytest.raises(error, match=match):
+            estimator.estimate(arrays | {column: values})
+    with pytest.raises(TypeError, match="found a time stamp"):
+        estimator.update(stamps[0], [0] * 3, [0] * 3, [0, 0], [0, 0])

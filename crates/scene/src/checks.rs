@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_keys::conflict::{Conflict, Value, conflict, floor, named, valued};
 use robhaz_keys::error::Problem;
-use robhaz_keys::quantity::short;
+use robhaz_keys::quantity::{rounded, short};
 use robhaz_keys::reader::Reader;
 use robhaz_keys::source::Node;
 use robhaz_sim::EngineKind;
@@ -33,6 +33,7 @@ type Rules = (&'static [&'static str], fn(&Scene) -> Vec<Conflict>);
 
 const RULES: &[Rules] = &[
     (&["contact."], contact::conflicts),
+    (&["contact.", "robot."], stiffness),
     (&["record."], record),
     (&["drive.", "sensors.", "robot."], drive::conflicts),
     (&["record.", "sensors."], sensors),
@@ -64,6 +65,29 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
         let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
         reader.push(Problem::at(origin, "model_error", message).whole());
     }
+}
+
+/// Deepest penetration at rest over the wheel's radius: a wheel that sinks by more does not stand on
+/// ground that eq. (10) describes. The paper's value in N/mm^2.1 sinks by six radii.
+const DEEPEST: f64 = 0.5;
+
+fn stiffness(scene: &Scene) -> Vec<Conflict> {
+    let (contact, robot) = (&scene.contact, &scene.robot.robot);
+    let radius = robot.geometry.wheel_radius;
+    let depth = contact.static_penetration(robot.mean_wheel_load());
+    if depth <= DEEPEST * radius {
+        return Vec::new();
+    }
+    let (found, n) = (contact.stiffness, contact.exponent);
+    let millimetres = found * 1e3_f64.powf(n);
+    let rule = format!(
+        "a stiffness under which the wheels sink by less than half their radius of {} m; with this one they sink by {} m. Its unit is N/m^{n}: {} N/mm^{n} is {}",
+        short(radius),
+        rounded(depth),
+        short(found),
+        rounded(millimetres),
+    );
+    vec![conflict([valued("contact.stiffness", found)], rule)]
 }
 
 fn record(scene: &Scene) -> Vec<Conflict> {

@@ -22,6 +22,7 @@ mod checks;
 mod contact;
 mod drive;
 mod estimators;
+mod inertias;
 mod load;
 mod log;
 mod plant_failure;
@@ -36,7 +37,7 @@ pub use estimators::EstimatorChoice;
 pub use load::reference;
 pub use log::{
     ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, Mapping, READINGS,
-    ReadingChoice, is_of_body, log_reference,
+    ReadingChoice, World, is_of_body, is_wheel_angle, log_reference,
 };
 pub use plant_failure::PlantFailure;
 pub use robhaz_control::ControlKind;

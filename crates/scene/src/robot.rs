@@ -1,5 +1,6 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
+use crate::inertias::too_large;
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{
     About, Array, Form, KeyReference, Maybe, Out, Plain, array, did_you_mean, quoted, word,
@@ -197,6 +198,14 @@ fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
                 5 - found
             );
             reader.push(Problem::at(&node.origin, &join(path, "links"), message).whole());
+        }
+        return;
+    }
+    if let Some((key, message)) = too_large(&robot.robot) {
+        if let Some((_, masses, path)) = MASS_PART.content(reader, section.get("mass")) {
+            let node = masses.find(key).unwrap_or(&masses);
+            let message = format!("found {}, but {message}", node.origin.found());
+            reader.push(Problem::at(&node.origin, &join(path, key), message).whole());
         }
         return;
     }

@@ -3,7 +3,8 @@
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use robhaz_masses::{Blocks, Measurements, Reading};
 use robhaz_model::GRAVITY;
-use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
+use robhaz_terrain::decimals::Decimals;
+use robhaz_terrain::text_table::{TextRow, TextTable, name_and_unit};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::path::Path;
@@ -53,9 +54,10 @@ pub fn read_table(path: &Path) -> Result<Measurements> {
     let of_header = |message: String| miette!("{shown}, first line: {message}");
     let columns = columns(&text).map_err(of_header)?;
     let mut measurements = Measurements::default();
+    let mut decimals = Decimals::default();
     while next(&mut text)? {
         let of_row = |message| miette!("{shown}, line {}{message}", text.line);
-        row(&columns, &text, &mut measurements).map_err(of_row)?;
+        row(&columns, &text, &mut decimals, &mut measurements).map_err(of_row)?;
     }
     if measurements.count() == 0 {
         let message = "no line with a reading of a scale follows; allowed: at least one";
@@ -115,7 +117,12 @@ fn column(text: &str) -> Option<Column> {
 }
 
 /// The error continues the place of the line.
-fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(), String> {
+fn row(
+    columns: &[Column],
+    row: &TextRow,
+    decimals: &mut Decimals,
+    into: &mut Measurements,
+) -> Result<(), String> {
     let (found, allowed) = (row.count(), columns.len());
     if found != allowed {
         return Err(format!(
@@ -129,7 +136,11 @@ fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(),
         if cell.is_empty() || column.content == Content::Block {
             continue;
         }
-        let value = decimal(&cell).map(|v| v * column.to_si);
+        let read = decimals.read(&cell, row.line);
+        if let Some(allowed) = read.as_ref().err().filter(|e| e.contains("thousands")) {
+            return Err(refuse(format!("found {cell:?}, allowed: {allowed}")));
+        }
+        let value = read.ok().map(|v| v * column.to_si);
         let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| {
             let message = || format!("found {cell:?}, allowed: {allowed}, or an empty cell");
             let value = value.filter(|value| range.contains(value));

@@ -4,6 +4,7 @@
 //! | module | question | from |
 //! |---|---|---|
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
+//! | `dead` | Has a channel no value, or the same one throughout? | the readings alone |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
 //! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
@@ -20,6 +21,7 @@
 mod agreement;
 mod changes;
 mod clock;
+mod dead;
 mod delay;
 mod drive;
 mod ground;
@@ -56,8 +58,23 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         recording,
         findings: vec![clock.finding()],
     };
-    log.take(still::findings(frames, stated));
-    log.take(rest::findings(&log.recording, stated));
+    let driving = still::driving(frames, stated);
+    let dead = dead::findings(frames, stated, &driving);
+    let kinds = dead::Kinds::of(&dead);
+    log.take(dead.iter().map(|(_, finding)| finding.clone()));
+    let without = |findings| dead::without(findings, &dead);
+    log.take(without(still::findings(&log.frames, stated, &driving)));
+    log.take(without(rest::findings(&log.recording, stated)));
+    if kinds.any() {
+        if !kinds.encoders {
+            log.take(wheels::findings(&log));
+        }
+        if !kinds.encoders && !kinds.links {
+            log.take(links::units(&log));
+        }
+        log.take([dead::left_out()]);
+        return Report::new(log.findings);
+    }
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);

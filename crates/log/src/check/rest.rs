@@ -3,10 +3,11 @@
 use crate::check::readings::Stated;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::Channel;
+use crate::check::rewire::{Change, Channel};
 use robhaz_estimator::NoiseBudget;
 use robhaz_model::Units;
 use robhaz_score::signals::{mean, rms, subtract};
+use std::f64::consts::{PI, TAU};
 
 /// Shortest rest that is used, s.
 const SHORTEST: f64 = 0.3;
@@ -33,7 +34,10 @@ const UNIT_RATIO: f64 = 40.0;
 const LEVEL: f64 = 3.0 * DEGREE;
 /// Inclination of a link beyond which no robot stands, rad.
 const STEEPEST: f64 = 60.0 * DEGREE;
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Inclination beyond which a sensor hangs upside down, rad: no robot stands within 30 deg of its
+/// roof.
+const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
+const DEGREE: f64 = PI / 180.0;
 
 const ZERO: &str = "zero at rest";
 const NOISE: &str = "noise at rest";
@@ -47,6 +51,8 @@ struct AtRest<'a> {
     factor: f64,
     /// White noise of the budget, SI.
     noise: f64,
+    /// Whether its values are directions, rad.
+    is_direction: bool,
 }
 
 impl<'a> AtRest<'a> {
@@ -62,6 +68,7 @@ impl<'a> AtRest<'a> {
             unit,
             factor,
             noise: channel.noise(budget),
+            is_direction: matches!(channel, Channel::Inclinometer(_)),
         }
     }
 
@@ -70,8 +77,20 @@ impl<'a> AtRest<'a> {
         self.values.iter().filter(|v| v.is_finite()).count().max(1) as f64
     }
 
+    /// The mean; of directions that of the direction, which may lie at 180 deg.
     fn mean(&self) -> f64 {
-        mean(self.values).unwrap_or(0.0)
+        if !self.is_direction {
+            return mean(self.values).unwrap_or(0.0);
+        }
+        let of = |part: fn(f64) -> f64| {
+            let parts: Vec<f64> = self.values.iter().map(|v| part(*v)).collect();
+            mean(&parts).unwrap_or(0.0)
+        };
+        // Small angles keep their mean.
+        match self.values.iter().all(|v| v.is_nan() || v.abs() < STEEPEST) {
+            true => mean(self.values).unwrap_or(0.0),
+            false => of(f64::sin).atan2(of(f64::cos)),
+        }
     }
 
     /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what
@@ -132,8 +151,13 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         ],
         None => inclinometers.iter().map(|x| (x, "offset")).collect(),
     };
-    for (x, key) in zeros {
-        findings.push(x.zero(level_zero, |finding, mean| inclination(finding, mean, key)));
+    for (k, (x, key)) in zeros.into_iter().enumerate() {
+        let hangs = x.mean().abs() > UPSIDE_DOWN && noise(x).verdict != Verdict::Fault;
+        let finding = x.zero(level_zero, |finding, mean| match hangs {
+            true => upside_down(finding, k, stated.of_body),
+            false => inclination(finding, mean, key),
+        });
+        findings.push(finding);
     }
     let of_torque = |finding: Finding, mean: f64| {
         if !level {
@@ -160,11 +184,25 @@ pub fn rest(recording: &Recording) -> usize {
     first.unwrap_or(last)
 }
 
+/// A sensor whose up axis points down. What it shows is then the other way round, and so is its
+/// rate.
+fn upside_down(finding: Finding, k: usize, of_body: bool) -> Finding {
+    let imu = match of_body {
+        true => "body".to_owned(),
+        false => format!("link{}", k + 1),
+    };
+    let remedy = format!(
+        "it hangs upside down: state up = \"-z\" of imu.{imu} (and forward = \"-x\" if its x axis points to the rear); readings of their own need sign = \"-\", that of the angle offset = \"-180 deg\", too"
+    );
+    let changes = (!of_body).then_some(Change::UpsideDown(k));
+    finding.fault(remedy).change(changes)
+}
+
 /// At rest the robot may stand on a slope. `key`: what takes the angle, rad.
 fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
     if mean.abs() > STEEPEST {
         return finding.fault(format!(
-            "no robot stands like that: check the unit, or add {mean:.5} (rad) to {key}"
+            "no robot stands like that: check the unit, and forward and up of the sensor's axes ([imu]); else add {mean:.5} (rad) to {key}"
         ));
     }
     finding.cannot_tell(format!(
@@ -182,7 +220,12 @@ pub fn has_quiet_torque(findings: &[Finding]) -> bool {
 
 fn noise(x: &AtRest<'_>) -> Finding {
     // Of white noise, from the differences of neighbours.
-    let steps: Vec<f64> = x.values.windows(2).map(|w| w[1] - w[0]).collect();
+    let turns = |step: f64| match x.is_direction && step.abs() > PI {
+        true => step - TAU.copysign(step),
+        false => step,
+    };
+    let steps = x.values.windows(2).map(|w| turns(w[1] - w[0]));
+    let steps: Vec<f64> = steps.collect();
     let deviation = rms(&steps) / std::f64::consts::SQRT_2;
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let finding = Finding::ok(NOISE, &x.name, figure).with("noise", x.factor * deviation, x.unit);

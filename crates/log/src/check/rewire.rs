@@ -1,6 +1,7 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
 use robhaz_estimator::{NoiseBudget, SensorFrame};
+use std::f64::consts::PI;
 use std::fmt;
 
 /// A channel of the frames; wheels and links count from 0.
@@ -42,6 +43,17 @@ impl Channel {
     /// Its value in a frame.
     pub fn value(self, frame: &SensorFrame) -> Option<f64> {
         *self.of(&mut frame.clone())
+    }
+
+    /// The name of its reading.
+    pub fn reading(self) -> String {
+        let (name, index, part) = match self {
+            Self::Encoder(i) => ("wheel", i, "angle"),
+            Self::Torque(i) => ("wheel", i, "motor_torque"),
+            Self::Gyro(k) => ("link", k, "rate"),
+            Self::Inclinometer(k) => ("link", k, "inclination"),
+        };
+        format!("{name}{}_{part}", index + 1)
     }
 
     /// White noise of a sample by the budget, in the reading's unit; 0 for a channel that may be
@@ -97,6 +109,10 @@ pub fn names(channels: impl Iterator<Item = Channel>) -> Vec<String> {
 pub enum Change {
     Factor(Channel, f64),
     Exchange(Channel, Channel),
+    /// Takes a channel out.
+    Remove(Channel),
+    /// The sensor of a link, from 0, hangs upside down: its axis that points forward does.
+    UpsideDown(usize),
     /// The sign of one kind of readings of the body, of which those of both links are made. Number
     /// of the link with the body, from 0; the gyroscope or the inclinometer of that link.
     Body(Channel),
@@ -130,6 +146,13 @@ impl Change {
                 *a.of(frame) = b.value(&before);
                 *b.of(frame) = a.value(&before);
             }
+            Self::Remove(channel) => *channel.of(frame) = None,
+            Self::UpsideDown(k) => {
+                let (gyro, inclinometer) = (Channel::Gyro(k), Channel::Inclinometer(k));
+                *gyro.of(frame) = gyro.value(&before).map(|v| -v);
+                let value = inclinometer.value(&before);
+                *inclinometer.of(frame) = value.map(|v| PI.copysign(v) - v);
+            }
         }
     }
 }
@@ -142,6 +165,8 @@ impl fmt::Display for Change {
             }
             Self::Factor(channel, factor) => write!(f, "{channel} times {factor:.4}"),
             Self::Exchange(a, b) => write!(f, "exchange {a} and {b}"),
+            Self::Remove(channel) => write!(f, "leave out {channel}"),
+            Self::UpsideDown(k) => write!(f, "turn over the sensor of link {}", k + 1),
             Self::Body(channel) => write!(f, "turn round sign of {channel} of the body"),
             Self::Pin(_) => write!(f, "turn round sign of reading.pin_angle"),
         }

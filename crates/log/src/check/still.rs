@@ -15,6 +15,10 @@ const AT_LIMIT: usize = 20;
 /// Speed of the slower one of two wheels that shows that robot A drives, rad/s.
 const TURNS: f64 = 0.2;
 
+/// Turn of a wheel that shows no drive, rad: the wheels of a parked robot may tick together as it
+/// settles.
+const PARKED: f64 = 0.1;
+
 /// Longest time between two frames in which a jump of an angle is looked for, s.
 const LONGEST_STEP: f64 = 0.05;
 
@@ -23,12 +27,15 @@ const RANGE: &str = "range";
 const COLUMNS: &str = "columns";
 
 /// All findings.
-pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
-    let driving = driving(frames, TURNS / Units::of(stated.robot).time);
+pub fn findings(
+    frames: &[SensorFrame],
+    stated: &Stated<'_>,
+    driving: &[[bool; 3]],
+) -> Vec<Finding> {
     let mut findings = Vec::new();
     for channel in Channel::ALL {
         let noise = channel.noise(&stated.budget);
-        findings.push(stuck(frames, &driving, channel, noise));
+        findings.push(stuck(frames, driving, channel, noise));
         if let Channel::Encoder(_) = channel {
             findings.extend(wrapped(frames, channel));
         } else {
@@ -53,6 +60,11 @@ fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
             if pairs().any(|(x, _)| x.to_bits() != first.to_bits()) && pairs().all(equal) {
                 let channels = format!("{a}, {b}");
                 let finding = Finding::ok(COLUMNS, channels, "the same value in each frame");
+                let parked = || pairs().all(|(x, _)| (x - first).abs() < PARKED);
+                if matches!(a, Channel::Encoder(_)) && parked() {
+                    findings.push(finding.cannot_tell("the wheels do not turn: record a drive"));
+                    continue;
+                }
                 findings.push(finding.fault(format!(
                     "the same column twice: map {a} and {b} to columns of their own"
                 )));
@@ -88,9 +100,9 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     Some(finding.with("jump", largest, "rad"))
 }
 
-/// At each frame, which wheels turn faster than `turns` (rad/s): speeds over a quarter of a second
-/// before.
-fn driving(frames: &[SensorFrame], turns: f64) -> Vec<[bool; 3]> {
+/// At each frame, which wheels turn: speeds over a quarter of a second before.
+pub fn driving(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<[bool; 3]> {
+    let turns = TURNS / Units::of(stated.robot).time;
     let mut from = 0;
     let turning = |(i, frame): (usize, &SensorFrame)| {
         while frame.time - frames[from].time > 0.25 && from < i {

@@ -17,7 +17,8 @@ _Angles: TypeAlias = Literal["given", "none"]
 _Overrides: TypeAlias = Mapping[str, Any] | Sequence[str]
 
 class _Columns(Protocol):
-    """A dictionary of arrays, or a table of robhaz, pandas, polars or pyarrow."""
+    """A dictionary of arrays, or a table of robhaz, pandas, polars or pyarrow. The column `time` has numbers in s, or time
+    stamps of any of these libraries: of stamps, times are those since the first row."""
 
     def __getitem__(self, name: str, /) -> Any: ...
 

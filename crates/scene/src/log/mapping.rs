@@ -36,6 +36,8 @@ pub struct ChannelChoice {
     pub topic: String,
     /// The column of the time; for a topic `header` or `log`. Empty for the default.
     pub time: String,
+    /// The column of the nanoseconds that are added to the whole seconds of `time`. Empty without one.
+    pub nanoseconds: String,
     /// Index of the unit in [`TIME_UNITS`].
     time_unit: usize,
     /// Added to the time stamps, s.
@@ -48,6 +50,11 @@ const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
 impl ChannelChoice {
     /// Name of the channel that states the clock of the table of the truth.
     pub const TRUTH: &str = "truth";
+
+    /// The unit of the time column.
+    pub fn time_unit(&self) -> &'static str {
+        TIME_UNITS[self.time_unit]
+    }
 
     /// Units of the time column in a second.
     pub fn time_units_per_second(&self) -> i64 {
@@ -71,6 +78,10 @@ keys! {
     /// column of the time, `time` by default; of a topic the clock: `header` by default, or `log`
     time: text("a text") => time;
 
+    /// column of whole nanoseconds, which are added to whole seconds in `time`; found by itself where the names end in
+    /// sec and nanosec
+    nanoseconds ("none"): text("a text") => nanoseconds;
+
     /// unit of a time column of plain numbers
     time_unit: word(&[0, 1, 2, 3], |unit| TIME_UNITS[unit]) => time_unit;
 
@@ -91,6 +102,11 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
         }
         if let (Some(table), false) = (node.get("table"), channel.topic.is_empty()) {
             reader.refuse(table, &join(path, "table"), "a table or a topic, not both");
+        }
+        let unit = node.get("time_unit").filter(|_| channel.time_unit > 0);
+        if let (Some(unit), false) = (unit, channel.nanoseconds.is_empty()) {
+            let allowed = "\"s\" beside nanoseconds, which are added to whole seconds";
+            reader.refuse(unit, &join(path, "time_unit"), allowed);
         }
     },
 };
@@ -136,6 +152,11 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         if mapping.missing.iter().any(|missing| missing == name) {
             places.push("missing".to_owned());
         }
+        // A reading of its own stands in place of that of the sensor, whose parts may have topics of their own.
+        let is_of_imu = places.get(1).is_some_and(|place| place.starts_with("imu."));
+        if is_of_imu && places[0].starts_with("reading.") {
+            places.remove(1);
+        }
         match places.as_slice() {
             // Either the links' readings or the body's are needed.
             [] if is_of_body(name) == Some(!of_body) => {}
@@ -167,7 +188,13 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let readings = mapping.readings.iter();
     let readings = readings.map(|r| channel("reading", r.name, r.channel.as_str()));
     let imus = mapping.imus.iter();
-    let imus = imus.map(|i| channel("imu", i.link, i.channel.as_str()));
+    let imus = imus.flat_map(|i| {
+        let rate = (
+            format!("imu.{}.rate_channel", i.link),
+            i.rate_channel.as_str(),
+        );
+        [channel("imu", i.link, i.channel.as_str()), rate]
+    });
     let base = mapping.time_base.as_deref().unwrap_or_default();
     let named = readings.chain(imus).chain([("time_base".to_owned(), base)]);
     for (path, channel) in named.filter(|(_, channel)| !channel.is_empty()) {

@@ -16,4 +16,6 @@ pub use choice::{EstimatorError, LogChoice};
 pub(crate) use load::LOG;
 pub use load::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
-pub use reading::{ImuChoice, InclinationSource, READINGS, ReadingChoice, is_of_body};
+pub use reading::{
+    ImuChoice, InclinationSource, READINGS, ReadingChoice, World, is_of_body, is_wheel_angle,
+};

@@ -74,11 +74,15 @@ pub struct ReadingChoice {
     pub factor: f64,
     /// Subtracted after that, SI.
     pub offset: f64,
+    /// The unit of its column, as the description states it.
+    pub unit: &'static str,
+    /// Further factor.
+    pub scale: f64,
+    /// Counts in a turn, of unit counts.
+    pub counts: f64,
     // The values of its keys.
     sign: f64,
-    scale: f64,
     gear_ratio: f64,
-    counts: f64,
     torque_constant: f64,
     /// Unit and offset, whose allowed values depend on the reading.
     of_reading: (),
@@ -123,9 +127,9 @@ keys! {
 
     /// unit of the column
     unit ("SI"): dependent(
-        "of an angle rad, deg, turns, counts; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
+        "of an angle rad, deg, turns, counts, of a wheel also rad/s, deg/s, rpm: a speed, which is integrated; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
         || json!({"enum": [
-            "rad", "deg", "turns", "counts", "N m", "mN m", "A", "mA", "rad/s", "deg/s",
+            "rad", "deg", "turns", "counts", "N m", "mN m", "A", "mA", "rad/s", "deg/s", "rpm",
         ]}),
     ) => of_reading;
 
@@ -163,8 +167,9 @@ pub(super) const READING: ByName<ReadingChoice> = ByName {
         column: String::new(),
         factor: 1.0,
         offset: 0.0,
-        sign: 1.0,
+        unit: "",
         scale: 1.0,
+        sign: 1.0,
         gear_ratio: 1.0,
         counts: 0.0,
         torque_constant: 0.0,
@@ -178,8 +183,17 @@ fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
     match name {
         name if name.ends_with("_motor_torque") => (TORQUE, &["N m", "mN m", "A", "mA"]),
         name if name.ends_with("_rate") => (ANGULAR_RATE, &["rad/s", "deg/s"]),
+        name if is_wheel_angle(name) => (
+            ANGLE,
+            &["rad", "deg", "turns", "counts", "rad/s", "deg/s", "rpm"],
+        ),
         _ => (ANGLE, &["rad", "deg", "turns", "counts"]),
     }
+}
+
+/// Whether a reading is the angle of a wheel, of which a log may have the speed alone.
+pub fn is_wheel_angle(name: &str) -> bool {
+    name.starts_with("wheel") && name.ends_with("_angle") && !name.contains("contact")
 }
 
 fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoice) {
@@ -204,12 +218,12 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
     needs("counts", reading.counts, unit == "counts");
     let is_current = unit.ends_with('A');
     needs("torque_constant", reading.torque_constant, is_current);
-    let is_of_motor =
-        name.ends_with("_angle") && !name.contains("contact") || name.ends_with("_motor_torque");
+    let is_of_motor = is_wheel_angle(name) || name.ends_with("_motor_torque");
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
         reader.refuse(found, &join(path, "gear_ratio"), allowed);
     }
+    reading.unit = unit;
     reading.factor = factor(unit, reading);
     reading.offset = offset.unwrap_or(0.0);
 }
@@ -225,7 +239,9 @@ fn factor(unit: &str, keys: &ReadingChoice) -> f64 {
         "mN m" => gear / 1e3,
         "A" => keys.torque_constant * gear,
         "mA" => keys.torque_constant * gear / 1e3,
-        "deg/s" => 1.0_f64.to_radians(),
+        "deg/s" => 1.0_f64.to_radians() / gear,
+        "rpm" => TAU / 60.0 / gear,
+        "rad/s" => 1.0 / gear,
         _ => 1.0,
     };
     keys.sign * keys.scale * of_unit
@@ -238,12 +254,16 @@ pub struct ImuChoice {
     pub link: &'static str,
     /// Its channel. Empty for the first.
     pub channel: String,
+    /// The channel of its angular velocity. Empty for `channel`.
+    pub rate_channel: String,
     /// Its axis that points forward in the nominal pose, as a unit vector.
     pub forward: [f64; 3],
     /// Its axis that points up in the nominal pose, as a unit vector.
     pub up: [f64; 3],
     /// What the inclination follows from.
     pub inclination: InclinationSource,
+    /// The world of the orientation.
+    pub world: World,
     /// Columns of the specific force, x y z.
     pub acceleration: [String; 3],
     /// Columns of the orientation as a quaternion, x y z w.
@@ -266,6 +286,17 @@ named! {
         Acceleration = "acceleration",
         /// Orientation.
         Orientation = "orientation",
+    }
+}
+
+named! {
+    /// The world of an orientation.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum World {
+        /// Its z axis points up: east, north, up, as in ROS.
+        Enu = "ENU",
+        /// Its z axis points down: north, east, down, as in aviation.
+        Ned = "NED",
     }
 }
 
@@ -298,20 +329,26 @@ keys! {
     /// its axis that points forward in the nominal pose
     forward: word(&AXES, axis_name) => forward;
 
-    /// its axis that points up in the nominal pose
+    /// its axis that points up in the nominal pose; -z by default with world = "NED", whose bodies have z down
     up: word(&AXES, axis_name) => up;
 
     /// what the inclination follows from: the direction of the specific force, or the orientation
     inclination: word(&InclinationSource::ALL, InclinationSource::name) => inclination;
 
+    /// world of the orientation: its z axis points up (ENU, as in ROS) or down (NED)
+    world: word(&World::ALL, World::name) => world;
+
     /// columns of the specific force: at rest the axis that points up reads +g; any unit
     acceleration ("linear_acceleration.x .y .z"): XYZ => acceleration;
 
-    /// columns of the orientation: quaternion from the sensor to a world whose z axis points up
+    /// columns of the orientation: quaternion from the sensor to the world
     orientation ("orientation.x .y .z .w"): array("four columns", COLUMN) => orientation;
 
     /// columns of the angular velocity
     angular_velocity ("angular_velocity.x .y .z"): XYZ => angular_velocity;
+
+    /// name of the channel of the angular velocity, where gyroscope and accelerometer have topics of their own
+    rate_channel ("that of channel"): text("a text") => rate_channel;
 
     /// unit of the angular velocity
     rate_unit: word(&[1.0, DEGREE], |unit| if unit < 1.0 { "deg/s" } else { "rad/s" })
@@ -334,6 +371,9 @@ pub(super) const IMUS: ByName<ImuChoice> = ByName {
 };
 
 fn check_imu(reader: &mut Reader, node: &Node, path: &str, imu: &mut ImuChoice) {
+    if imu.world == World::Ned && node.get("up").is_none() {
+        imu.up = AXES[5];
+    }
     let along: f64 = imu.forward.iter().zip(imu.up).map(|(a, b)| a * b).sum();
     if along.abs() > 0.5 {
         let at = node.get("up").or(node.get("forward")).unwrap_or(node);
@@ -348,9 +388,11 @@ impl ImuChoice {
         Self {
             link,
             channel: String::new(),
+            rate_channel: String::new(),
             forward: AXES[0],
             up: AXES[4],
             inclination: InclinationSource::Acceleration,
+            world: World::Enu,
             acceleration: names("linear_acceleration"),
             orientation: ["x", "y", "z", "w"].map(|axis| format!("orientation.{axis}")),
             angular_velocity: names("angular_velocity"),

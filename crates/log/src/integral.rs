@@ -1,0 +1,89 @@
+//! Angles of wheels whose speed alone was recorded: the integral of the speed, by the trapezoidal rule.
+//!
+//! White noise of the speed, sigma of a sample, makes each step of the angle err by sigma times the period. The steps
+//! of an encoder with counts of q rad err by q/sqrt(6), the difference of two uniform errors: the integral counts as
+//! an encoder with q = sqrt(6) sigma period. The sum of these errors grows with the square root of time, as the slip of a
+//! wheel does.
+
+use robhaz_score::signals::median;
+use std::f64::consts::TAU;
+
+/// Second differences of white noise over its deviation.
+const OF_NOISE: f64 = 2.449_489_742_783_178;
+/// Median of the magnitude of a Gaussian number over its deviation.
+const OF_MEDIAN: f64 = 0.674_489_750_196_082;
+
+/// Replaces the speeds of a cell of each row by their integral from the first row on. A row without a speed has no
+/// angle; the next one has the turn since the last.
+pub fn integrate(times: &[f64], cells: &mut [f64], columns: usize, cell: usize) {
+    let (mut angle, mut before) = (0.0, None::<(f64, f64)>);
+    for (time, row) in times.iter().zip(cells.chunks_mut(columns)) {
+        let speed = row[cell];
+        if !speed.is_finite() {
+            continue;
+        }
+        if let Some((then, last)) = before {
+            angle += 0.5 * (last + speed) * (time - then);
+        }
+        before = Some((*time, speed));
+        row[cell] = angle;
+    }
+}
+
+/// Counts in a turn of an encoder whose steps err as much as those of the integral of a speed (rad/s, by rows), whose
+/// noise the rows show; infinite of a speed without noise.
+pub fn counts(speeds: &[f64], period: f64) -> f64 {
+    let second: Vec<f64> = speeds
+        .windows(3)
+        .map(|w| w[0] - 2.0 * w[1] + w[2])
+        .filter(|d| d.is_finite())
+        .collect();
+    let by_median = median(second.iter().map(|d| d.abs()).collect()).unwrap_or(0.0) / OF_MEDIAN;
+    let mean_square = second.iter().map(|d| d * d).sum::<f64>() / second.len().max(1) as f64;
+    // Coarse speeds repeat themselves most of the time.
+    let difference = if by_median > 0.0 {
+        by_median
+    } else {
+        mean_square.sqrt()
+    };
+    let count = 6.0_f64.sqrt() * difference / OF_NOISE * period;
+    TAU / count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: a speed that grows evenly, with a lost row.
+    #[test]
+    fn a_speed_is_integrated() {
+        let times: Vec<f64> = (0..11).map(|k| 0.1 * f64::from(k)).collect();
+        let mut cells: Vec<f64> = times.iter().flat_map(|t| [7.0, 2.0 * t]).collect();
+        cells[9] = f64::NAN;
+        integrate(&times, &mut cells, 2, 1);
+        for (k, (time, row)) in times.iter().zip(cells.chunks(2)).enumerate() {
+            match k {
+                4 => assert!(row[1].is_nan()),
+                _ => assert!((row[1] - time * time).abs() < 1e-12, "{k}"),
+            }
+            assert!((row[0] - 7.0).abs() < 1e-12);
+        }
+    }
+
+    /// Closed form: noise of two values, each by chance, of 0.02 rad/s RMS at 100 Hz.
+    #[test]
+    fn noise_counts_as_an_encoder() {
+        let mut state = 1_u32;
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            // Uniform within sqrt(3) deviations.
+            0.02 * 12_f64.sqrt() * (f64::from(state) / f64::from(u32::MAX) - 0.5)
+        };
+        let speeds: Vec<f64> = (0..20_000).map(|_| 2.0 + noise()).collect();
+        let expected = TAU / (6_f64.sqrt() * 0.02 * 0.01);
+        let found = counts(&speeds, 0.01);
+        // The second difference of uniform numbers is Gaussian up to some per cent.
+        assert!((found / expected - 1.0).abs() < 0.1, "{found} {expected}");
+        assert!(counts(&[1.0; 9], 0.01).is_infinite());
+    }
+}

@@ -1,0 +1,502 @@
+//! Units that a table states of a column: in brackets, at the end of the name, in the metadata of a Parquet field.
+//! One that contradicts the description is an error: nothing in the numbers need show it.
+
+use crate::rows::ColumnInfo;
+use std::f64::consts::{PI, TAU};
+
+/// What a unit measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Angle,
+    Counts,
+    Torque,
+    Current,
+    Rate,
+    Time,
+    /// What no reading is in.
+    Other,
+}
+
+/// A unit: what it measures, and its factor to the SI unit of that.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// As it is written.
+    pub name: String,
+    pub kind: Kind,
+    pub factor: f64,
+}
+
+/// Units by their names without spaces and multiplication signs, in small letters.
+const UNITS: &[(Kind, f64, &[&str])] = &[
+    (Kind::Angle, 1.0, &["rad", "radian", "radians"]),
+    (Kind::Angle, 1e-3, &["mrad", "milliradian", "milliradians"]),
+    (
+        Kind::Angle,
+        PI / 180.0,
+        &[
+            "deg", "degs", "degree", "degrees", "\u{b0}", "\u{ba}", "\u{2da}",
+        ],
+    ),
+    (
+        Kind::Angle,
+        PI / 180e3,
+        &["mdeg", "millidegree", "millidegrees"],
+    ),
+    (
+        Kind::Angle,
+        TAU,
+        &[
+            "turn",
+            "turns",
+            "rev",
+            "revs",
+            "revolution",
+            "revolutions",
+            "rot",
+            "rotations",
+        ],
+    ),
+    (
+        Kind::Counts,
+        1.0,
+        &[
+            "count", "counts", "cnt", "cnts", "tick", "ticks", "pulse", "pulses",
+        ],
+    ),
+    (
+        Kind::Torque,
+        1.0,
+        &[
+            "nm",
+            "newtonmetre",
+            "newtonmetres",
+            "newtonmeter",
+            "newtonmeters",
+        ],
+    ),
+    (
+        Kind::Torque,
+        1e-3,
+        &["mnm", "nmm", "millinewtonmetre", "millinewtonmeter"],
+    ),
+    (Kind::Torque, 1e-2, &["ncm"]),
+    (Kind::Torque, 1e-6, &["unm", "\u{b5}nm", "\u{3bc}nm"]),
+    (Kind::Torque, 1e3, &["knm"]),
+    (Kind::Torque, 0.098_066_5, &["kgcm", "kgfcm", "kpcm"]),
+    (Kind::Torque, 9.806_65, &["kgm", "kgfm", "kpm"]),
+    (Kind::Torque, 1.355_818, &["lbft", "ftlb", "lbfft", "ftlbf"]),
+    (Kind::Torque, 0.112_985, &["lbin", "inlb", "lbfin", "inlbf"]),
+    (Kind::Torque, 0.007_061_6, &["ozin", "inoz", "ozfin"]),
+    (
+        Kind::Current,
+        1.0,
+        &["a", "amp", "amps", "ampere", "amperes"],
+    ),
+    (
+        Kind::Current,
+        1e-3,
+        &["ma", "milliamp", "milliamps", "milliampere", "milliamperes"],
+    ),
+    (Kind::Current, 1e-6, &["ua", "\u{b5}a", "\u{3bc}a"]),
+    (
+        Kind::Rate,
+        1.0,
+        &[
+            "rad/s",
+            "rad/sec",
+            "rad/second",
+            "rads^1",
+            "rads1",
+            "rads\u{207b}\u{b9}",
+            "radps",
+            "radpers",
+            "radpersec",
+            "radpersecond",
+            "radianspersecond",
+        ],
+    ),
+    (Kind::Rate, 1e-3, &["mrad/s", "mrad/sec", "mradps"]),
+    (
+        Kind::Rate,
+        PI / 180.0,
+        &[
+            "deg/s",
+            "deg/sec",
+            "deg/second",
+            "degs^1",
+            "degs1",
+            "degs\u{207b}\u{b9}",
+            "\u{b0}/s",
+            "\u{b0}/sec",
+            "\u{ba}/s",
+            "dps",
+            "degps",
+            "degpers",
+            "degpersec",
+            "degpersecond",
+            "degrees/s",
+            "degrees/sec",
+            "degree/s",
+            "degreespersecond",
+        ],
+    ),
+    (Kind::Rate, PI / 180e3, &["mdps", "mdeg/s"]),
+    (
+        Kind::Rate,
+        TAU / 60.0,
+        &[
+            "rpm",
+            "r/min",
+            "rev/min",
+            "turns/min",
+            "1/min",
+            "u/min",
+            "min^1",
+            "min1",
+            "min\u{207b}\u{b9}",
+        ],
+    ),
+    (
+        Kind::Rate,
+        TAU,
+        &["rps", "r/s", "rev/s", "revs/s", "turns/s", "turn/s"],
+    ),
+    (Kind::Time, 1.0, &["s", "sec", "secs", "second", "seconds"]),
+    (
+        Kind::Time,
+        1e-3,
+        &[
+            "ms",
+            "msec",
+            "msecs",
+            "millis",
+            "millisecond",
+            "milliseconds",
+        ],
+    ),
+    (
+        Kind::Time,
+        1e-6,
+        &[
+            "us",
+            "\u{b5}s",
+            "\u{3bc}s",
+            "usec",
+            "usecs",
+            "micros",
+            "microsecond",
+            "microseconds",
+        ],
+    ),
+    (
+        Kind::Time,
+        1e-9,
+        &[
+            "ns",
+            "nsec",
+            "nsecs",
+            "nanosec",
+            "nanosecs",
+            "nanos",
+            "nanosecond",
+            "nanoseconds",
+        ],
+    ),
+    (Kind::Time, 60.0, &["min", "mins", "minute", "minutes"]),
+    (Kind::Time, 3600.0, &["h", "hr", "hour", "hours"]),
+    (
+        Kind::Other,
+        1.0,
+        &[
+            "v", "mv", "volt", "volts", "n", "kn", "newton", "newtons", "m", "mm", "cm", "m/s",
+            "m/s^2", "m/s2", "g", "%", "percent", "pwm", "w", "watt", "\u{b0}c",
+        ],
+    ),
+];
+
+impl Unit {
+    /// The unit of a name, however it is written.
+    pub fn of(name: &str) -> Option<Self> {
+        let is_left_out = |c: &char| " \u{a0}\t*.\u{b7}\u{22c5}\u{d7}-_".contains(*c);
+        let plain: String = name.trim().chars().filter(|c| !is_left_out(c)).collect();
+        let plain = plain.to_lowercase();
+        let mut all = UNITS.iter();
+        let (kind, factor, _) = all.find(|(.., names)| names.contains(&plain.as_str()))?;
+        Some(Self {
+            name: name.trim().to_owned(),
+            kind: *kind,
+            factor: *factor,
+        })
+    }
+
+    /// What a table states of a column that is taken for a quantity of a kind; `None` where it states none.
+    pub fn of_column(column: &ColumnInfo, taken_for: Kind) -> Option<Self> {
+        let stated = column.unit.as_deref().and_then(Self::of);
+        stated.or_else(|| Self::in_name(&column.name, taken_for))
+    }
+
+    /// The unit in a column's name: in brackets anywhere, after a slash, a comma or `in`, or as one of its words.
+    fn in_name(name: &str, taken_for: Kind) -> Option<Self> {
+        let brackets = [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')];
+        let in_brackets = brackets.iter().find_map(|(open, close)| {
+            let (_, rest) = name.split_once(*open)?;
+            Self::of(rest.split_once(*close)?.0)
+        });
+        let after = |mark: &str| Self::of(name.rsplit_once(mark)?.1);
+        let behind = || {
+            after(" / ")
+                .or_else(|| after(", "))
+                .or_else(|| after(" in "))
+        };
+        in_brackets
+            .or_else(behind)
+            .or_else(|| Self::of_words(name, taken_for))
+    }
+
+    /// The unit among the words of a name: `wheel1_angle_deg`, `torque_mNm`, `gyro_dps_y`, `rate_rad_s`, `angleDeg`.
+    fn of_words(name: &str, taken_for: Kind) -> Option<Self> {
+        let parts: Vec<&str> = name
+            .split(|c: char| !(c.is_alphanumeric() || "\u{b0}\u{ba}\u{2da}%".contains(c)))
+            .filter(|part| !part.is_empty())
+            .collect();
+        // Words of an unseparated name begin with capitals, but `mNm` is one.
+        let words: Vec<&str> = parts
+            .iter()
+            .flat_map(|part| match Self::of(part) {
+                Some(_) => vec![*part],
+                None if *part == "mN" => vec![*part],
+                None => humps(part),
+            })
+            .collect();
+        let last = words.len();
+        for (i, word) in words.iter().enumerate() {
+            let ends = i + 1 == last;
+            let rate = words.get(i + 1).and_then(|next| {
+                let second = ["s", "sec", "second"].contains(&next.to_lowercase().as_str());
+                second.then(|| Self::of(&format!("{word}/s"))).flatten()
+            });
+            let rate = rate.or_else(|| {
+                let three = words.get(i..i + 3)?;
+                let per = three[1].eq_ignore_ascii_case("per");
+                per.then(|| Self::of(&format!("{word}/{}", three[2])))
+                    .flatten()
+            });
+            let of_two = words.get(i..i + 2).and_then(|two| match two[0] {
+                "N" | "mN" => Self::of(&two.concat()),
+                _ => None,
+            });
+            let own = Self::of(word).filter(|unit| unit.is_word(word, name, taken_for, ends));
+            if let Some(unit) = rate.or(of_two).or(own) {
+                return Some(unit);
+            }
+        }
+        None
+    }
+
+    /// Whether a word of a name means this unit, and not something else: short words only at the end, and of what
+    /// the column is taken for. `rad` is also a wheel in German, `a` a name.
+    fn is_word(&self, word: &str, name: &str, taken_for: Kind, ends: bool) -> bool {
+        let is_time = taken_for == Kind::Time;
+        match self.kind {
+            Kind::Time => is_time && ends,
+            Kind::Other => false,
+            _ if is_time => false,
+            Kind::Current if word.len() == 1 => {
+                let lower = name.to_lowercase();
+                word == "A"
+                    && ends
+                    && ["current", "strom", "amp"]
+                        .iter()
+                        .any(|w| lower.contains(w))
+            }
+            Kind::Current | Kind::Torque => {
+                taken_for == Kind::Torque && (ends || word.contains('N') || word.contains("mA"))
+            }
+            Kind::Counts => ends,
+            Kind::Angle if word.eq_ignore_ascii_case("rad") => ends && taken_for != Kind::Torque,
+            Kind::Angle if self.factor > 1.0 => ends,
+            Kind::Angle | Kind::Rate => true,
+        }
+    }
+}
+
+/// The words of a name in which each begins with a capital.
+fn humps(part: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut start = 0;
+    let mut was_lower = false;
+    for (i, c) in part.char_indices() {
+        if c.is_uppercase() && was_lower {
+            words.push(&part[start..i]);
+            start = i;
+        }
+        was_lower = c.is_lowercase() || c.is_ascii_digit();
+    }
+    words.push(&part[start..]);
+    words
+}
+
+/// What a description states of a column: its unit, and the factor that numbers in it get.
+pub struct Stated {
+    pub kind: Kind,
+    /// Factor to SI, of the unit alone; of counts and currents to angle and torque.
+    pub factor: f64,
+    /// `scale` of the description, without its sign.
+    pub scale: f64,
+}
+
+/// Largest factor between what is stated and what the column's unit asks for: a gear's efficiency is above a half,
+/// the smallest factor of a wrong unit 2 pi.
+const AGREES: f64 = 2.0;
+
+impl Stated {
+    /// Whether a column with a unit in its name has what is stated.
+    pub fn agrees(&self, column: &Unit) -> bool {
+        let is_scaled = (self.scale - 1.0).abs() > 1e-9;
+        let is_same = |factor: f64| (self.factor / factor - 1.0).abs() < 1e-6;
+        let fits = |factor: f64| {
+            let ratio = self.factor * self.scale / factor;
+            is_same(factor) || (1.0 / AGREES..=AGREES).contains(&ratio)
+        };
+        match (self.kind, column.kind) {
+            (a, b) if a == b => a == Kind::Counts || fits(column.factor),
+            // `gyro_deg` is in degrees a second.
+            (Kind::Rate, Kind::Angle) => fits(column.factor),
+            // The scale may hold the torque constant, or the counts in a turn.
+            (Kind::Torque, Kind::Current | Kind::Other)
+            | (Kind::Angle, Kind::Counts | Kind::Other) => is_scaled,
+            (Kind::Rate, Kind::Other) => is_scaled,
+            _ => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(name: &str, taken_for: Kind) -> Option<(Kind, f64)> {
+        let column = ColumnInfo {
+            name: name.to_owned(),
+            unit: None,
+            is_time_stamp: false,
+        };
+        Unit::of_column(&column, taken_for).map(|unit| (unit.kind, unit.factor))
+    }
+
+    /// However a unit is written.
+    #[test]
+    fn units_are_found_in_names() {
+        const DEGREE: f64 = PI / 180.0;
+        for name in [
+            "angle_deg",
+            "angle [deg]",
+            "angle (deg)",
+            "angle [\u{b0}]",
+            "angle degrees",
+            "angleDeg",
+            "angle / deg",
+            "angle in deg",
+            "angle, deg",
+            "enc1_deg_raw",
+            "angle.deg",
+            "ANGLE_DEG",
+            "angle-degrees",
+            "angle{deg}",
+        ] {
+            assert_eq!(
+                unit(name, Kind::Angle),
+                Some((Kind::Angle, DEGREE)),
+                "{name}"
+            );
+        }
+        for name in [
+            "torque_mNm",
+            "torque [mN m]",
+            "torque (mN\u{b7}m)",
+            "torque_mN_m",
+            "torque_mnm",
+            "torque [mN*m]",
+            "torque mNm",
+        ] {
+            assert_eq!(
+                unit(name, Kind::Torque),
+                Some((Kind::Torque, 1e-3)),
+                "{name}"
+            );
+        }
+        for name in [
+            "rate_dps",
+            "rate [deg/s]",
+            "rate (\u{b0}/s)",
+            "gyro_dps_y",
+            "rate_deg_s",
+            "rate_deg_per_s",
+            "gyroYDps",
+            "rate [deg s^-1]",
+            "rate_degps",
+        ] {
+            assert_eq!(unit(name, Kind::Rate), Some((Kind::Rate, DEGREE)), "{name}");
+        }
+        for (name, taken_for, expected) in [
+            ("time_ms", Kind::Time, (Kind::Time, 1e-3)),
+            ("timeMs", Kind::Time, (Kind::Time, 1e-3)),
+            ("t [us]", Kind::Time, (Kind::Time, 1e-6)),
+            ("stamp_ns", Kind::Time, (Kind::Time, 1e-9)),
+            ("speed_rpm", Kind::Angle, (Kind::Rate, TAU / 60.0)),
+            ("rate_rad_s", Kind::Rate, (Kind::Rate, 1.0)),
+            ("current_A", Kind::Torque, (Kind::Current, 1.0)),
+            ("current_mA", Kind::Torque, (Kind::Current, 1e-3)),
+            ("torqueNm", Kind::Torque, (Kind::Torque, 1.0)),
+            ("enc1_ticks", Kind::Angle, (Kind::Counts, 1.0)),
+            ("torque [%]", Kind::Torque, (Kind::Other, 1.0)),
+        ] {
+            assert_eq!(unit(name, taken_for), Some(expected), "{name}");
+        }
+    }
+
+    /// Words that mean something else.
+    #[test]
+    fn other_words_are_no_units() {
+        for (name, taken_for) in [
+            ("wheel1_angle", Kind::Angle),
+            ("moment_rad", Kind::Torque),
+            ("rad_vorne_moment", Kind::Torque),
+            ("torque_A", Kind::Torque),
+            ("torque_a", Kind::Torque),
+            ("motor_m", Kind::Torque),
+            ("wheel_s", Kind::Angle),
+            ("angle (front)", Kind::Angle),
+            ("tick", Kind::Time),
+            ("imu/gyro/y", Kind::Rate),
+            ("angular_velocity.y", Kind::Rate),
+            ("turn_angle", Kind::Angle),
+            ("count_left_angle", Kind::Angle),
+        ] {
+            assert_eq!(unit(name, taken_for), None, "{name}");
+        }
+    }
+
+    /// What is stated by `scale` agrees, whatever unit is stated with it.
+    #[test]
+    fn a_scale_can_hold_the_unit() {
+        let agrees = |kind, factor, scale, column: &str| {
+            let stated = Stated {
+                kind,
+                factor,
+                scale,
+            };
+            stated.agrees(&Unit::of(column).unwrap())
+        };
+        let degree = PI / 180.0;
+        assert!(!agrees(Kind::Angle, 1.0, 1.0, "deg"));
+        assert!(agrees(Kind::Angle, 1.0, degree, "deg"));
+        assert!(agrees(Kind::Angle, degree, 1.0 / 80.0, "deg"));
+        assert!(agrees(Kind::Torque, 1.0, 0.8, "Nm"));
+        assert!(!agrees(Kind::Torque, 1.0, 0.8, "mNm"));
+        assert!(!agrees(Kind::Torque, 1.0, 1.0, "A") && agrees(Kind::Torque, 1.0, 0.05, "A"));
+        assert!(!agrees(Kind::Current, 1.0, 1.0, "mA") && !agrees(Kind::Current, 1.0, 1.0, "Nm"));
+        assert!(agrees(Kind::Rate, degree, 1.0, "deg") && !agrees(Kind::Rate, 1.0, 1.0, "dps"));
+        assert!(!agrees(Kind::Angle, 1.0, 1.0, "rpm"));
+    }
+}

@@ -1,0 +1,156 @@
+//! What a log without a channel, of a parked robot, or a wrong unit is said to be, and no more.
+
+use crate::readings::level_drive::{DESCRIPTION, LevelDrive, check, estimate};
+use crate::support::{robhaz, text};
+use std::fs;
+use std::path::Path;
+
+fn log(folder: &Path, drive: &LevelDrive) -> String {
+    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
+    drive.write(&folder.join("log.csv"));
+    text(&check(folder).stdout)
+}
+
+/// A channel without a value, or with 0 throughout the drive, has one finding, which names it, and no other finding is
+/// of it. `estimate` refuses a reading without a value, and warns of torques that are 0.
+#[test]
+fn a_dead_channel_has_one_finding() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    for (column, channel) in [
+        ("wheel2_motor_torque", "torque 2"),
+        ("wheel3_angle", "encoder 3"),
+        ("link1_inclination", "inclinometer 1"),
+        ("link2_rate", "gyro 2"),
+    ] {
+        for value in [f64::NAN, 0.0] {
+            let mut drive = LevelDrive::new(1);
+            drive.column(column).fill(value);
+            let said = log(folder, &drive);
+            let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+            let [fault] = faults[..] else {
+                panic!("{column} {value}: {said}");
+            };
+            assert!(
+                fault.contains(column) && fault.contains("601 frames"),
+                "{fault}"
+            );
+            let of_channel = said.lines().filter(|line| line.contains(channel)).count();
+            assert_eq!(of_channel, 1, "{column} {value}: {said}");
+            let estimated = estimate(folder);
+            if value.is_nan() {
+                let error = text(&estimated.stderr);
+                assert!(!estimated.status.success(), "{column}");
+                let part = format!("{column} has no value in 601 rows");
+                assert!(error.contains(&part), "{error}");
+            }
+        }
+    }
+    let mut drive = LevelDrive::new(1);
+    for i in 1..=3 {
+        drive.column(&format!("wheel{i}_motor_torque")).fill(0.0);
+    }
+    let said = log(folder, &drive);
+    assert!(
+        said.contains("3 with a fault") && !said.contains("`scale`"),
+        "{said}"
+    );
+    let warned = text(&estimate(folder).stderr);
+    assert!(
+        warned.contains("wheel3_motor_torque is 0 in the whole log"),
+        "{warned}"
+    );
+}
+
+/// A log of which no row has an estimate ends with an error.
+#[test]
+fn an_estimate_without_a_force_is_an_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let mut drive = LevelDrive::new(1);
+    // No linkage closes at such an angle.
+    drive
+        .column("link1_inclination")
+        .iter_mut()
+        .for_each(|angle| *angle += 2.0);
+    log(folder, &drive);
+    let output = estimate(folder);
+    assert!(!output.status.success());
+    let error = text(&output.stderr);
+    assert!(error.contains("no estimator found a force"), "{error}");
+}
+
+/// Encoders of a parked robot that tick together are no column twice; those of a drive are.
+#[test]
+fn a_parked_robot_has_no_column_twice() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let mut drive = LevelDrive::new(1);
+    let count = std::f64::consts::TAU / 160_000.0;
+    for i in 1..=3 {
+        let angles = drive
+            .column(&format!("wheel{i}_angle"))
+            .iter_mut()
+            .enumerate();
+        angles.for_each(|(k, angle)| *angle = if k == 0 { 0.0 } else { -count });
+        let times = 601;
+        // The torques of standing motors: noise alone.
+        let torques = drive.column(&format!("wheel{i}_motor_torque"));
+        torques.copy_within(0..90, 90);
+        for k in 90..times {
+            torques[k] = torques[k % 90];
+        }
+    }
+    let said = log(folder, &drive);
+    assert!(
+        said.contains("the wheels do not turn") && !said.contains("FAULT"),
+        "{said}"
+    );
+    let mut twice = LevelDrive::new(1);
+    let first = twice.column("wheel1_angle").clone();
+    *twice.column("wheel2_angle") = first;
+    assert!(log(folder, &twice).contains("the same column twice"));
+}
+
+/// Units that no robot has: a stiffness in N/mm^2.1, inertias in kg cm^2.
+#[test]
+fn impossible_numbers_name_their_unit() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let refused = |scene: &str, parts: &[&str]| {
+        fs::write(folder.join("scene.toml"), scene).unwrap();
+        let mut command = robhaz(folder);
+        let output = command
+            .args(["run", "scene.toml", "--rerun", "off"])
+            .output()
+            .unwrap();
+        let error = text(&output.stderr);
+        assert!(!output.status.success(), "{scene}");
+        for part in parts {
+            assert!(error.contains(part), "{error}\nlacks: {part}");
+        }
+    };
+    let stiffness = "[terrain]\nkind = \"flat\"\n[contact]\nstiffness = 150\n";
+    refused(
+        stiffness,
+        &["sink by 0.568 m", "N/m^2.1: 150 N/mm^2.1 is 2.99e8"],
+    );
+    let linear = "[contact]\nstiffness = 150\nexponent = 1\n";
+    refused(linear, &["sink by 0.305 m", "N/m^1: 150 N/mm^1 is 150000"]);
+    let mass = fs::read_to_string(crate::support::root().join("robots/mass-caption.toml")).unwrap();
+    for (key, value, found) in [
+        ("body_inertia", "760", "760 kg cm^2 are 0.076"),
+        ("wheel_inertia", "75", "75 kg cm^2 are 0.0075"),
+        ("rotor_inertia", "864", "864 kg cm^2 are 0.0864"),
+    ] {
+        let lines = mass.lines().map(|line| match line.starts_with(key) {
+            true => format!("{key} = {value}\n"),
+            false => format!("{line}\n"),
+        });
+        fs::write(folder.join("mass.toml"), lines.collect::<String>()).unwrap();
+        refused(
+            "[robot]\nmass = \"mass.toml\"\n",
+            &[key, "the unit is kg m^2", found],
+        );
+    }
+}
