@@ -13,7 +13,7 @@ use crate::survey::{Survey, survey};
 use robhaz_estimator::DRIVING_SPEED;
 use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source as Samples};
-use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice};
+use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice, is_wheel_angle};
 use robhaz_score::signals::median;
 use robhaz_sim::random::Fnv1a;
 use std::fmt::Write as _;
@@ -23,6 +23,9 @@ use std::path::PathBuf;
 
 /// Time over which a speed is measured, s: counts of an encoder may be coarse.
 const STEP: f64 = 0.1;
+
+/// Turn of a wheel that shows a drive, rad.
+const TURNS: f64 = 0.1;
 
 /// How a log is read.
 #[derive(Clone, Debug, Default)]
@@ -182,13 +185,15 @@ fn check_values(
     survey: &Survey,
     allows_empty: bool,
 ) -> Result<Option<String>, LogError> {
-    let mut zeros = Vec::new();
+    let (mut zeros, mut drives) = (Vec::new(), false);
     for (channel, found) in plan.channels.iter().zip(&survey.channels) {
         let columns = channel.columns.len().max(1);
         for (reading, formula) in &channel.readings {
             let values = found.cells.chunks(columns).map(|row| formula.value(row));
             let name = reading.name();
             if let Some(first) = values.clone().flatten().next() {
+                drives |= is_wheel_angle(name)
+                    && values.clone().flatten().any(|v| (v - first).abs() > TURNS);
                 let is_zero = |value: f64| value.abs() <= 0.0;
                 let is_torque = name.ends_with("_motor_torque");
                 if is_torque && is_zero(first) && values.flatten().all(is_zero) {
@@ -224,10 +229,10 @@ fn check_values(
         }
     }
     let notice = format!(
-        "{} is 0 in the whole log: was it measured?",
+        "{} is 0 in the whole log while wheels turn: was it measured?",
         zeros.join(", ")
     );
-    Ok((!zeros.is_empty()).then_some(notice))
+    Ok((drives && !zeros.is_empty()).then_some(notice))
 }
 
 /// Refuses a truth of which no row is compared with. Returns what the user should know of the other

@@ -133,6 +133,15 @@ impl Form for Missing {
     }
 }
 
+/// Whether the sensor of a reading's link has columns of their own for both of its readings.
+fn is_without_use(mapping: &Mapping, reading: &str) -> bool {
+    let link = reading.split('_').next().unwrap_or_default();
+    ["inclination", "rate"].iter().all(|part| {
+        let name = format!("{link}_{part}");
+        mapping.readings.iter().any(|reading| reading.name == name)
+    })
+}
+
 /// Every reading comes from one place, and every channel that is named exists.
 pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let mut without = Vec::new();
@@ -154,7 +163,7 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         }
         // A reading of its own stands in place of that of the sensor, whose parts may have topics of their own.
         let is_of_imu = places.get(1).is_some_and(|place| place.starts_with("imu."));
-        if is_of_imu && places[0].starts_with("reading.") {
+        if is_of_imu && places[0].starts_with("reading.") && !is_without_use(mapping, name) {
             places.remove(1);
         }
         match places.as_slice() {
