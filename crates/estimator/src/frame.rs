@@ -92,6 +92,12 @@ impl Held {
         self.fresh().then_some(self.value)
     }
 
+    /// By how much the reading of this frame differs from the value, if it was left out as a jump; 0
+    /// else.
+    pub fn left_out(&self) -> f64 {
+        self.jumped.map_or(0.0, |jumped| jumped - self.value)
+    }
+
     /// The value, unless it has been held for long.
     pub fn recent(&self) -> Option<f64> {
         (self.known && self.age <= Inputs::STALE_AFTER).then_some(self.value)

@@ -24,6 +24,8 @@ pub struct LinkAngleKalman {
     /// Variance of the unmodelled angular acceleration, rad^2/s^4: see
     /// [`Self::unmodelled_acceleration`].
     unmodelled: f64,
+    /// Angular acceleration of a jump that is not confirmed, rad/s^2.
+    unconfirmed: f64,
     /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what
     /// its acceleration adds.
     expected: f64,
@@ -73,12 +75,16 @@ impl LinkAngleKalman {
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
-    /// Adds a turn (rad) that the gyroscope has shown and that was left out.
-    pub fn turn_late(&mut self, turn: f64) {
+    /// Jumps of the gyroscope: the turn (rad) that readings have shown that were left out, and the
+    /// change (rad/s) of one that is left out now. It can be an impact that no reading has confirmed
+    /// yet: the link's acceleration errs by it.
+    pub fn jump(&mut self, budget: &NoiseBudget, turn: f64, left_out: f64) {
         if turn.abs() > 0.0 {
             self.filter.x[ANGLE] += turn;
             self.unread = 0.0;
         }
+        let smoothing = smoothing_time(budget.rate_noise / TYPICAL.rate_noise);
+        self.unconfirmed = left_out / smoothing;
     }
 
     /// Advances a filter that has started by `dt` (s) to the readings of one instant.
@@ -211,7 +217,8 @@ impl LinkAngleKalman {
     /// rate that is farther ahead, by d, has changed within s, and the derivative of the low pass
     /// errs by d/s. It holds for s, since a link that turns to and fro crosses its low pass.
     pub fn unmodelled_acceleration(&self) -> f64 {
-        robhaz_model::sqrt(self.unmodelled)
+        let jump = self.unconfirmed * self.unconfirmed;
+        robhaz_model::sqrt(self.unmodelled.max(jump))
     }
 
     /// Bias of the gyroscope and its standard deviation, rad/s.
