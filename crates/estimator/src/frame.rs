@@ -108,7 +108,7 @@ impl Held {
     ///
     /// A jump is confirmed by the next reading if that lies at least half as far out on the same
     /// side. So a single wrong reading never counts, and a true change counts a reading later. A
-    /// value that has been held for long is given up.
+    /// value that has been held against other readings for long is given up.
     fn take(
         &mut self,
         reading: Option<f64>,
@@ -126,9 +126,9 @@ impl Held {
                 let jumps = libm::fabs(change) > reach(self.age);
                 let before = self.jumped.map(|jumped| jumped - self.value);
                 let confirmed = before.filter(|before| change * before >= 0.5 * before * before);
-                let held = self.known && self.age <= Inputs::STALE_AFTER;
-                if !(held && jumps && confirmed.is_none()) {
-                    if let Some(before) = confirmed.filter(|_| held && jumps) {
+                let given_up = before.is_some() && self.age > Inputs::STALE_AFTER;
+                if !(self.known && jumps && confirmed.is_none()) || given_up {
+                    if let Some(before) = confirmed.filter(|_| jumps && !given_up) {
                         // From half a frame before the jump to half a frame behind it.
                         self.late = before * 0.5 * self.age;
                     }
