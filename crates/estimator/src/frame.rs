@@ -171,7 +171,7 @@ impl Encoder {
     /// Angle within which no jump is looked for, rad: a coarse text format, and an impact's change
     /// of the speed within a millisecond.
     /// Guard.
-    const LEAST_JUMP: f64 = 3e-3;
+    const LEAST_JUMP: f64 = 1e-3;
     /// Change of the spin speed in an impact, rad/s: 2 m/s at the rim.
     /// Guard.
     const LARGEST_CHANGE: f64 = 20.0;
