@@ -3,6 +3,7 @@
 //!
 //! | module | question | from |
 //! |---|---|---|
+//! | `jumps` | Single wrong angles of the wheels, encoders that were reset | what torque and inertia allow |
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
@@ -23,6 +24,7 @@ mod clock;
 mod delay;
 mod drive;
 mod ground;
+mod jumps;
 mod links;
 mod readings;
 mod recording;
@@ -41,21 +43,23 @@ use self::readings::Readings;
 use self::recording::Recording;
 use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
-use std::borrow::Cow;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
-    let clock = Clock::of(frames);
+    let (of_jumps, mended) = jumps::findings(frames, stated.robot, stated.budget.encoder_counts);
+    let clock = Clock::of(&mended);
     let Some(recording) = Recording::new(&clock, stated.robot) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
+    let of_clock = clock.finding();
     let mut log = Readings {
         stated,
-        frames: Cow::Borrowed(frames),
+        frames: mended,
         recording,
-        findings: vec![clock.finding()],
+        findings: vec![of_clock],
     };
+    log.take(of_jumps);
     log.take(still::findings(frames, stated));
     log.take(rest::findings(&log.recording, stated));
     log.take(wheels::findings(&log));
