@@ -60,7 +60,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         findings: vec![of_clock],
     };
     log.take(of_jumps);
-    log.take(still::findings(frames, stated));
+    let of_still = still::findings(&log.frames, stated);
+    log.take(of_still);
     log.take(rest::findings(&log.recording, stated));
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
