@@ -290,11 +290,51 @@ mod tests {
         for k in 0..20_000 {
             let t = f64::from(k) * 1e-3;
             mount.roll(t, &[Some(2.0 * t); 3]);
-            mount.update(0.0);
+            mount.update(t, 0.0);
         }
         let (_, [_, _, variance]) = mount.pin.expect("readings");
         let found = 0.2 * sqrt(variance);
         assert!((found / mount.rate_sigma(0.2, 1e-3) - 1.0).abs() < 0.05);
+    }
+
+    /// Equivalence: behind a single wrong reading of the pin, or of an encoder, the links are those of
+    /// the readings without it. A step of the pin that stays counts from its second reading on.
+    #[test]
+    fn a_single_wrong_reading_changes_nothing() {
+        let run = |pin: fn(u32) -> f64, wheel: fn(u32) -> f64| {
+            let mut mount = BodyMount::new(&Geometry::a(), 2e-3);
+            let mut links = [LinkReadings::default(); 100];
+            for (k, links) in (0..).zip(&mut links) {
+                let t = 1e-2 * f64::from(k);
+                let reading = BodyReading {
+                    inclination: Some(0.0),
+                    rate: Some(0.0),
+                    pin: Some(0.02 * t + pin(k)),
+                    wheels: [Some(2.0 * t + wheel(k)), Some(2.0 * t), Some(2.0 * t)],
+                };
+                *links = mount.links(t, &reading);
+            }
+            links
+        };
+        let clean = run(|_| 0.0, |_| 0.0);
+        let spike = run(|k| if k == 50 { -0.26 } else { 0.0 }, |_| 0.0);
+        assert_eq!(spike[50], LinkReadings::default());
+        assert_eq!(
+            (&spike[..50], spike[52].inclination),
+            (&clean[..50], clean[52].inclination)
+        );
+        for (found, expected) in spike[51..].iter().zip(&clean[51..]) {
+            for (found, expected) in found.rate.iter().zip(&expected.rate) {
+                let error = found.zip(*expected).map(|(a, b)| a - b).expect("rates");
+                // A tenth of the rate that the pin has: one reading less.
+                assert!(error.abs() < 2e-3, "{error}");
+            }
+        }
+        let turned = run(|_| 0.0, |k| if k == 50 { 3.0 } else { 0.0 });
+        assert_eq!(turned[99].inclination, clean[99].inclination);
+        let step = run(|k| if k < 50 { 0.0 } else { 0.3 }, |_| 0.0);
+        assert_eq!(step[50], LinkReadings::default());
+        assert!(step[51].inclination.iter().all(Option::is_some));
     }
 
     /// Missing readings: without the pin's a four-bar has none; without the body's inclination it
