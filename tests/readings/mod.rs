@@ -2,6 +2,7 @@
 //! makes a log, says what is right, and holds `robhaz check` and `robhaz estimate` to it.
 
 mod diagnosis;
+mod jumps;
 mod level_drive;
 mod messages;
 mod ros;

@@ -3,7 +3,7 @@
 use crate::door;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
-use crate::frame::{Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
+use crate::frame::{Gate, Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
 use crate::ground::{FrictionBounds, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::{Instant, Nominal};
@@ -118,7 +118,8 @@ impl Estimator {
             dt = if time.is_finite() { time } else { UNKNOWN_TIME };
         }
         let with_angles = nominal.settings.needs_contact_angles();
-        flags |= self.inputs.take(frame, dt, with_angles);
+        let gate = Gate::new(&nominal.settings.budget, &nominal.robot.mass);
+        flags |= self.inputs.take(frame, dt, &gate, with_angles);
         if !self.complete {
             if let Some(field) = self.inputs.never_read(with_angles) {
                 return Err(EstimateError::Missing { field });

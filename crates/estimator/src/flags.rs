@@ -66,7 +66,8 @@ impl Flags {
     pub const WHEEL_UNLOADED: [Self; 3] = [Self(1), Self(2), Self(4)];
     /// The linkage is at an end stop of pin Q, whose torque no sensor measures.
     pub const AT_STOP: Self = Self(8);
-    /// A reading is missing from this frame; the last good one stands in for it.
+    /// A reading is missing from this frame, or jumps and no other has confirmed it yet; the last
+    /// good one stands in for it.
     pub const SENSOR_MISSING: Self = Self(16);
     /// A reading has been missing for more than 0.1 s, or the filters start anew: after a gap in
     /// time, with a clock that was set back, with an encoder that counts from a new zero.

@@ -183,6 +183,14 @@ impl NoiseBudget {
         }
     }
 
+    /// White noise of an inclinometer, rad a sample. With a budget of zero the gyroscope would count
+    /// for nothing: it is 0.5 mrad at least.
+    pub(crate) fn inclinometer_noise(&self) -> f64 {
+        /// Guard.
+        const LEAST: f64 = 5e-4;
+        root_sum_square(self.inclination_noise, LEAST)
+    }
+
     /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction,
     /// wheels on firm ground, exact nominal parameters.
     ///

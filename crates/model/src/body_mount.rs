@@ -47,8 +47,12 @@ pub struct BodyMount {
     time: Option<f64>,
     /// Speed of the wheels, low-pass filtered, m/s.
     speed: f64,
-    /// Angle (rad) and slope (rad/m) of the pin and their covariance at its last reading.
+    /// Angle (rad) and slope (rad/m) of the pin and their covariance at its last good reading.
     pin: Option<([f64; 2], [f64; 3])>,
+    /// Time of the last good reading of the pin, s.
+    read: f64,
+    /// Innovation of the last reading of the pin, rad, if it was left out as a jump.
+    jumped: Option<f64>,
 }
 
 impl BodyMount {
@@ -60,6 +64,15 @@ impl BodyMount {
     const CURVATURE: f64 = 5.6;
     /// Variance of the slope before the first reading, rad^2/m^2: level ground.
     const LEVEL: f64 = 1e-2;
+    /// Standard deviations beyond which a reading is a jump: once in 1.7 million samples.
+    const GATE: f64 = 5.0;
+    /// Rate of a pin that its slope along the path does not show, rad/s: an edge, wheels that slip.
+    const LARGEST_RATE: f64 = 2.0;
+    /// Time after which no further reading is left out, s.
+    const STALE_AFTER: f64 = 0.1;
+    /// Difference of a wheel's speed from the filtered one beyond which its encoder has jumped, m/s,
+    /// for wheels of 0.1 m.
+    const LARGEST_CHANGE: f64 = 2.0;
     /// Time constant of the speed, s.
     const SPEED_TIME: f64 = 0.2;
 
@@ -77,6 +90,8 @@ impl BodyMount {
             time: None,
             speed: 0.0,
             pin: None,
+            read: 0.0,
+            jumped: None,
         }
     }
 
@@ -92,12 +107,14 @@ impl BodyMount {
     /// The readings of the links at `time`, s. Without a reading of the pin there are none but, of
     /// a bogie, those of the link that the body is fixed to; none of both where the linkage cannot
     /// close at the angle of the pin.
+    ///
+    /// A reading of the pin that jumps counts as missing until the next one confirms it, so that a
+    /// single wrong reading changes nothing.
     pub fn links(&mut self, time: f64, reading: &BodyReading) -> LinkReadings {
         self.roll(time, &reading.wheels);
-        let Some(opening) = reading.pin else {
+        let Some(opening) = reading.pin.filter(|angle| self.update(time, *angle)) else {
             return self.without_pin(reading);
         };
-        self.update(opening);
         let slope = self.pin.map_or(0.0, |([_, slope], _)| slope);
         let rate = slope * self.speed;
         let Ok(posture) = Posture::close(&self.geometry, opening, 0.0) else {
@@ -139,9 +156,12 @@ impl BodyMount {
             *last = Some((time, now));
         }
         let (mut sum, mut count) = (0.0, 0.0);
+        let largest = Self::LARGEST_CHANGE * sqrt(radius / 0.1);
         for speed in self.rolled.iter().flatten() {
-            sum += speed;
-            count += 1.0;
+            if libm::fabs(speed - self.speed) <= largest {
+                sum += speed;
+                count += 1.0;
+            }
         }
         if count > 0.0 && dt > 0.0 {
             let speed = sum / count;
@@ -150,23 +170,43 @@ impl BodyMount {
         }
     }
 
-    /// Time update over the way since the last reading, and measurement update by the angle, rad.
-    fn update(&mut self, angle: f64) {
+    /// Time update over the way since the last good reading, and measurement update by an angle
+    /// (rad) at `time` (s). Returns whether the angle counts.
+    ///
+    /// One beyond the gate does not, unless the one before was at least half as far out on the same
+    /// side, or others were left out for long: then the filter starts anew with the slope that it has.
+    fn update(&mut self, time: f64, angle: f64) -> bool {
         let r = self.noise * self.noise;
-        let ds = core::mem::take(&mut self.way);
         let Some(([a, b], [paa, pab, pbb])) = self.pin else {
             self.pin = Some(([angle, 0.0], [r, 0.0, Self::LEVEL]));
-            return;
+            (self.read, self.way) = (time, 0.0);
+            return true;
         };
+        let (ds, elapsed) = (self.way, time - self.read);
         let (length, q) = (libm::fabs(ds), self.density);
         let paa = paa + 2.0 * ds * pab + ds * ds * pbb + q * length * length * length / 3.0;
         let pab = pab + ds * pbb + q * ds * length / 2.0;
         let pbb = pbb + q * length;
         let innovation = angle - (a + ds * b);
+        let reach = Self::GATE * sqrt(paa + r) + Self::LARGEST_RATE * elapsed;
+        let jumps = libm::fabs(innovation) > reach;
+        let confirmed = |before: f64| innovation * before >= 0.5 * before * before;
+        let stale = elapsed > Self::STALE_AFTER;
+        let counts = self.jumped.is_some_and(|before| stale || confirmed(before));
+        if jumps && !counts {
+            self.jumped = Some(innovation);
+            return false;
+        }
+        (self.read, self.way, self.jumped) = (time, 0.0, None);
+        if jumps {
+            self.pin = Some(([angle, b], [r, 0.0, Self::LEVEL]));
+            return true;
+        }
         let (ka, kb) = (paa / (paa + r), pab / (paa + r));
         let state = [a + ds * b + ka * innovation, b + kb * innovation];
         let covariance = [(1.0 - ka) * paa, (1.0 - ka) * pab, pbb - kb * pab];
         self.pin = Some((state, covariance));
+        true
     }
 }
 
@@ -250,11 +290,51 @@ mod tests {
         for k in 0..20_000 {
             let t = f64::from(k) * 1e-3;
             mount.roll(t, &[Some(2.0 * t); 3]);
-            mount.update(0.0);
+            mount.update(t, 0.0);
         }
         let (_, [_, _, variance]) = mount.pin.expect("readings");
         let found = 0.2 * sqrt(variance);
         assert!((found / mount.rate_sigma(0.2, 1e-3) - 1.0).abs() < 0.05);
+    }
+
+    /// Equivalence: behind a single wrong reading of the pin, or of an encoder, the links are those of
+    /// the readings without it. A step of the pin that stays counts from its second reading on.
+    #[test]
+    fn a_single_wrong_reading_changes_nothing() {
+        let run = |pin: fn(u32) -> f64, wheel: fn(u32) -> f64| {
+            let mut mount = BodyMount::new(&Geometry::a(), 2e-3);
+            let mut links = [LinkReadings::default(); 100];
+            for (k, links) in (0..).zip(&mut links) {
+                let t = 1e-2 * f64::from(k);
+                let reading = BodyReading {
+                    inclination: Some(0.0),
+                    rate: Some(0.0),
+                    pin: Some(0.02 * t + pin(k)),
+                    wheels: [Some(2.0 * t + wheel(k)), Some(2.0 * t), Some(2.0 * t)],
+                };
+                *links = mount.links(t, &reading);
+            }
+            links
+        };
+        let clean = run(|_| 0.0, |_| 0.0);
+        let spike = run(|k| if k == 50 { -0.26 } else { 0.0 }, |_| 0.0);
+        assert_eq!(spike[50], LinkReadings::default());
+        assert_eq!(
+            (&spike[..50], spike[52].inclination),
+            (&clean[..50], clean[52].inclination)
+        );
+        for (found, expected) in spike[51..].iter().zip(&clean[51..]) {
+            for (found, expected) in found.rate.iter().zip(&expected.rate) {
+                let error = found.zip(*expected).map(|(a, b)| a - b).expect("rates");
+                // A tenth of the rate that the pin has: one reading less.
+                assert!(error.abs() < 2e-3, "{error}");
+            }
+        }
+        let turned = run(|_| 0.0, |k| if k == 50 { 3.0 } else { 0.0 });
+        assert_eq!(turned[99].inclination, clean[99].inclination);
+        let step = run(|k| if k < 50 { 0.0 } else { 0.3 }, |_| 0.0);
+        assert_eq!(step[50], LinkReadings::default());
+        assert!(step[51].inclination.iter().all(Option::is_some));
     }
 
     /// Missing readings: without the pin's a four-bar has none; without the body's inclination it

@@ -33,7 +33,10 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     if !of_logs.is_empty() {
         tables.push(format!("{MEANS}\n{}", means(&of_logs, several).text(None)));
     }
-    let mut text = tables.join("\n");
+    let floods = runs
+        .iter()
+        .flat_map(|(label, summary)| flood(label, summary));
+    let mut text = floods.chain(tables).collect::<Vec<_>>().join("\n");
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&remarks(label, summary).join("\n"));
@@ -68,6 +71,28 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
     }
     lines.extend(log_lines(summary));
     lines
+}
+
+/// Share of a log's records that may be out of range, as at single impacts, before the first line
+/// says so.
+const FEW_OUT_OF_RANGE: f64 = 0.01;
+
+/// The estimators of a log of which many records are out of range.
+fn flood(label: &str, summary: &Summary) -> Vec<String> {
+    let of = |e: &EstimatorSummary| {
+        let out = e.means.as_ref().map_or(e.samples, |m| m.out_of_range);
+        // Counts of records.
+        let share = out as f64 / e.samples.max(1) as f64;
+        (summary.log.is_some() && share > FEW_OUT_OF_RANGE).then(|| {
+            format!(
+                "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \
+                 beyond five weights. The means are of the others. `robhaz check` looks for the cause.",
+                e.name,
+                100.0 * share
+            )
+        })
+    };
+    summary.estimators.iter().filter_map(of).collect()
 }
 
 /// Whether there are errors of an estimator.

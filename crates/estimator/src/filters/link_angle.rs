@@ -3,7 +3,7 @@
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{TYPICAL, smoothing_time};
 use crate::deviation::{GATE, root_sum_square};
-use crate::frame::{Inputs, LONGEST_GAP, LinkReading};
+use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading};
 use crate::settings::NoiseBudget;
 
 /// Angle of one link and bias of its gyroscope.
@@ -24,6 +24,8 @@ pub struct LinkAngleKalman {
     /// Variance of the unmodelled angular acceleration, rad^2/s^4: see
     /// [`Self::unmodelled_acceleration`].
     unmodelled: f64,
+    /// Angular acceleration of a jump that is not confirmed, rad/s^2.
+    unconfirmed: f64,
     /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what
     /// its acceleration adds.
     expected: f64,
@@ -45,15 +47,6 @@ impl LinkAngleKalman {
     /// Relative error of the acceleration that is subtracted from the inclinometer.
     /// Chosen; sensitive.
     const ACCELERATION_ERROR: f64 = 0.5;
-    /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for
-    /// nothing.
-    /// Guard.
-    const LEAST_NOISE: f64 = 5e-4;
-    /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times
-    /// `v^2/(R l)`, that of a link with l = 0.3 m whose wheel follows ground with a radius of R =
-    /// 0.1 m at 0.2 m/s.
-    /// Chosen; sensitive.
-    const IMPACT: f64 = 20.0;
     /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some
     /// hundredths of a newton of N.
     /// Guard.
@@ -64,7 +57,7 @@ impl LinkAngleKalman {
 
     /// A filter that waits for its first reading.
     pub fn new(budget: &NoiseBudget) -> Self {
-        let noise = Self::inclination_noise(budget);
+        let noise = budget.inclinometer_noise();
         Self {
             filter: Kalman::new([0.0; 2], [noise, budget.rate_bias]),
             ..Self::default()
@@ -80,6 +73,18 @@ impl LinkAngleKalman {
         self.smooth_rate = rate;
         let turned = Self::UNREAD_WALK * age.min(LONGEST_GAP);
         self.filter.p[ANGLE][ANGLE] += turned * turned;
+    }
+
+    /// Jumps of the gyroscope: the turn (rad) that readings have shown that were left out, and the
+    /// change (rad/s) of one that is left out now. It can be an impact that no reading has confirmed
+    /// yet: the link's acceleration errs by it.
+    pub fn jump(&mut self, budget: &NoiseBudget, turn: f64, left_out: f64) {
+        if turn.abs() > 0.0 {
+            self.filter.x[ANGLE] += turn;
+            self.unread = 0.0;
+        }
+        let smoothing = smoothing_time(budget.rate_noise / TYPICAL.rate_noise);
+        self.unconfirmed = left_out / smoothing;
     }
 
     /// Advances a filter that has started by `dt` (s) to the readings of one instant.
@@ -98,7 +103,7 @@ impl LinkAngleKalman {
         // The low-pass filtered rate takes over a change that only an impact can cause.
         let change = self.rate - last;
         let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
-        if !held && readings.rate.is_some() && change.abs() > noise.max(Self::IMPACT * dt) {
+        if !held && readings.rate.is_some() && change.abs() > noise.max(IMPACT * dt) {
             self.smooth_rate += change;
         }
         self.smooth(budget, dt);
@@ -169,21 +174,17 @@ impl LinkAngleKalman {
     /// Corrects the angle by an inclination (rad) where the specific force is at `force_angle` from
     /// gravity.
     fn correct(&mut self, budget: &NoiseBudget, inclination: f64, force_angle: f64) -> Innovation {
-        let noise = Self::inclination_noise(budget);
+        let noise = budget.inclinometer_noise();
         let uncertain = Self::ACCELERATION_ERROR * force_angle;
         let late = self.late(budget);
         let r = noise * noise + uncertain * uncertain + late * late;
         let before = self.filter.x[ANGLE];
         let difference = inclination - self.expected;
-        let innovation = self.filter.update(&[(ANGLE, 1.0)], difference, r);
+        let projection = self.filter.project(&[(ANGLE, 1.0)]);
+        let innovation = self.filter.correct(2, &projection, difference, r, GATE);
         // The angle's error is older than the lag.
         self.expected += self.filter.x[ANGLE] - before;
         innovation
-    }
-
-    /// White noise of an inclinometer, rad a sample.
-    pub(crate) fn inclination_noise(budget: &NoiseBudget) -> f64 {
-        root_sum_square(budget.inclination_noise, Self::LEAST_NOISE)
     }
 
     /// Standard deviation of the inclinometer's reading from the error of its lag while the link
@@ -216,7 +217,8 @@ impl LinkAngleKalman {
     /// rate that is farther ahead, by d, has changed within s, and the derivative of the low pass
     /// errs by d/s. It holds for s, since a link that turns to and fro crosses its low pass.
     pub fn unmodelled_acceleration(&self) -> f64 {
-        robhaz_model::sqrt(self.unmodelled)
+        let jump = self.unconfirmed * self.unconfirmed;
+        robhaz_model::sqrt(self.unmodelled.max(jump))
     }
 
     /// Bias of the gyroscope and its standard deviation, rad/s.

@@ -212,6 +212,7 @@ impl BestFilters {
             let force_angle = self.last_force_angle[i];
             let link = &mut self.links[i];
             if link.started {
+                link.jump(budget, rate.late, rate.left_out());
                 let innovation = link.update(budget, instant.dt, &readings, force_angle);
                 innovation_of[i] = innovation.map(|innovation| innovation.value);
                 innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);

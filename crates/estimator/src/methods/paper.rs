@@ -63,9 +63,9 @@ impl PaperFilters {
         let traction = [0, 1, 2].map(|i| {
             let speed = &mut self.speeds[i];
             speed.age += instant.dt;
-            let reading = inputs.wheel_angle[i];
+            let reading = inputs.encoder[i].angle;
             if let Some(angle) = reading.now() {
-                if let Some(last) = speed.angle.filter(|_| !inputs.new_zero[i]) {
+                if let Some(last) = speed.angle.filter(|_| !inputs.encoder[i].new_zero) {
                     speed.omega = (angle - last) / speed.age;
                 }
                 (speed.angle, speed.age) = (Some(angle), 0.0);

@@ -73,15 +73,15 @@ impl Wheel {
         alpha: f64,
         dt: f64,
     ) -> Option<Innovation> {
-        let (torque, angle) = (&inputs.motor_torque[i], &inputs.wheel_angle[i]);
+        let (torque, angle) = (&inputs.motor_torque[i], &inputs.encoder[i].angle);
         let parameters = self.parameters(nominal, torque);
-        if inputs.new_zero[i] {
+        if inputs.encoder[i].new_zero {
             self.observer.started = false;
         }
         if angle.age > LONGEST_GAP {
             self.reset_speed();
         } else if dt > 0.0 {
-            let mean = 0.5 * (torque.value + self.torque);
+            let mean = 0.5 * (torque.value + self.torque) + torque.late / dt;
             self.observer.predict(&parameters, dt, mean, alpha);
         }
         self.torque = torque.value;

@@ -3,6 +3,7 @@
 //!
 //! | module | question | from |
 //! |---|---|---|
+//! | `jumps` | Single wrong angles of the wheels, encoders that were reset | what torque and inertia allow |
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `dead` | Has a channel no value, or the same one throughout? | the readings alone |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
@@ -25,6 +26,7 @@ mod dead;
 mod delay;
 mod drive;
 mod ground;
+mod jumps;
 mod links;
 mod readings;
 mod recording;
@@ -43,23 +45,25 @@ use self::readings::Readings;
 use self::recording::Recording;
 use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
-use std::borrow::Cow;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
-    let clock = Clock::of(frames);
+    let (of_jumps, mended) = jumps::findings(frames, stated.robot, stated.budget.encoder_counts);
+    let clock = Clock::of(&mended);
     let Some(recording) = Recording::new(&clock, stated.robot) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
+    let of_clock = clock.finding();
     let mut log = Readings {
         stated,
-        frames: Cow::Borrowed(frames),
+        frames: mended,
         recording,
-        findings: vec![clock.finding()],
+        findings: vec![of_clock],
     };
-    let driving = still::driving(frames, stated);
-    let dead = dead::findings(frames, stated, &driving);
+    log.take(of_jumps);
+    let driving = still::driving(&log.frames, stated);
+    let dead = dead::findings(&log.frames, stated, &driving);
     let kinds = dead::Kinds::of(&dead);
     log.take(dead.iter().map(|(_, finding)| finding.clone()));
     let without = |findings| dead::without(findings, &dead);

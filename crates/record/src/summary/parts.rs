@@ -350,7 +350,8 @@ impl ClearanceSummary {
     }
 }
 
-/// Means of one estimator's forces, of records that count.
+/// Means of one estimator's forces, of records that count: without those that are out of range,
+/// whose forces no weight and no impact explains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeanForces {
     /// Mean N of each wheel, N.
@@ -375,13 +376,14 @@ pub struct MeanForces {
     pub unloaded: u64,
     /// Records with the linkage at an end stop.
     pub at_stop: u64,
-    /// Records with a reading that is missing.
+    /// Records with a reading that is missing, or jumps.
     pub reading_missing: u64,
     /// Records with a reading that has been missing for long, or with a new start of the filters.
     pub reading_stale: u64,
     /// Records with a reading beyond what the robot can do.
     pub reading_absurd: u64,
-    /// Records with a parity residual beyond five standard deviations.
+    /// Records with a parity residual beyond five standard deviations, or a force beyond five times
+    /// the weight. They are not in the means.
     pub out_of_range: u64,
 }
 
@@ -392,6 +394,8 @@ pub(super) struct ForceSums {
     pub samples: u64,
     /// Records without one.
     pub missing: u64,
+    /// Records whose forces are in the means.
+    averaged: u64,
     normal_force: [f64; 3],
     traction: [f64; 3],
     /// Of N, and of T.
@@ -417,6 +421,26 @@ impl ForceSums {
             return;
         };
         self.samples += 1;
+        let has = |flag| estimate.flags.contains(flag);
+        let found = [
+            Flags::WHEEL_UNLOADED.into_iter().any(has),
+            has(Flags::AT_STOP),
+            has(Flags::SENSOR_MISSING),
+            has(Flags::SENSOR_STALE),
+            has(Flags::SENSOR_ABSURD),
+            has(Flags::OUT_OF_RANGE),
+        ];
+        for (count, found) in self.flags.iter_mut().zip(found) {
+            *count += u64::from(found);
+        }
+        if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
+            self.parities += 1;
+            self.parity += (parity.value / parity.sigma).powi(2);
+        }
+        if has(Flags::OUT_OF_RANGE) {
+            return;
+        }
+        self.averaged += 1;
         for i in 0..3 {
             self.normal_force[i] += estimate.normal_force[i];
             self.traction[i] += estimate.traction[i];
@@ -434,29 +458,13 @@ impl ForceSums {
                 self.variance[1][i] += covariance[2 * i][2 * i];
             }
         }
-        if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
-            self.parities += 1;
-            self.parity += (parity.value / parity.sigma).powi(2);
-        }
-        let has = |flag| estimate.flags.contains(flag);
-        let found = [
-            Flags::WHEEL_UNLOADED.into_iter().any(has),
-            has(Flags::AT_STOP),
-            has(Flags::SENSOR_MISSING),
-            has(Flags::SENSOR_STALE),
-            has(Flags::SENSOR_ABSURD),
-            has(Flags::OUT_OF_RANGE),
-        ];
-        for (count, found) in self.flags.iter_mut().zip(found) {
-            *count += u64::from(found);
-        }
     }
 
-    /// The means; `None` without records.
+    /// The means; `None` without records that count.
     pub fn means(&self) -> Option<MeanForces> {
         // Counts of records.
         let mean = |sum: f64, of: u64| sum / of as f64;
-        if self.samples == 0 {
+        if self.averaged == 0 {
             return None;
         }
         let sigma = |sums: &[f64; 3]| sums.map(|sum| mean(sum.max(0.0), self.variances).sqrt());
@@ -464,8 +472,8 @@ impl ForceSums {
         let needed = self.needed.map(|needed| Some(needed).filter(|n| n.2 > 0));
         let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
         Some(MeanForces {
-            normal_force: self.normal_force.map(|sum| mean(sum, self.samples)),
-            traction: self.traction.map(|sum| mean(sum, self.samples)),
+            normal_force: self.normal_force.map(|sum| mean(sum, self.averaged)),
+            traction: self.traction.map(|sum| mean(sum, self.averaged)),
             normal_force_sigma: stated.map(|[normal, _]| normal),
             traction_sigma: stated.map(|[_, traction]| traction),
             needed_friction: needed.map(|n| n.map(|(sum, _, count)| mean(sum, count))),

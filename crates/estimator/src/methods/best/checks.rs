@@ -154,9 +154,9 @@ impl BestFilters {
 
 /// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.
 fn wheel_readings(inputs: &Inputs) -> Option<WheelReadings> {
-    let (torque, angle) = (&inputs.motor_torque, &inputs.wheel_angle);
+    let (torque, angle) = (&inputs.motor_torque, inputs.encoder.map(|e| e.angle));
     let stale = |held: &Held| held.age > Inputs::STALE_AFTER;
-    if inputs.new_zero.contains(&true) || torque.iter().chain(angle).any(stale) {
+    if inputs.encoder.iter().any(|e| e.new_zero) || torque.iter().chain(&angle).any(stale) {
         return None;
     }
     Some(WheelReadings {

@@ -132,7 +132,7 @@ impl BestFilters {
         let r = geometry.wheel_radius;
         let across = perp(arms.axles[i]);
         let arm = robhaz_model::sqrt(across.norm_squared());
-        let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
+        let read = inputs.encoder[i].angle.age <= Inputs::STALE_AFTER;
         RollingWheel {
             relative: across * link.rate,
             smooth_relative: across * link.smooth_rate,
@@ -157,7 +157,7 @@ impl BestFilters {
             return;
         }
         let upward = (GRAVITY + self.motion.acceleration().y).max(Self::LEAST_UPWARD);
-        let noise = upward * LinkAngleKalman::inclination_noise(budget);
+        let noise = upward * budget.inclinometer_noise();
         let readings = [0, 1].map(|k: usize| {
             let link = &self.links[k];
             innovation[k].map(|angle| {

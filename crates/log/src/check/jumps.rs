@@ -1,0 +1,217 @@
+//! Angles of the wheels that jump: single wrong readings, and encoders that count from a new zero.
+//!
+//! A step of an angle is a jump if no torque explains it: it differs from the step at the speeds before
+//! and behind it by more than a wheel can be stopped or spun within that time. Further tests see the
+//! angles without their jumps.
+
+use crate::check::report::Finding;
+use crate::check::rewire::Channel;
+use robhaz_estimator::SensorFrame;
+use robhaz_model::{Robot, Units};
+use robhaz_score::signals::median;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+/// Change of the spin speed within a step that a true impact may show, beside that to a stop, rad/s:
+/// half a metre a second at the rim of robot A.
+const LARGEST_CHANGE: f64 = 5.0;
+/// Counts of the encoder by which a step may err: two of its own, two of the speeds.
+const COUNTS: f64 = 4.0;
+/// Least jump, rad: text formats of few digits.
+const LEAST: f64 = 1e-3;
+/// Steps before and behind a step over which the speeds are taken.
+const STEPS: usize = 4;
+/// A step longer than this times the median is a gap, in which a wheel may turn.
+const GAP: f64 = 2.5;
+/// Relative difference of two jumps that are the same.
+const SAME: f64 = 0.25;
+/// Jumps of one encoder beyond which it is named without its times.
+const FEW: usize = 3;
+
+const TEST: &str = "jumps";
+
+/// A jump of an angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Jump {
+    /// The frame behind it.
+    frame: usize,
+    /// rad
+    by: f64,
+    /// Time by which the angle is ahead of the wheel's speed, s.
+    ahead: f64,
+    /// Whether the angle counts from where it began in the log, or from zero.
+    restarts: bool,
+    /// Whether the next step jumps back: a single wrong reading.
+    single: bool,
+}
+
+/// The findings, and the frames without the jumps.
+pub fn findings<'a>(
+    frames: &'a [SensorFrame],
+    robot: &Robot,
+    counts: f64,
+) -> (Vec<Finding>, Cow<'a, [SensorFrame]>) {
+    let unit = Units::of(robot).time;
+    let mut of_wheels = [0, 1, 2].map(|i| jumps(frames, i, LARGEST_CHANGE / unit, counts));
+    drop_set_clocks(&mut of_wheels);
+    let mut found = Vec::new();
+    let common = common_reset(&of_wheels);
+    for (i, jumps) in of_wheels.iter().enumerate() {
+        let own = jumps.iter().filter(|jump| Some(jump.frame) != common);
+        found.extend(finding(frames, i, &own.copied().collect::<Vec<_>>()));
+    }
+    if let Some(frame) = common {
+        let at = frames[frame].time;
+        let figure =
+            format!("all encoders count from a new zero at {at:.3} s, the time stamps go on");
+        let finding = Finding::ok(TEST, "encoders", figure).fault(
+            "the encoders were reset: continue the angles before they are logged, or split the log there",
+        );
+        found.push(finding.with("time", at, "s"));
+    }
+    if found.is_empty() {
+        let figure = "no step that a wheel cannot make";
+        found.push(Finding::ok(TEST, "encoders", figure));
+    }
+    let mut mended = Cow::Borrowed(frames);
+    for (i, jumps) in of_wheels.iter().enumerate().filter(|(_, j)| !j.is_empty()) {
+        mend(mended.to_mut(), i, jumps);
+    }
+    (found, mended)
+}
+
+/// The jumps of an encoder; none if they are those of an angle that starts anew after a turn or an
+/// overflow, which is a finding of its own.
+fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64) -> Vec<Jump> {
+    let read = |(k, f): (usize, &SensorFrame)| {
+        let angle = f.wheel_angle[wheel].filter(|angle| angle.is_finite())?;
+        Some((k, f.time, angle))
+    };
+    let read: Vec<(usize, f64, f64)> = frames.iter().enumerate().filter_map(read).collect();
+    let step = |k: usize| (read[k].1 - read[k - 1].1, read[k].2 - read[k - 1].2);
+    let steps: Vec<(f64, f64)> = (1..read.len()).map(step).collect();
+    let Some(usual) = median(steps.iter().map(|(dt, _)| *dt).collect()) else {
+        return Vec::new();
+    };
+    let count = if counts > 0.0 { TAU / counts } else { 0.0 };
+    let speed = |steps: &[(f64, f64)]| {
+        let of = |(dt, by): &(f64, f64)| (*dt > 0.0).then(|| by / dt);
+        median(steps.iter().filter_map(of).collect())
+    };
+    let mut found: Vec<Jump> = Vec::new();
+    for (k, &(dt, by)) in steps.iter().enumerate() {
+        if !(dt > 0.0 && dt < GAP * usual) {
+            continue;
+        }
+        let before = speed(&steps[k.saturating_sub(STEPS)..k]);
+        let behind = speed(&steps[(k + 1).min(steps.len())..(k + 1 + STEPS).min(steps.len())]);
+        let (Some(before), Some(behind)) = (before.or(behind), behind.or(before)) else {
+            continue;
+        };
+        let fastest = before.abs().max(behind.abs());
+        let mean = 0.5 * (before + behind);
+        let jump = by - mean * dt;
+        if jump.abs() <= LEAST.max(COUNTS * count) + (fastest + change) * dt {
+            continue;
+        }
+        if let Some(last) = found.last_mut().filter(|last| last.frame == read[k].0)
+            && (last.by + jump).abs() < SAME * jump.abs()
+        {
+            last.single = true;
+            continue;
+        }
+        let angle = read[k + 1].2;
+        let near = |zero: f64| (angle - zero).abs() < COUNTS * count + LEAST + 2.0 * fastest * dt;
+        found.push(Jump {
+            frame: read[k + 1].0,
+            by: jump,
+            ahead: jump / mean,
+            restarts: near(0.0) || near(read[0].2),
+            single: false,
+        });
+    }
+    let sizes = found.iter().filter(|jump| !jump.single).map(|jump| jump.by);
+    let is_same = |a: f64, b: f64| (a - b).abs() < 0.01 * b.abs();
+    let mut resets = sizes.clone();
+    let first = resets.next();
+    let repeats = first.is_some_and(|first| resets.any(|by| is_same(by, first)));
+    if repeats || sizes.clone().any(|by| is_same(by.abs(), TAU)) {
+        found.retain(|jump| jump.single);
+    }
+    found
+}
+
+/// Leaves out the jumps of a clock that was set back: all wheels have turned on by the same time. An
+/// encoder that restarts at zero, or where the log began, was reset.
+fn drop_set_clocks(of_wheels: &mut [Vec<Jump>; 3]) {
+    let [first, ..] = &*of_wheels;
+    let at = |jumps: &[Jump], frame: usize| jumps.iter().copied().find(|j| j.frame == frame);
+    let is_clock = |jump: &Jump| {
+        let all = [0, 1, 2].map(|i| at(&of_wheels[i], jump.frame));
+        let [Some(a), Some(b), Some(c)] = all else {
+            return false;
+        };
+        let mean = (a.ahead + b.ahead + c.ahead) / 3.0;
+        let agree = [a, b, c]
+            .iter()
+            .all(|j| (j.ahead - mean).abs() < SAME * mean.abs());
+        mean > 0.0 && agree && ![a, b, c].iter().all(|j| j.restarts || j.single)
+    };
+    let clock: Vec<usize> = first
+        .iter()
+        .filter(|j| is_clock(j))
+        .map(|j| j.frame)
+        .collect();
+    for jumps in of_wheels {
+        jumps.retain(|jump| !clock.contains(&jump.frame));
+    }
+}
+
+/// The frame at which all encoders count from a new zero.
+fn common_reset(of_wheels: &[Vec<Jump>; 3]) -> Option<usize> {
+    let resets = |jumps: &[Jump], frame| jumps.iter().any(|j| j.frame == frame && !j.single);
+    let [first, others @ ..] = of_wheels;
+    let mut frames = first.iter().filter(|j| !j.single).map(|j| j.frame);
+    frames.find(|frame| others.iter().all(|jumps| resets(jumps, *frame)))
+}
+
+fn finding(frames: &[SensorFrame], wheel: usize, jumps: &[Jump]) -> Option<Finding> {
+    let first = jumps.first()?;
+    let channel = Channel::Encoder(wheel);
+    let of = |single: bool| jumps.iter().filter(move |jump| jump.single == single);
+    let list = |single: bool| {
+        let one = |jump: &Jump| format!("{:+.3} rad at {:.3} s", jump.by, frames[jump.frame].time);
+        let first: Vec<String> = of(single).take(FEW).map(one).collect();
+        let more = of(single).count().saturating_sub(FEW);
+        let more = (more > 0).then(|| format!(" and {more} more"));
+        first.join(", ") + &more.unwrap_or_default()
+    };
+    let mut parts = Vec::new();
+    let mut remedies = Vec::new();
+    if of(true).next().is_some() {
+        parts.push(format!("single wrong readings: {}", list(true)));
+        remedies.push("the estimators leave them out: check cable, connector and bus");
+    }
+    if of(false).next().is_some() {
+        parts.push(format!("a new zero: {}", list(false)));
+        remedies.push("the encoder was reset: continue the angle before it is logged");
+    }
+    let finding = Finding::ok(TEST, channel, parts.join("; ")).fault(remedies.join("\n"));
+    let finding = finding.with("time", frames[first.frame].time, "s");
+    Some(finding.with("jump", first.by, "rad"))
+}
+
+/// Takes single wrong readings away, and continues the angle behind a new zero.
+fn mend(frames: &mut [SensorFrame], wheel: usize, jumps: &[Jump]) {
+    let mut jumps = jumps.iter().peekable();
+    let mut offset = 0.0;
+    for (k, frame) in frames.iter_mut().enumerate() {
+        let angle = &mut frame.wheel_angle[wheel];
+        match jumps.next_if(|jump| jump.frame == k) {
+            Some(jump) if jump.single => *angle = None,
+            Some(jump) => offset -= jump.by,
+            None => {}
+        }
+        *angle = angle.map(|angle| angle + offset);
+    }
+}

@@ -1,0 +1,114 @@
+//! Single wrong readings, and encoders that count from a new zero.
+
+use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, largest_error};
+use crate::support::text;
+use std::fs;
+
+/// Largest error of N of a log with a change, and what `check` and `estimate` say.
+fn spoiled(change: impl Fn(&mut LevelDrive)) -> (f64, String, String) {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
+    let mut drive = LevelDrive::new(1);
+    change(&mut drive);
+    drive.write(&folder.join("log.csv"));
+    let checked = check(folder);
+    let estimated = estimate(folder);
+    assert!(estimated.status.success(), "{}", text(&estimated.stderr));
+    let said = text(&estimated.stdout) + &text(&estimated.stderr);
+    (largest_error(folder), text(&checked.stdout), said)
+}
+
+/// Largest error of N, N: that of the clean log, since one lost reading costs nothing.
+const LIMIT: f64 = 2.0;
+
+/// A single wrong angle of a wheel is left out, and named with encoder and time; so are several.
+#[test]
+fn a_single_wrong_angle_changes_nothing() {
+    for by in [1.9, -0.2, 6000.0] {
+        let (error, checked, _) = spoiled(|drive| drive.column("wheel2_angle")[400] += by);
+        assert!(error < LIMIT, "{by}: {error}");
+        let named = format!("single wrong readings: {by:+.3} rad at 4.000 s");
+        let fault = checked.lines().find(|line| line.contains(&named));
+        assert!(
+            fault.is_some_and(|line| line.starts_with("FAULT") && line.contains("encoder 2")),
+            "{checked}"
+        );
+        assert!(checked.ends_with("1 with a fault\n"), "{checked}");
+    }
+    let (error, checked, _) = spoiled(|drive| {
+        for k in [250, 300, 450] {
+            drive.column("wheel1_angle")[k] += 0.5;
+        }
+    });
+    assert!(error < LIMIT, "{error}");
+    assert!(
+        checked.contains("at 2.500 s, +0.500 rad at 3.000 s, +0.500 rad at 4.500 s"),
+        "{checked}"
+    );
+}
+
+/// An encoder that restarts counts from a new zero; `check` names it and its time, and no clock.
+#[test]
+fn an_encoder_that_restarts_is_named() {
+    let (error, checked, _) = spoiled(|drive| {
+        drive.column("wheel2_angle")[400..]
+            .iter_mut()
+            .for_each(|angle| *angle -= 2.0);
+    });
+    assert!(error < LIMIT, "{error}");
+    assert!(checked.contains("encoder 2"), "{checked}");
+    assert!(
+        checked.contains("a new zero: -2.000 rad at 4.000 s"),
+        "{checked}"
+    );
+    assert!(!checked.contains("clock was set"), "{checked}");
+}
+
+/// All encoders that restart at once are no clock that was set: the steps of the stamps are even.
+#[test]
+fn encoders_that_restart_together_are_no_set_clock() {
+    let (error, checked, _) = spoiled(|drive| {
+        for wheel in ["wheel1_angle", "wheel2_angle", "wheel3_angle"] {
+            let angles = drive.column(wheel);
+            let zero = angles[400];
+            angles[400..].iter_mut().for_each(|angle| *angle -= zero);
+        }
+    });
+    assert!(error < LIMIT, "{error}");
+    assert!(
+        checked.contains("all encoders count from a new zero at 4.000 s"),
+        "{checked}"
+    );
+    assert!(!checked.contains("clock was set"), "{checked}");
+    assert!(checked.ends_with("1 with a fault\n"), "{checked}");
+}
+
+/// A single wrong reading of each other channel changes nothing either.
+#[test]
+fn a_single_wrong_reading_of_any_channel_changes_nothing() {
+    for (column, by) in [
+        ("link2_rate", -3.0),
+        ("link1_rate", 0.5),
+        ("link1_inclination", -0.26),
+        ("link2_inclination", 1.0),
+        ("wheel2_motor_torque", 50.0),
+        ("wheel3_motor_torque", -4.0),
+    ] {
+        let (error, ..) = spoiled(|drive| drive.column(column)[400] += by);
+        assert!(error < LIMIT, "{column}: {error}");
+    }
+}
+
+/// Forces of readings that hold in no model are not in the means, and the first line says so.
+#[test]
+fn a_flood_of_wrong_forces_is_said_first() {
+    let (_, _, said) = spoiled(|drive| {
+        // A wheel that seems to be thrown to and fro by four radians a second, for a second.
+        for k in 400..500 {
+            drive.column("wheel2_angle")[k] += if k % 8 < 4 { 0.03 } else { 0.0 };
+        }
+    });
+    let first = said.lines().next().unwrap_or_default();
+    assert!(first.contains("WRONG FORCES in"), "{said}");
+}
