@@ -39,7 +39,7 @@ pub use report::{Finding, Report, Verdict};
 use self::clock::Clock;
 use self::readings::Readings;
 use self::recording::Recording;
-use robhaz_estimator::SensorFrame;
+use robhaz_estimator::{SensorFrame, Sides};
 use robhaz_score::signals::median;
 use std::borrow::Cow;
 
@@ -54,7 +54,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         stated,
         frames: Cow::Borrowed(frames),
         recording,
-        findings: vec![clock.finding()],
+        findings: vec![clock.finding(), sides(stated)],
     };
     log.take(still::findings(frames, stated));
     log.take(rest::findings(&log.recording, stated));
@@ -93,6 +93,23 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         log.findings.iter_mut().for_each(name_sensors_of_body);
     }
     Report::new(log.findings)
+}
+
+/// What the log is of, which no reading shows.
+fn sides(stated: &Stated<'_>) -> Finding {
+    let (test, channel) = ("sides", "all");
+    match stated.sides {
+        Sides::Plane => Finding::ok(test, channel, "a robot in the plane, or a test rig"),
+        Sides::OneOfTwo => {
+            let slope = stated.budget.cross_slope.to_degrees();
+            let figure = format!(
+                "one side of two: the stated deviations contain pushes of the other one and a cross slope of {slope:.1} deg"
+            );
+            Finding::ok(test, channel, figure)
+                .with("cross slope", slope, "deg")
+                .cannot_tell(Sides::REMEDY)
+        }
+    }
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.
