@@ -2,3 +2,4 @@
 //! makes a log, says what is right, and holds `robhaz check` and `robhaz estimate` to it.
 
 mod level_drive;
+mod sides;
