@@ -76,7 +76,7 @@ mod tests {
         push.update(60.0 * 60.0, dt);
         assert!((push.variance().sqrt() - 30.0).abs() < 1e-9);
         // Noise that is less than expected leaves no negative variance.
-        for _ in 0..20_000 {
+        for _ in 0..30_000 {
             push.update(-9.0, dt);
         }
         assert!(push.variance() == 0.0);
