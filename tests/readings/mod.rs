@@ -7,3 +7,4 @@ mod level_drive;
 mod messages;
 mod ros;
 mod text;
+mod sides;

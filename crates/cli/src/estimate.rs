@@ -4,6 +4,7 @@ use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
+use robhaz_estimator::Sides;
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -51,6 +52,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let start = Instant::now();
     let mut place = LogPlace::find(&args.log).map_err(shown)?;
     describe(&mut place, args.sensors.as_deref(), args.robot.as_deref())?;
+    if place.choice.sides == Sides::OneOfTwo {
+        let slope = place.choice.budget.cross_slope.to_degrees();
+        place.warnings.push(format!(
+            "one side of a robot with two: pushes of the other side and a cross slope of {slope:.1} deg (budget.cross_slope) widen what is stated; {}",
+            Sides::REMEDY
+        ));
+    }
     if !args.estimator.is_empty() {
         place.choice.select(&args.estimator).into_diagnostic()?;
     }

@@ -4,8 +4,8 @@
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::Inputs;
-use crate::settings::{EstimatorSettings, Masses};
-use crate::statics::{Arms, Equations, Equilibrium, Forces, Loads};
+use crate::settings::{EstimatorSettings, Masses, Sides};
+use crate::statics::{Arms, Equations, Equilibrium, Forces, Loads, OtherSide};
 use nalgebra::{Matrix4, Vector4};
 use robhaz_model::{Bar, GRAVITY, PointMasses, Robot, Vec2};
 
@@ -23,6 +23,8 @@ pub(crate) struct Nominal {
     /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels
     /// of each link, at the mean load.
     pub by_rolling_resistance: Vector4<f64>,
+    /// What the other side does, for one side of two.
+    pub other_side: Option<OtherSide>,
 }
 
 /// Distance to an end stop at which its torque may act, rad: half a degree.
@@ -61,6 +63,10 @@ impl Nominal {
                 Masses::True => mass.true_points(),
             },
             by_rolling_resistance: by_rolling_resistance(robot, &settings),
+            other_side: match settings.sides {
+                Sides::Plane => None,
+                Sides::OneOfTwo => Some(OtherSide::new(robot, settings.budget.cross_slope)),
+            },
         }
     }
 
@@ -137,7 +143,7 @@ impl Nominal {
     }
 
     /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the nominal
-    /// parameters, and the torque of a stop.
+    /// parameters, the other side of the robot, and the torque of a stop.
     pub fn load_noise(&self, equations: &Equations) -> Matrix4<f64> {
         let (arms, loads) = (&equations.arms, &equations.loads);
         let (settings, budget) = (&self.settings, &self.settings.budget);
@@ -163,6 +169,9 @@ impl Nominal {
         }
         if let Some(covariance) = &budget.load_covariance {
             r += covariance.of_loads(arms, lever);
+        }
+        if let Some(other) = &self.other_side {
+            r += other.of_loads(arms, carriers, lever);
         }
         if !self.at_stop(equations.link_angles).is_empty() {
             let torque = STOP_TORQUE / lever;

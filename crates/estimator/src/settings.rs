@@ -25,6 +25,11 @@ pub enum Sides {
     OneOfTwo,
 }
 
+impl Sides {
+    /// What would show what one side of two cannot, for messages.
+    pub const REMEDY: &str = "the readings of the other side and the body's roll would show both; of a robot in the plane, or a test rig, state sides = \"plane\"";
+}
+
 /// How tractions and link angles follow from the readings, with the choices that only that method
 /// has.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -96,6 +96,11 @@ impl ScaleFilter {
     /// size (the efficiency of a worm gear, half of the motors' currents) err by two of these.
     /// Textbook: worm gears have efficiencies from below 0.5 to 0.9.
     const PRIOR: f64 = 0.5;
+    /// The same where no reading of the log can show the scale, as of one side of two: then it is
+    /// not where a search begins, but what is stated. Gears have efficiencies of 0.5 to 0.9: torques
+    /// that leave them out err by less than three of these.
+    /// Textbook.
+    pub const UNSEEN: f64 = 0.25;
     /// Least ratio: motor torques that are 20 times too small.
     /// Guard.
     const LEAST: f64 = 0.05;

@@ -7,17 +7,20 @@
 //! | link angle and the gyroscope's bias | `link_angle.rs` |
 //! | torque of the ground on a wheel | `wheel_torque.rs` |
 //! | low passes on rates | `smoothing.rs` |
+//! | push of the other side of a robot with two | `push.rs` |
 //! | motion of the robot, errors of contact angles and torques, creep | `motion/` |
 
 mod kalman;
 mod link_angle;
 pub(crate) mod motion;
 mod paper;
+mod push;
 mod smoothing;
 mod wheel_torque;
 
 pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::LinkAngleKalman;
 pub use paper::{ComplementaryFilter, TractionObserver};
+pub(crate) use push::PushFilter;
 pub(crate) use smoothing::smoothing_time;
 pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, UNIFORM, WheelParameters};

@@ -11,7 +11,7 @@ use super::wheel::Wheel;
 use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, StandingDetector};
 use crate::estimate::{Estimate, EstimateError, ReadingErrors};
 use crate::filters::motion::MotionFilter;
-use crate::filters::{Innovation, LinkAngleKalman};
+use crate::filters::{Innovation, LinkAngleKalman, PushFilter};
 use crate::flags::Flags;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
@@ -47,6 +47,7 @@ pub(crate) struct BestFilters {
     friction: FrictionObserver,
     health: HealthMonitor,
     scale: ScaleFilter,
+    push: PushFilter,
 }
 
 impl BestFilters {
@@ -80,6 +81,7 @@ impl BestFilters {
             friction: FrictionObserver::default(),
             health: HealthMonitor::default(),
             scale: checks::scale_filter(robot, budget),
+            push: PushFilter::new(3.0 * mean_load),
         }
     }
 
@@ -139,7 +141,8 @@ impl BestFilters {
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
         let mut right = self.right_side(nominal, &equations);
-        let parity = self.check_parity(instant, &equations, &mut right);
+        let of_push = self.consider_push(instant, &equations, &mut right);
+        let parity = self.check_parity(instant, &equations, &mut right, of_push);
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
@@ -149,7 +152,7 @@ impl BestFilters {
         self.consider_unmodelled_turning(nominal, &equations, &right.sensitivity, &mut forces);
         let stated = self.scale.stated();
         let measured = forces.covariance;
-        self.consider_scale(&by_scale, &mut forces);
+        self.consider_scale(nominal, &by_scale, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
@@ -188,7 +191,8 @@ impl BestFilters {
         estimate.contact = Some(contact);
         estimate.friction = Some(friction);
         estimate.health = Some(health);
-        estimate.torque_scale = Some(self.scale.found(3.0 * nominal.mean_load));
+        let found = self.scale.found(3.0 * nominal.mean_load);
+        estimate.torque_scale = nominal.other_side.is_none().then_some(found);
         self.state_errors(&settings.budget, &mut estimate);
         estimate.scale_forces(stated);
         Ok(estimate)
@@ -277,6 +281,8 @@ impl BestFilters {
         /// gripping wheels, but not where a hard wheel does not creep.
         /// Definition.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
+        // The other side takes part in the balance of a robot with two.
+        let unknown = nominal.other_side.map_or(DIFFERENCES, |_| 1.0);
         let budget = &nominal.settings.budget;
         let radius = nominal.robot.geometry.wheel_radius;
         let offsets = [0, 1, 2].map(|i| self.motion.input(input::TORQUE_OFFSET + i).0);
@@ -288,7 +294,7 @@ impl BestFilters {
             contact,
             clear: !flags.intersects(Flags::UNRELIABLE),
             removed: offsets.map(|offset| (offset - mean) / radius),
-            systematic: DIFFERENCES * budget.torque_offset / radius,
+            systematic: unknown * budget.torque_offset / radius,
             mean_load: nominal.mean_load,
             dt,
         };

@@ -6,6 +6,7 @@
 //! | positions and accelerations on the linkage, relative to Q | `arms.rs` |
 //! | gravity and inertial loads of the parts | `loads.rs` |
 //! | eq. (8) written directly, its left inverse and parity direction | `equilibrium.rs` |
+//! | push and share of the load by the other side of the robot | `other_side.rs` |
 //! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
 //! | sensitivity to the uncertain inputs, least squares for N, with covariance | `solve.rs` |
 //! | forces of the wheels with their covariance, bounded by N >= 0 | `forces.rs` |
@@ -18,6 +19,7 @@ mod equilibrium;
 mod forces;
 mod load_parameters;
 mod loads;
+mod other_side;
 mod solve;
 
 pub use arms::{Arms, Turning};
@@ -29,4 +31,5 @@ pub use load_parameters::{
     load_parameters,
 };
 pub use loads::{LinkageMotion, Load, Loads};
+pub(crate) use other_side::OtherSide;
 pub(crate) use solve::{RightSide, Sensitivity, Traction, input, sensitivity, solve};

@@ -11,7 +11,7 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet_torque;
 use crate::check::rewire::{Channel, moved, names};
 use robhaz_estimator::{
-    Channels, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, TorqueScale,
+    Channels, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, Sides, TorqueScale,
 };
 use robhaz_model::Robot;
 
@@ -269,7 +269,10 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let settings = &settings(log.stated, frames);
     let own = Judgement::of(frames, robot, settings, &OWN);
     if own.absurd > OFTEN {
-        return vec![torque_scale(&own, robot), contradiction(&own, resolved)];
+        return vec![
+            torque_scale(&own, log.stated),
+            contradiction(&own, resolved),
+        ];
     }
     let part = part(frames);
     let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
@@ -331,13 +334,20 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         _ => own,
     };
     let contradiction = contradiction(&rewired, resolved);
-    vec![torque_scale(&rewired, robot), finding, contradiction]
+    vec![torque_scale(&rewired, log.stated), finding, contradiction]
 }
 
 /// The torques against the weight, as `best` has found them.
-fn torque_scale(own: &Judgement, robot: &Robot) -> Finding {
+fn torque_scale(own: &Judgement, stated: &Stated<'_>) -> Finding {
     const TEST: &str = "scale of torques, mass";
     const CHANNEL: &str = "torques 1 to 3";
+    if stated.sides == Sides::OneOfTwo {
+        let figure = "the torques of one side of two do not carry its weight alone";
+        let remedy =
+            "hold a wheel by a spring scale: its pull times the wheel radius is the torque";
+        return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
+    }
+    let robot = stated.robot;
     let Some(scale) = own.scale else {
         return Finding::ok(TEST, CHANNEL, "no estimate").cannot_tell("see the faults above");
     };

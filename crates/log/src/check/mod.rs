@@ -43,7 +43,7 @@ pub use report::{Finding, Report, Verdict};
 use self::clock::Clock;
 use self::readings::Readings;
 use self::recording::Recording;
-use robhaz_estimator::SensorFrame;
+use robhaz_estimator::{SensorFrame, Sides};
 use robhaz_score::signals::median;
 
 /// Checks the frames of a log, in order of time, against what is stated.
@@ -59,7 +59,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         stated,
         frames: mended,
         recording,
-        findings: vec![of_clock],
+        findings: vec![of_clock, sides(stated)],
     };
     log.take(of_jumps);
     let driving = still::driving(&log.frames, stated);
@@ -114,6 +114,23 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         log.findings.iter_mut().for_each(name_sensors_of_body);
     }
     Report::new(log.findings)
+}
+
+/// What the log is of, which no reading shows.
+fn sides(stated: &Stated<'_>) -> Finding {
+    let (test, channel) = ("sides", "all");
+    match stated.sides {
+        Sides::Plane => Finding::ok(test, channel, "a robot in the plane, or a test rig"),
+        Sides::OneOfTwo => {
+            let slope = stated.budget.cross_slope.to_degrees();
+            let figure = format!(
+                "one side of two: the stated deviations contain pushes of the other one and a cross slope of {slope:.1} deg"
+            );
+            Finding::ok(test, channel, figure)
+                .with("cross slope", slope, "deg")
+                .cannot_tell(Sides::REMEDY)
+        }
+    }
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.

@@ -169,7 +169,8 @@ class Estimator:
         """As `robhaz estimate --estimator NAME --robot ROBOT.toml --sensors SENSORS.toml --contact-angles ...`.
 
         `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `best`) or an estimator that `sensors` lists.
-        `sensors` states the noise budget and the damping (docs/logs.md); its columns have no effect here. Without
+        `sensors` states the noise budget, the damping and whether the readings are of one side of two, the default, or of
+        a robot in the plane (`sides`, docs/logs.md); its columns have no effect here. Without
         `robot` it is robot A. A robot whose errors neither file states (`body_cg`, `link_masses`, `load_covariance`) counts
         as people build them: masses to 3 %, centres of mass to 5 mm, pins to 1 mm; a warning says so. With `contact_angles="none"` the estimator finds the contact angles itself.
 

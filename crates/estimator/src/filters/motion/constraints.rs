@@ -10,7 +10,7 @@ use super::filter::{
 use super::tuning::{self, GaussMarkov};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN, root_sum_square};
-use crate::filters::Innovation;
+use crate::filters::{Innovation, PushFilter};
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use robhaz_model::{Vec2, perp};
@@ -99,6 +99,8 @@ pub(crate) struct ParityResidual {
     pub gradient: [f64; input::COUNT],
     /// Variance at this sample from everything but the inputs, N^2.
     pub variance: f64,
+    /// Part of it by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
+    pub of_push: f64,
 }
 
 impl MotionFilter {
@@ -450,8 +452,10 @@ impl MotionFilter {
         if correct && within_gate {
             // Correlated errors enter as the equivalent white noise, with at least the variance of
             // this sample.
-            let correlated = (parity.variance + self.unmodelled_load)
-                * (2.0 * tuning::FILTER_TIME / dt).max(1.0);
+            let white_of = |lasts: f64| (2.0 * lasts / dt).max(1.0);
+            let passing = parity.variance - parity.of_push + self.unmodelled_load;
+            let correlated = passing * white_of(tuning::FILTER_TIME)
+                + parity.of_push * white_of(PushFilter::LASTS);
             self.correct(&projection, -parity.value, correlated, f64::INFINITY);
         }
         (innovation, within_gate)

@@ -43,6 +43,7 @@ fn check(
         value,
         gradient: *gradient,
         variance,
+        of_push: 0.0,
     };
     motion.check_parity(&residual, dt, true)
 }
@@ -223,6 +224,7 @@ fn parity_corrects_the_states_that_explain_it() {
         value: 0.5,
         gradient: h,
         variance: 1e-4,
+        of_push: 0.0,
     };
     motion.check_parity(&residual, DT, false);
     assert_eq!(motion.filter, new.filter);

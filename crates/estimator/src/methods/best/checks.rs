@@ -81,7 +81,7 @@ impl BestFilters {
     }
 
     /// Takes the sample of `instant`, in the posture of `arms`. Readings that are held for long do
-    /// not count.
+    /// not count. The torques of one side of two do not hold its weight alone: nothing is found.
     pub(super) fn find_scale(
         &mut self,
         instant: &Instant<'_>,
@@ -93,7 +93,8 @@ impl BestFilters {
         let holds = contact.iter().all(on_one)
             && !instant.flags.contains(Flags::SENSOR_STALE)
             && !self.motion.is_after_impact()
-            && !self.standing.stands;
+            && !self.standing.stands
+            && nominal.other_side.is_none();
         let rolling = holds.then(|| self.rolling_robot(nominal, arms)).flatten();
         let (weight, mass) = (3.0 * nominal.mean_load, nominal.mass_sigma);
         let scale = &mut self.scale;
@@ -144,8 +145,16 @@ impl BestFilters {
 
     /// Adds what an error of the torques' scale and one of the mass would change to the covariance
     /// of the forces; `by_scale` is what an error of 1 of the scale changes, N.
-    pub(super) fn consider_scale(&self, by_scale: &[f64; 6], forces: &mut Forces) {
-        let [of_tractions, of_forces] = self.scale.deviation;
+    pub(super) fn consider_scale(
+        &self,
+        nominal: &Nominal,
+        by_scale: &[f64; 6],
+        forces: &mut Forces,
+    ) {
+        let [mut of_tractions, of_forces] = self.scale.deviation;
+        if nominal.other_side.is_some() {
+            of_tractions = ScaleFilter::UNSEEN;
+        }
         let ([t1, t2, t3], [n1, n2, n3]) = (forces.traction, forces.normal);
         forces.add_error(&by_scale.map(|force| of_tractions * force));
         forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| of_forces * force));

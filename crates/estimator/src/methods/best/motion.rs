@@ -3,7 +3,7 @@
 
 use super::BestFilters;
 use crate::contact::{RollingResiduals, StandingDetector};
-use crate::deviation::root_sum_square;
+use crate::deviation::{WITHIN, root_sum_square};
 use crate::filters::motion::{RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
@@ -28,7 +28,13 @@ impl BestFilters {
         let rim_speeds = [0, 1, 2].map(rim_speed);
         let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
-        let push = self.last_traction.iter().sum::<f64>() / (3.0 * nominal.mean_load);
+        let weight = 3.0 * nominal.mean_load;
+        let mut push = self.last_traction.iter().sum::<f64>() / weight;
+        if nominal.other_side.is_some() {
+            // What the other side may hold shows no obstacle.
+            let held = WITHIN * robhaz_model::sqrt(self.push.variance()) / weight;
+            push = libm::copysign((push.abs() - held).max(0.0), push);
+        }
         let pushes = push.abs() > StandingDetector::PUSHES;
         let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
         let acceleration = nominal.robot.geometry.wheel_radius * spin / (3.0 * GRAVITY);

@@ -6,10 +6,11 @@ use crate::estimate::{EstimateError, Parity};
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
 use crate::frame::{Inputs, SHORTEST_STEP};
+use crate::health::DRIVING_SPEED;
 use crate::nominal::{Instant, Nominal};
 use crate::statics::{
-    Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction,
-    input, sensitivity,
+    Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, OtherSide, RightSide, Sensitivity,
+    Traction, input, sensitivity,
 };
 use nalgebra::Matrix4;
 
@@ -82,9 +83,42 @@ impl BestFilters {
         }
     }
 
+    /// Adds the push of the other side of a robot with two to the covariance of the rows. What the
+    /// parity residual shows of it counts while the robot drives. Returns the variance of the
+    /// residual by it, N^2.
+    pub(super) fn consider_push(
+        &mut self,
+        instant: &Instant<'_>,
+        equations: &Equations,
+        right: &mut RightSide,
+    ) -> f64 {
+        let nominal = instant.nominal;
+        if nominal.other_side.is_none() {
+            return 0.0;
+        }
+        let (geometry, lever) = (&nominal.robot.geometry, nominal.settings.moment_lever);
+        let by_push = OtherSide::by_push(&equations.arms, &geometry.carriers, lever);
+        let seen_by = equations.parity_direction.map_or(0.0, |w| w.dot(&by_push));
+        let square = seen_by * seen_by;
+        let drives = self.motion.velocity().norm_squared() > DRIVING_SPEED * DRIVING_SPEED;
+        if let Some(w) = equations.parity_direction
+            && drives
+            && square > 0.0
+        {
+            let residual = w.dot(&right.value);
+            let noise = right.noise_along(&equations.equilibrium, &w);
+            let seen = (residual * residual - noise) / square;
+            self.push.update(seen, instant.dt);
+        }
+        let variance = self.push.variance();
+        right.loads += by_push * by_push.transpose() * variance;
+        square * variance
+    }
+
     /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the
     /// residual corrects the states, and the right-hand side is corrected to first order with H_N
-    /// unchanged. Unmodelled load adds to the noise.
+    /// unchanged. Unmodelled load adds to the noise; `of_push` is the residual's variance by the push
+    /// of the other side, N^2.
     ///
     /// Returns the residual and the flags that it raises; `None` where the contacts leave the
     /// parity undefined.
@@ -93,12 +127,14 @@ impl BestFilters {
         instant: &Instant<'_>,
         equations: &Equations,
         right: &mut RightSide,
+        of_push: f64,
     ) -> Option<(Parity, Flags)> {
         let w = equations.parity_direction?;
         let residual = ParityResidual {
             value: w.dot(&right.value),
             gradient: right.sensitivity.map(|column| w.dot(&column)),
             variance: right.noise_along(&equations.equilibrium, &w),
+            of_push,
         };
         let before = self.motion.inputs();
         let correct = self.method.parity && instant.dt > 0.0;
