@@ -21,6 +21,9 @@ pub enum FrictionTestEnd {
     /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no
     /// estimate, for more than [`PATIENCE`](super::FrictionTest::PATIENCE).
     NotClear,
+    /// Noise and rate of the readings hide an onset of slip, for more than that time: see
+    /// [`FrictionTestResult::slip_noise`].
+    Noise,
     /// The run ended first.
     #[default]
     Unfinished,
@@ -36,6 +39,7 @@ impl FrictionTestEnd {
             Self::TimeLimit => "time limit",
             Self::OtherWheel(_) => "other wheel slipped",
             Self::NotClear => "not clear",
+            Self::Noise => "noise hides slip",
             Self::Unfinished => "unfinished",
         }
     }
@@ -68,6 +72,9 @@ pub struct FrictionTestResult {
     /// Distance that the rim slid from the largest T/N until the wheel gripped again, m. Creep
     /// before it does not count.
     pub slipped_distance: f64,
+    /// Noise and rate of the readings at the end of the ramp, over what an onset of slip needs to
+    /// show, -: [`WheelFriction::slip_noise`]. Above 1 for [`FrictionTestEnd::Noise`].
+    pub slip_noise: f64,
     /// Time from the start of the ramp until the wheel gripped again, or until the ramp ended, s.
     pub duration: f64,
 }

@@ -30,6 +30,8 @@ pub struct FrictionTest {
     gripped: [bool; 3],
     /// Time for which nothing was clear, s.
     unclear: f64,
+    /// Time for which noise hid an onset of slip, s.
+    hidden: f64,
 }
 
 impl FrictionTest {
@@ -49,6 +51,7 @@ impl FrictionTest {
             last: time,
             gripped: [false; 3],
             unclear: 0.0,
+            hidden: 0.0,
         }
     }
 
@@ -73,6 +76,12 @@ impl FrictionTest {
         let known = wheels.unwrap_or(&none);
         for (gripped, wheel) in self.gripped.iter_mut().zip(known) {
             *gripped |= wheels.is_some() && wheel.slid.is_none();
+        }
+        let noise = wheel.map_or(0.0, |wheel| wheel.slip_noise);
+        self.result.slip_noise = noise;
+        self.hidden = if noise > 1.0 { self.hidden + dt } else { 0.0 };
+        if self.hidden > Self::PATIENCE {
+            return self.end(FrictionTestEnd::Noise);
         }
         let limit = RampLimit::new(self.result.wheel, known);
         if let Some(event) = wheel.and_then(|wheel| wheel.slip_event) {

@@ -257,3 +257,21 @@ fn the_other_wheels_show_the_offset() {
         assert!(apart.sigma > 0.5 * (other - middle).abs(), "{apart:?}");
     }
 }
+
+/// A test whose readings hide the slip ends at once, with a lower bound, before the wheel can run
+/// away; noise for less than the patience does not count.
+#[test]
+fn noise_that_hides_slip_ends_a_test() {
+    let hidden_from = |from: f64, to: f64| {
+        run(move |t, wheels| {
+            wheels[1].slip_noise = if t > from && t < to { 1.4 } else { 0.4 };
+        })
+    };
+    let (test, t) = hidden_from(2.0, f64::INFINITY);
+    assert_eq!(test.result.end, FrictionTestEnd::Noise);
+    assert!((t - 2.0 - FrictionTest::PATIENCE).abs() < 0.01, "{t}");
+    assert!(test.result.mu > 0.2 && test.result.ramps == 0);
+    assert!((test.result.slip_noise - 1.4).abs() < 1e-12);
+    let (test, _) = hidden_from(2.0, 2.3);
+    assert_ne!(test.result.end, FrictionTestEnd::Noise);
+}

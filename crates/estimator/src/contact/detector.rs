@@ -52,6 +52,9 @@ pub(crate) struct SlipResidual {
     pub variance: f64,
     /// Standard deviation of the slip from the gyroscope alone, m/s.
     pub noise: f64,
+    /// Density of the noise of the slip at low frequencies, from gyroscope and encoder, m^2/s: its
+    /// mean over a time t has the variance density/t.
+    pub density: f64,
 }
 
 impl RollingResiduals {
@@ -252,6 +255,7 @@ mod tests {
                     creep: 0.0075,
                     variance: 1e-6,
                     noise: 5e-4,
+                    density: 2.5e-10,
                 }),
             }),
             angles: ContactAngles::Given,
@@ -323,6 +327,7 @@ mod tests {
             creep,
             variance: 4e-6,
             noise: 5e-4,
+            density: 2.5e-10,
         };
         let other = slip(1e-3, -2e-3);
         let square_of = |difference: f64| slip(1e-3 + difference, 5e-3).nis_beside(&other);

@@ -10,6 +10,7 @@
 mod needed;
 mod observer;
 mod slip_watch;
+mod slipped_distance;
 
 pub use needed::{NeededFriction, OffsetShare};
 pub use observer::WheelFriction;

@@ -37,11 +37,10 @@ pub(crate) struct JointForces {
 }
 
 impl JointForces {
-    /// The forces of an estimate.
-    pub fn new(forces: &Forces) -> Self {
+    /// The forces of an estimate, with the covariance `p`, N^2.
+    pub fn new(forces: &Forces, p: &[[f64; 6]; 6]) -> Self {
         let [t1, t2, t3] = forces.traction;
         let [n1, n2, n3] = forces.normal;
-        let p = &forces.covariance;
         let own = |t: usize, n: usize| [p[t][t], p[t][n], p[n][n]];
         Self {
             x: [t1, n1, t2, n2, t3, n3],
@@ -145,7 +144,7 @@ mod tests {
 
     /// The forces on level ground with a known error of the direction.
     fn with_direction(forces: &Forces, error: (f64, f64)) -> JointForces {
-        let mut found = JointForces::new(forces);
+        let mut found = JointForces::new(forces, &forces.covariance);
         let p = &forces.covariance;
         found.know_direction(p, p, &[Vec2::x(); 3], error);
         found
@@ -154,7 +153,7 @@ mod tests {
     /// Closed form: independent errors of T and N, `sigma^2 = (s_T^2 + mu^2 s_N^2)/N^2`.
     #[test]
     fn the_deviation_is_that_of_a_quotient() {
-        let found = JointForces::new(&forces()).needed_friction(0);
+        let found = JointForces::new(&forces(), &forces().covariance).needed_friction(0);
         assert!((found.value - 0.5).abs() < 1e-15);
         let expected = (1.0_f64 + 0.25 * 0.25).sqrt() / 40.0;
         assert!((found.sigma - expected).abs() < 1e-15);
@@ -170,7 +169,7 @@ mod tests {
             let found = with_direction(&forces(), (error, sigma));
             let r: f64 = weight * sigma * weight * sigma;
             let change = -weight * error / (3.0 + r);
-            let before = JointForces::new(&forces());
+            let before = JointForces::new(&forces(), &forces().covariance);
             for i in 0..3 {
                 assert!((found.x[2 * i] - before.x[2 * i] - change).abs() < 1e-12);
                 assert!((found.x[2 * i + 1] - before.x[2 * i + 1]).abs() < 1e-12);
@@ -197,7 +196,7 @@ mod tests {
             covariance: p,
             ..exact
         };
-        let mut found = JointForces::new(&considered);
+        let mut found = JointForces::new(&considered, &p);
         found.know_direction(&p, &exact.covariance, &[Vec2::x(); 3], (0.01, 0.001));
         let needed = found.needed_friction(0);
         assert!((needed.value - 0.5).abs() < 1e-15 && (needed.sigma - 0.25).abs() < 1e-15);
@@ -207,7 +206,11 @@ mod tests {
     #[test]
     fn nothing_known_changes_nothing() {
         let found = with_direction(&forces(), (0.5, 1e9));
-        for (a, b) in found.x.iter().zip(&JointForces::new(&forces()).x) {
+        for (a, b) in found
+            .x
+            .iter()
+            .zip(&JointForces::new(&forces(), &forces().covariance).x)
+        {
             // The sum moves by 3 N^2/(137e9 N)^2 of its innovation.
             assert!((a - b).abs() < 1e-9);
         }

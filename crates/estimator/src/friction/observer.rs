@@ -24,6 +24,9 @@ pub struct WheelFriction {
     /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the
     /// wheel grips: there is a value from the onset of slip until it grips again.
     pub slid: Option<f64>,
+    /// Noise and rate of the readings over what an onset of slip needs to show, -: above 1 no onset
+    /// can be seen. Zero where its acceleration shows; infinite without a slip speed.
+    pub slip_noise: f64,
     /// The onset of slip, at the sample at which it is found.
     pub slip_event: Option<SlipEvent>,
 }
@@ -37,6 +40,9 @@ pub(crate) struct FrictionSample<'a> {
     /// Directions of the tangents at the contacts.
     pub tangents: &'a [Vec2; 3],
     pub contact: &'a [ContactEstimate; 3],
+    /// Density of the noise of their slip, m^2/s. `None` where the slip is not known: no load, or
+    /// encoders too coarse or too slow for a speed of the rim.
+    pub slip_density: [Option<f64>; 3],
     /// Whether wheels can be judged: no impact, no stop, no reading that has been missing for long.
     pub clear: bool,
     /// What the estimated differences of the torque offsets have taken from the tractions, N; their
@@ -69,10 +75,13 @@ impl FrictionObserver {
         sample: &FrictionSample<'_>,
         ground: &mut GroundMemory,
     ) -> [WheelFriction; 3] {
-        let mut forces = JointForces::new(sample.forces);
+        let all = &sample.forces.covariance;
+        let [mut forces, mut budgeted] =
+            [all, sample.measured].map(|covariance| JointForces::new(sample.forces, covariance));
         if let Some(error) = ground.direction_error() {
-            let (all, measured) = (&sample.forces.covariance, sample.measured);
-            forces.know_direction(all, measured, sample.tangents, error);
+            let (measured, tangents) = (sample.measured, sample.tangents);
+            forces.know_direction(all, measured, tangents, error);
+            budgeted.know_direction(measured, measured, tangents, error);
         }
         let places = ground.wheel_places();
         let median_slip = median_slip(sample.contact);
@@ -89,21 +98,30 @@ impl FrictionObserver {
                     sigma: sample.systematic / forces.normal(i),
                 };
             }
-            let Some(needed) = needed.filter(|_| one && sample.clear) else {
+            if needed.is_none() || !(one && sample.clear) {
                 // Its forces or its speed are not known.
                 self.watches[i] = SlipWatch::default();
                 continue;
+            }
+            let Some(slip_density) = sample.slip_density[i] else {
+                self.watches[i] = SlipWatch::default();
+                found[i].slip_noise = f64::INFINITY;
+                continue;
             };
+            // What the wheels show of the ground holds for these torques: as read.
+            let needed = budgeted.needed_friction(i);
             let wheel = WheelSample {
                 needed,
                 load: forces.normal(i),
                 offset: found[i].offset,
                 slip: contact.slip,
                 median_slip,
+                slip_density,
                 place: places.map(|places| places[i]),
             };
             let event = self.watches[i].update(&wheel, sample.dt);
             found[i].slip_event = event;
+            found[i].slip_noise = self.watches[i].noise(sample.dt);
             found[i].slid = self.watches[i].slid();
             found[i].peak = self.watches[i].peak.friction;
             if let Some(event) = event {

@@ -1,8 +1,9 @@
 //! Onset of slip of one wheel, and the largest T/N just before.
 
 use super::needed::{NeededFriction, OffsetShare};
+use super::slipped_distance::SlippedDistance;
 use crate::contact::ContactDetector;
-use crate::deviation::root_sum_square;
+use crate::deviation::{GATE, WITHIN, root_sum_square};
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +37,8 @@ pub(crate) struct WheelSample {
     pub slip: f64,
     /// Median of the slip speeds of the three wheels, m/s.
     pub median_slip: f64,
+    /// Density of the noise of the slip, m^2/s.
+    pub slip_density: f64,
     /// Place of the contact, m.
     pub place: Option<f64>,
 }
@@ -62,6 +65,10 @@ impl WheelSample {
 /// direction of the traction, for [`Self::HOLD`], in which T/N hardly rises: where it rises fast,
 /// creep accelerates the slip of a wheel that grips.
 ///
+/// Where noise or rate of the readings hide that acceleration, the onset shows in the distance that
+/// the wheel has slipped: [`SlippedDistance`]. T/N of the onset is then the largest from its last
+/// zero on, so that noise of T/N hardly adds to it.
+///
 /// On ice the slip counts relative to the median of the three wheels: see
 /// [`WheelSample::counted_slip`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,6 +85,12 @@ pub(crate) struct SlipWatch {
     slip: f64,
     /// Time for which the slip has accelerated, s.
     time: f64,
+    /// Where readings do not show the acceleration.
+    distance: SlippedDistance,
+    /// Whether they do not.
+    coarse: bool,
+    /// Direction in which the wheel slips, 1 or -1, if so.
+    forward: f64,
     /// Whether the wheel slips: the onset is over, and the wheel has not gripped again.
     slips: bool,
     /// Slip speed in the direction of the traction below which it grips again, m/s: with as much it
@@ -89,7 +102,8 @@ pub(crate) struct SlipWatch {
     pub peak: Peak,
 }
 
-/// The largest low-pass filtered |T/N| of a wheel of the last 0.6 s.
+/// The largest low-pass filtered |T/N| of a wheel of the last 0.6 s; where noise or rate hide the
+/// acceleration of its slip, that of its last samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PeakFriction {
     /// T/N with its sign, and its standard deviation without that of the torque offset, -.
@@ -124,6 +138,15 @@ impl SlipWatch {
     /// Time constant of the faster low pass on T/N, s.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const FAST_SMOOTHING: f64 = 0.01;
+    /// Time constant of the low pass on T/N of readings that do not show the acceleration, s. At the
+    /// default rate T/N rises by 0.01 in it, about as much as noise of 0.03 in samples of 0.02 to
+    /// 0.05 s leaves.
+    /// Chosen; held by `tests/rovers.rs`.
+    const COARSE_SMOOTHING: f64 = 0.15;
+    /// Increase of |T/N| from the last zero of the slipped distance on with which the wheel still
+    /// grips, -: beyond three deviations of that noise.
+    /// Chosen; held by `tests/rovers.rs`.
+    const COARSE_RISE: f64 = 0.1;
     /// Increase of |T/N| in that time with which the wheel still grips, -: at 0.5/s or faster the
     /// creep alone accelerates the slip as much.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
@@ -167,7 +190,12 @@ impl SlipWatch {
                 ..Self::default()
             };
         }
-        self.ratio += dt / (Self::RATIO_SMOOTHING + dt) * (ratio - self.ratio);
+        self.coarse = !Self::shows_acceleration(sample.slip_density, dt);
+        let smoothing = match self.coarse {
+            true => Self::COARSE_SMOOTHING,
+            false => Self::RATIO_SMOOTHING,
+        };
+        self.ratio += dt / (smoothing + dt) * (ratio - self.ratio);
         self.fast_ratio += dt / (Self::FAST_SMOOTHING + dt) * (ratio - self.fast_ratio);
         let forward = libm::copysign(1.0, self.ratio);
         let slip = sample.counted_slip(self.ratio);
@@ -175,11 +203,19 @@ impl SlipWatch {
         self.slip += dt / (Self::RATIO_SMOOTHING + dt) * (slip - self.slip);
         self.slid += slip.abs() * dt;
         if self.slips {
-            self.slips = slip * forward > self.gripping;
+            let speed = match self.coarse {
+                true => self.slip * self.forward,
+                false => slip * forward,
+            };
+            self.slips = speed > self.gripping;
             if !self.slips {
                 self.peak = Peak::default();
+                self.distance.restart(self.slip);
             }
             return None;
+        }
+        if self.coarse {
+            return self.update_distance(sample, slip, dt);
         }
         self.follow_peak(sample, dt);
         let begins = acceleration * forward > Self::ACCELERATION
@@ -196,37 +232,91 @@ impl SlipWatch {
             self.time = 0.0;
             return None;
         }
-        (self.slips, self.time) = (true, 0.0);
         self.gripping = self.peak.slip.max(Self::LEAST_SLIP);
+        Some(self.event())
+    }
+
+    /// Whether the slip acceleration of the onset is beyond the noise of the slip, of `density`
+    /// (m^2/s), after the low pass, and [`Self::HOLD`] has two samples.
+    fn shows_acceleration(density: f64, dt: f64) -> bool {
+        let time = Self::RATIO_SMOOTHING;
+        let noise = density / (time * time * time);
+        let least = Self::ACCELERATION / GATE;
+        2.0 * dt <= Self::HOLD && noise < least * least
+    }
+
+    /// Above 1 noise or rate hide the onset of slip: [`SlippedDistance::noise`].
+    pub fn noise(&self, dt: f64) -> f64 {
+        match self.coarse {
+            true => self.distance.noise(dt),
+            false => 0.0,
+        }
+    }
+
+    /// The onset by the slipped distance, for a slip speed in m/s.
+    ///
+    /// It is none of this wheel where the traction has become half of what it was or rises fast, as
+    /// above, or where the slip is against the traction.
+    fn update_distance(&mut self, sample: &WheelSample, slip: f64, dt: f64) -> Option<SlipEvent> {
+        let found = self.distance.update(slip, sample.slip_density, dt);
+        let relieved = self.ratio.abs() < Self::STILL_BORNE * self.peak.value();
+        let rises = self.fast_ratio.abs() - self.first_ratio.abs() > Self::COARSE_RISE;
+        let sigma = root_sum_square(sample.needed.sigma, sample.offset.sigma);
+        let against = |forward: f64| self.ratio * forward < -WITHIN * sigma;
+        let wrong = found.is_some_and(|forward| rises || against(forward));
+        if relieved || wrong {
+            self.distance.restart(self.slip);
+        }
+        self.peak.age += dt;
+        let grips = self.distance.grips();
+        if grips {
+            self.first_ratio = self.fast_ratio;
+        }
+        if grips || self.ratio.abs() > self.peak.value() {
+            self.set_peak(sample);
+        }
+        self.forward = found.filter(|_| !grips)?;
+        self.gripping = self.peak.slip.max(0.0) + SlippedDistance::ALLOWANCE;
+        Some(self.event())
+    }
+
+    /// The wheel begins to slip.
+    fn event(&mut self) -> SlipEvent {
+        (self.slips, self.time) = (true, 0.0);
         let PeakFriction { needed, offset } = self.peak.friction;
-        Some(SlipEvent {
+        SlipEvent {
             mu_max: self.peak.value(),
             sigma: root_sum_square(needed.sigma, offset.sigma),
             systematic: offset.sigma,
             load: self.peak.load,
             age: self.peak.age,
             place: self.peak.place,
-        })
+        }
     }
 
     fn follow_peak(&mut self, sample: &WheelSample, dt: f64) {
         self.peak.age += dt;
         if self.ratio.abs() >= self.peak.value() || self.peak.age > Self::WINDOW {
-            self.peak = Peak {
-                friction: PeakFriction {
-                    needed: NeededFriction {
-                        value: self.ratio,
-                        sigma: sample.needed.sigma,
-                    },
-                    offset: sample.offset,
-                },
-                load: sample.load,
-                slip: self.slip * libm::copysign(1.0, self.ratio),
-                age: 0.0,
-                place: sample.place,
-            };
-            self.slid = 0.0;
+            self.set_peak(sample);
         }
+    }
+
+    /// T/N of now is that of the peak.
+    fn set_peak(&mut self, sample: &WheelSample) {
+        self.peak = Peak {
+            friction: PeakFriction {
+                needed: NeededFriction {
+                    value: self.ratio,
+                    sigma: sample.needed.sigma,
+                },
+                offset: sample.offset,
+            },
+            load: sample.load,
+            slip: self.slip * libm::copysign(1.0, self.ratio),
+            age: 0.0,
+            place: sample.place,
+        };
+        self.slid = 0.0;
     }
 
     /// Distance that the rim has slid over the ground since the largest T/N, m, if the wheel slips.
@@ -251,6 +341,7 @@ mod tests {
             offset: OffsetShare::default(),
             slip,
             median_slip: 0.0,
+            slip_density: 0.0,
             place: Some(1.0),
         }
     }

@@ -8,7 +8,9 @@ mod statics;
 mod tests;
 
 use super::wheel::Wheel;
-use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, StandingDetector};
+use crate::contact::{
+    ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
+};
 use crate::estimate::{Estimate, EstimateError, ReadingErrors};
 use crate::filters::motion::MotionFilter;
 use crate::filters::{Innovation, LinkAngleKalman, PushFilter};
@@ -183,7 +185,8 @@ impl BestFilters {
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
         let tangents = &equations.equilibrium.tangents;
         let both = (&forces, &measured);
-        let friction = self.observe_friction(nominal, both, tangents, &contact, flags, instant.dt);
+        let seen = (&contact, &rolling);
+        let friction = self.observe_friction(nominal, both, tangents, seen, flags, instant.dt);
         let mut estimate =
             nominal.assemble(&equations, &forces, &right.value, contact_angle, flags);
         estimate.covariance = Some(forces.covariance);
@@ -272,7 +275,7 @@ impl BestFilters {
         nominal: &Nominal,
         (forces, measured): (&Forces, &[[f64; 6]; 6]),
         tangents: &[Vec2; 3],
-        contact: &[ContactEstimate; 3],
+        (contact, rolling): (&[ContactEstimate; 3], &[Option<RollingResiduals>; 3]),
         flags: Flags,
         dt: f64,
     ) -> [WheelFriction; 3] {
@@ -292,6 +295,7 @@ impl BestFilters {
             measured,
             tangents,
             contact,
+            slip_density: rolling.map(|rolling| Some(rolling?.slip?.density)),
             clear: !flags.intersects(Flags::UNRELIABLE),
             removed: offsets.map(|offset| (offset - mean) / radius),
             systematic: unknown * budget.torque_offset / radius,

@@ -1,7 +1,7 @@
 //! The parts of a summary, with their units.
 
 use indexmap::IndexMap;
-use robhaz_control::FrictionTestResult;
+use robhaz_control::{FrictionTestEnd, FrictionTestResult};
 use robhaz_estimator::{Estimate, Flags, TorqueScale};
 use robhaz_model::Pin;
 use robhaz_run::RunDescription;
@@ -44,6 +44,10 @@ pub struct FrictionTestSummary {
     pub ramps: u32,
     /// Distance that the rim slid, m.
     pub slipped_distance: f64,
+    /// Noise and rate of the readings over what an onset of slip needs to show, -, of a test that
+    /// they ended; `None` for others, and where they show no speed of the wheel at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip_noise: Option<f64>,
     /// Duration of the test, s.
     pub duration: f64,
 }
@@ -59,6 +63,9 @@ impl FrictionTestSummary {
             sigma: result.sigma,
             ramps: result.ramps,
             slipped_distance: result.slipped_distance,
+            slip_noise: (result.end == FrictionTestEnd::Noise)
+                .then_some(result.slip_noise)
+                .filter(|noise| noise.is_finite()),
             duration: result.duration,
         }
     }
@@ -69,6 +76,13 @@ impl FrictionTestSummary {
         let (mu, margin) = (self.mu_max, 2.0 * self.sigma);
         let (slid, seconds) = (1e3 * self.slipped_distance, self.duration);
         let (end, least) = (&self.end, (mu - margin).max(0.0));
+        if let Some(noise) = self.slip_noise {
+            let finer = noise.sqrt();
+            return format!(
+                "Friction test, wheel {wheel}: refused, the readings would not show the slip in time: mu_max is at \
+                 least {least:.3}; encoders and gyroscopes {finer:.1} times as fine would do, or {noise:.1} times the rate"
+            );
+        }
         let found = match self.ramps {
             0 => format!("ended without slip ({end}), mu_max is at least {least:.3}"),
             _ => format!("mu_max = {mu:.3} +- {margin:.3} (2 sigma)"),

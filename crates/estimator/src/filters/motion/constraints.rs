@@ -48,6 +48,15 @@ pub(crate) struct RollingWheel {
     pub rim_sigma: f64,
 }
 
+impl RollingWheel {
+    /// Density of the noise of the wheel's slip at low frequencies, m^2/s, at samples every `dt`
+    /// (s): white noise of the gyroscope, and what the observer of the rim's speed leaves.
+    fn slip_density(&self, dt: f64) -> f64 {
+        let rim = GaussMarkov::new(self.rim_sigma, tuning::FILTER_TIME);
+        (self.noise_sigma * self.noise_sigma + rim.white(dt)) * dt
+    }
+}
+
 /// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
 /// with the fourth power of T/N.
 fn variance_factor(ratio: f64) -> f64 {
@@ -272,6 +281,7 @@ impl MotionFilter {
             creep: slip,
             variance: sample_variance,
             noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
+            density: wheel.slip_density(dt),
         };
         if square(innovation) > square(GATE) * sample_variance {
             if wheel.ratio.abs() > tuning::STICKING_RATIO {
@@ -349,7 +359,7 @@ impl MotionFilter {
 
     /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct
     /// nothing: all of the rim's speed is slip.
-    pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel) -> RollingResiduals {
+    pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel, dt: f64) -> RollingResiduals {
         let creep = self.creep(i) * wheel.ratio;
         let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
         RollingResiduals {
@@ -360,6 +370,7 @@ impl MotionFilter {
                 creep,
                 variance: noise * noise,
                 noise,
+                density: wheel.slip_density(dt),
             }),
         }
     }

@@ -98,7 +98,7 @@ impl BestFilters {
         let wheel = |i: usize| rolls(i).then(|| self.rolling_wheel(instant, i, arms));
         let wheels: [_; 3] = core::array::from_fn(wheel);
         let residuals = if stands {
-            [0, 1, 2].map(|i| wheels[i].map(|wheel| self.motion.spin_in_place(i, &wheel)))
+            [0, 1, 2].map(|i| wheels[i].map(|wheel| self.motion.spin_in_place(i, &wheel, dt)))
         } else {
             let correct = self.method.rolling;
             let found = self.motion.roll(&settings.budget, &wheels, dt, correct);
