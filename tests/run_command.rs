@@ -31,7 +31,6 @@ fn run_leaves_tables_figures_summary_and_scene() {
         "figures/fig6_forces.svg",
         "figures/fig7_paper-body.svg",
         "figures/fig8_paper-wheels.svg",
-        "figures/comparison.svg",
         "figures/path.svg",
     ];
     if cfg!(feature = "viewer") {

@@ -1,6 +1,6 @@
-//! Figures of a run: Figs. 5 to 8 of the paper, all estimators, and the robot on the ground.
+//! Figures of a run for print: Figs. 5 to 8 of the paper, N of every other estimator, and the robot on the
+//! ground. All else is in the recording for the viewer.
 
-mod ground;
 mod page;
 mod panel;
 mod paper;
@@ -30,32 +30,25 @@ use std::path::{Path, PathBuf};
 /// | `fig6_forces` | N and T of every wheel, true and estimated |
 /// | `fig7_NAME`, `fig8_NAME` | N of every wheel, true and estimated by the presets `paper-body`, `paper-wheels` |
 /// | `normal_force_NAME` | the same of any other estimator; with a covariance also the error, and two standard deviations |
-/// | `needed_friction_NAME` | needed friction T/N of every wheel, of an estimator that states its standard deviation |
-/// | `comparison` | errors of N of all estimators |
-/// | `ground_NAME` | the ground that an estimator has found, its errors, and two standard deviations |
 /// | `path` | the robot on the ground, and N over the position of the wheels |
 ///
 /// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator. A
 /// run that breaks off is drawn as far as it went. Records are reduced to the resolution of the
-/// figures. Without truth the figures show the estimates alone, and there is no `comparison` and no
-/// `path`.
+/// figures. Without truth the figures show the estimates alone, and there is no `path`.
 pub struct FigureSink {
     folder: PathBuf,
     run: Option<RunTraces>,
 }
 
 /// File names in the order of a page; the label of an estimator follows after `_`.
-pub(crate) const NAMES: [&str; 10] = [
-    "comparison",
+pub(crate) const NAMES: [&str; 7] = [
     "path",
-    "needed_friction_",
     "needed_friction",
     "fig5_linkage",
     "fig6_forces",
     "fig7_",
     "fig8_",
     "normal_force_",
-    "ground_",
 ];
 
 impl FigureSink {
@@ -69,8 +62,7 @@ impl FigureSink {
 
     /// Whether a file of this name can be a figure of a run with these estimators.
     pub fn can_write(file: &str, estimators: &[&str]) -> bool {
-        // Earlier versions wrote each figure as PDF, too.
-        let Some((stem, "svg" | "pdf")) = file.rsplit_once('.') else {
+        let Some((stem, "svg")) = file.rsplit_once('.') else {
             return false;
         };
         NAMES.iter().any(|name| match name.ends_with('_') {
@@ -98,7 +90,7 @@ impl Sink for FigureSink {
         Ok(())
     }
 
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
         let Some(mut run) = self.run.take().filter(|run| run.end > 0.0) else {
             return Ok(());
         };
@@ -113,18 +105,6 @@ impl Sink for FigureSink {
         }
         for e in &run.estimators {
             figures.push((e.figure.0.clone(), paper::normal_forces(run, e)));
-            if e.needed.iter().any(Estimated::has_band) {
-                let stem = format!("needed_friction_{}", e.name);
-                figures.push((stem, paper::needed_friction(run, e)));
-            }
-        }
-        if run.has_truth() && !run.estimators.is_empty() {
-            figures.push(("comparison".to_owned(), paper::comparison(run)));
-        }
-        for (k, e) in run.estimators.iter().enumerate() {
-            let points = run.terrains.compared(end, k, run.ground.as_ref());
-            let page = ground::ground(run, &e.name, &points);
-            figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
         }
         if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
             figures.push(("path".to_owned(), path::path(run, ground)));

@@ -6,7 +6,6 @@ use super::style::{
 };
 use super::trace::{Estimated, Point, Trace};
 use crate::quantile::extremes;
-use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -139,8 +138,6 @@ pub struct Panel {
     pub least_span: f64,
     /// The range of the vertical axis, if the values do not set it.
     pub range: Option<Range<f64>>,
-    /// Whether the vertical axis is logarithmic.
-    pub logarithmic: bool,
     /// Height of the plot, px.
     pub height: f64,
     /// Lines and areas.
@@ -170,7 +167,7 @@ impl Axis {
 }
 
 /// A chart over the horizontal axis.
-type Chart<'a, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Y>>;
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 impl Panel {
     /// A panel with a linear axis and without a note. `least_span` in the unit of the data,
@@ -187,7 +184,6 @@ impl Panel {
             y_label,
             least_span,
             range: None,
-            logarithmic: false,
             height,
             layers,
         }
@@ -205,10 +201,7 @@ impl Panel {
         let layers = panels.iter().flat_map(|panel| &panel.layers);
         let values: Vec<f64> = layers.flat_map(|layer| layer.values(from)).collect();
         let least_span = panels.iter().map(|p| p.least_span).fold(0.0, f64::max);
-        match panels.iter().all(|p| p.logarithmic) {
-            true => decades(&values),
-            false => range(values, least_span, tail),
-        }
+        range(values, least_span, tail)
     }
 
     /// Draws the panel; `labelled` when it is the last of its column.
@@ -226,12 +219,7 @@ impl Panel {
             .set_label_area_size(LabelAreaPosition::Left, units(Y_LABELS))
             .set_label_area_size(LabelAreaPosition::Bottom, below);
         let x = axis.range.clone();
-        if self.logarithmic {
-            let y_axis = (y.start..y.end).log_scale();
-            self.draw_on(builder.build_cartesian_2d(x, y_axis)?, axis, y)?;
-        } else {
-            self.draw_on(builder.build_cartesian_2d(x, y.clone())?, axis, y)?;
-        }
+        self.draw_on(builder.build_cartesian_2d(x, y.clone())?, axis, y)?;
         if labelled {
             let middle = Y_LABELS + 0.5 * (width - Y_LABELS);
             let bottom = PANEL_TITLE + self.height + X_LABELS - 4.0;
@@ -241,10 +229,7 @@ impl Panel {
         Ok(())
     }
 
-    fn draw_on<Y>(&self, mut chart: Chart<'_, Y>, axis: &Axis, y: &Range<f64>) -> Drawn
-    where
-        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
+    fn draw_on(&self, mut chart: Chart<'_>, axis: &Axis, y: &Range<f64>) -> Drawn {
         let (left, right) = (axis.range.start, axis.range.end);
         let start = axis.compare_from.clamp(left, right);
         let not_compared = [(left, y.start), (start, y.end)];
@@ -292,7 +277,7 @@ impl Panel {
         write(area, &self.title, (Y_LABELS, middle), bold)?;
         let values = self.layers.iter().flat_map(|l| l.values(axis.compare_from));
         let mut notes = vec![self.note.clone()];
-        if !self.logarithmic && self.range.is_none() {
+        if self.range.is_none() {
             notes.extend(cut(values, y));
         }
         notes.retain(|note| !note.is_empty());
@@ -301,16 +286,6 @@ impl Panel {
         let label = (9.0, PANEL_TITLE + 0.5 * self.height);
         write(area, self.y_label, label, upward_text(12.0))
     }
-}
-
-/// Decades that hold all values, at most six.
-fn decades(values: &[f64]) -> Range<f64> {
-    let values = values.iter().copied().filter(|v| *v > 0.0);
-    let (low, high) = extremes(values.map(f64::log10));
-    let (low, high) = if low > high { (-1.0, 1.0) } else { (low, high) };
-    let high = high.ceil().max(low.floor() + 1.0);
-    // A little lower, so that rounding does not drop the label of the lowest decade.
-    0.999 * 10f64.powf(low.floor().max(high - 6.0))..10f64.powf(high)
 }
 
 /// The label of a tick, without the rounding error of binary fractions.

@@ -1,12 +1,9 @@
-//! Figs. 5 to 8 of the paper, figures of the same form for any estimator, and all estimators in
-//! one.
+//! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
 
 use super::page::{Column, Entry, Header, Mark, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
-use super::style::{
-    LINKAGE, START, WHEELS, band_color, estimate_line, estimator as look_of, line, truth_line,
-};
+use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, truth_line};
 use super::trace::{Estimated, Trace};
 use plotters::style::RGBColor;
 use robhaz_score::ForceErrors;
@@ -20,7 +17,6 @@ const HEIGHT: f64 = 138.0;
 type Quantity = (&'static str, f64);
 const NORMAL_FORCE: Quantity = ("normal force N (N)", 2.0);
 const TRACTION: Quantity = ("traction T (N)", 2.0);
-const NEEDED: Quantity = ("needed friction T/N", 0.02);
 const ERROR: Quantity = ("error of N (N)", 0.2);
 
 /// A figure over time.
@@ -118,61 +114,6 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
         key(run, Some(estimator), &WHEELS, banded),
         columns,
     )
-}
-
-/// Needed friction of every wheel with two standard deviations, of an estimator that states them.
-pub fn needed_friction(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
-    page(
-        run,
-        &format!("Needed friction by {}", estimator.name),
-        "friction coefficient that each wheel needs not to slip".to_owned(),
-        key(run, Some(estimator), &WHEELS, true),
-        vec![wheels(&run.needed, Some(&estimator.needed), NEEDED, None)],
-    )
-}
-
-/// Errors of N of every estimator: RMS over the wheels, and each wheel's own.
-pub fn comparison(run: &RunTraces) -> Page {
-    let rms = means(run, |e| &e.rms_error).collect();
-    let rms = Panel {
-        logarithmic: true,
-        ..Panel::new("RMS over the three wheels", ERROR.0, (0.0, 210.0), rms)
-    };
-    let wheels = (0..3).map(|i| {
-        let mut errors = vec![Layer::level(0.0, &(0.0..run.end))];
-        errors.extend(means(run, |e| &e.error[i].line));
-        wheel_panel(i, ERROR, errors)
-    });
-    let estimators = run.estimators.iter().enumerate();
-    let key = estimators.map(|(place, estimator)| {
-        let (color, is_dashed) = look_of(place);
-        let mark = if is_dashed { Mark::dashed } else { Mark::line };
-        let rmse = match estimator.score.normal_force() {
-            Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
-            None => "no true forces".to_owned(),
-        };
-        let label = format!("{}: {rmse}", estimator.name);
-        Entry::new(mark(line(color, 1.8)), label)
-    });
-    let interval = 1e3 * run.interval;
-    page(
-        run,
-        "Errors of the normal forces, all estimators",
-        format!("estimated minus true; means over {interval:.0} ms"),
-        key.chain(start_entry(run)).collect(),
-        vec![Column::new(Scale::Own, std::iter::once(rms).chain(wheels))],
-    )
-}
-
-/// The means of a trace of every estimator.
-fn means(
-    run: &RunTraces,
-    trace: impl Fn(&EstimatorTraces) -> &Trace,
-) -> impl Iterator<Item = Layer> {
-    run.estimators.iter().enumerate().map(move |(place, e)| {
-        let (color, is_dashed) = look_of(place);
-        Layer::mean(trace(e), color, is_dashed)
-    })
 }
 
 /// The estimator that Figs. 5 and 6 show.

@@ -1,13 +1,10 @@
 //! The traces of a run for its figures.
 
 use super::trace::{Estimated, Trace};
-use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::{Estimate, EstimatorSettings};
 use robhaz_model::{Geometry, Pin, Vec2};
 use robhaz_run::{EstimatorDescription, Frame, RunDescription};
-use robhaz_score::{
-    Compared, Rms, Rule, Score, estimated_needed_friction, needed_friction, rms_over_wheels,
-};
+use robhaz_score::{Compared, Rms, Rule, Score};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
@@ -23,13 +20,9 @@ pub struct RunTraces {
     pub rule: Rule,
     /// Time of the last record, s.
     pub end: f64,
-    /// Duration of an interval of the traces, s.
-    pub interval: f64,
     /// True N and T of each wheel's equivalent contact, N. A gap in N where there is none.
     pub normal_force: [Trace; 3],
     pub traction: [Trace; 3],
-    /// True needed friction T/N of each wheel, -.
-    pub needed: [Trace; 3],
     /// True N (N) of each wheel over the position of its centre (m).
     pub normal_force_at: [Trace; 3],
     /// True x and y of each of [`PINS`] from Q, mm.
@@ -44,8 +37,6 @@ pub struct RunTraces {
     last: Option<Truth>,
     /// The ground; `None` for recorded readings.
     pub ground: Option<Terrain>,
-    /// The ground that the estimators have found.
-    pub terrains: EstimatedTerrains,
     pub geometry: Geometry,
     /// Mean static load of a wheel, N.
     pub mean_load: f64,
@@ -59,10 +50,6 @@ pub struct EstimatorTraces {
     /// Estimate and error of N, N.
     pub normal_force: [Estimated; 3],
     pub error: [Estimated; 3],
-    /// Needed friction, -.
-    pub needed: [Estimated; 3],
-    /// RMS over the wheels of the error of N.
-    pub rms_error: Trace,
     pub score: Score,
 }
 
@@ -86,15 +73,11 @@ impl RunTraces {
         let robot = &run.robot.robot;
         let compare_from = run.record.compare_from;
         let rule = Rule { compare_from };
-        // Records of an interval.
-        let interval = Trace::new(records).stride as f64 / run.record.rate;
         Self {
             rule,
             end: 0.0,
-            interval,
             normal_force: traces(records),
             traction: traces(records),
-            needed: traces(records),
             normal_force_at: traces(records),
             pins: [(); 3].map(|()| [(); 2].map(|()| Trace::new(records))),
             estimators: estimators
@@ -112,7 +95,6 @@ impl RunTraces {
             records: 0,
             last: None,
             ground: run.world.as_ref().map(|w| w.terrain.build(robot)),
-            terrains: EstimatedTerrains::new(run),
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }
@@ -142,7 +124,6 @@ impl RunTraces {
         if let Some(shown) = &mut self.shown {
             shown.add(frame, self.rule.compares(frame.time));
         }
-        self.terrains.add(frame);
         self.records += 1;
     }
 
@@ -150,10 +131,8 @@ impl RunTraces {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let contact = wheel.equivalent_contact();
             let normal_force = contact.map(|c| c.normal_force);
-            let needed = contact.and_then(|c| needed_friction(c.traction, c.normal_force));
             self.normal_force[i].add(time, normal_force);
             self.traction[i].add(time, Some(wheel.traction));
-            self.needed[i].add(time, needed);
             self.normal_force_at[i].add(wheel.position.x, normal_force);
         }
         for (traces, (pin, _)) in self.pins.iter_mut().zip(PINS) {
@@ -180,8 +159,6 @@ impl EstimatorTraces {
             figure: figure_of(estimator),
             normal_force: estimated(records),
             error: estimated(records),
-            needed: estimated(records),
-            rms_error: Trace::new(records),
             score: Score::new(rule),
         }
     }
@@ -195,12 +172,7 @@ impl EstimatorTraces {
             let sigma = estimate.and_then(|e| e.sigma_normal(i));
             self.normal_force[i].add(time, normal, sigma);
             self.error[i].add_around(time, error, Some(0.0), sigma);
-            let needed = estimate.and_then(|e| estimated_needed_friction(e, i));
-            let sigma = needed.and_then(|(_, sigma)| sigma);
-            self.needed[i].add(time, needed.map(|(value, _)| value), sigma);
         }
-        let rms = estimate.zip(compared).map(|(e, c)| rms_over_wheels(e, c));
-        self.rms_error.add(time, rms);
     }
 }
 

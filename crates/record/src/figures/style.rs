@@ -30,19 +30,8 @@ pub const WHEELS: [RGBColor; 3] = [
     RGBColor(0xD5, 0x5E, 0x00),
     RGBColor(0x00, 0x9E, 0x73),
 ];
-/// Colours of the estimators by their index; none is that of a wheel.
-const ESTIMATORS: [RGBColor; 6] = [
-    RGBColor(0xCC, 0x79, 0xA7),
-    RGBColor(0xE0, 0x9A, 0x00),
-    RGBColor(0x8A, 0x8A, 0x8A),
-    RGBColor(0x10, 0x10, 0x10),
-    RGBColor(0x6A, 0x3D, 0x9A),
-    RGBColor(0x8C, 0x6D, 0x31),
-];
 /// Estimates of the linkage.
 pub const LINKAGE: RGBColor = RGBColor(0x1A, 0x1A, 0x1A);
-/// The ground as an estimator has found it.
-pub const TERRAIN: RGBColor = RGBColor(0x4B, 0x3F, 0x8F);
 /// Time that does not count in the errors.
 pub const START: RGBColor = RGBColor(0xF2, 0xF2, 0xEE);
 /// The ground, and its surface.
@@ -80,13 +69,6 @@ pub fn estimate_line(color: RGBColor) -> ShapeStyle {
 /// The frame of a panel.
 pub fn frame_line() -> ShapeStyle {
     line(FRAME, 0.9)
-}
-
-/// The colour of an estimator by its index, and whether its line is dashed: after the last colour
-/// the colours repeat, dashed.
-pub fn estimator(place: usize) -> (RGBColor, bool) {
-    let repeats = place / ESTIMATORS.len();
-    (ESTIMATORS[place % ESTIMATORS.len()], repeats % 2 == 1)
 }
 
 /// The area of two standard deviations around an estimate: opaque, since not every printer mixes

@@ -52,7 +52,7 @@ impl Interval {
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// Records in an interval. With one record, mean and extremes are the same.
-    pub stride: u64,
+    stride: u64,
     /// Records of the current interval so far.
     seen: u64,
     current: Option<Interval>,

@@ -62,7 +62,6 @@ fn draw(records: usize) -> BTreeMap<String, String> {
 fn every_figure_is_there() {
     let names: Vec<_> = draw_scene(&scene(), &records()).into_keys().collect();
     let stems = [
-        "comparison",
         "fig5_linkage",
         "fig6_forces",
         "fig7_paper-body",
@@ -80,14 +79,13 @@ fn every_figure_is_there() {
         "mine.pdf",
         "path.png",
         "fig7_thesis.svg",
-        "comparison",
+        "comparison.svg",
     ] {
         assert!(!can_write(other), "{other}");
     }
 }
 
-/// Recorded readings: the figures show the estimates alone; there is no figure of errors or of the
-/// path.
+/// Recorded readings: the figures show the estimates alone; there is none of the path.
 #[test]
 fn without_truth_the_estimates_are_drawn_alone() {
     let records = banded_records();
@@ -276,29 +274,6 @@ fn a_peak_of_a_long_run_is_drawn() {
     let lines = |svg: &[u8]| String::from_utf8_lossy(svg).lines().count();
     assert_eq!(lines(&calm), lines(&peaked));
     assert_ne!(calm, peaked);
-}
-
-/// One line an estimator and wheel, and one of the RMS, each in two pieces; the RMSE is in the key.
-#[test]
-fn the_comparison_has_all_estimators() {
-    let svg = &draw(usize::MAX)["comparison.svg"];
-    for (place, label) in [
-        "paper-body: RMSE 2.00 N",
-        "true-mass: RMSE 1.00 N",
-        "mine: RMSE 4.00 N",
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        assert!(svg.contains(label), "{label}");
-        let stroke = stroke(style::estimator(place).0);
-        let lines = svg
-            .lines()
-            .filter(|l| l.starts_with("<polyline") && l.contains(&stroke));
-        // 2 (1 + 3) pieces of lines and the sample in the key.
-        assert_eq!(lines.count(), 9, "{label}");
-    }
-    assert!(svg.contains("RMS over the three wheels"));
 }
 
 /// The way has ground, robots with three wheels each, and paths of the three centres.

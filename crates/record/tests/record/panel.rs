@@ -62,24 +62,3 @@ fn a_cut_peak_is_named_with_the_digits_of_its_axis() {
     assert!((whole.start + 0.26 + 0.06 * 1.26).abs() < 1e-9);
     assert!(!svg(panel(), &axis, Scale::Whole).contains("cut:"));
 }
-
-/// Closed form: whole decades around the values, six at most.
-#[test]
-fn a_logarithmic_range_has_whole_decades() {
-    let axis = Axis::of_places("x (m)", 0.0..1.0);
-    let of = |at: &[f64]| {
-        let panel = Panel {
-            logarithmic: true,
-            ..panel(vec![values(at.iter().copied(), BLACK)])
-        };
-        Panel::shared_range(&[panel], &axis, TAIL)
-    };
-    let near = |found: Range<f64>, low: f64, high: f64| {
-        assert!((found.start / low - 0.999).abs() < 1e-12, "{found:?}");
-        assert!((found.end / high - 1.0).abs() < 1e-12, "{found:?}");
-    };
-    near(of(&[0.02, 5.0]), 0.01, 10.0);
-    near(of(&[1e-12, 5.0]), 1e-5, 10.0);
-    near(of(&[0.0]), 0.1, 10.0);
-    near(of(&[10.0]), 10.0, 100.0);
-}
