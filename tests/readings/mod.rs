@@ -6,5 +6,5 @@ mod jumps;
 mod level_drive;
 mod messages;
 mod ros;
-mod text;
 mod sides;
+mod text;

@@ -319,7 +319,7 @@ fn a_gap_in_the_estimates_stays_a_gap() {
 #[test]
 fn a_broken_run_is_drawn_as_far_as_it_went() {
     let figures = draw(30);
-    assert_eq!(figures.len(), 7);
+    assert_eq!(figures.len(), 6);
     assert!(figures["fig7_paper-body.svg"].contains("no true forces"));
     for (name, svg) in &figures {
         assert_well_formed(name, svg);

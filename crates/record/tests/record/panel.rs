@@ -4,7 +4,6 @@ use crate::drawn::{svg, values};
 use plotters::style::BLACK;
 use robhaz_record::figures::style::truth_line;
 use robhaz_record::figures::{Axis, Estimated, Layer, Panel, Scale, Trace};
-use std::ops::Range;
 
 /// Share of the values on each side that may be cut, as in a figure.
 const TAIL: f64 = 0.005;

@@ -75,8 +75,8 @@ fn a_real_run_leaves_its_tables_figures_and_summary() -> Result<(), RunError> {
         .map(|entry| entry.expect("a file").file_name())
         .collect();
     names.sort();
-    // Six tables; eight figures.
-    assert_eq!(names.len(), 6 + 8, "{names:?}");
+    // Six tables; six figures.
+    assert_eq!(names.len(), 6 + 6, "{names:?}");
     for name in names {
         let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
         assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");
