@@ -149,6 +149,7 @@ mod tests {
             ramps,
             limits: [None, None],
             slipped_distance: 0.01,
+            slip_noise: 0.0,
             duration: 3.0,
         }
     }
