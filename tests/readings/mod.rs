@@ -2,9 +2,11 @@
 //! makes a log, says what is right, and holds `robhaz check` and `robhaz estimate` to it.
 
 mod diagnosis;
+mod instants;
 mod jumps;
 mod level_drive;
 mod messages;
 mod ros;
 mod sides;
+mod signs;
 mod text;

@@ -1,18 +1,28 @@
 //! Channels with clocks and rates of their own, brought onto the times of the first one.
 //!
 //! A reading belongs to a frame if it is new since the last frame. Of several new ones the newest
-//! counts.
+//! counts, as it was at the time of the frame: on the straight line from its row to the next one. A
+//! log can look ahead; an estimator on a robot cannot, and needs the age of its readings in
+//! `budget.jitter`.
 
+use crate::formula::Formula;
+use crate::jitter::Turns;
 use crate::plan::Plan;
-use crate::readings::{self, Reading, Values, frame};
-use crate::survey::Survey;
+use crate::readings::{self, Reading, Values, frame, wheel_angles};
+use crate::survey::{Channel, Survey};
 use robhaz_model::BodyMount;
-use robhaz_run::{LogReport, RunError, Sample, Source};
+use robhaz_run::{ChannelReport, LogReport, RunError, Sample, Source};
 use robhaz_sim::Truth;
 
 /// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is
 /// rounded by 0.12 us, and an offset rounds it again.
 const ROUNDING: f64 = 0.5e-6;
+
+/// A row is joined to the next one if that is nearer than this, in periods.
+const LONGEST_STEP: f64 = 2.5;
+/// Changes of the slope beyond this many times the usual ones are jumps: there a reading stays as it
+/// was read, so that a wrong one spoils one frame alone.
+const JUMP: f64 = 10.0;
 
 /// A log as a source of readings, frame by frame.
 pub struct Frames {
@@ -20,6 +30,11 @@ pub struct Frames {
     survey: Survey,
     /// The next row of each channel.
     next: Vec<usize>,
+    /// Of each reading of each channel but the first, the change of the difference between rows that
+    /// is a jump.
+    jumps: Vec<Vec<f64>>,
+    /// Of each channel, sum (s) and number of the ages of its rows at the frames.
+    ages: Vec<(f64, u64)>,
     /// Number of frames without each reading.
     missing: [u64; readings::COUNT],
     /// Makes readings of the links of those of the body.
@@ -29,12 +44,116 @@ pub struct Frames {
 impl Frames {
     /// Starts at the first row.
     pub fn new(plan: Plan, survey: Survey, mount: Option<BodyMount>) -> Self {
-        Self {
+        let count = plan.channels.len();
+        let mut frames = Self {
             mount,
-            next: vec![0; plan.channels.len()],
+            next: vec![0; count],
+            jumps: Vec::new(),
+            ages: vec![(0.0, 0); count],
             plan,
             survey,
             missing: Default::default(),
+        };
+        frames.jumps = (0..count).map(|channel| frames.jumps_of(channel)).collect();
+        frames
+    }
+
+    /// Whether its readings of the links are made of those of the body.
+    pub fn is_of_body(&self) -> bool {
+        self.mount.is_some()
+    }
+
+    /// Whether there is a truth to compare with.
+    pub fn has_truth(&self) -> bool {
+        self.survey.truth.is_some()
+    }
+
+    /// Time and angles of the wheels of all frames. It starts at the first row again.
+    pub fn turns(&mut self) -> Vec<Turns> {
+        let reports: Vec<_> = self
+            .survey
+            .channels
+            .iter()
+            .map(|c| c.report.clone())
+            .collect();
+        let mut turns = Vec::new();
+        while let Some((time, values, _)) = self.next_values() {
+            turns.push((time, wheel_angles(&values)));
+        }
+        self.next.fill(0);
+        self.ages.fill((0.0, 0));
+        self.missing = Default::default();
+        for (channel, report) in self.survey.channels.iter_mut().zip(reports) {
+            channel.report = report;
+        }
+        turns
+    }
+
+    /// The cells of a row of a channel; `None` beyond its ends.
+    fn cells(&self, channel: usize, row: usize) -> Option<&[f64]> {
+        let columns = self.plan.channels[channel].columns.len();
+        self.survey.channels[channel]
+            .cells
+            .get(row * columns..(row + 1) * columns)
+    }
+
+    /// See [`Self::jumps`].
+    fn jumps_of(&self, channel: usize) -> Vec<f64> {
+        let rows = if channel == 0 {
+            0
+        } else {
+            self.survey.channels[channel].times.len()
+        };
+        let of = |(_, formula): &(Reading, Formula)| {
+            let value = |row: usize| formula.value(self.cells(channel, row)?);
+            let change = |row: usize| {
+                let [a, b, c] = [value(row)?, value(row + 1)?, value(row + 2)?];
+                Some((c - 2.0 * b + a).abs()).filter(|change| *change > 0.0)
+            };
+            let mut changes: Vec<f64> = (0..rows).filter_map(change).collect();
+            changes.sort_by(f64::total_cmp);
+            // Nine of ten are not larger.
+            changes
+                .get(changes.len() * 9 / 10)
+                .map_or(0.0, |usual| JUMP * usual)
+        };
+        self.plan.channels[channel]
+            .readings
+            .iter()
+            .map(of)
+            .collect()
+    }
+
+    /// Moves the readings of a row of a channel to the `time` (s) of a frame, if they do not jump
+    /// there. Contact angles do.
+    fn move_to(&mut self, time: f64, channel: usize, row: usize, values: &mut Values) {
+        let times = &self.survey.channels[channel].times;
+        let age = time - times[row];
+        if !(age > ROUNDING) {
+            return;
+        }
+        self.ages[channel].0 += age;
+        let Some(step) = times.get(row + 1).map(|next| next - times[row]) else {
+            return;
+        };
+        if step > LONGEST_STEP * self.survey.channels[channel].report.period {
+            return;
+        }
+        let plan = &self.plan.channels[channel];
+        for ((reading, formula), jump) in plan.readings.iter().zip(&self.jumps[channel]) {
+            let value = |row: usize| formula.value(self.cells(channel, row)?);
+            let change = |row: usize| Some(value(row + 1)? - value(row)?);
+            let Some((now, by)) = value(row).zip(change(row)) else {
+                continue;
+            };
+            let around = [row.checked_sub(1).and_then(change), change(row + 1)];
+            let is_smooth = around
+                .iter()
+                .flatten()
+                .all(|other| (by - other).abs() <= *jump);
+            if is_smooth && !reading.is_contact_angle() {
+                values[reading.index()] = Some(now + by * age / step);
+            }
         }
     }
 
@@ -51,13 +170,10 @@ impl Frames {
         self.next[channel] += 1;
         plan.content(&self.survey.channels[channel].cells[row * columns..(row + 1) * columns])
     }
-}
 
-impl Source for Frames {
-    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
-        let Some(time) = self.next_time(0) else {
-            return Ok(None);
-        };
+    /// Time (s), readings and truth of the next frame.
+    fn next_values(&mut self) -> Option<(f64, Values, Option<Truth>)> {
+        let time = self.next_time(0)?;
         let is_first = self.next[0] == 0;
         let (mut values, mut truth) = (Values::default(), None);
         let mut add = |(readings, found): (Values, Option<Truth>)| {
@@ -70,7 +186,13 @@ impl Source for Frames {
         for i in 1..self.plan.channels.len() {
             let mut taken = 0;
             while let Some(at) = self.next_time(i).filter(|at| *at <= time + ROUNDING) {
-                let content = self.take(i);
+                let row = self.next[i];
+                let mut content = self.take(i);
+                let is_newest = self.next_time(i).is_none_or(|at| at > time + ROUNDING);
+                if is_newest {
+                    self.ages[i].1 += 1;
+                    self.move_to(time, i, row, &mut content.0);
+                }
                 let report = &mut self.survey.channels[i].report;
                 // Before the first frame a row is as new as one period of its channel.
                 if is_first && at <= time - report.period {
@@ -85,6 +207,15 @@ impl Source for Frames {
         for (count, value) in self.missing.iter_mut().zip(&values) {
             *count += u64::from(value.is_none());
         }
+        Some((time, values, truth))
+    }
+}
+
+impl Source for Frames {
+    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
+        let Some((time, values, truth)) = self.next_values() else {
+            return Ok(None);
+        };
         Ok(Some(Sample {
             time,
             truth: truth.map(|truth| Truth { time, ..truth }),
@@ -101,11 +232,16 @@ impl Source for Frames {
     fn log_report(&self) -> Option<LogReport> {
         let present = Reading::all().filter(|r| self.plan.has(*r));
         let missing = present.map(|r| (r.name().to_owned(), self.missing[r.index()]));
+        let report = |(channel, (sum, count)): (&Channel, &(f64, u64))| ChannelReport {
+            // A count of rows.
+            age: if *count > 0 { sum / *count as f64 } else { 0.0 },
+            ..channel.report.clone()
+        };
         let (channels, absent) = (self.survey.channels.iter(), self.plan.absent());
         Some(LogReport {
             source: self.plan.source.display().to_string(),
             start: self.survey.origin.seconds() + self.plan.channels[0].offset,
-            channels: channels.map(|c| c.report.clone()).collect(),
+            channels: channels.zip(&self.ages).map(report).collect(),
             missing: missing.collect(),
             absent: absent.iter().map(|r| r.name().to_owned()).collect(),
         })

@@ -30,6 +30,7 @@ mod formula;
 mod frames;
 mod integral;
 mod iso8601;
+mod jitter;
 mod log;
 mod mapped;
 mod mcap_events;

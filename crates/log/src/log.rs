@@ -4,6 +4,7 @@ use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward};
 use crate::frames::Frames;
 use crate::integral;
+use crate::jitter::Jitter;
 use crate::mapped;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
@@ -51,11 +52,10 @@ pub struct Log {
     pub record: RecordChoice,
     /// What the user should know, one line each.
     pub warnings: Vec<String>,
-    plan: Plan,
-    survey: Survey,
+    frames: Frames,
     fingerprint: u64,
-    /// Makes readings of the links of those of the body.
-    mount: Option<BodyMount>,
+    /// Errors of its time stamps, measured by the wheels.
+    jitter: Jitter,
 }
 
 impl Log {
@@ -116,34 +116,47 @@ impl Log {
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
+        let mut frames = Frames::new(plan, survey, mount);
+        let fingerprint = fingerprint(&files, &choice)?;
+        let jitter = Jitter::of(&frames.turns(), choice.budget.encoder_counts);
+        if jitter.exceeds(choice.budget.jitter) {
+            let [measured, stated] = [jitter.sigma, choice.budget.jitter].map(|s| 1e3 * s);
+            warnings.push(format!(
+                "the time stamps err by {measured:.2} ms, measured by the wheels; budget.jitter is {stated} ms: the measured one counts"
+            ));
+        }
         Ok(Self {
-            fingerprint: fingerprint(&files, &choice)?,
+            fingerprint,
             name,
             choice,
             record,
             warnings,
-            plan,
-            survey,
-            mount,
+            frames,
+            jitter,
         })
     }
 
-    /// The run of its estimators.
+    /// The run of its estimators. Of the stated and the measured errors of the time stamps the larger
+    /// counts.
     pub fn into_run(self) -> Run {
+        let mut choice = self.choice.clone();
+        if self.jitter.exceeds(choice.budget.jitter) {
+            choice.budget.jitter = self.jitter.sigma;
+        }
         let mut description =
-            RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
-        description.has_truth = self.survey.truth.is_some();
+            RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
+        description.has_truth = self.frames.has_truth();
         Run::of(description, self.into_source())
     }
 
     /// Whether its readings of the links are made of those of the body and of pin Q.
     pub fn is_of_body(&self) -> bool {
-        self.mount.is_some()
+        self.frames.is_of_body()
     }
 
     /// Its readings alone.
     pub fn into_source(self) -> Box<dyn Samples + Send> {
-        Box::new(Frames::new(self.plan, self.survey, self.mount))
+        Box::new(self.frames)
     }
 }
 

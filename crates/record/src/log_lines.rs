@@ -129,6 +129,8 @@ const LOWEST_RATE: f64 = 2.0;
 const HIGHEST_RATE: f64 = 100_000.0;
 /// Gap after which the estimators start anew, s.
 const LONGEST_GAP: f64 = 0.5;
+/// Age of a row that is printed, s: below it is the rounding of stamps.
+const LEAST_AGE: f64 = 1e-5;
 /// Share of the rows that may be left out or lost.
 const FEW_ROWS: f64 = 0.01;
 
@@ -225,12 +227,19 @@ fn rate_line(channel: &ChannelReport) -> TimeLine {
     if channel.offset != 0.0 {
         numbers.push(("offset", channel.offset, "s"));
     }
+    let age = if channel.age > LEAST_AGE {
+        numbers.push(("age", channel.age, "s"));
+        let age = 1e3 * channel.age;
+        format!(", {age:.2} ms old at the frames on average, moved to their times")
+    } else {
+        String::new()
+    };
     let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
     let is_implausible = period > 0.0 && !plausible.contains(&period);
     let implausible = "no robot is recorded at such a rate: state time_unit of the channel";
     TimeLine {
         what: "rate",
-        text: format!("{} rows{rate}{offset}", channel.rows),
+        text: format!("{} rows{rate}{offset}{age}", channel.rows),
         numbers,
         remedy: is_implausible.then_some(implausible),
     }

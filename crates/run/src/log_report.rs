@@ -32,6 +32,10 @@ pub struct ChannelReport {
     /// Offset that was added to its time stamps, s.
     #[serde(rename = "offset_s")]
     pub offset: f64,
+    /// Mean age of its rows at the frames, s; 0 of the time base. Its readings are moved to the times
+    /// of the frames.
+    #[serde(default, rename = "age_s")]
+    pub age: f64,
     /// Gaps of more than one and a half periods.
     pub gaps: u64,
     /// Rows that these gaps could hold.

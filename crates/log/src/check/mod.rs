@@ -5,8 +5,10 @@
 //! |---|---|---|
 //! | `jumps` | Single wrong angles of the wheels, encoders that were reset | what torque and inertia allow |
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
+//! | `stamps` | Errors and resolution of the time stamps | the wheels as a clock |
 //! | `dead` | Has a channel no value, or the same one throughout? | the readings alone |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
+//! | `torques` | Is a torque a signed number? | readings near zero |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
 //! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
@@ -33,8 +35,10 @@ mod recording;
 mod report;
 mod rest;
 mod rewire;
+mod stamps;
 mod start;
 mod still;
+mod torques;
 mod wheels;
 
 pub use readings::Stated;
@@ -55,11 +59,15 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let of_clock = clock.finding();
+    let Stated { mut budget, .. } = *stated;
+    let (jitter, of_stamps) = stamps::finding(&mended, budget.encoder_counts, budget.jitter);
+    budget.jitter = budget.jitter.max(jitter.sigma);
+    let stated = &Stated { budget, ..*stated };
     let mut log = Readings {
         stated,
         frames: mended,
         recording,
-        findings: vec![of_clock, sides(stated)],
+        findings: vec![of_clock, of_stamps, sides(stated)],
     };
     log.take(of_jumps);
     let driving = still::driving(&log.frames, stated);
@@ -68,6 +76,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.take(dead.iter().map(|(_, finding)| finding.clone()));
     let without = |findings| dead::without(findings, &dead);
     log.take(without(still::findings(&log.frames, stated, &driving)));
+    log.take(without(torques::findings(&log.frames, stated)));
     log.take(without(rest::findings(&log.recording, stated)));
     if kinds.any() {
         if !kinds.encoders {

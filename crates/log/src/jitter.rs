@@ -1,0 +1,213 @@
+//! Errors of time stamps, measured by the wheels: at a steady speed a wheel is a clock.
+//!
+//! A stamp that is late by e makes the step before it longer and the one behind it shorter than the wheel
+//! has turned: what two steps in a row err by has the covariance `-sigma^2`. True motion is smooth, so
+//! that it has a positive one, and counts of encoders of their own are independent. So the covariance
+//! is taken between one wheel and the next step of another.
+
+use robhaz_score::signals::median;
+
+/// Time and angles of the wheels of a frame, s and rad.
+pub type Turns = (f64, [Option<f64>; 3]);
+
+/// Steps before and behind a step over which its speed is taken.
+const STEPS: usize = 8;
+/// Spin speed of a wheel that can serve as a clock, rad/s: a Sojourner drives with 0.15 rad/s.
+const LEAST_SPIN: f64 = 0.05;
+/// Relative difference of the speeds before and behind a step of a steady wheel.
+const STEADY: f64 = 0.25;
+/// Largest error of a step that is one of stamps, in periods: more is a gap or a jump.
+const LARGEST: f64 = 3.0;
+/// Least number of pairs of steps.
+const LEAST_PAIRS: usize = 50;
+/// Standard errors beyond which the covariance is no chance: 3e-5.
+const SIGNIFICANT: f64 = 4.0;
+/// Standard deviation of a uniform error over its width.
+const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
+/// Errors of time stamps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jitter {
+    /// Standard deviation of a stamp, s; 0 where the log shows none.
+    pub sigma: f64,
+    /// Whether the wheels turn steadily for long enough to show it.
+    pub is_shown: bool,
+}
+
+impl Jitter {
+    /// Of frames with encoders of this many counts a turn (0: exact).
+    pub fn of(turns: &[Turns], counts: f64) -> Self {
+        let errors = [0, 1, 2].map(|i| errors(turns, i));
+        let speeds = errors
+            .iter()
+            .flatten()
+            .flatten()
+            .map(|step| step.speed.abs());
+        let Some(speed) = median(speeds.collect()) else {
+            return Self::default();
+        };
+        let count = if counts > 0.0 {
+            std::f64::consts::TAU / counts
+        } else {
+            0.0
+        };
+        let of_count = UNIFORM * count / speed;
+        let mut found = Vec::new();
+        for (i, a) in errors.iter().enumerate() {
+            for b in &errors[i + 1..] {
+                found.extend(covariance(a, b));
+            }
+        }
+        // Wheels that are never read together have clocks of their own.
+        if found.is_empty() {
+            let own = errors.iter().filter_map(|own| covariance(own, own));
+            found.extend(own.map(|variance| variance - of_count * of_count));
+        }
+        let is_shown = !found.is_empty();
+        let variance = median(found).unwrap_or(0.0);
+        let sigma = variance.max(0.0).sqrt();
+        Self {
+            // Below half a count's error it counts for nothing.
+            sigma: if sigma < 0.5 * of_count { 0.0 } else { sigma },
+            is_shown,
+        }
+    }
+
+    /// Whether it is clearly more than the one that is stated, s.
+    pub fn exceeds(&self, stated: f64) -> bool {
+        self.sigma > 1.25 * stated
+    }
+}
+
+/// A step that ends at a frame.
+#[derive(Clone, Copy)]
+struct Step {
+    /// By how much the wheel has turned longer than the stamps say, s.
+    error: f64,
+    /// Spin speed, rad/s.
+    speed: f64,
+}
+
+/// The steps of a wheel, by the frame at which each ends; `None` where it does not turn steadily.
+fn errors(turns: &[Turns], wheel: usize) -> Vec<Option<Step>> {
+    let read: Vec<(usize, f64, f64)> = turns
+        .iter()
+        .enumerate()
+        .filter_map(|(k, (time, angles))| {
+            Some((k, *time, angles[wheel].filter(|a| a.is_finite())?))
+        })
+        .collect();
+    let mut found = vec![None; turns.len()];
+    let steps = read.windows(2).map(|w| w[1].1 - w[0].1);
+    let Some(period) = median(steps.collect()) else {
+        return found;
+    };
+    for k in (STEPS + 1)..read.len().saturating_sub(STEPS) {
+        let ((_, t0, a0), (_, t1, a1)) = (read[k - 1 - STEPS], read[k - 1]);
+        let ((frame, t2, a2), (_, t3, a3)) = (read[k], read[k + STEPS]);
+        let (before, behind) = ((a1 - a0) / (t1 - t0), (a3 - a2) / (t3 - t2));
+        let speed = (a3 - a0) / (t3 - t0);
+        // Written so that a NaN fails, too.
+        if !(speed.abs() > LEAST_SPIN && (before - behind).abs() < STEADY * speed.abs()) {
+            continue;
+        }
+        let error = (a2 - a1) / speed - (t2 - t1);
+        if error.abs() < LARGEST * period {
+            found[frame] = Some(Step { error, speed });
+        }
+    }
+    found
+}
+
+/// Less the covariance of the errors of a step of one wheel and of the next step of the other, s^2; 0
+/// if it may be chance, `None` of too few.
+fn covariance(a: &[Option<Step>], b: &[Option<Step>]) -> Option<f64> {
+    let mut products = Vec::new();
+    for (one, other) in [(a, b), (b, a)] {
+        let mut last = None;
+        for (one, other) in one.iter().zip(other) {
+            if let (Some(last), Some(next)) = (last, other) {
+                let (last, next): (Step, &Step) = (last, next);
+                products.push(-last.error * next.error);
+            }
+            last = one.or(last.filter(|_| other.is_none()));
+        }
+    }
+    if products.len() < 2 * LEAST_PAIRS {
+        return None;
+    }
+    let count = products.len() as f64;
+    let mean = products.iter().sum::<f64>() / count;
+    let square = products
+        .iter()
+        .map(|p| (p - mean) * (p - mean))
+        .sum::<f64>()
+        / count;
+    // Each pair of steps counts twice.
+    let standard_error = (2.0 * square / count).sqrt();
+    Some(if mean > SIGNIFICANT * standard_error {
+        mean
+    } else {
+        0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Wheels at 2 rad/s and 100 Hz, with encoders of 20 000 counts, whose stamps err by `sigma`, s.
+    fn turns(sigma: f64) -> Vec<Turns> {
+        // A linear congruential generator (Knuth), uniform with a variance of 1.
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) / UNIFORM
+        };
+        let count = std::f64::consts::TAU / 20_000.0;
+        let of = |k: u32| {
+            let time = 0.01 * f64::from(k);
+            let angle = |start: f64| Some(((start + 2.0 * time) / count).floor() * count);
+            (
+                time + sigma * random(),
+                [angle(0.0), angle(0.31), angle(-0.47)],
+            )
+        };
+        (0..1000).map(of).collect()
+    }
+
+    /// Closed form: the stamps' own deviation is found to 10 %, four standard errors of a thousand
+    /// stamps; exact stamps have none, though they are counted.
+    #[test]
+    fn the_jitter_of_stamps_is_measured() {
+        for sigma in [3e-4, 1e-3] {
+            let found = Jitter::of(&turns(sigma), 20_000.0);
+            assert!(
+                found.is_shown && (found.sigma / sigma - 1.0).abs() < 0.1,
+                "{found:?}"
+            );
+        }
+        assert_eq!(
+            Jitter::of(&turns(0.0), 20_000.0),
+            Jitter {
+                sigma: 0.0,
+                is_shown: true
+            }
+        );
+        assert!(!Jitter::of(&turns(1e-3)[..40], 20_000.0).is_shown);
+    }
+
+    /// Stamps at uneven times that are true are no jitter.
+    #[test]
+    fn uneven_steps_are_no_jitter() {
+        let mut turns = turns(0.0);
+        for (k, (time, angles)) in turns.iter_mut().enumerate() {
+            let by = 2e-3 * (k as f64).sin();
+            *time += by;
+            *angles = angles.map(|angle| angle.map(|angle| angle + 2.0 * by));
+        }
+        assert!(Jitter::of(&turns, 20_000.0).sigma < 1e-5);
+    }
+}

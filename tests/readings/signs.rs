@@ -1,0 +1,51 @@
+//! What drivers do to the sign of a torque: `check` names it.
+
+use super::level_drive::{DESCRIPTION, LevelDrive, check};
+use crate::support::text;
+use std::fs;
+
+/// What `check` says of the drive with changed torques.
+fn checked(change: impl Fn(f64) -> f64) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
+    let mut drive = LevelDrive::new(1);
+    for i in 1..=3 {
+        let torques = drive.column(&format!("wheel{i}_motor_torque"));
+        torques
+            .iter_mut()
+            .for_each(|torque| *torque = change(*torque));
+    }
+    drive.write(&folder.join("log.csv"));
+    text(&check(folder).stdout)
+}
+
+/// Each way to lose a sign is a fault of all three torques, with its name; signed ones have none.
+#[test]
+fn a_lost_sign_is_named() {
+    let unit = 0.01;
+    for (name, change) in [
+        (
+            "the sign is lost",
+            (|torque| torque.abs()) as fn(f64) -> f64,
+        ),
+        ("negative numbers are read as unsigned", |torque| {
+            torque.rem_euclid(65.536)
+        }),
+        ("whole numbers of 1.000 N m", f64::trunc),
+    ] {
+        let said = checked(change);
+        assert_eq!(said.matches(name).count(), 3, "{name}: {said}");
+    }
+    // Hundredths of a newton metre are finer than the noise.
+    let said = checked(|torque| (torque / unit).round() * unit);
+    let of_sign = |line: &&str| line.contains("  signed  ");
+    assert_eq!(
+        said.lines()
+            .filter(of_sign)
+            .filter(|line| line.starts_with("ok"))
+            .count(),
+        3,
+        "{said}"
+    );
+}
