@@ -281,10 +281,11 @@ impl<'a> Gate<'a> {
     /// link that turns at 2 rad/s.
     /// Guard.
     const INCLINATION: [f64; 2] = [0.05, 2.0];
-    /// Step (rad) and slope (rad/s) of a contact angle: a wheel of 0.1 m at 0.2 m/s that passes a
-    /// corner of 0.1 rad, or a curve of a fifth of its radius.
+    /// Step (rad) and slope (rad/s) of a contact angle: a corner of 20 deg, as of facets and ramps, and
+    /// a curve of a fifth of the radius of a wheel of 0.1 m at 0.2 m/s. The angle of a kerb counts a
+    /// reading later.
     /// Guard.
-    const CONTACT_ANGLE: [f64; 2] = [0.1, 10.0];
+    const CONTACT_ANGLE: [f64; 2] = [0.35, 10.0];
 
     /// For the noise of the readings and the masses of the robot.
     pub fn new(budget: &'a NoiseBudget, mass: &MassSet) -> Self {
