@@ -133,7 +133,6 @@ fn problems_name_line_key_and_remedy() {
         "s.toml:6: reading.wheel1_motor_torque.counts: found 3, allowed: no counts",
         "s.toml:7: reading.wheel9_angle: unknown key",
         "s.toml:8: reading.link2_inclination.gear_ratio: found 80, allowed: gear_ratio of a wheel's angle or motor torque only",
-        "link1_rate is in reading.link1_rate and imu.link1, allowed: one of them",
         "s.toml:11: imu.link1.up: found \"+x\", allowed: another axis than forward",
         "did you mean torque_noise?",
         "no column for wheel1_contact_angle",

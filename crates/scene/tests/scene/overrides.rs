@@ -224,11 +224,13 @@ fn problems_of_file_and_overrides_come_together() {
 /// A rule that the robot's numbers break, though none of its own keys is written.
 #[test]
 fn a_wheel_too_light_for_the_step_is_refused() {
-    let error = parse("", &["robot.mass.wheel=0.05"]).unwrap_err();
+    let light = ["robot.mass.wheel=0.05", "robot.mass.wheel_inertia=4e-4"];
+    let error = parse("", &light).unwrap_err();
     let line = error.to_string();
     assert!(line.contains("engine.step at most 9.75e-5 s"), "{line}");
-    good("", &["robot.mass.wheel=0.05", "engine.step=9.7e-5"]);
-    good("", &["robot.mass.wheel=0.05", "engine.kind=direct"]);
+    let [mass, inertia] = light;
+    good("", &[mass, inertia, "engine.step=9.7e-5"]);
+    good("", &[mass, inertia, "engine.kind=direct"]);
     // The implicit engine takes every gain.
     good(
         "engine.kind = 'direct'",

@@ -164,9 +164,9 @@ fn resolved_scenes_take_overrides() {
     assert_eq!(scene.robot.mass_name, "caption, changed");
 }
 
-/// Keys with the ends of their ranges here.
+/// Keys with the ends of their ranges here: ground that carries the robot, inertias that its parts can have.
 const NUMBERS: [(&str, f64, f64); 17] = [
-    ("contact.stiffness", 1e-3, 1e15),
+    ("contact.stiffness", 1e11, 1e15),
     ("contact.exponent", 1.0, 5.0),
     ("contact.mu_s", 0.7, 10.0),
     ("contact.v_s", 1e-9, 0.099),
@@ -179,8 +179,8 @@ const NUMBERS: [(&str, f64, f64); 17] = [
     ("record.compare_from", 0.0, 3.9),
     ("estimator.0.observer_pole", 1e-9, 1e6),
     ("estimator.2.crossover_time", 1e-9, 1e6),
-    ("robot.mass.wheel", 1e-9, 1e6),
-    ("robot.mass.link_inertias.1", 1e-9, 1e6),
+    ("robot.mass.wheel", 0.75, 1e3),
+    ("robot.mass.link_inertias.1", 1e-9, 1.0),
     ("robot.geometry.pins.q.0", -0.2, 0.1),
     ("robot.geometry.stop.lower", -3.0, -1e-12),
 ];

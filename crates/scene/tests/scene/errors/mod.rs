@@ -247,7 +247,7 @@ fn counts_are_whole_numbers() {
 /// A limit in a message is one that is allowed, however small: never 0.
 #[test]
 fn a_limit_is_never_rounded_to_zero() {
-    let sets = ["robot.mass.wheel=3e-9".to_owned()];
+    let sets = ["robot.mass.wheel=3e-9", "robot.mass.wheel_inertia=1e-11"].map(str::to_owned);
     let error = Scene::parse("", "x.toml", Path::new(""), &sets).expect_err("a wheel too light");
     let line = error
         .problems
