@@ -63,7 +63,8 @@ fn the_commands_say_what_a_log_is_a_side_of() {
         let log = fs::read_to_string(folder.join("out/log.toml")).unwrap();
         assert!(log.contains(kept), "{log}");
         let error = largest_error(folder);
-        assert!(error < 1.0, "{error}");
+        // Three of the deviations that the level drive has in a plane.
+        assert!(error < 2.0, "{error}");
         deviations.push(stated(folder));
     }
     let [of_two, plane, level] = deviations[..] else {
