@@ -6,7 +6,7 @@
 //! `.ci/instructions` compares their cost.
 
 use robhaz_estimator::{
-    Estimator, EstimatorSettings, Flags, LinkReading, NoiseBudget, SensorFrame,
+    Estimator, EstimatorSettings, Flags, LinkReading, NoiseBudget, SensorFrame, Sides,
 };
 use robhaz_model::Robot;
 
@@ -86,6 +86,8 @@ fn main() {
         _ => EstimatorSettings::best(),
     };
     let settings = EstimatorSettings {
+        // A robot has two; a test rig of one side, or a simulated robot, is Sides::Plane.
+        sides: Sides::OneOfTwo,
         budget: NoiseBudget {
             encoder_counts: COUNTS,
             torque_noise: 0.05,

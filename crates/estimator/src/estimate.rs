@@ -48,8 +48,8 @@ pub struct Estimate {
     pub friction: Option<[WheelFriction; 3]>,
     /// Whether the readings agree with each other; `None` from the paper's filters.
     pub health: Option<Health>,
-    /// The torques against the weight; `None` from the paper's filters, and before the readings
-    /// show anything.
+    /// The torques against the weight; `None` from the paper's filters, before the readings show
+    /// anything, and of one side of two.
     pub torque_scale: Option<TorqueScale>,
     /// Warnings.
     pub flags: Flags,
