@@ -8,3 +8,4 @@ mod honest_logs;
 mod rovers;
 mod study;
 mod torque_scale;
+mod trusted;

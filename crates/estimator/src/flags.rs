@@ -61,8 +61,10 @@ pub struct Flags(u16);
 bit_set!(Flags);
 
 impl Flags {
-    /// Wheel 1, 2 or 3 carries no load: its normal force came out negative and was set to zero, or
-    /// it is below a twentieth of the mean load. Its traction and contact angle have no meaning.
+    /// Wheel 1, 2 or 3 carries no load: its normal force is below a twentieth of the mean load, and
+    /// the mean load is beyond three of its standard deviations. Its traction and contact angle have
+    /// no meaning. A normal force that is only uncertain does not raise it, even where it came out
+    /// negative and was set to zero.
     pub const WHEEL_UNLOADED: [Self; 3] = [Self(1), Self(2), Self(4)];
     /// The linkage is at an end stop of pin Q, whose torque no sensor measures.
     pub const AT_STOP: Self = Self(8);

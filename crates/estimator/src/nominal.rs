@@ -1,6 +1,7 @@
 //! The nominal robot: its nominal parameters, its settings, and the equations that every method
 //! takes from them, with the estimate that they make.
 
+use crate::deviation::SIGNIFICANT;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::Inputs;
@@ -188,12 +189,27 @@ impl Nominal {
         Flags::AT_STOP.when(opening < lower || opening > upper)
     }
 
-    /// Flags of the wheels whose normal force (N) is below a twentieth of the mean load.
-    pub fn unloaded(&self, normal_force: &[f64; 3]) -> Flags {
+    /// Whether a wheel carries load, by its normal force and the standard deviation of that, N.
+    ///
+    /// It carries none where N is below a twentieth of the mean load, and the mean load is beyond
+    /// [`SIGNIFICANT`] deviations. The wheels share the weight: where N is hardly known, a wheel
+    /// that bears its share comes out below zero as easily, and one that is left out of the rolling
+    /// constraints would never come back.
+    pub fn carries_load(&self, normal_force: f64, sigma: f64) -> bool {
         let least = EstimatorSettings::UNLOADED * self.mean_load;
+        normal_force > least || normal_force + SIGNIFICANT * sigma > self.mean_load
+    }
+
+    /// A normal force, N, or that below which a wheel may carry no load: for quotients.
+    pub fn at_least(&self, normal_force: f64) -> f64 {
+        normal_force.max(EstimatorSettings::UNLOADED * self.mean_load)
+    }
+
+    /// Flags of the wheels that carry no load.
+    pub fn unloaded(loaded: [bool; 3]) -> Flags {
         let mut flags = Flags::NONE;
-        for (n, flag) in normal_force.iter().zip(Flags::WHEEL_UNLOADED) {
-            flags |= flag.when(*n < least);
+        for (loaded, flag) in loaded.into_iter().zip(Flags::WHEEL_UNLOADED) {
+            flags |= flag.when(!loaded);
         }
         flags
     }
@@ -249,6 +265,28 @@ mod tests {
         let middle = (-2.0 * moment + x3 * front) / (x2 - x3);
         for (found, expected) in found.into_iter().zip([front, middle, -front - middle]) {
             assert!((found - expected.abs()).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+
+    /// A wheel whose N came out at zero or below carries no load where N is known, and its share of
+    /// the weight where N is not: at a third of the mean load each three deviations reach it.
+    #[test]
+    fn a_wheel_is_in_the_air_only_where_its_load_is_known() {
+        let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+        let mean = nominal.mean_load;
+        for (load, sigma, carries) in [
+            (1.0, 0.02, true),
+            (0.06, 0.02, true),
+            (0.0, 0.02, false),
+            (-0.1, 0.02, false),
+            (0.0, 0.32, false),
+            (0.0, 0.34, true),
+            (-0.5, 0.49, false),
+            (-0.5, 0.51, true),
+            (f64::NAN, 0.02, false),
+        ] {
+            let found = nominal.carries_load(load * mean, sigma * mean);
+            assert_eq!(found, carries, "{load} {sigma}");
         }
     }
 }

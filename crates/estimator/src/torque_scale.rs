@@ -327,6 +327,10 @@ impl WorkBalance {
         let [squares, count] = self.left;
         let prior = Self::PRIOR_COUNT * Passage::OVERLAP;
         let scale = (Passage::OVERLAP * squares + prior) / (count + prior);
+        // Few passages show their own scatter no better than they show q: Student's distribution
+        // with that many degrees of freedom has `(count + prior)/count` times the variance of the
+        // normal one.
+        let of_fit = variance * scale * (1.0 + prior / count.max(1.0));
         let of_speed = Self::SPEED * q;
         let height = self.height * weight;
         let [sum, of_squares] = self.energy;
@@ -334,7 +338,7 @@ impl WorkBalance {
         // No error is greater than that of the prior.
         let share = (scale * count * height * height / energy.max(0.0)).min(1.0);
         let of_height = Self::PRIOR_RATIO * share;
-        let sum = variance * scale + of_speed * of_speed + of_height * of_height;
+        let sum = of_fit + of_speed * of_speed + of_height * of_height;
         (q, robhaz_model::sqrt(sum))
     }
 }
@@ -419,5 +423,22 @@ mod tests {
             passages[usize::from(in_gap)] += u32::from(passed);
         }
         assert!(passages[0] > 40 && passages[1] == 0, "{passages:?}");
+    }
+
+    /// A single passage accuses no torques: it shows its own scatter as little as the ratio. After
+    /// many the ratio is as exact as it was.
+    #[test]
+    fn one_passage_is_no_proof() {
+        let mut balance = WorkBalance::new(BETWEEN, 90.0, 0.0);
+        let (mut first, mut last) = (None, f64::INFINITY);
+        for k in 0..20_000 {
+            let sample = rolling(DT * f64::from(k), 0.2, 0.04, 2.0, -12.0);
+            if balance.update(Some(&sample), WEIGHT, DT) {
+                last = balance.ratio(WEIGHT).1;
+                first.get_or_insert(last);
+            }
+        }
+        let first = first.expect("a passage");
+        assert!(first > 1.0 && last < 0.1, "{first} {last}");
     }
 }

@@ -2,7 +2,7 @@
 //! from its normal force and the residuals of its rolling constraints.
 
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
-use crate::settings::{ContactAngles, EstimatorSettings};
+use crate::settings::ContactAngles;
 
 /// How many contacts a wheel has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,8 +88,8 @@ impl SlipResidual {
 /// What shows the contact state of a wheel at one sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactEvidence {
-    /// N, before the bound N >= 0, over the mean wheel load, -.
-    pub load: f64,
+    /// Whether it carries no load.
+    pub unloaded: bool,
     /// T/N, -.
     pub ratio: f64,
     /// `None` where the constraints do not apply: the wheel carries no load, or no time has passed.
@@ -100,7 +100,7 @@ pub(crate) struct ContactEvidence {
 
 /// Detects the contact state of one wheel.
 ///
-/// - In the air: N is below a twentieth of the mean load.
+/// - In the air: it carries no load.
 /// - Two contacts: the wheel's centre leaves the direction of its contact angle, as it does only
 ///   while riser and tread share the load.
 /// - Sliding: the slip is [`Self::SLIDING`] times the creep of its T/N, and in its direction.
@@ -144,7 +144,7 @@ impl ContactDetector {
     /// Takes the evidence of one sample, `dt` seconds after the last.
     pub fn update(&mut self, evidence: &ContactEvidence, dt: f64) -> ContactEstimate {
         let in_air = self.air.on;
-        let change = (evidence.load < EstimatorSettings::UNLOADED) != in_air;
+        let change = evidence.unloaded != in_air;
         self.air.update(change, Self::HOLD, dt);
 
         let mut slip = None;
@@ -241,11 +241,11 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// A wheel that rolls with a load, a slip beyond creep (m/s) and a speed away from the ground
-    /// in standard deviations.
-    fn rolling(load: f64, beyond_creep: f64, away: f64) -> ContactEvidence {
+    /// A wheel that rolls with a load, with a slip beyond creep (m/s) and a speed away from the
+    /// ground in standard deviations.
+    fn rolling(beyond_creep: f64, away: f64) -> ContactEvidence {
         ContactEvidence {
-            load,
+            unloaded: false,
             ratio: 0.5,
             rolling: Some(RollingResiduals {
                 away: 1e-3 * away,
@@ -276,22 +276,23 @@ mod tests {
     #[test]
     fn states_begin_and_end_after_their_times() {
         let mut detector = ContactDetector::default();
-        let normal = rolling(1.0, 0.0, 0.5);
+        let normal = rolling(0.0, 0.5);
         let one = |e: ContactEstimate| e.state == ContactState::OneContact && !e.sliding;
         assert_eq!(time_until(&mut detector, normal, one), Some(1));
         let air = ContactEvidence {
+            unloaded: true,
             rolling: None,
-            ..rolling(0.01, 0.0, 0.0)
+            ..rolling(0.0, 0.0)
         };
         let in_air = |e: ContactEstimate| e.state == ContactState::InAir;
         assert_eq!(time_until(&mut detector, air, in_air), Some(5));
         assert_eq!(time_until(&mut detector, normal, one), Some(5));
-        let leaves = rolling(1.0, 0.0, 7.0);
+        let leaves = rolling(0.0, 7.0);
         let two = |e: ContactEstimate| e.state == ContactState::TwoContacts;
         assert_eq!(time_until(&mut detector, leaves, two), Some(1));
         assert_eq!(time_until(&mut detector, normal, one), Some(20));
         // A step of 50 mm/s passes 8 mm/s in the low pass at the first sample.
-        let slips = rolling(1.0, 0.05, 0.5);
+        let slips = rolling(0.05, 0.5);
         let sliding = |e: ContactEstimate| e.sliding;
         assert_eq!(time_until(&mut detector, slips, sliding), Some(5));
         // It is below 8 mm/s from the eighth sample on, and has to stay there for 5.
@@ -307,11 +308,11 @@ mod tests {
             (ContactAngles::Unknown, ContactState::TwoContacts),
         ] {
             let mut detector = ContactDetector::default();
-            let mut evidence = rolling(1.0, 0.0, 4.0);
+            let mut evidence = rolling(0.0, 4.0);
             evidence.angles = angles;
             assert_eq!(detector.update(&evidence, DT).state, state);
             // Below both thresholds for 20 ms.
-            evidence = rolling(1.0, 0.0, 1.9);
+            evidence = rolling(0.0, 1.9);
             evidence.angles = angles;
             let one = |e: ContactEstimate| e.state == ContactState::OneContact;
             assert!(time_until(&mut detector, evidence, one).is_some());
@@ -345,14 +346,15 @@ mod tests {
     fn the_slip_is_that_of_the_rim() {
         let mut detector = ContactDetector::default();
         for _ in 0..100 {
-            detector.update(&rolling(1.0, 0.03, 0.5), DT);
+            detector.update(&rolling(0.03, 0.5), DT);
         }
-        let found = detector.update(&rolling(1.0, 0.03, 0.5), DT);
+        let found = detector.update(&rolling(0.03, 0.5), DT);
         // 0.83^100 of the step remains.
         assert!((found.slip - 0.0375).abs() < 1e-8, "{found:?}");
         let in_air = ContactEvidence {
+            unloaded: true,
             rolling: None,
-            ..rolling(0.01, 0.0, 0.0)
+            ..rolling(0.0, 0.0)
         };
         let found = detector.update(&in_air, DT);
         assert!(found.slip.abs() < 1e-300);
@@ -361,13 +363,13 @@ mod tests {
     /// Between the two thresholds the state stays what it was.
     #[test]
     fn between_its_thresholds_a_state_stays() {
-        let between = rolling(0.07, 0.0, 4.0);
+        let between = rolling(0.0, 4.0);
         let mut detector = ContactDetector::default();
         for _ in 0..100 {
             let found = detector.update(&between, DT);
             assert_eq!(found.state, ContactState::OneContact);
         }
-        let on = rolling(1.0, 0.03, 9.0);
+        let on = rolling(0.03, 9.0);
         for _ in 0..10 {
             detector.update(&on, DT);
         }
@@ -381,15 +383,15 @@ mod tests {
     /// nothing.
     #[test]
     fn what_is_no_sliding() {
-        let mut without_traction = rolling(1.0, 0.03, 0.5);
+        let mut without_traction = rolling(0.03, 0.5);
         without_traction.ratio = 0.1;
-        for evidence in [rolling(1.0, -0.03, 0.5), without_traction] {
+        for evidence in [rolling(-0.03, 0.5), without_traction] {
             let mut detector = ContactDetector::default();
             for _ in 0..100 {
                 assert!(!detector.update(&evidence, DT).sliding);
             }
         }
-        let nan = rolling(f64::NAN, f64::NAN, f64::NAN);
+        let nan = rolling(f64::NAN, f64::NAN);
         let mut detector = ContactDetector::default();
         for _ in 0..100 {
             assert_eq!(detector.update(&nan, DT), ContactEstimate::default());

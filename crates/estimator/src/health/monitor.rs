@@ -94,6 +94,7 @@ impl HealthMonitor {
         self.fastest -= dt / (WINDOW + dt) * self.fastest;
         self.fastest = self.fastest.max(sample.rim);
         for (turning, readings) in self.turning.iter_mut().zip(sample.links) {
+            let readings = readings.filter(|_| self.fastest > DRIVING_SPEED);
             turning.update(readings, self.fastest, sample.rate_bias, dt);
         }
         self.wiring
@@ -227,7 +228,8 @@ impl Constancy {
 ///
 /// A wrong sign of one of both makes twice the angle by which the link turns, a wrong unit more.
 /// Unlike the innovations of the filters, this needs no model of the contacts, and holds while
-/// wheels slide or are at an edge.
+/// wheels slide or are at an edge. It begins with the drive: while the wheels of a robot have not
+/// turned, its speed is not theirs, as when it is put down and settles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Turning {
     started: bool,

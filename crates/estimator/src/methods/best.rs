@@ -20,7 +20,7 @@ use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::{Instant, Nominal};
-use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
+use crate::settings::{ContactAngles, KalmanMethod, NoiseBudget};
 use crate::statics::{Arms, Forces, input, solve};
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Robot, Vec2};
@@ -38,6 +38,10 @@ pub(crate) struct BestFilters {
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
+    /// Standard deviations of these normal forces, N.
+    last_sigma: [f64; 3],
+    /// Whether each wheel carries load by the last estimate.
+    loaded: [bool; 3],
     /// Angle between the specific force and gravity at each inclinometer as of the last estimate,
     /// rad.
     last_force_angle: [f64; 2],
@@ -76,6 +80,8 @@ impl BestFilters {
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [mean_load; 3],
             last_traction: [0.0; 3],
+            last_sigma: [0.0; 3],
+            loaded: [true; 3],
             last_force_angle: [0.0; 2],
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
@@ -158,11 +164,15 @@ impl BestFilters {
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
+        self.last_sigma = [0, 1, 2].map(|i| forces.sigma_normal(i));
+        let loaded =
+            |i: usize| nominal.carries_load(forces.normal[i] * stated, self.last_sigma[i] * stated);
+        self.loaded = [loaded(0), loaded(1), loaded(2)];
         let mut contact = [ContactEstimate::default(); 3];
         for (i, contact) in contact.iter_mut().enumerate() {
             let evidence = ContactEvidence {
-                load: forces.normal[i] / nominal.mean_load,
-                ratio: forces.traction[i] / forces.normal[i],
+                unloaded: !self.loaded[i],
+                ratio: forces.traction[i] / nominal.at_least(forces.normal[i]),
                 rolling: rolling[i],
                 angles: self.method.contact_angles,
             };
@@ -172,7 +182,7 @@ impl BestFilters {
         self.find_scale(instant, &equations.arms, &contact);
         let health = self.check_health(instant, &innovations, &contact);
 
-        let mut flags = instant.flags | nominal.unloaded(&forces.normal.map(|n| n * stated));
+        let mut flags = instant.flags | Nominal::unloaded(self.loaded);
         flags |= Flags::SPINS_IN_PLACE.when(self.standing.stands);
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
         flags |= Flags::CONTRADICTION.when(!health.faulty.is_empty());
@@ -237,8 +247,6 @@ impl BestFilters {
     fn update_ground(&mut self, instant: &Instant<'_>, arms: &Arms) {
         let nominal = instant.nominal;
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
-        let least = EstimatorSettings::UNLOADED * nominal.mean_load;
-        let touches = |i: usize| self.last_normal_force[i] > least;
         let angle = |i: usize| {
             let (_, sigma) = self.motion.input(input::CONTACT_ANGLE + i);
             (self.contact_angle(i, instant.inputs), sigma)
@@ -252,7 +260,7 @@ impl BestFilters {
             velocity_covariance: self.motion.velocity_covariance(),
             axles: arms.axles,
             contact_angle: [angle(0), angle(1), angle(2)],
-            touches: [touches(0), touches(1), touches(2)],
+            touches: self.loaded,
         };
         let bias = budget.inclination_bias;
         let passed = self.ground.update(&robot.geometry, bias, &motion);

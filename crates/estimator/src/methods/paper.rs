@@ -3,7 +3,7 @@
 
 use crate::estimate::{Estimate, EstimateError, Parity};
 use crate::filters::{ComplementaryFilter, TractionObserver};
-use crate::nominal::Instant;
+use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, PaperMethod};
 use crate::statics::{Arms, Equations, Forces, Loads};
 use robhaz_model::Robot;
@@ -84,7 +84,9 @@ impl PaperFilters {
             traction,
             covariance: [[0.0; 6]; 6],
         };
-        let flags = instant.flags | nominal.unloaded(&forces.normal) | nominal.at_stop(angles);
+        let flags = instant.flags
+            | Nominal::unloaded(forces.normal.map(|n| nominal.carries_load(n, 0.0)))
+            | nominal.at_stop(angles);
         if nominal.settings.nonnegative {
             forces.covariance = unit_covariance(&equations);
             forces.bound();

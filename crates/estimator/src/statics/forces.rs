@@ -27,6 +27,12 @@ impl Forces {
         }
     }
 
+    /// Standard deviation of N of wheel `i`, N.
+    pub fn sigma_normal(&self, i: usize) -> f64 {
+        let k = 2 * i + 1;
+        robhaz_model::sqrt(self.covariance[k][k].max(0.0))
+    }
+
     /// Adds an error of the forces `[T1 N1 T2 N2 T3 N3]` of one standard deviation, N, to their
     /// covariance.
     pub fn add_error(&mut self, error: &[f64; 6]) {

@@ -35,6 +35,8 @@ pub(crate) struct RollingWheel {
     pub rim_speed: Option<f64>,
     /// T/N, limited to -1 to 1.
     pub ratio: f64,
+    /// Standard deviation of N over N, -.
+    pub load_sigma: f64,
     /// r N, N m.
     pub moment_of_load: f64,
     /// Smoothed sign of the spin, by which the gear friction acts: -1 to 1.
@@ -113,6 +115,11 @@ pub(crate) struct ParityResidual {
 }
 
 impl MotionFilter {
+    /// Least speed of the rim over that of its wheel's centre of a wheel that rolls, -: a wheel that
+    /// spins has more, one that is dragged less.
+    /// Guard.
+    const LEAST_TURN: f64 = 0.5;
+
     /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last
     /// sample. Without `correct` the measurement rows contain the velocity only; states that are
     /// correlated with it still change. Returns the residuals before the corrections.
@@ -173,8 +180,13 @@ impl MotionFilter {
         let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
-        // Below the speed at which a velocity has a direction, noise would pass for slopes.
-        let correct = sample.correct && (given || velocity.rolls());
+        // Below the speed at which a velocity has a direction, noise would pass for slopes. And the
+        // velocity of a wheel that does not turn is that of a robot that settles or is hit, not a
+        // way along the ground.
+        let least = ContactVelocity::SLOW.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
+        let turns = |rim: f64| rim.abs() > least;
+        let rolls = velocity.rolls() && wheel.rim_speed.is_none_or(turns);
+        let correct = sample.correct && (given || rolls);
         let penetration = tuning::PENETRATION_SPEED.at_speed(sample.speed_ratio);
         let sample_variance = projection.variance
             + penetration.sigma * penetration.sigma
@@ -245,7 +257,14 @@ impl MotionFilter {
         // Derivative of the slip with respect to a torque error, which changes T/N.
         let by_offset = -creep / wheel.moment_of_load;
         let rolls = velocity.rolls();
-        let on = if sample.correct && rolls { 1.0 } else { 0.0 };
+        // The derivatives by the torque errors are those at the estimated N. Where N is not beyond
+        // its own deviation, T/N has no slope that the torques could be found from.
+        let load_known = wheel.load_sigma < 1.0;
+        let on = if sample.correct && rolls && load_known {
+            1.0
+        } else {
+            0.0
+        };
         let ratio_sigma = self.ratio_sigma(i, wheel);
         let pulls = wheel.ratio.abs() > tuning::PULLING * ratio_sigma;
         let shows_creep = pulls && wheel.ratio.abs() < tuning::LINEAR_RATIO;
@@ -264,7 +283,7 @@ impl MotionFilter {
         let unmodelled = tuning::SLIP.at_speed(sample.speed_ratio);
         let factor = variance_factor(wheel.ratio);
         let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
-        let mut correlated = creep_sigma * ratio_sigma;
+        let mut correlated = root_sum_square(creep_sigma * ratio_sigma, slip * wheel.load_sigma);
         if !shows_creep {
             correlated = root_sum_square(correlated, creep_sigma * wheel.ratio);
         }
@@ -306,14 +325,15 @@ impl MotionFilter {
         residual
     }
 
-    /// Standard deviation of T/N of wheel `i` from the errors of its torque, -.
+    /// Standard deviation of T/N of wheel `i` from the errors of its torque and of N, -.
     fn ratio_sigma(&self, i: usize, wheel: &RollingWheel) -> f64 {
         let p = &self.filter.p;
         let (offset, gain) = (TORQUE_OFFSET + i, TORQUE_GAIN + i);
         let torque_variance = p[offset][offset]
             + p[GEAR_FRICTION][GEAR_FRICTION]
             + p[gain][gain] * wheel.torque * wheel.torque;
-        robhaz_model::sqrt(torque_variance) / wheel.moment_of_load
+        let of_torque = robhaz_model::sqrt(torque_variance) / wheel.moment_of_load;
+        root_sum_square(of_torque, wheel.ratio * wheel.load_sigma)
     }
 
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its

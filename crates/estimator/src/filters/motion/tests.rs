@@ -22,6 +22,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         rim_speed: Some(0.2 + 0.01 * random.normal()),
         ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
         moment_of_load: 4.5,
+        load_sigma: 0.0,
         friction_share: 1.0,
         torque: random.normal(),
         bias_sigma: 1e-3,
@@ -114,6 +115,7 @@ fn rolling_determines_the_velocity() {
             rim_speed: Some(speed),
             ratio: 0.0,
             moment_of_load: 4.5,
+            load_sigma: 0.0,
             friction_share: 1.0,
             torque: 0.0,
             bias_sigma: 0.0,
@@ -415,4 +417,41 @@ fn unknown_contact_angles_revert_along_the_ground() {
         // Rounding of 400 steps.
         assert!((angle - expected).abs() < 1e-12, "{angle} {expected}");
     }
+}
+
+/// The slip of a wheel whose N is not known says nothing of its torque: the offset and its deviation
+/// stay, however the wheel slips. With a known N they change.
+#[test]
+fn slip_shows_no_torque_without_a_known_load() {
+    let budget = NoiseBudget::typical();
+    let offset = |motion: &MotionFilter| motion.input(input::TORQUE_OFFSET);
+    let found = |load_sigma: f64| {
+        let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
+        let mut random = Random::new();
+        let slips = RollingWheel {
+            relative: Vec2::zeros(),
+            angle: 0.0,
+            rim_speed: Some(0.21),
+            ratio: 0.2,
+            load_sigma,
+            ..wheel(&mut random)
+        };
+        let grips = RollingWheel {
+            rim_speed: Some(0.2),
+            ratio: 0.0,
+            load_sigma: 0.0,
+            ..slips
+        };
+        for _ in 0..500 {
+            motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
+            motion.roll(&budget, &[Some(slips), Some(grips), Some(grips)], DT, true);
+        }
+        offset(&motion)
+    };
+    let (known, unknown) = (found(0.05), found(1.5));
+    let prior = budget.torque_offset;
+    assert!(known.0.abs() > 0.1 * prior, "{known:?}");
+    // The random walk over half a second adds less than 1e-3 of the deviation.
+    assert!(unknown.0.abs() < 1e-12, "{unknown:?}");
+    assert!((unknown.1 / prior - 1.0).abs() < 1e-3, "{unknown:?}");
 }

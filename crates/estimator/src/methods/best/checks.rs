@@ -43,13 +43,15 @@ impl BestFilters {
             contact.state == ContactState::OneContact && !contact.sliding
         };
         let model_holds = contact.iter().all(rolls) && !self.motion.is_after_impact();
-        let speed = self.motion.velocity().norm_squared();
-        let drives = speed > DRIVING_SPEED * DRIVING_SPEED;
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
         let rim = [0, 1, 2].map(|i| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
             (nominal.robot.geometry.wheel_radius * spin).abs()
         });
+        // A robot that settles moves, too, but its wheels do not.
+        let fastest = rim.into_iter().fold(0.0, f64::max);
+        let speed = self.motion.velocity().norm_squared();
+        let drives = speed > DRIVING_SPEED * DRIVING_SPEED && fastest > DRIVING_SPEED;
         let varying = |i: usize| {
             let torque = instant.inputs.motor_torque[i].now();
             torque.filter(|_| has_noise && rim[i] > DRIVING_SPEED)
@@ -59,7 +61,7 @@ impl BestFilters {
             innovations,
             varying_torque: [varying(0), varying(1), varying(2)],
             links: [0, 1].map(|k| rate[k].recent().zip(inclination[k].recent())),
-            rim: rim.into_iter().fold(0.0, f64::max),
+            rim: fastest,
             rate_bias: nominal.settings.budget.rate_bias,
             wheels: wheel_readings(instant.inputs),
             drives,

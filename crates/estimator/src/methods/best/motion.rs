@@ -9,7 +9,6 @@ use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
 use crate::nominal::{Instant, Nominal};
-use crate::settings::EstimatorSettings;
 use crate::statics::Arms;
 use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
 
@@ -87,14 +86,13 @@ impl BestFilters {
             let innovation = wheel.update(nominal, inputs, i, alpha, dt);
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
-        let least = EstimatorSettings::UNLOADED * nominal.mean_load;
         let stands = self.standing.stands;
         if stands {
             self.motion.stand(nominal.mean_load);
         } else if dt > 0.0 && self.method.rolling {
             self.correct_acceleration(nominal, inclination, dt);
         }
-        let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
+        let rolls = |i: usize| dt > 0.0 && self.loaded[i];
         let wheel = |i: usize| rolls(i).then(|| self.rolling_wheel(instant, i, arms));
         let wheels: [_; 3] = core::array::from_fn(wheel);
         let residuals = if stands {
@@ -135,6 +133,7 @@ impl BestFilters {
         let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
         let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
         let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
+        let n = nominal.at_least(n);
         let r = geometry.wheel_radius;
         let across = perp(arms.axles[i]);
         let arm = robhaz_model::sqrt(across.norm_squared());
@@ -147,6 +146,7 @@ impl BestFilters {
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),
             ratio: (t / n).clamp(-1.0, 1.0),
+            load_sigma: self.last_sigma[i] / n,
             moment_of_load: r * n,
             friction_share: wheel.friction_share,
             torque: wheel.steady_torque(settings.viscous_damping),

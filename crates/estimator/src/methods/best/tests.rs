@@ -3,7 +3,7 @@
 use super::*;
 use crate::filters::WheelParameters;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
-use crate::settings::Method;
+use crate::settings::{EstimatorSettings, Method};
 use crate::statics::input;
 use crate::testing::Random;
 use crate::{Estimator, Flags};
