@@ -86,7 +86,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
             log.take(links::units(&log));
         }
         log.take([dead::left_out()]);
-        return Report::new(log.findings);
+        return log.report();
     }
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
@@ -98,7 +98,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
         log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
-        return Report::new(log.findings);
+        return log.report();
     }
     log.take(start::findings(&log, forward));
     let (ground, on_ground) = ground::findings(&log, forward > 0.0);
@@ -119,10 +119,16 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.take(drive);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
     log.take(agreement::findings(&log, order, resolved));
-    if stated.of_body {
-        log.findings.iter_mut().for_each(name_sensors_of_body);
+    log.report()
+}
+
+impl Readings<'_> {
+    fn report(mut self) -> Report {
+        if self.stated.of_body {
+            self.findings.iter_mut().for_each(name_sensors_of_body);
+        }
+        Report::new(self.findings)
     }
-    Report::new(log.findings)
 }
 
 /// What the log is of, which no reading shows.
