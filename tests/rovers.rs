@@ -232,33 +232,53 @@ impl Sink for Tests {
     }
 }
 
-/// Errors of mu_max on level ground by friction tests of all wheels, with typical sensors on the
-/// links.
-fn friction_errors(name: &str, mu: f64, seeds: u64) -> Vec<f64> {
+/// Friction tests of all wheels on level ground.
+fn friction_tests(
+    name: &str,
+    law: &str,
+    mu: f64,
+    mut keys: Vec<String>,
+) -> Vec<FrictionTestResult> {
+    keys.extend([
+        "terrain.kind=flat".to_owned(),
+        "engine.kind=direct".to_owned(),
+        "drive.kind=friction-test".to_owned(),
+        format!("contact.friction={law}"),
+        format!("contact.mu_s={mu}"),
+        format!("contact.mu_d={}", 0.875 * mu),
+    ]);
+    let mut tests = Tests::default();
+    robhaz_run::run(&rover(name, &keys), &mut [&mut tests]).unwrap();
+    tests.0
+}
+
+/// The keys of a rover with typical sensors on the links at 1 kHz.
+fn with_typical_sensors(name: &str, seed: u64) -> Vec<String> {
     let size = Size::of(&rover(name, &[]).robot.robot);
-    let of_seed = |seed| {
-        let mut keys = size.overrides(false, "links", seed);
-        let time = size.units.time;
-        keys.extend([
-            "terrain.kind=flat".to_owned(),
-            "drive.kind=friction-test".to_owned(),
-            format!("drive.friction_test.start={}", 6.0 * time),
-            format!("record.duration={}", (70.0 * time).ceil()),
-            format!("contact.mu_s={mu}"),
-            format!("contact.mu_d={}", 0.875 * mu),
-        ]);
-        let mut tests = Tests::default();
-        robhaz_run::run(&rover(name, &keys), &mut [&mut tests]).unwrap();
-        let ended = tests.0.into_iter().filter(|test| {
-            matches!(
-                test.end,
-                FrictionTestEnd::Slipped | FrictionTestEnd::EitherWheel(_)
-            )
-        });
-        let errors: Vec<f64> = ended.map(|test| test.mu - mu).collect();
-        errors
-    };
-    (0..seeds).flat_map(of_seed).collect()
+    let mut keys = size.overrides(false, "links", seed);
+    let time = size.units.time;
+    keys.push(format!("drive.friction_test.start={}", 6.0 * time));
+    keys.push(format!("record.duration={}", (70.0 * time).ceil()));
+    keys
+}
+
+/// The keys of a rover with its own sensors at their own rate.
+fn with_its_own_sensors(name: &str, seed: u64) -> Vec<String> {
+    let time = Size::of(&rover(name, &[]).robot.robot).units.time;
+    vec![
+        format!("seed={seed}"),
+        format!("drive.friction_test.start={}", (6.0 * time).ceil()),
+        format!("record.duration={}", (75.0 * time).ceil()),
+    ]
+}
+
+/// Errors of mu_max, and over the stated deviation, of the tests that found it.
+fn friction_errors(tests: &[FrictionTestResult], mu: f64) -> Vec<(f64, f64)> {
+    let found = tests.iter().filter(|test| test.ramps > 0);
+    let error = |test: &FrictionTestResult| test.mu - mu;
+    found
+        .map(|test| (error(test), error(test) / test.sigma))
+        .collect()
 }
 
 fn rms(values: &[f64]) -> f64 {
@@ -269,7 +289,11 @@ fn rms(values: &[f64]) -> f64 {
 #[test]
 fn friction_tests_hold_on_every_rover() {
     for name in ROVERS {
-        let errors = friction_errors(name, 0.5, 1);
+        let tests = friction_tests(name, "adams", 0.5, with_typical_sensors(name, 0));
+        let errors: Vec<f64> = friction_errors(&tests, 0.5)
+            .iter()
+            .map(|(error, _)| *error)
+            .collect();
         assert!(
             errors.len() == 3 && rms(&errors) < 0.02,
             "{name}: {errors:?}"
@@ -277,21 +301,100 @@ fn friction_tests_hold_on_every_rover() {
     }
 }
 
+/// Acceptance: with the sensors that these rovers have, at 8 to 50 Hz, every wheel's test finds
+/// mu_max, within three stated deviations; their mean square is that of a good deviation, at most
+/// 1.5. The wheel slides for at most twice its radius, all ramps and the way to a stop together.
+#[test]
+fn friction_tests_hold_with_the_sensors_of_each_rover() {
+    for name in ROVERS {
+        let radius = rover(name, &[]).robot.robot.geometry.wheel_radius;
+        let mut squares = Vec::new();
+        for (law, mu, seed) in [("adams", 0.8, 0), ("brush", 0.3, 41), ("rigid", 0.5, 42)] {
+            let tests = friction_tests(name, law, mu, with_its_own_sensors(name, seed));
+            let errors = friction_errors(&tests, mu);
+            assert_eq!(errors.len(), 3, "{name} {law} {mu}: {tests:?}");
+            for (error, deviations) in errors {
+                assert!(
+                    deviations.abs() < 3.0 && error.abs() < 0.3 * mu,
+                    "{name} {law} {mu}: {tests:?}"
+                );
+                squares.push(deviations * deviations);
+            }
+            let slid = tests.iter().map(|test| test.slipped_distance);
+            assert!(
+                slid.fold(0.0, f64::max) < 4.0 * radius,
+                "{name} {law} {mu}: {tests:?}"
+            );
+        }
+        let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+        assert!(mean < 1.5, "{name}: {squares:?}");
+    }
+}
+
+/// Readings that hide the slip end a test before the wheel runs away, and nothing is claimed of
+/// mu_max but a lower bound that holds: the stock rate of the Open Source Rover, 8 Hz; encoders of
+/// 30 counts a turn.
+#[test]
+fn readings_that_hide_slip_end_a_friction_test() {
+    for (name, key) in [
+        ("open-source-rover", "sensors.rate=8"),
+        ("curiosity", "sensors.encoder_counts=30"),
+    ] {
+        let mut keys = with_its_own_sensors(name, 3);
+        keys.extend([key.to_owned(), "record.rate=8".to_owned()]);
+        let tests = friction_tests(name, "adams", 0.5, keys);
+        assert_eq!(tests.len(), 3);
+        for test in tests {
+            let bound = test.mu - 2.0 * test.sigma;
+            assert!(
+                test.end == FrictionTestEnd::Noise && test.ramps == 0 && bound < 0.5,
+                "{name}: {test:?}"
+            );
+        }
+    }
+}
+
 #[test]
 #[ignore = "a study of some minutes"]
 fn study_of_friction_tests() {
-    println!("| rover | mu_s | found of 12 | mean error | RMS | largest |");
-    println!("|---|---|---|---|---|---|");
+    println!(
+        "| rover | sensors | mu_s | found | mean error | RMS | stated | largest | largest, sigma | beyond 3 sigma, % | slid, mm |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    type Keys = fn(&str, u64) -> Vec<String>;
+    let sensors: [(&str, Keys, u64); 2] = [
+        ("typical, 1 kHz", with_typical_sensors, 4),
+        ("its own", with_its_own_sensors, 12),
+    ];
     for name in ROVERS {
-        for mu in [0.05, 0.1, 0.2, 0.3, 0.5, 0.8] {
-            let errors = friction_errors(name, mu, 4);
-            let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-            let largest = errors.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            let count = errors.len();
-            println!(
-                "| `{name}` | {mu} | {count} | {mean:+.4} | {:.4} | {largest:.4} |",
-                rms(&errors)
-            );
+        for (label, keys, seeds) in sensors {
+            for mu in [0.1, 0.2, 0.3, 0.5, 0.7, 0.9] {
+                let (mut count, mut errors, mut stated, mut slid) = (0, Vec::new(), 0.0, 0.0_f64);
+                for seed in 100..100 + seeds {
+                    let law = ["adams", "brush", "rigid"][(seed % 3) as usize];
+                    let tests = friction_tests(name, law, mu, keys(name, seed));
+                    count += tests.len();
+                    errors.extend(friction_errors(&tests, mu));
+                    for test in tests.iter().filter(|test| test.ramps > 0) {
+                        stated += test.sigma * test.sigma;
+                        slid = slid.max(1e3 * test.slipped_distance);
+                    }
+                }
+                let found = errors.len() as f64;
+                let (plain, over): (Vec<f64>, Vec<f64>) = errors.into_iter().unzip();
+                let largest =
+                    |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                let beyond = over.iter().filter(|x| x.abs() > 3.0).count() as f64;
+                println!(
+                    "| `{name}` | {label} | {mu} | {found} of {count} | {:+.4} | {:.4} | {:.4} | {:.4} | {:.1} | {:.1} | {slid:.0} |",
+                    plain.iter().sum::<f64>() / found,
+                    rms(&plain),
+                    (stated / found).sqrt(),
+                    largest(&plain),
+                    largest(&over),
+                    100.0 * beyond / found,
+                );
+            }
         }
     }
 }

@@ -128,6 +128,9 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
     let summary = sink.summary().into_diagnostic()?;
     summary.write(folder.path()).into_diagnostic()?;
     table(&summary)?;
+    if let Some(words) = summary.control.as_ref().and_then(|c| c.in_words()) {
+        say(&words)?;
+    }
     for test in &summary.friction_tests {
         say(&test.in_words())?;
     }

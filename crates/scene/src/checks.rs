@@ -35,7 +35,7 @@ const RULES: &[Rules] = &[
     (&["contact."], contact::conflicts),
     (&["contact.", "robot."], stiffness),
     (&["record."], record),
-    (&["drive.", "sensors.", "robot."], drive::conflicts),
+    (&["drive."], drive::conflicts),
     (&["record.", "sensors."], sensors),
     (&["record.", "engine."], engine),
     (&["record.", "drive."], friction_test),

@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::values::{LONGEST_RUN, WHEEL_LIST, WHEEL_SET};
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
-use robhaz_keys::conflict::{Conflict, conflict, floor, named, valued};
+use robhaz_keys::conflict::{Conflict, conflict, named};
 use robhaz_keys::form::{Plain, did_you_mean, quote, quoted, word};
 use robhaz_keys::key::{List, Table, keys, section};
 use robhaz_keys::quantity::{
@@ -182,38 +182,26 @@ pub(crate) fn choose_rate(root: &Node, scene: &mut Scene) {
     }
 }
 
-/// What does not go with one speed control, which has one set speed, and gains that the rate of its
-/// samples limits.
+/// What does not go with one speed control, which has one set speed.
 pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
-    if scene.control.kind != ControlKind::Shared {
+    if scene.control.kind != ControlKind::Shared || scene.drive.scalings.is_empty() {
         return Vec::new();
     }
+    let kind = named("drive.kind", scene.control.kind.name());
+    let count = ("drive.scaling", scene.drive.scalings.len().to_string());
+    let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
+    vec![conflict([count, kind], rule)]
+}
+
+/// Kp (N m s) and Ki (N m) of the control: those of the drives, which are continuous; of one speed
+/// control at most what a wheel in the air bears at the rate of the readings.
+pub(crate) fn gains(scene: &Scene) -> [f64; 2] {
     let (drive, rate) = (&scene.drive, scene.sensors.rate);
-    let kind = || named("drive.kind", scene.control.kind.name());
-    let mut found = Vec::new();
-    if !drive.scalings.is_empty() {
-        let count = ("drive.scaling", drive.scalings.len().to_string());
-        let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
-        found.push(conflict([count, kind()], rule));
+    if scene.control.kind != ControlKind::Shared {
+        return [drive.kp, drive.ki];
     }
-    let most_kp = largest_proportional_gain(&scene.robot.robot, rate);
-    let most_ki = largest_integral_ratio(rate) * drive.kp;
-    let inertia = "what the inertia of a wheel in the air bears at this rate";
-    let gains = [
-        ("drive.kp", drive.kp, most_kp, inertia),
-        (
-            "drive.ki",
-            drive.ki,
-            most_ki,
-            "what drive.kp damps at this rate",
-        ),
-    ];
-    for (key, gain, most, why) in gains.into_iter().filter(|(_, gain, most, _)| gain > most) {
-        let keys = [valued(key, gain), valued("sensors.rate", rate), kind()];
-        let rule = format!("{key} at most {}, {why}", floor(most));
-        found.push(conflict(keys, rule));
-    }
-    found
+    let kp = (drive.kp).min(largest_proportional_gain(&scene.robot.robot, rate));
+    [kp, drive.ki.min(largest_integral_ratio(rate) * kp)]
 }
 
 /// The labels in words.

@@ -283,12 +283,13 @@ impl Scene {
     /// As [`Scene::nominal_robot`].
     pub fn control_settings(&self) -> Result<ControlSettings, ModelErrorTooLarge> {
         let drive = &self.drive;
+        let [kp, ki] = crate::drive::gains(self);
         Ok(ControlSettings {
             kind: self.control.kind,
             robot: self.nominal_robot()?,
             viscous_damping: self.model_error.nominal_damping(drive.viscous_damping),
-            kp: drive.kp,
-            ki: drive.ki,
+            kp,
+            ki,
             torque_limit: drive.torque_limit,
             tracking_time: drive.tracking_time,
             friction_test: self.control.friction_test,

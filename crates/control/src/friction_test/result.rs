@@ -60,7 +60,8 @@ pub struct FrictionTestResult {
     pub place: Option<f64>,
     /// mu_max, -, if a ramp ended in slip. Else the largest |T/N|: mu_max is at least this.
     pub mu: f64,
-    /// Its standard deviation, -.
+    /// Its standard deviation by the budget of the readings, -. A common scale of all torques
+    /// ([`robhaz_estimator::TorqueScale`]) multiplies mu_max, and is not in it.
     pub sigma: f64,
     /// Part of that deviation that comes from the torque offsets, -.
     pub systematic: f64,

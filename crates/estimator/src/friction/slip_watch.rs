@@ -10,7 +10,8 @@ use crate::deviation::{GATE, WITHIN, root_sum_square};
 pub struct SlipEvent {
     /// Largest |T/N| before the slip: mu_max, -.
     pub mu_max: f64,
-    /// Its standard deviation, -.
+    /// Its standard deviation by the budget of the readings, -: without that of a common scale of
+    /// all torques, which T/N of every wheel has too.
     pub sigma: f64,
     /// Part of that deviation that comes from a systematic error of the torque reading, -. A slip
     /// in the other direction has it with the other sign.
@@ -106,7 +107,8 @@ pub(crate) struct SlipWatch {
 /// acceleration of its slip, that of its last samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PeakFriction {
-    /// T/N with its sign, and its standard deviation without that of the torque offset, -.
+    /// T/N with its sign, and its standard deviation without those of the torque offset and of the
+    /// common scale of all torques, -.
     pub needed: NeededFriction,
     /// What the torque offset has to do with it.
     pub offset: OffsetShare,

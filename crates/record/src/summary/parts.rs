@@ -38,7 +38,8 @@ pub struct FrictionTestSummary {
     pub x: Option<f64>,
     /// mu_max, -; without slip the largest T/N.
     pub mu_max: f64,
-    /// Its standard deviation, -.
+    /// Its standard deviation by the budget of the readings, -. A common scale of all torques
+    /// multiplies mu_max, and is not in it.
     pub sigma: f64,
     /// Number of ramps that ended in slip.
     pub ramps: u32,
@@ -85,19 +86,23 @@ impl FrictionTestSummary {
         }
         let found = match self.ramps {
             0 => format!("ended without slip ({end}), mu_max is at least {least:.3}"),
-            _ => format!("mu_max = {mu:.3} +- {margin:.3} (2 sigma)"),
+            _ => format!("mu_max = {mu:.3} +- {margin:.3} (2 sigma, torques as read)"),
         };
         format!("Friction test, wheel {wheel}: {found}, slid {slid:.0} mm, took {seconds:.1} s")
     }
 }
 
 /// The control of the wheels.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControlSummary {
     /// Name of the kind.
     pub kind: String,
     /// Name of the estimator that it got; `None` for a control without readings.
     pub estimator: Option<String>,
+    /// Kp (N m s) and Ki (N m) of one speed control, where the rate of the readings bears less than
+    /// those of the drives; `None` for others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reduced_gains: Option<[f64; 2]>,
 }
 
 impl ControlSummary {
@@ -109,7 +114,22 @@ impl ControlSummary {
         Some(Self {
             kind: scene.control.kind.name().to_owned(),
             estimator: estimator.map(|e| e.label.clone()),
+            reduced_gains: scene.control_settings().ok().and_then(|settings| {
+                let gains = [settings.kp, settings.ki];
+                let drive = [scene.drive.kp, scene.drive.ki];
+                let reduced = gains.iter().zip(&drive).any(|(gain, drive)| gain < drive);
+                reduced.then_some(gains)
+            }),
         })
+    }
+
+    /// What is to be said of it, in one line.
+    pub fn in_words(&self) -> Option<String> {
+        let [kp, ki] = self.reduced_gains?;
+        Some(format!(
+            "Speed control with Kp = {kp:.3} N m s and Ki = {ki:.3} N m, what a wheel in the air bears at this rate; \
+             drive.kp and drive.ki are those of the motor drives"
+        ))
     }
 }
 

@@ -81,16 +81,26 @@ fn wrong_controls_are_refused() {
         "x.toml:3: drive.scaling: found drive.scaling = 1 and drive.kind = \"shared\", allowed: no [[drive.scaling]]: \
          one speed control has one set speed for all wheels",
     );
-    one(
-        "[drive]\nkind = 'shared'\nkp = 10.2",
-        "x.toml:3: drive.kp: found drive.kp = 10.2 and sensors.rate = 1000 and drive.kind = \"shared\", \
-         allowed: drive.kp at most 10.1, what the inertia of a wheel in the air bears at this rate",
+}
+
+/// One speed control takes at most the gains that a wheel in the air bears at the rate of the
+/// readings: 0.7 J/lag = 10.1 N m s and a quarter of it over the lag of robot A at 1 kHz. The drives
+/// keep theirs.
+#[test]
+fn shared_gains_are_those_that_the_rate_bears() {
+    let gains = |text: &str| {
+        let scene = Scene::parse(text, "x.toml", Path::new(""), &[]).unwrap();
+        let settings = scene.control_settings().unwrap();
+        (settings.kp, settings.ki)
+    };
+    let (kp, ki) = gains("[drive]\nkind = 'shared'\nkp = 20\nki = 1000");
+    assert!((kp - 0.7 * 0.0939 / 6.5e-3).abs() < 0.01 * kp, "{kp}");
+    assert!((ki / kp - 0.25 / 6.5e-3).abs() < 1e-9, "{ki}");
+    assert_eq!(
+        gains("[drive]\nkind = 'shared'\nkp = 2\nki = 20"),
+        (2.0, 20.0)
     );
-    one(
-        "[drive]\nkind = 'shared'\nki = 200",
-        "x.toml:3: drive.ki: found drive.ki = 200 and sensors.rate = 1000 and drive.kind = \"shared\", \
-         allowed: drive.ki at most 192, what drive.kp damps at this rate",
-    );
+    assert_eq!(gains("[drive]\nkp = 20\nki = 1000"), (20.0, 1000.0));
 }
 
 /// The control gets the estimator without contact angles, else `best`, else the one that is named.

@@ -1,7 +1,6 @@
 //! Random paths: ramps, kerbs, waves, rough ground, level and on slopes, with a friction
 //! coefficient of 0.2 to 0.9.
 
-use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_model::Units;
 use robhaz_path::DriveKind;
 use robhaz_scene::Scene;
@@ -108,14 +107,9 @@ pub fn random_path(
     ];
     if rover.is_some() {
         let torque = 0.1 * units.torque();
-        // What one speed control can hold at the rate of the sensors.
         let rate = base.sensors.rate.max(1000.0);
-        let kp = (base.drive.kp).min(largest_proportional_gain(&base.robot.robot, rate));
-        let ki = (base.drive.ki).min(kp * largest_integral_ratio(rate));
         keys.extend([
             format!("sensors.rate={rate}"),
-            format!("drive.kp={}", 0.99 * kp),
-            format!("drive.ki={}", 0.98 * ki),
             format!("drive.speed={}", 0.2 * units.speed()),
             format!("sensors.torque_offset={torque}"),
             format!("sensors.torque_noise={torque}"),
