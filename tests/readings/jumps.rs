@@ -112,3 +112,54 @@ fn a_flood_of_wrong_forces_is_said_first() {
     let first = said.lines().next().unwrap_or_default();
     assert!(first.contains("WRONG FORCES in"), "{said}");
 }
+
+/// Angles that start anew after a turn, or after 16 bits of counts: with `wrap` the log is the clean one; without it
+/// the forces are right as well, and `check` asks for it.
+#[test]
+fn angles_that_start_anew_are_continued() {
+    let count = std::f64::consts::TAU / 160_000.0;
+    for (unit, in_unit, wrap) in [
+        ("deg", 180.0 / std::f64::consts::PI, 360.0),
+        ("counts", 1.0 / count, 65_536.0),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = dir.path();
+        let mut drive = LevelDrive::new(1);
+        let mut with = "missing = [\"wheel1_contact_angle\", \"wheel2_contact_angle\", \"wheel3_contact_angle\"]\n".to_owned()
+            + DESCRIPTION
+            + "[reading]\n";
+        let mut without = with.clone();
+        let names: Vec<String> = drive.columns[1..]
+            .iter()
+            .map(|(name, _)| name.clone())
+            .collect();
+        for name in names {
+            let mut keys = format!("{name} = {{ column = \"{name}\"");
+            if name.ends_with("_angle") {
+                let angles = drive.column(&name);
+                angles
+                    .iter_mut()
+                    .for_each(|angle| *angle = (*angle * in_unit).rem_euclid(wrap));
+                keys += &format!(", unit = \"{unit}\"");
+                if unit == "counts" {
+                    keys += ", counts = 160000";
+                }
+                without += &format!("{keys} }}\n");
+                with += &format!("{keys}, wrap = {wrap} }}\n");
+            } else {
+                without += &format!("{keys} }}\n");
+                with += &format!("{keys} }}\n");
+            }
+        }
+        drive.write(&folder.join("log.csv"));
+        for (description, faults) in [(&with, "0 with a fault"), (&without, "with a fault")] {
+            fs::write(folder.join("d.toml"), description).unwrap();
+            let checked = text(&check(folder).stdout);
+            assert!(checked.trim_end().ends_with(faults), "{unit}: {checked}");
+            let estimated = estimate(folder);
+            assert!(estimated.status.success(), "{}", text(&estimated.stderr));
+            let error = largest_error(folder);
+            assert!(error < LIMIT, "{unit}: {error}");
+        }
+    }
+}

@@ -45,6 +45,7 @@ mod rows;
 mod stamp;
 mod survey;
 mod truth;
+mod wrap;
 mod units;
 
 pub use error::LogError;

@@ -11,6 +11,7 @@ use crate::place::{LogPlace, no_table};
 use crate::plan::{Plan, Rows};
 use crate::readings::Reading;
 use crate::survey::{Survey, survey};
+use crate::wrap;
 use robhaz_estimator::DRIVING_SPEED;
 use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source as Samples};
@@ -103,6 +104,11 @@ impl Log {
             files.push(truth.clone());
         }
         let mut survey = survey(&plan)?;
+        for (channel, found) in plan.channels.iter().zip(&mut survey.channels) {
+            for (cell, range) in &channel.wraps {
+                wrap::go_on(&mut found.cells, channel.columns.len(), *cell, *range);
+            }
+        }
         warnings.extend(integrate(&plan, &mut survey, &mut choice));
         warnings.extend(check_values(&plan, &survey, options.allows_empty)?);
         let mount = plan.is_of_body().then(|| {

@@ -173,15 +173,20 @@ impl ChannelPlan {
             || is_wheel_angle(reading.name)
                 && matches!(self.rows, Rows::Topic(..))
                 && reading.column.ends_with(".velocity");
-        let cell = match is_speed {
-            // A cell of its own: another reading may take the speed itself.
+        let wraps = reading.wrap > 0.0;
+        let cell = match is_speed || wraps {
+            // A cell of its own: another reading may take the column as it is.
             true => {
                 self.columns.push(reading.column.clone());
-                self.speeds.push(self.columns.len() - 1);
                 self.columns.len() - 1
             }
             false => self.cell(&reading.column),
         };
+        if is_speed {
+            self.speeds.push(cell);
+        } else if wraps {
+            self.wraps.push((cell, reading.wrap));
+        }
         let formula = Formula {
             source: Source::Cell(cell),
             factor: reading.factor,

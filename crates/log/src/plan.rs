@@ -111,6 +111,8 @@ pub struct ChannelPlan {
     pub columns: Vec<String>,
     /// Places of those that are speeds of wheels, whose integral is read.
     pub speeds: Vec<usize>,
+    /// Places of those that start anew after a range, and that range, in their units.
+    pub wraps: Vec<(usize, f64)>,
     /// The readings that follow from them.
     pub readings: Vec<(Reading, Formula)>,
     /// Of a table of the truth, how its rows are read.
@@ -128,6 +130,7 @@ impl ChannelPlan {
             offset: 0.0,
             columns: Vec::new(),
             speeds: Vec::new(),
+            wraps: Vec::new(),
             readings: Vec::new(),
             truth: None,
         }

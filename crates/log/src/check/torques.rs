@@ -12,9 +12,9 @@ use robhaz_model::Units;
 use robhaz_score::signals::median;
 
 /// Number of visits of a reading near zero that shows a lost sign, if no reading of the log is on the
-/// other side. A signed one with as many of 1500 has all on one side once in 10 000 logs, with a mean
-/// of 2.5 times its noise, and hardly ever with another.
-const NEAR: usize = 25;
+/// other side. A signed one with as many of 1200 has all on one side once in 2000 logs, with a mean of
+/// 2.5 times its noise throughout, and hardly ever with another or with a rest.
+const NEAR: usize = 20;
 /// The same of readings in the direction of the wheel, none of which is near zero on the other side: a
 /// signed one whose mean is twice its noise has a quarter of them there, 0.75^60 = 3e-8.
 const NEAR_BY_SPEED: usize = 60;
@@ -22,8 +22,6 @@ const NEAR_BY_SPEED: usize = 60;
 const WINDOW: f64 = 0.5;
 /// Spin speed whose sign is certain, rad/s for robot A.
 const TURNS: f64 = 0.2;
-/// Share of a drive's readings that are exactly zero from which on they are cut off or in a dead band.
-const OFTEN_ZERO: f64 = 0.02;
 /// Number of jumps over the range of the values, to and fro, that shows unsigned numbers.
 const WRAPS: usize = 4;
 /// Share of the range between the values of both signs that is empty if they are read as unsigned.
@@ -34,12 +32,147 @@ const COARSE: f64 = 4.0;
 
 const TEST: &str = "signed";
 
-/// A finding for each torque.
+/// A finding for each torque with a fault, one for all without.
 pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     let turns = TURNS / Units::of(stated.robot).time;
-    let speeds = [0, 1, 2].map(|i| speeds(frames, i));
-    let of = |i: usize| finding(frames, i, &speeds[i], turns, stated.budget.torque_noise);
-    (0..3).map(of).collect()
+    let (mut faults, mut visits) = (Vec::new(), [0, 0]);
+    for i in 0..3 {
+        let torque = Torque::of(frames, i, turns);
+        match torque.fault(stated.budget.torque_noise) {
+            None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
+            Some([figure, remedy]) => {
+                faults.push(Finding::ok(TEST, Channel::Torque(i), figure).fault(remedy));
+            }
+        }
+    }
+    if faults.is_empty() {
+        faults.push(Finding::ok(TEST, "torques 1 to 3", words(visits)));
+    }
+    faults
+}
+
+fn words([above, below]: [usize; 2]) -> String {
+    format!("{above} visits just above zero, {below} just below")
+}
+
+/// The readings of a torque.
+struct Torque {
+    values: Vec<f64>,
+    /// Least and greatest, N m.
+    range: [f64; 2],
+    /// Visits just above zero and just below.
+    visits: [usize; 2],
+    /// The same in the direction of the wheel, while it turns.
+    visits_by_speed: [usize; 2],
+    /// How often a reading becomes exactly zero while the wheel turns.
+    zeros: usize,
+    /// Standard deviation of the noise by the differences of readings in a row, N m. The median is
+    /// blind to true changes; of a magnitude it is at most that of the signed reading.
+    noise: f64,
+}
+
+impl Torque {
+    /// Of a wheel whose direction is certain beyond a spin speed, rad/s.
+    fn of(frames: &[SensorFrame], wheel: usize, turns: f64) -> Self {
+        /// Median of the size of a difference of two readings of white noise, in its standard
+        /// deviations.
+        const MEDIAN: f64 = 0.953_873;
+        let read = frames.iter().zip(speeds(frames, wheel));
+        let value = |f: &SensorFrame| f.motor_torque[wheel].filter(|v| v.is_finite());
+        let read: Vec<(f64, f64)> = read
+            .filter_map(|(f, speed)| Some((value(f)?, speed)))
+            .collect();
+        let values: Vec<f64> = read.iter().map(|(value, _)| *value).collect();
+        let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
+        let noise = median(steps.collect()).unwrap_or(0.0) / MEDIAN;
+        let is_near = |x: f64| x.abs() <= WINDOW * noise && x.abs() > 0.0;
+        // Each visit counts once: readings that stay there are not independent.
+        let visits = |signed: &[f64]| {
+            let enters = |side: f64| {
+                let enters = |w: &&[f64]| is_near(w[1]) && !is_near(w[0]) && w[1] * side > 0.0;
+                signed.windows(2).filter(enters).count()
+            };
+            [enters(1.0), enters(-1.0)]
+        };
+        let turning = |speed: f64| speed.abs() > turns;
+        let of_wheel = |(value, speed): &(f64, f64)| {
+            if turning(*speed) {
+                value * speed.signum()
+            } else {
+                0.0
+            }
+        };
+        let by_speed: Vec<f64> = read.iter().map(of_wheel).collect();
+        let is_zero = |value: f64| value.abs() <= 0.0;
+        let stops = |w: &&[(f64, f64)]| !is_zero(w[0].0) && is_zero(w[1].0) && turning(w[1].1);
+        let all = [f64::INFINITY, f64::NEG_INFINITY];
+        Self {
+            range: values.iter().fold(all, |[a, b], v| [a.min(*v), b.max(*v)]),
+            visits: visits(&values),
+            visits_by_speed: visits(&by_speed),
+            zeros: read.windows(2).filter(stops).count(),
+            noise,
+            values,
+        }
+    }
+
+    /// What is wrong and what to do. `noise` is the stated one, N m.
+    fn fault(&self, noise: f64) -> Option<[String; 2]> {
+        if let Some(range) = unsigned(&self.values) {
+            return Some([
+                format!("jumps to and fro over an empty range, by {range:.3} N m"),
+                format!(
+                    "negative numbers are read as unsigned: read the field as signed, or take {range:.3} N m off values above half of that"
+                ),
+            ]);
+        }
+        let unit = unit(&self.values);
+        if let Some(unit) = unit.filter(|unit| *unit > COARSE * noise) {
+            let error = unit / 12.0_f64.sqrt();
+            return Some([
+                format!("whole numbers of {unit:.3} N m; budget.torque_noise is {noise:.3} N m"),
+                format!("log more digits, or state budget.torque_noise = {error:.3}"),
+            ]);
+        }
+        let sign = "log the signed current or torque, or the driver's direction with it; the estimators need the sign";
+        let [least, most] = self.range;
+        let has_one_sign = least >= 0.0 || most <= 0.0;
+        let is_on_one_side =
+            |[above, below]: [usize; 2], count| above.min(below) == 0 && above.max(below) >= count;
+        if has_one_sign && self.zeros >= NEAR {
+            return Some([
+                format!("of one sign, and {} times exactly zero", self.zeros),
+                format!("torques of the other sign are cut off: {sign}"),
+            ]);
+        }
+        if has_one_sign && is_on_one_side(self.visits, NEAR) {
+            return Some([
+                format!(
+                    "{}: it touches zero and never passes it",
+                    words(self.visits)
+                ),
+                format!("the sign is lost: {sign}"),
+            ]);
+        }
+        if !has_one_sign && is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) {
+            let visits = words(self.visits_by_speed);
+            return Some([
+                format!("{visits} in the direction of the wheel: it never brakes"),
+                format!("the sign is that of the speed: {sign}"),
+            ]);
+        }
+        let sizes = self.values.iter().map(|v| v.abs()).filter(|v| *v > 0.0);
+        let smallest = sizes.fold(f64::INFINITY, f64::min);
+        let finer = 3.0 * unit.unwrap_or(0.0).max(WINDOW * self.noise);
+        (self.zeros >= NEAR && smallest > finer).then(|| {
+            [
+                format!(
+                    "a dead band: nothing between -{smallest:.3} and {smallest:.3} N m but zero"
+                ),
+                "switch the driver's dead band off, or add it to budget.torque_offset".to_owned(),
+            ]
+        })
+    }
 }
 
 /// Spin speed at each frame, rad/s, over a quarter of a second around it; a NaN where it is not known.
@@ -60,119 +193,6 @@ fn speeds(frames: &[SensorFrame], wheel: usize) -> Vec<f64> {
         by.filter(|_| dt > 0.0).map_or(f64::NAN, |by| by / dt)
     };
     (0..frames.len()).map(speed).collect()
-}
-
-fn finding(
-    frames: &[SensorFrame],
-    wheel: usize,
-    speeds: &[f64],
-    turns: f64,
-    stated: f64,
-) -> Finding {
-    let channel = Channel::Torque(wheel);
-    let read: Vec<(f64, f64)> = frames
-        .iter()
-        .zip(speeds)
-        .filter_map(|(f, speed)| Some((channel.value(f).filter(|v| v.is_finite())?, *speed)))
-        .collect();
-    let values: Vec<f64> = read.iter().map(|(value, _)| *value).collect();
-    if let Some(range) = unsigned(&values) {
-        let figure =
-            format!("jumps to and fro over an empty range; {range:.3} N m between both ends");
-        let finding = Finding::ok(TEST, channel, figure).fault(format!(
-            "negative numbers are read as unsigned: read the field as signed, or take {range:.3} N m off values above half of that"
-        ));
-        return finding.with("range", range, "N m");
-    }
-    let driven: Vec<f64> = read
-        .iter()
-        .filter(|(_, s)| s.abs() > turns)
-        .map(|(v, _)| *v)
-        .collect();
-    let zeros = driven.iter().filter(|value| **value == 0.0).count();
-    let often_zero = zeros > NEAR.max((OFTEN_ZERO * driven.len() as f64) as usize);
-    let noise = noise(&values);
-    let near = |of: &dyn Fn(f64, f64) -> f64| {
-        let signed: Vec<f64> = read
-            .iter()
-            .map(|(value, speed)| of(*value, *speed))
-            .collect();
-        let is_near = |x: f64| x.abs() <= WINDOW * noise && x.abs() > 0.0;
-        // Each visit counts once: readings that stay there are not independent.
-        let visits = signed
-            .windows(2)
-            .filter(|w| is_near(w[1]) && !is_near(w[0]));
-        let (above, below): (Vec<_>, Vec<_>) = visits.partition(|w| w[1] > 0.0);
-        [above.len(), below.len()]
-    };
-    let one_side =
-        |[above, below]: [usize; 2], least| above.min(below) == 0 && above.max(below) >= least;
-    let plain = near(&|value, _| value);
-    // While a wheel turns; its sign is certain there.
-    let by_speed = near(&|value, speed| {
-        if speed.abs() > turns {
-            value * speed.signum()
-        } else {
-            0.0
-        }
-    });
-    let of =
-        |[above, below]: [usize; 2]| format!("{above} visits just above zero, {below} just below");
-    let remedy_of_sign = "log the signed current or torque, or the driver's direction bit with it; the estimators need the sign";
-    let all = [f64::INFINITY, f64::NEG_INFINITY];
-    let [least, most] = values.iter().fold(all, |[a, b], v| [a.min(*v), b.max(*v)]);
-    if (least >= 0.0 || most <= 0.0) && often_zero {
-        let share = 100.0 * zeros as f64 / driven.len() as f64;
-        let figure = format!(
-            "never on the other side of zero, and exactly zero in {share:.1} % of the drive"
-        );
-        return Finding::ok(TEST, channel, figure)
-            .fault(format!("torques of one sign are cut off: {remedy_of_sign}"));
-    }
-    if (least >= 0.0 || most <= 0.0) && one_side(plain, NEAR) {
-        let figure = format!("{}: it touches zero and never passes it", of(plain));
-        return Finding::ok(TEST, channel, figure)
-            .fault(format!("the sign is lost: {remedy_of_sign}"));
-    }
-    if one_side(by_speed, NEAR_BY_SPEED) && plain.iter().all(|count| *count > 0) {
-        let figure = format!(
-            "{} in the direction of the wheel: it never brakes",
-            of(by_speed)
-        );
-        return Finding::ok(TEST, channel, figure)
-            .fault(format!("the sign is that of the speed: {remedy_of_sign}"));
-    }
-    let smallest = values
-        .iter()
-        .map(|v| v.abs())
-        .filter(|v| *v > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    let unit = unit(&values);
-    let is_band = often_zero && smallest > 3.0 * unit.unwrap_or(0.0).max(WINDOW * noise);
-    if is_band {
-        let figure =
-            format!("a dead band: nothing between -{smallest:.3} and {smallest:.3} N m but zero");
-        return Finding::ok(TEST, channel, figure)
-            .fault("switch the driver's dead band off, or add it to budget.torque_offset");
-    }
-    if let Some(unit) = unit.filter(|unit| *unit > COARSE * stated) {
-        let error = unit / 12.0_f64.sqrt();
-        let figure =
-            format!("whole numbers of {unit:.3} N m; budget.torque_noise is {stated:.3} N m");
-        return Finding::ok(TEST, channel, figure).fault(format!(
-            "log more digits, or state budget.torque_noise = {error:.3}"
-        ));
-    }
-    Finding::ok(TEST, channel, of(plain))
-}
-
-/// Standard deviation of the noise by the differences of readings in a row, N m. The median is blind to
-/// true changes; of a magnitude it is at most that of the signed reading.
-fn noise(values: &[f64]) -> f64 {
-    /// Median of the size of a difference of two readings of white noise, in its standard deviations.
-    const MEDIAN: f64 = 0.953_873;
-    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
-    median(steps.collect()).unwrap_or(0.0) / MEDIAN
 }
 
 /// The unit of which all values are whole numbers: the least difference of two of them, if they are few

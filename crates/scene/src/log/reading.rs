@@ -84,6 +84,8 @@ pub struct ReadingChoice {
     sign: f64,
     gear_ratio: f64,
     torque_constant: f64,
+    /// Range after which its column starts anew, in the column's unit; 0 if it does not.
+    pub wrap: f64,
     /// Unit and offset, whose allowed values depend on the reading.
     of_reading: (),
 }
@@ -149,6 +151,10 @@ keys! {
     /// torque of the motor for a current, N m/A; needed with unit = "A" or "mA"
     torque_constant: number(NONE, at_least(0.0).at_most(1e6)) => torque_constant;
 
+    /// of a wheel's angle only: range after which the column starts anew, in its unit, such as 65536
+    /// counts or 360 deg; 0 of a column that goes on
+    wrap: number(NONE, at_least(0.0).at_most(1e12)) => wrap;
+
     /// value of the reading where it should be 0, in its SI unit: subtracted last
     offset ("0"): dependent("a number, or a text with a unit", || {
         let units = [ANGLE, TORQUE, ANGULAR_RATE].map(with_unit);
@@ -173,6 +179,7 @@ pub(super) const READING: ByName<ReadingChoice> = ByName {
         gear_ratio: 1.0,
         counts: 0.0,
         torque_constant: 0.0,
+        wrap: 0.0,
         of_reading: (),
     },
     check,
@@ -222,6 +229,13 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
         reader.refuse(found, &join(path, "gear_ratio"), allowed);
+    }
+    let is_speed = ["rad/s", "deg/s", "rpm"].contains(&unit);
+    if (!is_wheel_angle(name) || is_speed)
+        && let Some(found) = node.get("wrap")
+    {
+        let allowed = "wrap of a wheel's angle only: other readings and speeds do not start anew";
+        reader.refuse(found, &join(path, "wrap"), allowed);
     }
     reading.unit = unit;
     reading.factor = factor(unit, reading);
