@@ -241,7 +241,7 @@ fn quiet_readings_on_an_edge_have_no_fault() -> Result<(), Failure> {
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
-        of_body: false,
+        body: None,
         sides: settings.sides,
     };
     let report = check(&frames, &stated);

@@ -1,5 +1,6 @@
 //! The checks of logs: honest and faulty readings.
 
+mod body;
 mod clock_faults;
 mod common;
 mod fault_times;

@@ -3,7 +3,7 @@
 
 use super::common::{Failure, report};
 use robhaz_estimator::SensorFrame;
-use robhaz_log::check::{Report, Stated, Verdict, check};
+use robhaz_log::check::{BodyNoise, Report, Stated, Verdict, check};
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
@@ -37,12 +37,17 @@ fn drive(rover: &str, imu: &str, speed: f64) -> Result<(Scene, Vec<SensorFrame>)
 
 fn of_body(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
     let settings = scene.nominal_settings(&scene.estimators[0])?;
+    let spec = &scene.sensors.spec;
     let stated = Stated {
         robot: &scene.nominal_robot()?,
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
-        of_body: true,
+        body: Some(BodyNoise {
+            inclination: spec.inclination_noise,
+            rate: spec.rate_noise,
+            pin: spec.pin_noise,
+        }),
         sides: settings.sides,
     };
     Ok(check(frames, &stated))

@@ -74,7 +74,7 @@ fn finding(scene: &Scene, frames: &[SensorFrame]) -> Result<Finding, Failure> {
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
-        of_body: false,
+        body: None,
         sides: settings.sides,
     };
     let report = check(frames, &stated);

@@ -3,7 +3,7 @@
 use crate::estimate::{describe, shown};
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
-use robhaz_log::check::{Finding, Report, Stated, check};
+use robhaz_log::check::{BodyNoise, Finding, Report, Stated, check};
 use robhaz_log::{Log, LogOptions, LogPlace};
 use robhaz_record::time_lines;
 use robhaz_run::ChannelReport;
@@ -47,8 +47,12 @@ pub fn run(args: &Args) -> Result<()> {
         budget: choice.budget,
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
-        of_body: log.is_of_body() || choice.of_body,
         sides: choice.sides,
+        body: choice.body.map(|[inclination, rate]| BodyNoise {
+            inclination,
+            rate,
+            pin: choice.pin[0],
+        }),
     };
     let name = log.name.clone();
     let mut source = log.into_source();

@@ -116,6 +116,7 @@ impl Log {
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
             let (speed, period) = pace(&plan, &survey, robot);
             let budget = &choice.budget;
+            choice.body = Some([budget.inclination_noise, budget.rate_noise]);
             choice.budget = budget.of_body_sensors(robot, choice.pin, speed, period);
             mount
         });
@@ -153,11 +154,6 @@ impl Log {
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
         Run::of(description, self.into_source())
-    }
-
-    /// Whether its readings of the links are made of those of the body and of pin Q.
-    pub fn is_of_body(&self) -> bool {
-        self.frames.is_of_body()
     }
 
     /// Its readings alone.

@@ -56,7 +56,7 @@ pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> 
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
-        of_body: false,
+        body: None,
         sides: settings.sides,
     };
     Ok(check(&frames, &stated))

@@ -8,10 +8,11 @@
 
 use crate::check::readings::{Readings, Stated};
 use crate::check::report::{Finding, Verdict};
-use crate::check::rest::has_quiet_torque;
+use crate::check::rest::has_quiet;
 use crate::check::rewire::{Channel, moved, names};
 use robhaz_estimator::{
-    Channels, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, Sides, TorqueScale,
+    Channels, EstimateError, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, Sides,
+    TorqueScale,
 };
 use robhaz_model::Robot;
 
@@ -144,6 +145,8 @@ struct Judgement {
     /// for a few frames.
     absurd: f64,
     refused: f64,
+    /// Why the last of these have none.
+    why: Option<EstimateError>,
 }
 
 impl Judgement {
@@ -159,10 +162,14 @@ impl Judgement {
             ..Self::default()
         };
         for frame in frames {
-            let Ok(estimate) = estimator.update(&case.of(frame)) else {
-                found.refused += 1.0;
-                found.nis += REFUSED;
-                continue;
+            let estimate = match estimator.update(&case.of(frame)) {
+                Ok(estimate) => estimate,
+                Err(error) => {
+                    found.refused += 1.0;
+                    found.why = Some(error);
+                    found.nis += REFUSED;
+                    continue;
+                }
             };
             found.scale = estimate.torque_scale.or(found.scale);
             if estimate.flags.contains(Flags::SENSOR_ABSURD) {
@@ -262,17 +269,13 @@ fn nis_of_own(judged: &[(Case, f64)]) -> f64 {
     own.map_or(REFUSED, |(_, nis)| *nis)
 }
 
-/// All findings. `order`: the encoders to which the torques belong, if these show it. `resolved`:
-/// whether the readings follow each other closely enough for the filters.
-pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -> Vec<Finding> {
+/// All findings. `order`: the encoders to which the torques belong, if these show it.
+pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>) -> Vec<Finding> {
     let (frames, robot) = (&*log.frames, log.stated.robot);
     let settings = &settings(log.stated, frames);
     let own = Judgement::of(frames, robot, settings, &OWN);
     if own.absurd > OFTEN {
-        return vec![
-            torque_scale(&own, log.stated),
-            contradiction(&own, resolved),
-        ];
+        return vec![torque_scale(&own, log.stated), contradiction(&own)];
     }
     let part = part(frames);
     let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
@@ -283,7 +286,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
             cases.insert(0, OWN);
         }
         // One sensor of the body gives the readings of both links.
-        cases.retain(|case| !(log.stated.of_body && case.links));
+        cases.retain(|case| !(log.stated.body.is_some() && case.links));
         // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
         cases.retain(|case| !few || case.moved() <= 4 && !case.links);
         compared(part, robot, settings, cases)
@@ -305,22 +308,26 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let as_well = judged.iter().filter(|(_, nis)| *nis <= margin * least);
     let mut as_well: Vec<Case> = as_well.map(|(case, _)| *case).collect();
     as_well.retain(|case| *case != best && *case != OWN);
+    // Where the readings agree far better than stated, or too few of them show it, another wiring
+    // that fits better than that of the log is none to choose, but it fits as well.
+    let better = (best != OWN && nis_of_own > AGREE).then_some(best);
+    let others: Vec<Case> = better.into_iter().chain(as_well.iter().copied()).collect();
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
-    let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
+    let is_better = best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
     // Torques that may be in another unit show no wiring.
-    let finding = if has_quiet_torque(&log.findings) {
+    let finding = if has_quiet(&log.findings, "torque") {
         let remedy = "correct the unit of the torques, or state their noise, first";
         Finding::ok(WIRING, CHANNEL, figure).cannot_tell(remedy)
     } else if is_better || best != OWN && is_other {
         let remedy = format!("{}{}", best.words(), also(&as_well));
         Finding::ok(WIRING, best.channels(), figure).fault(remedy)
-    } else if let [other, ..] = as_well[..] {
+    } else if let [other, ..] = others[..] {
         let remedy = format!(
             "turn one wheel after the other by hand: its encoder and torque must change{}",
-            also(&as_well)
+            also(&others)
         );
         Finding::ok(WIRING, other.channels(), figure).cannot_tell(remedy)
     } else {
@@ -333,7 +340,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         Verdict::Fault => Judgement::of(frames, robot, settings, &best),
         _ => own,
     };
-    let contradiction = contradiction(&rewired, resolved);
+    let contradiction = contradiction(&rewired);
     vec![torque_scale(&rewired, log.stated), finding, contradiction]
 }
 
@@ -379,7 +386,7 @@ fn also(cases: &[Case]) -> String {
 }
 
 /// What is left with all changes that other tests ask for.
-fn contradiction(own: &Judgement, resolved: bool) -> Finding {
+fn contradiction(own: &Judgement) -> Finding {
     let of_frames = |share: f64, channel: &str, what: &str| {
         let figure = format!("{:.1} % of the frames have {what}", 100.0 * share);
         Finding::ok(TEST, channel, figure).with("share", 100.0 * share, "%")
@@ -394,10 +401,6 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
         let figure = format!(
             "readings contradict each other from {first:.1} s on (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)"
         );
-        if !resolved {
-            let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.02 rad, and less than 20 ms, between readings";
-            return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
-        }
         let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";
         let finding = Finding::ok(TEST, names.join(", "), figure).fault(remedy);
         return finding
@@ -405,8 +408,18 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
             .with("largest", largest, "-");
     }
     if own.refused > OFTEN {
-        let channel = "inclinometer 1, inclinometer 2";
-        let remedy = "check the inclinometers: the four-bar cannot close at such angles";
+        let (channel, remedy) = match own.why {
+            Some(EstimateError::Missing { field }) => (
+                CHANNEL,
+                format!("no frame has the reading {field}: map its column, or look into it"),
+            ),
+            Some(EstimateError::Linkage(_)) => (
+                "inclinometer 1, inclinometer 2",
+                "check the inclinometers: the four-bar cannot close at such angles".to_owned(),
+            ),
+            Some(error) => (CHANNEL, format!("the estimator refuses them: {error}")),
+            None => (CHANNEL, "see the faults above".to_owned()),
+        };
         return of_frames(own.refused, channel, "no estimate").fault(remedy);
     }
     let figure = format!(

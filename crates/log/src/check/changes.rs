@@ -2,17 +2,22 @@
 //! first follow the second.
 
 use crate::check::readings::Readings;
-use crate::check::recording::Recording;
-use robhaz_score::signals::{derivative, difference, integral, robust_fit, smooth, subtract};
+use crate::check::recorded::OfBody;
+use robhaz_score::signals::{
+    derivative, difference, integral, median, robust_fit, smooth, subtract,
+};
 
-/// Time over which changes are compared, s: the specific force of the robot's own motion changes
-/// less in it than the angles on uneven ground.
-pub const SPAN: f64 = 0.5;
+/// Least time over which changes are compared, s: the specific force of the robot's own motion
+/// changes less in it than the angles on uneven ground. A slow robot needs longer for its angles to
+/// change: until it has rolled by the radius of its wheels.
+const SPAN: f64 = 0.5;
+/// Longest such time, s: a gyroscope's drift stays small.
+const LONGEST_SPAN: f64 = 10.0;
 /// Time over which both are averaged, s.
 pub const SMOOTHING: f64 = 0.02;
 /// Time over which the robot's acceleration is averaged, s.
 pub const FORWARD: f64 = 0.1;
-/// Change of an angle within [`SPAN`] that shows something, rad: 0.3 deg, several times the noise
+/// Change of an angle within that time that shows something, rad: 0.3 deg, several times the noise
 /// of a smoothed inclinometer.
 pub const LEAST_CHANGE: f64 = 0.3 * DEGREE;
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -21,7 +26,7 @@ pub const CERTAIN: f64 = 0.95;
 /// Deviations of a coefficient that tell its sign, or that it is not 1.
 pub const GATE: f64 = 5.0;
 
-/// Changes of one angle of each link within [`SPAN`].
+/// Changes of one angle of each link within a time.
 pub struct Changes {
     /// Of the inclinometers, rad.
     pub inclination: [Vec<f64>; 2],
@@ -30,6 +35,8 @@ pub struct Changes {
     /// Of the angle that the encoders' acceleration makes an inclinometer show, rad; none of
     /// inclinometers without it.
     pub forward: Vec<f64>,
+    /// Time within which they change, s.
+    pub span: f64,
     /// Factor of standard deviations: residuals are correlated over the span.
     correlated: f64,
 }
@@ -48,18 +55,32 @@ pub struct Coefficients {
 impl Changes {
     /// The changes of a recording, without the part of the inclinations that is `acceleration`
     /// (rad).
-    pub fn of(recording: &Recording, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
-        let half = recording.steps(0.5 * SPAN);
+    /// Of a log whose readings of the links are made of those of the body these are those of the
+    /// body, twice.
+    pub fn of(log: &Readings<'_>, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
+        let recording = &log.recording;
+        let (angles, rates) = match log.stated.body {
+            Some(_) => {
+                let OfBody {
+                    inclination, rate, ..
+                } = OfBody::of(recording, log.stated);
+                ([inclination.clone(), inclination], [rate.clone(), rate])
+            }
+            None => (recording.inclination.clone(), recording.rate.clone()),
+        };
+        let span = span(log);
+        let half = recording.steps(0.5 * span);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let inclination = |k: usize| match (&recording.inclination[k], acceleration) {
+        let inclination = |k: usize| match (&angles[k], acceleration) {
             (read, None) => read.clone(),
             (read, Some(acceleration)) => subtract(read, acceleration),
         };
-        let correlated = (recording.steps(SPAN) as f64).sqrt();
+        let correlated = (recording.steps(span) as f64).sqrt();
         Self {
+            span,
             correlated,
             inclination: [0, 1].map(|k| change(&inclination(k))),
-            rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
+            rate: [0, 1].map(|k| change(&integral(&rates[k], recording.dt))),
             forward: change(forward),
         }
     }
@@ -71,7 +92,7 @@ impl Changes {
             true => forward(log),
             false => Vec::new(),
         };
-        Self::of(&log.recording, None, &forward)
+        Self::of(log, None, &forward)
     }
 
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
@@ -116,6 +137,13 @@ impl Coefficients {
             _ => 0.0,
         }
     }
+}
+
+/// Time over which changes are compared, s.
+fn span(log: &Readings<'_>) -> f64 {
+    let spin = log.recording.while_driving(&log.recording.middle_spin);
+    let spin = median(spin.iter().map(|s| s.abs()).collect()).unwrap_or(0.0);
+    (1.0 / spin).clamp(SPAN, LONGEST_SPAN)
 }
 
 /// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad;

@@ -6,23 +6,23 @@
 //! follows the other link's gyroscope exchanged channels. That of the second is the scale of the
 //! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::check::changes::{
-    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN,
-};
+use crate::check::changes::{CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE};
 use crate::check::delay;
 use crate::check::ground::Signs;
+use crate::check::pin_delay;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
+use crate::check::rest::has_quiet;
 use crate::check::rewire::{Change, Channel};
 use robhaz_model::Carrier;
-use robhaz_score::signals::{Allowed, delay, derivative, high_pass, rms, robust_fit, smooth};
+use robhaz_score::signals::{Allowed, delay, derivative, rms, robust_fit, smooth};
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
-/// Longest delay that is looked for, s.
-const LONGEST_DELAY: f64 = 0.15;
+/// Longest delay that is looked for, in times over which changes are compared: 0.15 s of 0.5 s.
+const LONGEST_DELAY: f64 = 0.3;
 /// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
 const INCLINOMETER_LAG: f64 = 0.025;
 /// Delay of a gyroscope behind the inclinometer that is a fault, s.
@@ -38,30 +38,6 @@ const ACCELERATION_ERROR: f64 = 2.0;
 
 const ACCELERATION: &str = "acceleration";
 const SIGN: &str = "sign and unit";
-const NOISE: &str = "noise while driving";
-/// Half of the time of the mean that is taken from an inclination less the integral of its
-/// gyroscope, s: vibration of links and wheels is faster, the errors of both are slower.
-const HALF_TIME: f64 = 0.125;
-
-/// What inclinometers show beside the integral of their gyroscopes while the robot drives: noise,
-/// accelerations, and vibration of the links. It is no fault, but with a budget that states much
-/// less `best` names channels whose wiring is right. Nothing of a log that does not drive.
-pub fn noise_while_driving(log: &Readings<'_>) -> Vec<Finding> {
-    let half = log.recording.steps(HALF_TIME);
-    let of_link = |k: usize| {
-        let (_, drift) = log.recording.turned(k);
-        let fast = high_pass(&drift, half);
-        let error = log.recording.while_driving(&fast);
-        error.iter().find(|x| x.is_finite())?;
-        let stated = log.stated.budget.inclination_noise;
-        let [noise, stated] = [rms(&error), stated].map(|x| x / DEGREE);
-        let figure = format!("{noise:.3} deg, budget.inclination_noise {stated:.3} deg");
-        let finding = Finding::ok(NOISE, Channel::Inclinometer(k), figure);
-        Some(finding.with("noise", noise, "deg"))
-    };
-    [0, 1].into_iter().filter_map(of_link).collect()
-}
-
 /// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before
 /// further tests.
 pub fn units(log: &Readings<'_>) -> Vec<Finding> {
@@ -69,20 +45,46 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
     let unit = |k: usize| {
         let found = changes.fit(k, k).filter(Coefficients::is_known)?;
         let is = |value: f64| (found.rate.abs() / value - 1.0).abs() < SCALE_ERROR;
-        let (remedy, wrong) = if is(1.0 / DEGREE) {
+        // An inclinometer in another unit shows the robot's acceleration in it, too; a slow robot
+        // has none, but the noise of a sensor is in its unit.
+        let alike = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), found.rate.abs());
+        let right = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), 1.0);
+        let (gyro, inclinometer) = (Channel::Gyro(k), Channel::Inclinometer(k));
+        let quiet = |channel: Channel, of_body: &str| match log.stated.body {
+            Some(_) => has_quiet(&log.findings, of_body),
+            None => has_quiet(&log.findings, &channel.to_string()),
+        };
+        let is_of_inclinometer =
+            found.forward.is_some_and(alike) || quiet(inclinometer, "body_inclination");
+        let is_of_gyro = found.forward.is_some_and(right) || quiet(gyro, "body_rate");
+        let (remedy, wrong, factor) = if is(1.0 / DEGREE) && is_of_gyro {
+            let remedy = "the rate is converted from deg/s twice: state unit = \"rad/s\"";
+            (remedy, gyro, 1.0 / DEGREE)
+        } else if is(1.0 / DEGREE) {
             let remedy = "the inclination is in degrees: state unit = \"deg\"";
-            (remedy, Channel::Inclinometer(k))
+            (remedy, inclinometer, DEGREE)
+        } else if is(DEGREE) && is_of_inclinometer {
+            let remedy = "the inclination is converted from degrees twice: state unit = \"rad\"";
+            (remedy, inclinometer, 1.0 / DEGREE)
         } else if is(DEGREE) {
             let remedy = "the rate is in degrees a second: state unit = \"deg/s\"";
-            (remedy, Channel::Gyro(k))
+            (remedy, gyro, DEGREE)
         } else {
             return None;
         };
         let finding = Finding::ok(SIGN, of_link(k), found.figure()).fault(remedy);
-        let finding = finding.change([Change::Factor(wrong, DEGREE)]);
+        let finding = finding.change([Change::Factor(wrong, factor)]);
         Some(finding.with("coefficient", found.rate, "-"))
     };
+    if log.stated.body.is_some() {
+        return unit(0).map(of_body).into_iter().collect();
+    }
     [0, 1].into_iter().filter_map(unit).collect()
+}
+
+/// Whether an acceleration is that of a unit: the factor between units is 57.3.
+fn is_near(value: f64, unit: f64) -> bool {
+    (0.2..5.0).contains(&(value / unit))
 }
 
 /// Scale of all encoders, by the acceleration that the inclinometers measure, and 1 or -1, the sign
@@ -144,8 +146,8 @@ fn encoder_unit(scale: f64) -> (String, f64) {
 pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
     let changes = Changes::of_links(log);
     let fits = [0, 1].map(|k| changes.fit(k, k));
-    if let Some(k) = log.stated.body_link() {
-        return vec![of_body(sign(&changes, &fits, k, Signs::Unknown))];
+    if log.stated.body.is_some() {
+        return vec![of_body(sign(&changes, &fits, 0, Signs::Unknown))];
     }
     match exchanged(&changes, on_ground) {
         Some(finding) => vec![finding],
@@ -153,19 +155,28 @@ pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
     }
 }
 
-/// The finding of the link with the body, whose readings those of both links are made of.
+/// The finding of link 1 as that of the body, whose sensors take its place in [`Changes`].
 fn of_body(finding: Finding) -> Finding {
-    let [Change::Factor(channel, _)] = finding.changes[..] else {
-        return finding;
+    let named = |text: &str| {
+        let text = text.replace("gyro 1", "body_rate");
+        text.replace("inclinometer 1", "body_inclination")
     };
-    let reading = match channel {
-        Channel::Gyro(_) => "body_rate",
-        _ => "body_inclination",
+    let mut found = Finding {
+        channel: named(&finding.channel),
+        remedy: finding.remedy.as_deref().map(named),
+        ..finding
     };
-    Finding {
-        changes: vec![Change::Body(channel)],
-        ..finding.fault(format!("turn round sign of reading.{reading}"))
+    for change in &mut found.changes {
+        if let Change::Factor(channel, factor) = *change {
+            let is_rate = matches!(channel, Channel::Gyro(_));
+            *change = Change::Body(is_rate, factor);
+            if factor < 0.0 {
+                let reading = if is_rate { "rate" } else { "inclination" };
+                found.remedy = Some(format!("turn round sign of reading.body_{reading}"));
+            }
+        }
     }
+    found
 }
 
 fn of_link(k: usize) -> String {
@@ -211,7 +222,8 @@ fn sign(
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
         let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
         let figure = format!(
-            "changes within {SPAN} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS"
+            "changes within {:.1} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS",
+            changes.span
         );
         let finding = Finding::ok(SIGN, of_link(k), figure)
             .with("inclinometer", inclined, "deg")
@@ -305,11 +317,18 @@ fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (
     (wrong, remedy)
 }
 
-/// Delays between the gyroscope and the inclinometer of each link, for right signs and units.
-pub fn delays(log: &Readings<'_>) -> [Finding; 2] {
+/// Delays between the gyroscope and the inclinometer of each link, or of the body, for right signs
+/// and units.
+pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
-    let changes = Changes::of(&log.recording, acceleration.as_deref(), &[]);
-    [0, 1].map(|k| delay_of(&log.recording, &changes, k))
+    let changes = Changes::of(log, acceleration.as_deref(), &[]);
+    if log.stated.body.is_some() {
+        let of_imu = of_body(delay_of(&log.recording, &changes, 0));
+        let of_pin = pin_delay::finding(log, 2.0 * LONGEST_DELAY * changes.span);
+        return [of_imu].into_iter().chain(of_pin).collect();
+    }
+    let of_link = |k: usize| delay_of(&log.recording, &changes, k);
+    [0, 1].map(of_link).into()
 }
 
 /// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
@@ -349,7 +368,7 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
         explained: CERTAIN,
     };
     let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
-    let [longest, memory] = [LONGEST_DELAY, SPAN].map(|time| recording.steps(time));
+    let [longest, memory] = [LONGEST_DELAY, 1.0].map(|part| recording.steps(part * changes.span));
     // All samples: those that fit best without a delay would hide it.
     let found = (rms(rate) > LEAST_CHANGE)
         .then(|| delay(inclination, &[rate], longest, memory, recording.dt, allowed))

@@ -9,10 +9,13 @@
 //! | `dead` | Has a channel no value, or the same one throughout? | the readings alone |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `torques` | Is a torque a signed number? | readings near zero |
+//! | `recorded` | What did the sensors of a body read, of which readings of links are made? | the linkage |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
 //! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
+//! | `noise` | Noise of the links' sensors while driving, single wrong readings | what ground can do |
+//! | `pin_delay` | Delay of the angle of pin Q | each wheel passes the same ground |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
-//! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
+//! | `course`, `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
 //! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
@@ -24,13 +27,17 @@
 mod agreement;
 mod changes;
 mod clock;
+mod course;
 mod dead;
 mod delay;
 mod drive;
 mod ground;
 mod jumps;
 mod links;
+mod noise;
+mod pin_delay;
 mod readings;
+mod recorded;
 mod recording;
 mod report;
 mod rest;
@@ -42,6 +49,7 @@ mod torques;
 mod wheels;
 
 pub use readings::Stated;
+pub use recorded::BodyNoise;
 pub use report::{Finding, Report, Verdict};
 
 use self::clock::Clock;
@@ -108,23 +116,19 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let are_right = links.iter().all(|f| f.verdict != Verdict::Fault);
     log.take(links);
     if are_right {
-        log.take(links::noise_while_driving(&log));
-        // The rate of pin Q is that of a filter.
-        if !stated.of_body {
-            log.take(links::delays(&log));
-        }
+        log.take(noise::findings(&log));
+        log.take(links::delays(&log));
     }
     log.take([ground::distance(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
-    let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
-    log.take(agreement::findings(&log, order, resolved));
+    log.take(agreement::findings(&log, order));
     log.report()
 }
 
 impl Readings<'_> {
     fn report(mut self) -> Report {
-        if self.stated.of_body {
+        if self.stated.body.is_some() {
             self.findings.iter_mut().for_each(name_sensors_of_body);
         }
         Report::new(self.findings)
@@ -150,6 +154,9 @@ fn sides(stated: &Stated<'_>) -> Finding {
 
 /// Says which sensors of the body a fault of the links' readings may be of.
 fn name_sensors_of_body(finding: &mut Finding) {
+    if finding.channel == ground::CHANNEL {
+        "body_inclination, pin_angle".clone_into(&mut finding.channel);
+    }
     let is_of_link = ["gyro", "inclinometer"].map(|name| finding.channel.contains(name));
     if let Some(remedy) = &mut finding.remedy
         && is_of_link.contains(&true)
@@ -163,13 +170,6 @@ fn name_sensors_of_body(finding: &mut Finding) {
 /// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its
 /// radius along the path.
 const LARGEST_TURN: f64 = 0.25;
-
-/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground
-/// must change smoothly from reading to reading.
-const LONGEST_STEP: f64 = 0.0205;
-/// Largest turn between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at 500 Hz.
-/// With more their contact angles may oscillate on level ground.
-const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {

@@ -1,6 +1,7 @@
 //! What is stated of a log, its readings, and what was found so far.
 
 use crate::check::clock::Clock;
+use crate::check::recorded::BodyNoise;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
@@ -18,10 +19,11 @@ pub struct Stated<'a> {
     pub viscous_damping: f64,
     /// Nominal compression of wheel and ground, m.
     pub compression: f64,
-    /// Whether the readings of the links are made of those of the body and of pin Q.
-    pub of_body: bool,
     /// Whether the log is of one side of a robot with two.
     pub sides: Sides,
+    /// The sensors of body and pin Q of which the readings of the links are made; `None` of sensors
+    /// on the links.
+    pub body: Option<BodyNoise>,
 }
 
 impl Stated<'_> {
@@ -29,7 +31,7 @@ impl Stated<'_> {
     /// of the body; `None` of a four-bar.
     pub(super) fn body_link(&self) -> Option<usize> {
         match self.robot.geometry.suspension {
-            Suspension::Bogie { body } if self.of_body => Some(body.index()),
+            Suspension::Bogie { body } if self.body.is_some() => Some(body.index()),
             _ => None,
         }
     }
@@ -54,7 +56,7 @@ impl Readings<'_> {
         }
         for frame in self.frames.to_mut() {
             let changes = found.iter().flat_map(|finding| &finding.changes);
-            changes.for_each(|change| change.of(frame));
+            changes.for_each(|change| change.of(frame, self.stated));
         }
         if let Some(recording) = Recording::new(&Clock::of(&self.frames), self.stated.robot) {
             self.recording = recording;

@@ -24,6 +24,8 @@ pub struct Recording {
     pub dt: f64,
     /// Turn of each wheel relative to its link, rad.
     pub wheel_angle: [Vec<f64>; 3],
+    /// Least change of each encoder between its readings, rad: its count.
+    pub count: [f64; 3],
     /// Motor torque of each wheel, N m.
     pub torque: [Vec<f64>; 3],
     /// Inclination of links 1 and 2, rad.
@@ -64,6 +66,7 @@ impl Recording {
             samples
         };
         let wheel_angle = [0, 1, 2].map(|i| samples(Channel::Encoder(i)));
+        let count = [0, 1, 2].map(|i| least_change(clock, Channel::Encoder(i)));
         let inclination = [0, 1].map(|k| samples(Channel::Inclinometer(k)));
         let half = steps(0.5 * SMOOTHING, dt);
         let spin = wheel_angle
@@ -80,14 +83,15 @@ impl Recording {
             let line = axle(0, k) - axle(2, k);
             line.y.atan2(line.x)
         };
-        let count = wheel_angle[0].len();
+        let samples_of_all = 0..wheel_angle[0].len();
         Some(Self {
             dt,
+            count,
             torque: [0, 1, 2].map(|i| samples(Channel::Torque(i))),
             rate: [0, 1].map(|k| samples(Channel::Gyro(k))),
             slowest,
-            middle_spin: (0..count).map(middle).collect(),
-            slope: (0..count).map(slope).collect(),
+            middle_spin: samples_of_all.clone().map(middle).collect(),
+            slope: samples_of_all.map(slope).collect(),
             least_spin: DRIVING_SPEED * Units::of(robot).speed() / geometry.wheel_radius,
             wheel_angle,
             inclination,
@@ -124,6 +128,17 @@ impl Recording {
     pub fn len(&self) -> usize {
         self.torque[0].len()
     }
+}
+
+/// Least change of a channel between two readings in a row; 0 of one that does not change.
+fn least_change(clock: &Clock<'_>, channel: Channel) -> f64 {
+    let mut least = f64::INFINITY;
+    for part in &clock.parts {
+        let readings = Part::of(part, channel).readings;
+        let changes = readings.windows(2).map(|w| (w[1].1 - w[0].1).abs());
+        least = changes.filter(|c| *c > 0.0).fold(least, f64::min);
+    }
+    if least.is_finite() { least } else { 0.0 }
 }
 
 fn steps(time: f64, dt: f64) -> usize {

@@ -1,19 +1,20 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
 use crate::check::readings::Stated;
+use crate::check::recorded::{Kind, Recorded};
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel};
-use robhaz_estimator::NoiseBudget;
+use crate::check::rewire::Change;
 use robhaz_model::Units;
-use robhaz_score::signals::{mean, rms, subtract};
+use robhaz_score::signals::{mean, rms};
 use std::f64::consts::{PI, TAU};
 
 /// Shortest rest that is used, s.
 const SHORTEST: f64 = 0.3;
-/// Turn of a wheel within 50 ms that ends the rest, rad: a few counts of a coarse encoder, 0.2 mm
-/// at the rim.
+/// Turn of a wheel within 50 ms that ends the rest, rad: 0.2 mm at the rim of robot A.
 const STILL: f64 = 2e-3;
+/// The same in counts of a coarse encoder: at rest it may change between two neighbours.
+const STILL_COUNTS: f64 = 1.5;
 /// Standard deviations of an offset that are a fault.
 const OFFSET_GATE: f64 = 5.0;
 /// Offset of a gyroscope that does no harm, rad/s: 0.05 deg/s.
@@ -42,33 +43,13 @@ const DEGREE: f64 = PI / 180.0;
 const ZERO: &str = "zero at rest";
 const NOISE: &str = "noise at rest";
 
-/// A channel at rest.
-struct AtRest<'a> {
-    name: String,
-    values: &'a [f64],
-    unit: &'static str,
-    /// From the SI unit to `unit`.
-    factor: f64,
-    /// White noise of the budget, SI.
-    noise: f64,
-    /// Whether its values are directions, rad.
-    is_direction: bool,
-}
-
-impl<'a> AtRest<'a> {
-    fn of(channel: Channel, values: &'a [f64], budget: &NoiseBudget) -> Self {
-        let (unit, factor) = match channel {
-            Channel::Torque(_) => ("N m", 1.0),
-            Channel::Gyro(_) => ("deg/s", 1.0 / DEGREE),
-            _ => ("deg", 1.0 / DEGREE),
-        };
-        Self {
-            name: channel.to_string(),
-            values,
-            unit,
-            factor,
-            noise: channel.noise(budget),
-            is_direction: matches!(channel, Channel::Inclinometer(_)),
+impl Recorded {
+    /// The unit in which it is shown, and the factor from SI to it.
+    pub const fn shown_in(&self) -> (&'static str, f64) {
+        match self.kind {
+            Kind::Torque => ("N m", 1.0),
+            Kind::Rate => ("deg/s", 1.0 / DEGREE),
+            Kind::Inclination | Kind::Pin => ("deg", 1.0 / DEGREE),
         }
     }
 
@@ -79,8 +60,8 @@ impl<'a> AtRest<'a> {
 
     /// The mean; of directions that of the direction, which may lie at 180 deg.
     fn mean(&self) -> f64 {
-        if !self.is_direction {
-            return mean(self.values).unwrap_or(0.0);
+        if self.kind != Kind::Inclination {
+            return mean(&self.values).unwrap_or(0.0);
         }
         let of = |part: fn(f64) -> f64| {
             let parts: Vec<f64> = self.values.iter().map(|v| part(*v)).collect();
@@ -88,7 +69,7 @@ impl<'a> AtRest<'a> {
         };
         // Small angles keep their mean.
         match self.values.iter().all(|v| v.is_nan() || v.abs() < STEEPEST) {
-            true => mean(self.values).unwrap_or(0.0),
+            true => mean(&self.values).unwrap_or(0.0),
             false => of(f64::sin).atan2(of(f64::cos)),
         }
     }
@@ -100,8 +81,8 @@ impl<'a> AtRest<'a> {
         let by_chance = CHANCE * self.noise / self.count().sqrt();
         let (mean, limit) = (self.mean(), limit + by_chance);
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
-        let finding = Finding::ok(ZERO, &self.name, figure);
-        let finding = finding.with("mean", self.factor * mean, self.unit);
+        let (unit, factor) = self.shown_in();
+        let finding = Finding::ok(ZERO, &self.name, figure).with("mean", factor * mean, unit);
         if mean.abs() <= limit {
             return finding;
         }
@@ -109,12 +90,13 @@ impl<'a> AtRest<'a> {
     }
 
     fn shown(&self, value: f64) -> String {
-        format!("{:.3} {}", self.factor * value, self.unit)
+        let (unit, factor) = self.shown_in();
+        format!("{:.3} {unit}", factor * value)
     }
 }
 
-/// All findings. The noise of readings of the links that are made of those of the body is not that
-/// of a sensor: the rate of pin Q is 0 at rest.
+/// All findings, of each channel as it was recorded: of a body with an inertial sensor these are
+/// its own and that of pin Q.
 pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let budget = &stated.budget;
     let end = rest(recording);
@@ -123,12 +105,12 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         let of = |test| Finding::ok(test, "all", "the log begins in motion").cannot_tell(remedy);
         return [ZERO, NOISE].map(of).to_vec();
     }
-    let [torque, gyro, inclinometer] = [Channel::Torque, Channel::Gyro, Channel::Inclinometer];
-    let torques = [0, 1, 2].map(|i| AtRest::of(torque(i), &recording.torque[i][..end], budget));
-    let gyros = [0, 1].map(|k| AtRest::of(gyro(k), &recording.rate[k][..end], budget));
-    let inclinometers =
-        [0, 1].map(|k| AtRest::of(inclinometer(k), &recording.inclination[k][..end], budget));
-    let level = inclinometers.iter().all(|x| x.mean().abs() < LEVEL);
+    let mut channels = Recorded::of_recording(recording, end, stated);
+    channels.retain(|x| x.values.iter().any(|v| v.is_finite()));
+    let of_kind = |kinds: &'static [Kind]| channels.iter().filter(|x| kinds.contains(&x.kind));
+    let angles = || of_kind(&[Kind::Inclination, Kind::Pin]);
+    let (rates, torques) = (|| of_kind(&[Kind::Rate]), || of_kind(&[Kind::Torque]));
+    let level = angles().all(|x| x.mean().abs() < LEVEL);
     let small_torque = SMALL_TORQUE * Units::of(stated.robot).torque();
     let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
@@ -136,29 +118,19 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let of_gyro = |finding: Finding, mean: f64| {
         finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
     };
-    let mut findings: Vec<Finding> = gyros.iter().map(|x| x.zero(rate_zero, of_gyro)).collect();
-    let [first, second] = inclinometers.each_ref().map(|x| x.values);
-    let pin = subtract(first, second);
-    let pin = AtRest {
-        name: "pin Q".to_owned(),
-        ..AtRest::of(inclinometer(0), &pin, budget)
+    let of_angle = |(k, x): (usize, &Recorded)| {
+        let key = match stated.body {
+            Some(_) => format!("offset of {}", x.name),
+            None => "offset".to_owned(),
+        };
+        let hangs = x.kind == Kind::Inclination
+            && x.mean().abs() > UPSIDE_DOWN
+            && noise(x).verdict != Verdict::Fault;
+        x.zero(level_zero, |finding, mean| match hangs {
+            true => upside_down(finding, k, stated.body.is_some()),
+            false => inclination(finding, mean, &key),
+        })
     };
-    // Readings of the links that are made of others have the zeros of these.
-    let zeros: Vec<(&AtRest<'_>, &str)> = match stated.body_link() {
-        Some(body) => vec![
-            (&inclinometers[body], "offset of body_inclination"),
-            (&pin, "offset of pin_angle"),
-        ],
-        None => inclinometers.iter().map(|x| (x, "offset")).collect(),
-    };
-    for (k, (x, key)) in zeros.into_iter().enumerate() {
-        let hangs = x.mean().abs() > UPSIDE_DOWN && noise(x).verdict != Verdict::Fault;
-        let finding = x.zero(level_zero, |finding, mean| match hangs {
-            true => upside_down(finding, k, stated.of_body),
-            false => inclination(finding, mean, key),
-        });
-        findings.push(finding);
-    }
     let of_torque = |finding: Finding, mean: f64| {
         if !level {
             let remedy = "the robot stands on a slope: record a rest on level ground";
@@ -168,19 +140,22 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
             "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
         ))
     };
-    findings.extend(torques.iter().map(|x| x.zero(torque_zero, of_torque)));
-    let of_links = gyros.iter().chain(&inclinometers);
-    let real = of_links.filter(|_| !stated.of_body).chain(&torques);
-    findings.extend(real.map(noise));
+    let mut findings: Vec<Finding> = rates().map(|x| x.zero(rate_zero, of_gyro)).collect();
+    findings.extend(angles().enumerate().map(of_angle));
+    findings.extend(torques().map(|x| x.zero(torque_zero, of_torque)));
+    findings.extend(rates().chain(angles()).chain(torques()).map(noise));
     findings
 }
 
 /// Number of samples before the first motion.
 pub fn rest(recording: &Recording) -> usize {
     let step = recording.steps(0.05);
-    let moves = |i: usize, a: &Vec<f64>| (a[i + step] - a[i]).abs() > STILL;
+    let wheels = || recording.wheel_angle.iter().zip(recording.count);
+    let moves = |i: usize, (a, count): (&Vec<f64>, f64)| {
+        (a[i + step] - a[i]).abs() > STILL.max(STILL_COUNTS * count)
+    };
     let last = recording.len().saturating_sub(step);
-    let first = (0..last).find(|i| recording.wheel_angle.iter().any(|a| moves(*i, a)));
+    let first = (0..last).find(|i| wheels().any(|wheel| moves(*i, wheel)));
     first.unwrap_or(last)
 }
 
@@ -210,17 +185,17 @@ fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
     ))
 }
 
-/// Whether a torque was found suspiciously quiet: it may be in another unit.
-pub fn has_quiet_torque(findings: &[Finding]) -> bool {
+/// Whether a channel whose name starts so was found suspiciously quiet: it may be in another unit.
+pub fn has_quiet(findings: &[Finding], channel: &str) -> bool {
     let is_quiet = |f: &Finding| {
-        f.test == NOISE && f.verdict == Verdict::CannotTell && f.channel.starts_with("torque")
+        f.test == NOISE && f.verdict == Verdict::CannotTell && f.channel.starts_with(channel)
     };
     findings.iter().any(is_quiet)
 }
 
-fn noise(x: &AtRest<'_>) -> Finding {
+fn noise(x: &Recorded) -> Finding {
     // Of white noise, from the differences of neighbours.
-    let turns = |step: f64| match x.is_direction && step.abs() > PI {
+    let turns = |step: f64| match x.kind == Kind::Inclination && step.abs() > PI {
         true => step - TAU.copysign(step),
         false => step,
     };
@@ -228,25 +203,26 @@ fn noise(x: &AtRest<'_>) -> Finding {
     let steps: Vec<f64> = steps.collect();
     let deviation = rms(&steps) / std::f64::consts::SQRT_2;
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
-    let finding = Finding::ok(NOISE, &x.name, figure).with("noise", x.factor * deviation, x.unit);
+    let (unit, factor) = x.shown_in();
+    let finding = Finding::ok(NOISE, &x.name, figure).with("noise", factor * deviation, unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.
     let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 * x.count()).sqrt());
     // No noise at all is that of an exact sensor.
     let is_quiet = deviation > 1e-9 && deviation * UNIT_RATIO < x.noise;
-    if !is_quiet && deviation <= limit.max(SHOWN / x.factor) {
+    if !is_quiet && deviation <= limit.max(SHOWN / factor) {
         return finding;
     }
-    let unit = match x.unit {
+    let units = match unit {
         "N m" => "a torque of the motor's side (gear_ratio), a current in A or mA",
         "deg/s" => "rad/s for deg/s or the other way round",
         _ => "rad for deg or the other way round",
     };
     if is_quiet {
         finding.cannot_tell(format!(
-            "suspiciously quiet: check the unit ({unit}), or state the measured noise"
+            "suspiciously quiet: check the unit ({units}), or state the measured noise"
         ))
     } else if deviation > UNIT_RATIO * x.noise {
-        finding.fault(format!("check the unit ({unit})"))
+        finding.fault(format!("check the unit ({units})"))
     } else {
         finding.fault("state the measured noise in the budget, or find its cause")
     }

@@ -1,5 +1,7 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
+use crate::check::readings::Stated;
+use crate::check::recorded::of_body;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use std::f64::consts::PI;
 use std::fmt;
@@ -113,33 +115,47 @@ pub enum Change {
     Remove(Channel),
     /// The sensor of a link, from 0, hangs upside down: its axis that points forward does.
     UpsideDown(usize),
-    /// The sign of one kind of readings of the body, of which those of both links are made. Number
-    /// of the link with the body, from 0; the gyroscope or the inclinometer of that link.
-    Body(Channel),
-    /// The sign of the angle of pin Q, which gives the readings of the link without the body.
-    /// Number of the link with the body, from 0.
-    Pin(usize),
+    /// A factor of the rate of the body (`true`) or its inclination, of which the readings of both
+    /// links are made.
+    Body(bool, f64),
+    /// A factor of the angle of pin Q, which gives the readings of the link without the body. Number
+    /// of the link with the body, from 0.
+    Pin(usize, f64),
 }
 
 impl Change {
-    /// Changes a frame.
-    pub fn of(self, frame: &mut SensorFrame) {
+    /// The channels that are made of the rate of the body, and of its inclination.
+    const BODY_RATE: [Channel; 2] = [Channel::Gyro(0), Channel::Gyro(1)];
+    const BODY_INCLINATION: [Channel; 2] = [Channel::Inclinometer(0), Channel::Inclinometer(1)];
+
+    /// Changes a frame of a log of what is stated.
+    pub fn of(self, frame: &mut SensorFrame, stated: &Stated<'_>) {
         let before = *frame;
         match self {
             Self::Factor(channel, factor) => {
                 *channel.of(frame) = channel.value(&before).map(|v| factor * v);
             }
-            Self::Body(channel) => {
-                let (value, other) = (channel.value(&before), channel.of_other_link());
-                *channel.of(frame) = value.map(|v| -v);
-                let of_other = other.value(&before);
-                *other.of(frame) = of_other.map(|x| value.map_or(x, |v| x - 2.0 * v));
+            Self::Body(is_rate, factor) => {
+                let links = [&before.link1, &before.link2];
+                let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+                let angles = links.map(|link| number(link.inclination));
+                let rates = links.map(|link| number(link.rate));
+                let [angle, rate] = of_body(stated, angles, rates);
+                // Both links turn with the body.
+                let more = (factor - 1.0) * if is_rate { rate } else { angle };
+                for k in [0, 1] {
+                    let channel = match is_rate {
+                        true => Self::BODY_RATE[k],
+                        false => Self::BODY_INCLINATION[k],
+                    };
+                    *channel.of(frame) = channel.value(&before).map(|v| v + more);
+                }
             }
-            Self::Pin(body) => {
+            Self::Pin(body, factor) => {
                 for channel in [Channel::Inclinometer(body), Channel::Gyro(body)] {
                     let (of_body, other) = (channel.value(&before), channel.of_other_link());
                     let turned = of_body.zip(other.value(&before));
-                    *other.of(frame) = turned.map(|(body, x)| 2.0 * body - x);
+                    *other.of(frame) = turned.map(|(body, x)| body + factor * (x - body));
                 }
             }
             Self::Exchange(a, b) => {
@@ -167,8 +183,24 @@ impl fmt::Display for Change {
             Self::Exchange(a, b) => write!(f, "exchange {a} and {b}"),
             Self::Remove(channel) => write!(f, "leave out {channel}"),
             Self::UpsideDown(k) => write!(f, "turn over the sensor of link {}", k + 1),
-            Self::Body(channel) => write!(f, "turn round sign of {channel} of the body"),
-            Self::Pin(_) => write!(f, "turn round sign of reading.pin_angle"),
+            Self::Body(is_rate, factor) => {
+                let reading = if *is_rate {
+                    "body_rate"
+                } else {
+                    "body_inclination"
+                };
+                write!(f, "{reading} times {factor:.4}")
+            }
+            Self::Pin(_, factor) if *factor < 0.0 => {
+                write!(f, "turn round sign of reading.pin_angle")
+            }
+            Self::Pin(_, factor) => {
+                let unit = if *factor > 1.0 { "rad" } else { "deg" };
+                write!(
+                    f,
+                    "reading.pin_angle is in another unit: state unit = \"{unit}\""
+                )
+            }
         }
     }
 }

@@ -51,7 +51,7 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
         if let Some(body) = log.stated.body_link().filter(|_| !is_backwards) {
             // The sign of the body's readings alone.
             let remedy = "the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques";
-            finding = finding.change([Change::Pin(body)]).fault(remedy);
+            finding = finding.change([Change::Pin(body, -1.0)]).fault(remedy);
         }
         return vec![finding];
     }

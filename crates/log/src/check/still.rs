@@ -1,6 +1,7 @@
 //! Channels that do not change, and channels at the end of their range.
 
 use crate::check::readings::Stated;
+use crate::check::recorded::{Kind, ROUNDING, Recorded};
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use robhaz_estimator::SensorFrame;
@@ -22,6 +23,10 @@ const PARKED: f64 = 0.1;
 /// Longest time between two frames in which a jump of an angle is looked for, s.
 const LONGEST_STEP: f64 = 0.05;
 
+/// Step of a sensor over its noise from which on equal readings show nothing: of three readings two
+/// are equal by chance.
+const COARSE: f64 = 2.0;
+
 const STUCK: &str = "stuck";
 const RANGE: &str = "range";
 const COLUMNS: &str = "columns";
@@ -33,25 +38,50 @@ pub fn findings(
     driving: &[[bool; 3]],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for channel in Channel::ALL {
-        let noise = channel.noise(&stated.budget);
-        findings.push(stuck(frames, driving, channel, noise));
-        if let Channel::Encoder(_) = channel {
-            findings.extend(wrapped(frames, channel));
-        } else {
-            findings.extend(at_limit(frames, channel, noise));
-        }
+    for i in 0..3 {
+        let encoder = Channel::Encoder(i);
+        let value = |f: &SensorFrame| encoder.value(f).unwrap_or(f64::NAN);
+        let values: Vec<f64> = frames.iter().map(value).collect();
+        findings.push(stuck(
+            frames,
+            driving,
+            &encoder.to_string(),
+            &values,
+            Sensor::Encoder(i),
+        ));
+        findings.extend(wrapped(frames, encoder));
     }
-    findings.extend(repeated(frames, stated.of_body));
+    for channel in Recorded::of_frames(frames, stated) {
+        let Recorded {
+            name,
+            noise,
+            values,
+            ..
+        } = &channel;
+        findings.push(stuck(frames, driving, name, values, Sensor::Noisy(*noise)));
+        findings.extend(at_limit(&channel));
+    }
+    findings.extend(repeated(frames, stated.body.is_some()));
     findings
 }
 
+/// What a channel that does not change is judged by.
+#[derive(Clone, Copy)]
+enum Sensor {
+    /// The encoder of a wheel, from 0.
+    Encoder(usize),
+    /// A sensor with this white noise of a sample.
+    Noisy(f64),
+}
+
 /// Channels of one kind whose readings are the same in each frame, though they change; without the
-/// gyroscopes of links whose readings are made of those of the body.
+/// readings of links that are made of those of the body.
 fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (k, a) in Channel::ALL.into_iter().enumerate() {
-        let is_other = |b: &Channel| a.is_like(*b) && !(of_body && *b == Channel::Gyro(1));
+        let is_made =
+            |b: Channel| of_body && matches!(b, Channel::Gyro(_) | Channel::Inclinometer(_));
+        let is_other = |b: &Channel| a.is_like(*b) && !is_made(*b);
         for b in Channel::ALL.into_iter().skip(k + 1).filter(is_other) {
             let pair = |f: &SensorFrame| Some((a.value(f)?, b.value(f)?));
             let pairs = || frames.iter().filter_map(pair);
@@ -118,27 +148,42 @@ pub fn driving(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<[bool; 3]> {
     frames.iter().enumerate().map(turning).collect()
 }
 
+/// Least change of a channel that is more than rounding.
+fn resolution(values: &[f64]) -> f64 {
+    let changes = values.windows(2).map(|w| (w[1] - w[0]).abs());
+    changes
+        .filter(|c| *c > ROUNDING)
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// The longest time for which a channel repeats its value while the other wheels turn (two of them
 /// for an encoder).
-fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise: f64) -> Finding {
-    let wheel = match channel {
-        Channel::Encoder(i) => Some(i),
-        _ => None,
+fn stuck(
+    frames: &[SensorFrame],
+    driving: &[[bool; 3]],
+    channel: &str,
+    values: &[f64],
+    sensor: Sensor,
+) -> Finding {
+    let wheel = match sensor {
+        Sensor::Encoder(i) => Some(i),
+        Sensor::Noisy(_) => None,
     };
-    let (mut last, mut since) = (None, 0.0);
+    let (mut last, mut since) = (f64::NAN, 0.0);
     let (mut longest, mut at) = (0.0, 0.0);
     let mut any = false;
-    for (frame, driving) in frames.iter().zip(driving) {
+    for ((frame, driving), value) in frames.iter().zip(driving).zip(values) {
         let turning = (0..3).filter(|w| Some(*w) != wheel && driving[*w]);
         let drives = turning.count() >= 2;
         any |= drives;
-        let Some(value) = channel.value(frame) else {
+        if value.is_nan() {
             continue;
-        };
-        if !drives || last != Some(value.to_bits()) {
+        }
+        let repeats = (value - last).abs() <= ROUNDING;
+        if !drives || !repeats {
             since = frame.time;
         }
-        last = Some(value.to_bits());
+        last = *value;
         if frame.time - since > longest {
             (longest, at) = (frame.time - since, since);
         }
@@ -151,29 +196,44 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise:
     let finding = Finding::ok(STUCK, channel, figure);
     if longest < LONGEST_CONSTANT {
         finding.with("longest", longest, "s")
-    } else if noise > 0.0 || wheel.is_some() {
-        let remedy = format!("dead from {at:.2} s on: check cable and driver");
-        finding.fault(remedy).with("longest", longest, "s")
-    } else {
+    } else if let Sensor::Noisy(noise) = sensor
+        && noise <= 0.0
+    {
         let remedy = "the budget states no noise, so the reading may be constant: state its noise";
         finding.cannot_tell(remedy)
+    } else if let Sensor::Noisy(noise) = sensor
+        && let step @ 0.0..f64::INFINITY = resolution(values)
+        && step > COARSE * noise
+    {
+        finding.cannot_tell(format!(
+            "it changes in steps of {step:.4}, more than its noise, so it may rest: record a drive that moves it"
+        ))
+    } else {
+        let remedy = format!("dead from {at:.2} s on: check cable and driver");
+        finding.fault(remedy).with("longest", longest, "s")
     }
 }
 
 /// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range
 /// from repeating a value.
-fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Finding> {
-    let values: Vec<f64> = frames.iter().filter_map(|f| channel.value(f)).collect();
+fn at_limit(channel: &Recorded) -> Option<Finding> {
+    let values: Vec<f64> = channel
+        .values
+        .iter()
+        .copied()
+        .filter(|x| !x.is_nan())
+        .collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if noise <= 0.0 || values.is_empty() || least >= most {
+    if channel.noise <= 0.0 || values.is_empty() || most - least <= ROUNDING {
         return None;
     }
     let (mut elsewhere, mut at_end, mut share) = (0, 0, 0);
     let mut limit = most;
-    for run in values.chunk_by(|a, b| a.to_bits() == b.to_bits()) {
+    let is_same = |a: f64, b: f64| (a - b).abs() <= ROUNDING;
+    for run in values.chunk_by(|a, b| is_same(*a, *b)) {
         let (value, count) = (run[0], run.len());
-        if [least, most].map(f64::to_bits).contains(&value.to_bits()) {
+        if is_same(value, least) || is_same(value, most) {
             if count > at_end {
                 (at_end, limit) = (count, value);
             }
@@ -186,11 +246,11 @@ fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Find
     let figure = format!(
         "{least:.4} to {most:.4}; longest at an end {at_end} readings ({share:.1} % of all), elsewhere {elsewhere}"
     );
-    let finding = Finding::ok(RANGE, channel, figure);
+    let finding = Finding::ok(RANGE, &channel.name, figure);
     if at_end < AT_LIMIT || at_end < 5 * elsewhere {
         return Some(finding.with("at an end", share, "%"));
     }
-    if let Channel::Torque(_) = channel {
+    if channel.kind == Kind::Torque {
         let remedy = format!(
             "at its limit of {limit:.3}: fine if it is the drive's, else raise the sensor's range"
         );

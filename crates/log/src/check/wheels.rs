@@ -8,6 +8,9 @@ use robhaz_score::signals::median;
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip
 /// makes, less than any mistake in counts, gear ratios or edges.
 const RATIO_ERROR: f64 = 0.08;
+/// Difference in each part of the drive that creep and noise do not make, -: a wheel that differs as
+/// much all the time slips, or has another radius.
+const SLIP: f64 = 0.02;
 /// Parts of the drive: a fault shows in each.
 const PARTS: usize = 10;
 /// Least number of samples of a part.
@@ -50,6 +53,18 @@ fn encoder(i: usize, parts: &[f64], torque: impl Fn() -> Option<usize>) -> Findi
     );
     let finding = Finding::ok(TEST, channel, figure).with("ratio", ratio, "-");
     let torque = if is_right(ratio) { None } else { torque() };
+    if torque.is_none()
+        && is_right(ratio)
+        && parts.len() == PARTS
+        && parts
+            .iter()
+            .all(|p| (p - 1.0) * (ratio - 1.0).signum() > SLIP)
+    {
+        let percent = 100.0 * (ratio - 1.0);
+        return finding.cannot_tell(format!(
+            "it turns {percent:+.1} % all the time: it slips, or its radius, counts or gear ratio differ; measure its circumference"
+        ));
+    }
     // A wheel that slips for some time, or a robot that is stuck, does not do so all the time.
     if torque.is_none() && parts.iter().copied().any(is_right) {
         return finding;

@@ -28,9 +28,10 @@ pub struct LogChoice {
     pub states_friction: bool,
     /// Whether `drive.viscous_damping` is stated; else that of the robot's file counts.
     pub states_damping: bool,
-    /// Whether the readings of the links were made of those of the body and of pin Q by the run
-    /// that wrote them.
-    pub of_body: bool,
+    /// White noise of inclination (rad a sample) and rate (rad/s a sample) of the inertial sensor in
+    /// the body of which the readings of the links are made, with the angle of pin Q; `None` of
+    /// sensors on the links.
+    pub body: Option<[f64; 2]>,
     /// White noise (rad a sample) and constant error (rad) of the angle of pin Q.
     pub pin: [f64; 2],
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
@@ -64,7 +65,7 @@ impl Default for LogChoice {
             states_robot: false,
             states_loads: false,
             states_friction: false,
-            of_body: false,
+            body: None,
             pin: [0.1_f64.to_radians(); 2],
             states_damping: false,
             viscous_damping: scene.drive.viscous_damping,
@@ -89,7 +90,7 @@ impl LogChoice {
             true => name.to_owned(),
             false => format!("{name}, nominal"),
         };
-        let simulated = &scene.robot;
+        let (simulated, spec) = (&scene.robot, &scene.sensors.spec);
         let nominal = |damping: f64| scene.model_error.nominal_damping(damping);
         let common = nominal(scene.drive.viscous_damping);
         let estimator = |choice: &EstimatorChoice| {
@@ -114,8 +115,8 @@ impl LogChoice {
             states_robot: true,
             states_loads: true,
             states_friction: true,
-            of_body: scene.sensors.spec.imu == ImuPlace::Body,
-            pin: [scene.sensors.spec.pin_noise, scene.sensors.spec.pin_bias],
+            body: (spec.imu == ImuPlace::Body).then_some([spec.inclination_noise, spec.rate_noise]),
+            pin: [spec.pin_noise, spec.pin_bias],
             states_damping: true,
             viscous_damping: common,
             compression: scene

@@ -1,0 +1,204 @@
+//! Noise and spikes of the links' sensors, or of those of the body, while the robot drives.
+//!
+//! Ground moves a link smoothly: in a step ds of the path an axle rises by at most ds. White noise
+//! is what three readings in a row differ by from a straight line beyond that, and a spike is what
+//! a reading or two differ by from those before and after.
+
+use crate::check::changes::DEGREE;
+use crate::check::readings::Readings;
+use crate::check::recorded::{Kind, OfBody, Recorded};
+use crate::check::report::Finding;
+use robhaz_model::Robot;
+use robhaz_score::signals::{high_pass, integral, median, rms, subtract};
+
+const NOISE: &str = "noise while driving";
+const WHITE: &str = "white noise while driving";
+const SPIKES: &str = "spikes";
+
+/// Half of the time of the mean that is taken from an inclination less the integral of its
+/// gyroscope, s: vibration of links and wheels is faster, the errors of both are slower.
+const HALF_TIME: f64 = 0.125;
+/// Noise over that of the budget from which on the budget states too little.
+const RATIO: f64 = 2.0;
+/// Change of the slope of an axle's path between readings that is usual on uneven ground, rad: a
+/// corner of 17 deg.
+const CORNER: f64 = 0.3;
+/// Normal deviation over the median of absolute ones.
+const OF_MEDIAN: f64 = 1.4826;
+/// Standard deviations that a spike is beyond: none by chance.
+const GATE: f64 = 10.0;
+/// Angle (rad) or rate (rad/s) by ground and impacts with which a spike cannot be told.
+const MOST: f64 = 4.0;
+/// Fewest readings with which noise is told.
+const LEAST: usize = 50;
+
+/// All findings; nothing of a log that does not drive.
+pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
+    let Some(ground) = Ground::of(log) else {
+        return Vec::new();
+    };
+    let recording = &log.recording;
+    let mut findings = beside_gyros(log);
+    for channel in Recorded::of_recording(recording, recording.len(), log.stated) {
+        if channel.kind == Kind::Pin {
+            findings.extend(white(log, &channel, &ground));
+        }
+        findings.extend(spikes(log, &channel, &ground));
+    }
+    findings
+}
+
+/// What inclinometers show beside the integral of their gyroscopes while the robot drives: noise,
+/// accelerations, and vibration of the links. It is no fault, but with a budget that states much
+/// less `best` names channels whose wiring is right.
+fn beside_gyros(log: &Readings<'_>) -> Vec<Finding> {
+    let recording = &log.recording;
+    let half = recording.steps(HALF_TIME);
+    let of = |name: &str, drift: &[f64], stated: f64| {
+        let fast = high_pass(drift, half);
+        let error = recording.while_driving(&fast);
+        error.iter().find(|x| x.is_finite())?;
+        let [noise, shown] = [rms(&error), stated].map(|x| x / DEGREE);
+        let figure = format!("{noise:.3} deg, budget.inclination_noise {shown:.3} deg");
+        let finding = Finding::ok(NOISE, name, figure).with("noise", noise, "deg");
+        if noise <= RATIO * shown {
+            return Some(finding);
+        }
+        let remedy = format!(
+            "accelerations, vibration or noise: where its sign, unit and noise at rest are right, state inclination_noise = {:.5} (rad)",
+            noise * DEGREE
+        );
+        Some(finding.cannot_tell(remedy))
+    };
+    if let Some(noise) = log.stated.body {
+        let body = OfBody::of(recording, log.stated);
+        let drift = subtract(&body.inclination, &integral(&body.rate, recording.dt));
+        return of("body_inclination", &drift, noise.inclination)
+            .into_iter()
+            .collect();
+    }
+    let stated = log.stated.budget.inclination_noise;
+    let of_link = |k: usize| {
+        let (_, drift) = recording.turned(k);
+        of(&format!("inclinometer {}", k + 1), &drift, stated)
+    };
+    [0, 1].into_iter().filter_map(of_link).collect()
+}
+
+/// How fast ground can move the links.
+struct Ground {
+    /// Usual and largest way between readings, over the arm on which a wheel turns its link, rad.
+    usual: f64,
+    largest: f64,
+    /// Angle that an inclinometer shows at an impact at which the robot stops between readings, rad.
+    impact: f64,
+}
+
+impl Ground {
+    /// `None` of a robot that does not drive.
+    fn of(log: &Readings<'_>) -> Option<Self> {
+        let (recording, robot) = (&log.recording, log.stated.robot);
+        let spin = recording.while_driving(&recording.middle_spin);
+        let spin: Vec<f64> = spin
+            .iter()
+            .map(|s| s.abs())
+            .filter(|s| s.is_finite())
+            .collect();
+        let largest = spin.iter().copied().fold(0.0, f64::max);
+        let turn = robot.geometry.wheel_radius / arm(robot) * recording.slowest;
+        Some(Self {
+            usual: turn * median(spin)?,
+            largest: turn * largest,
+            impact: largest * robot.geometry.wheel_radius / (recording.slowest * robot.gravity),
+        })
+    }
+}
+
+/// The shortest distance on which an axle turns its link, m: to the other axle of the link, or to Q.
+fn arm(robot: &Robot) -> f64 {
+    let geometry = &robot.geometry;
+    let place = |i: usize| geometry.axles[i].x;
+    let arm = |i: usize| {
+        let other = (0..3).find(|j| *j != i && geometry.carriers[*j] == geometry.carriers[i]);
+        (place(i) - other.map_or(geometry.pins.q.x, place)).abs()
+    };
+    (0..3).map(arm).fold(f64::INFINITY, f64::min)
+}
+
+/// The white noise of the angle of pin Q, from what three readings in a row differ by from a
+/// straight line: their median, which neither corners nor spikes change.
+fn white(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Finding> {
+    let values = log.recording.while_driving(&channel.values);
+    let bends = values.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs());
+    let bends: Vec<f64> = bends.filter(|b| b.is_finite()).collect();
+    if bends.len() < LEAST {
+        return None;
+    }
+    let of_ground = CORNER * ground.usual;
+    let noise = OF_MEDIAN * median(bends)? / 6f64.sqrt();
+    let [shown, stated] = [noise, channel.noise].map(|x| x / DEGREE);
+    let figure = format!(
+        "{shown:.3} deg, budget {stated:.3} deg and by the ground {:.3} deg",
+        of_ground / DEGREE
+    );
+    let finding = Finding::ok(WHITE, &channel.name, figure).with("noise", shown, "deg");
+    if noise <= RATIO * channel.noise + of_ground {
+        return Some(finding);
+    }
+    Some(finding.fault("state the measured noise in the budget, or find its cause"))
+}
+
+/// Readings that differ from those before and after by more than noise and ground can explain.
+fn spikes(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Finding> {
+    let recording = &log.recording;
+    let (unit, factor) = channel.shown_in();
+    // An axle rises as far as the wheel rolls. A link that turns as fast does so for some readings.
+    let by_ground = match channel.kind {
+        Kind::Torque => return None,
+        Kind::Rate => 3.0 * ground.largest / recording.slowest,
+        Kind::Pin => 2.0 * ground.largest,
+        // An impact stops the robot within a reading.
+        Kind::Inclination => 2.0 * ground.largest + ground.impact,
+    };
+    if by_ground > MOST {
+        return None;
+    }
+    let gate = GATE * channel.noise + by_ground;
+    let values: Vec<f64> = channel
+        .values
+        .iter()
+        .copied()
+        .filter(|x| x.is_finite())
+        .collect();
+    if values.len() < LEAST || channel.noise <= 0.0 {
+        return None;
+    }
+    let is_spike = |w: &[f64]| {
+        let middle = median(w.to_vec()).unwrap_or(w[2]);
+        let (before, after) = (0.5 * (w[0] + w[1]), 0.5 * (w[3] + w[4]));
+        (w[2] - middle).abs().max(0.0) > gate
+            && (before - after).abs() < 0.5 * (w[2] - middle).abs()
+    };
+    let size = |w: &[f64]| (w[2] - median(w.to_vec()).unwrap_or(w[2])).abs();
+    let found: Vec<f64> = values
+        .windows(5)
+        .filter(|w| is_spike(w))
+        .map(size)
+        .collect();
+    let largest = found.iter().copied().fold(0.0, f64::max);
+    let share = 100.0 * found.len() as f64 / values.len() as f64;
+    let figure = format!(
+        "{} readings off by more than {:.2} {unit}",
+        found.len(),
+        factor * gate
+    );
+    let finding = Finding::ok(SPIKES, &channel.name, figure).with("share", share, "%");
+    if found.is_empty() {
+        return Some(finding);
+    }
+    let remedy = format!(
+        "up to {:.2} {unit}: a worn wiper, a loose plug, or a lost byte; mend it, or leave these readings out of the log",
+        factor * largest
+    );
+    Some(finding.fault(remedy))
+}

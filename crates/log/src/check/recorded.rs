@@ -1,0 +1,172 @@
+//! The channels of the links as they were recorded: gyroscopes and inclinometers of the links, or
+//! an inertial sensor in the body and the angle of pin Q, of which readings of the links were made.
+
+use crate::check::readings::Stated;
+use crate::check::recording::Recording;
+use crate::check::rewire::Channel;
+use robhaz_estimator::SensorFrame;
+use robhaz_model::Posture;
+
+/// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyNoise {
+    /// Of the inclination of the body, rad.
+    pub inclination: f64,
+    /// Of its rate, rad/s.
+    pub rate: f64,
+    /// Of the angle of pin Q, rad.
+    pub pin: f64,
+}
+
+/// Change of a reading of the body, as it follows from those of the links, that is rounding: rad,
+/// rad/s.
+pub const ROUNDING: f64 = 1e-12;
+
+/// What a channel measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An angle of an inclinometer, which also shows accelerations, rad.
+    Inclination,
+    /// A rate, rad/s.
+    Rate,
+    /// The angle between the links at pin Q, rad.
+    Pin,
+    /// A torque, N m.
+    Torque,
+}
+
+/// A channel: its readings, a NaN where there is none.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Name of the channel, or of the reading.
+    pub name: String,
+    pub kind: Kind,
+    /// White noise of a sample by the budget, in its unit.
+    pub noise: f64,
+    pub values: Vec<f64>,
+}
+
+/// Readings of the body.
+#[derive(Clone, Debug, Default)]
+pub struct OfBody {
+    /// Its inclination, rad.
+    pub inclination: Vec<f64>,
+    /// Its rate, rad/s.
+    pub rate: Vec<f64>,
+    /// Angle of pin Q, rad.
+    pub pin: Vec<f64>,
+}
+
+impl OfBody {
+    /// The readings of the body from which [`robhaz_model::BodyMount`] has made those of the links.
+    fn new(stated: &Stated<'_>, inclination: &[Vec<f64>; 2], rate: &[Vec<f64>; 2]) -> Self {
+        let mut found = Self::default();
+        for k in 0..inclination[0].len() {
+            let angles = inclination.each_ref().map(|x| x[k]);
+            let [angle, rate] = of_body(stated, angles, rate.each_ref().map(|x| x[k]));
+            found.inclination.push(angle);
+            found.rate.push(rate);
+            found.pin.push(angles[0] - angles[1]);
+        }
+        found
+    }
+
+    /// Those of a recording.
+    pub fn of(recording: &Recording, stated: &Stated<'_>) -> Self {
+        Self::new(stated, &recording.inclination, &recording.rate)
+    }
+
+    fn into_recorded(self, noise: BodyNoise) -> Vec<Recorded> {
+        let of = |name: &str, kind, noise, values| Recorded {
+            name: name.to_owned(),
+            kind,
+            noise,
+            values,
+        };
+        vec![
+            of("body_rate", Kind::Rate, noise.rate, self.rate),
+            of(
+                "body_inclination",
+                Kind::Inclination,
+                noise.inclination,
+                self.inclination,
+            ),
+            of("pin_angle", Kind::Pin, noise.pin, self.pin),
+        ]
+    }
+}
+
+/// Inclination and rate of the body by those of the links, NaN where the linkage cannot close.
+pub fn of_body(stated: &Stated<'_>, angles: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
+    // Without a reading of the pin this link keeps its own.
+    if let Some(fixed) = stated.body_link() {
+        return [angles[fixed], rates[fixed]];
+    }
+    let geometry = &stated.robot.geometry;
+    let Ok(posture) = Posture::close(geometry, angles[0] - angles[1], 0.0) else {
+        return [f64::NAN; 2];
+    };
+    let [body, ..] = posture.rates(geometry, rates[0] - rates[1], 0.0);
+    [angles[1] + posture.body, rates[1] + body]
+}
+
+/// The channels of the links of a log, or of the body, by samples that `values` gives.
+fn channels(stated: &Stated<'_>, values: impl Fn(Channel) -> Vec<f64>) -> Vec<Recorded> {
+    let [gyro, inclinometer] = [Channel::Gyro, Channel::Inclinometer];
+    if let Some(noise) = stated.body {
+        let inclination = [0, 1].map(|k| values(inclinometer(k)));
+        let rate = [0, 1].map(|k| values(gyro(k)));
+        return OfBody::new(stated, &inclination, &rate).into_recorded(noise);
+    }
+    let of_link = |k: usize| [gyro(k), inclinometer(k)];
+    let all = [of_link(0), of_link(1)].into_iter().flatten();
+    all.map(|channel| of_channel(channel, stated, values(channel)))
+        .collect()
+}
+
+fn of_channel(channel: Channel, stated: &Stated<'_>, values: Vec<f64>) -> Recorded {
+    Recorded {
+        name: channel.to_string(),
+        kind: match channel {
+            Channel::Gyro(_) => Kind::Rate,
+            Channel::Torque(_) => Kind::Torque,
+            _ => Kind::Inclination,
+        },
+        noise: channel.noise(&stated.budget),
+        values,
+    }
+}
+
+impl Recorded {
+    /// Those of the torques and of the links, or of the body, in frames.
+    pub fn of_frames(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Self> {
+        let values = |channel: Channel| {
+            let value = |f: &SensorFrame| channel.value(f).unwrap_or(f64::NAN);
+            frames.iter().map(value).collect::<Vec<f64>>()
+        };
+        Self::all(stated, values)
+    }
+
+    /// Those of a recording, at its equal steps, from sample 0 to `end`.
+    pub fn of_recording(recording: &Recording, end: usize, stated: &Stated<'_>) -> Vec<Self> {
+        let values = |channel: Channel| {
+            let values = match channel {
+                Channel::Encoder(i) => &recording.wheel_angle[i],
+                Channel::Torque(i) => &recording.torque[i],
+                Channel::Gyro(k) => &recording.rate[k],
+                Channel::Inclinometer(k) => &recording.inclination[k],
+            };
+            values[..end.min(values.len())].to_vec()
+        };
+        Self::all(stated, values)
+    }
+
+    fn all(stated: &Stated<'_>, values: impl Fn(Channel) -> Vec<f64>) -> Vec<Self> {
+        let torque = |i: usize| of_channel(Channel::Torque(i), stated, values(Channel::Torque(i)));
+        let torques = [0, 1, 2].map(torque);
+        torques
+            .into_iter()
+            .chain(channels(stated, &values))
+            .collect()
+    }
+}
