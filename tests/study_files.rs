@@ -452,30 +452,13 @@ fn runs_that_differ_in_sensors_alone_share_their_truth() {
     assert!(said.contains("3 runs of 0.04 s; each simulated."), "{said}");
 }
 
-/// Commands, options and folders of earlier versions are answered with what does their work now.
+/// Options that a study file or a scene does not take are refused.
 #[test]
-fn what_has_gone_is_answered() {
+fn options_of_the_other_kind_of_study_are_refused() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 2\n");
-    fs::create_dir(dir.path().join("old")).unwrap();
-    let manifest = "{\"name\": \"study\", \"version\": \"robhaz 0.0.9, rapier2d 0.1\"}";
-    fs::write(dir.path().join("old/sweep.json"), manifest).unwrap();
     let cases = [
-        (vec!["sweep", "study.toml"], "robhaz study STUDY.toml"),
-        (vec!["merge", "a", "b"], "robhaz study STUDY.toml --out DIR"),
-        (
-            vec!["study", "scene.toml", "--out", "a.json"],
-            "robhaz study --json",
-        ),
-        (
-            vec!["study", "scene.toml", "--force"],
-            "robhaz study --json",
-        ),
         (vec!["study", "study.toml", "--ladder"], "is a study file"),
         (vec!["study", "scene.toml", "--shard", "1/2"], "--out DIR"),
-        (
-            vec!["study", "study.toml", "--out", "old"],
-            "a sweep of robhaz 0.0.9",
-        ),
     ];
     for (arguments, answer) in cases {
         let output = run(dir.path(), &arguments);
@@ -483,12 +466,4 @@ fn what_has_gone_is_answered() {
         assert!(!output.status.success(), "{arguments:?}");
         assert!(error.contains(answer), "{arguments:?}: {error}");
     }
-    // The dataset of a finished sweep is read.
-    succeed(dir.path(), &["study", "study.toml", "--out", "new"]);
-    fs::rename(
-        dir.path().join("new/study.parquet"),
-        dir.path().join("old/sweep.parquet"),
-    )
-    .unwrap();
-    succeed(dir.path(), &["report", "old"]);
 }

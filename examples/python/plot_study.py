@@ -56,10 +56,7 @@ class Study:
 
     def __init__(self, asked):
         self.asked, self.score = asked, "nrmse" if asked.kind == "calibration" else asked.y
-        # The second name is that of earlier versions.
-        names = [asked.study / "study.parquet", asked.study / "sweep.parquet"]
-        files = names if asked.study.is_dir() else [asked.study]
-        file = next((file for file in files if file.is_file()), files[0])
+        file = asked.study / "study.parquet" if asked.study.is_dir() else asked.study
         if not file.is_file():
             stopped = any(asked.study.glob("runs*.jsonl"))
             raise Refused(f"there is no {file}" + "; the study is not complete, robhaz study continues it" * stopped)

@@ -1,7 +1,7 @@
 //! `robhaz compare`: finished runs side by side.
 
 use crate::terminal::{Output, print, shown};
-use miette::{IntoDiagnostic, Result, bail};
+use miette::{IntoDiagnostic, Result};
 use robhaz_record::{Summary, comparison_json, comparison_table};
 use std::path::PathBuf;
 
@@ -12,16 +12,10 @@ pub struct Args {
     /// bias, time of the largest error, lag, coverage and NEES.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// Gone: `--json` has all scores.
-    #[arg(long, hide = true)]
-    format: Option<String>,
 }
 
 /// Reads the summaries and prints one comparison of all of them.
 pub fn compare(args: &Args) -> Result<()> {
-    if args.format.is_some() {
-        bail!("compare has no --format any more: `robhaz --json compare` prints all scores");
-    }
     let mut summaries = Vec::new();
     for run in &args.runs {
         summaries.push((shown(run), Summary::read(run).into_diagnostic()?));

@@ -25,7 +25,7 @@ mod verify;
 mod view;
 mod weigh;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use interrupt::Interrupt;
 use std::io::Write;
@@ -149,38 +149,26 @@ impl OutputArgs {
     }
 }
 
-/// Commands of earlier versions and of a build with more features, each with what does its work
-/// here.
-const ABSENT: &[(&str, &str)] = &[
-    #[cfg(not(feature = "viewer"))]
-    ("view", live::WITHOUT_VIEWER),
-    ("man", "robhaz COMMAND --help prints the same"),
-    (
-        "merge",
-        "robhaz study STUDY.toml --out DIR makes the dataset of all shards in DIR",
-    ),
-    (
-        "plot",
-        "examples/python/plot_study.py draws the dataset of a study",
-    ),
-    (
-        "recover",
-        "tables of a run that was killed are not kept: the same command runs it again with --force",
-    ),
-    ("sweep", "robhaz study STUDY.toml does the same"),
-];
-
-/// Adds to the error of a command that is not there what does its work.
+/// Adds to the error of the command `view`, in a build without it, how to have it.
+#[cfg(not(feature = "viewer"))]
 fn absent(mut error: clap::Error) -> clap::Error {
-    let name = match error.get(ContextKind::InvalidSubcommand) {
-        Some(ContextValue::String(name)) => name.clone(),
-        _ => return error,
-    };
-    if let Some((_, instead)) = ABSENT.iter().find(|(old, _)| *old == name) {
-        let text = format!("this robhaz has no command {name}: {instead}").into();
+    use clap::error::{ContextKind, ContextValue};
+    let is_view =
+        |value: &ContextValue| matches!(value, ContextValue::String(name) if name == "view");
+    if error
+        .get(ContextKind::InvalidSubcommand)
+        .is_some_and(is_view)
+    {
+        let text = format!("this robhaz has no command view: {}", live::WITHOUT_VIEWER).into();
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![text]));
         error.remove(ContextKind::SuggestedSubcommand);
     }
+    error
+}
+
+/// A build with all commands.
+#[cfg(feature = "viewer")]
+fn absent(error: clap::Error) -> clap::Error {
     error
 }
 

@@ -230,14 +230,8 @@ fn names(folder: &Path) -> Result<Vec<String>> {
 /// Folder of the figures, in the folder of a run.
 const FIGURES: &str = "figures";
 
-/// Extensions of tables: finished ones, those being written, and streams of earlier versions.
-const TABLE_ENDS: [&str; 5] = [
-    ".parquet.partial",
-    ".parquet",
-    ".csv.partial",
-    ".csv",
-    ".arrows",
-];
+/// Extensions of tables: finished ones, and those being written.
+const TABLE_ENDS: [&str; 4] = [".parquet.partial", ".parquet", ".csv.partial", ".csv"];
 
 /// Whether the run of a resolved scene writes a file of this name.
 fn is_of_a_run(name: &str, scene: &str) -> bool {

@@ -41,9 +41,6 @@ pub struct Args {
     /// Format of the table.
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
-    /// Of earlier versions.
-    #[arg(long, hide = true, value_name = "FILE.rrd", value_parser = no_save)]
-    save: Option<PathBuf>,
     /// Replaces the files of an earlier judgement.
     #[arg(long)]
     force: bool,
@@ -92,14 +89,6 @@ pub fn run(args: &Args) -> Result<()> {
         true => Ok(()),
         false => bail!("{}: no-go", scene.name),
     }
-}
-
-/// Says what has replaced recordings of paths.
-fn no_save(_: &str) -> Result<PathBuf, String> {
-    let instead = "--out DIR draws needed_friction.svg";
-    Err(format!(
-        "paths are no longer recorded for the viewer: {instead}"
-    ))
 }
 
 /// Refuses a folder that holds other files of the same names.

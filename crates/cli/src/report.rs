@@ -11,9 +11,6 @@ use std::path::PathBuf;
 
 const PAGE: Format = ("pages", "html");
 
-/// Name of the dataset in folders of earlier versions.
-const SWEEP: &str = "sweep.parquet";
-
 /// Arguments of `robhaz report`.
 #[derive(clap::Args)]
 pub struct Args {
@@ -29,10 +26,10 @@ pub struct Args {
 
 /// Writes the page.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
-    let datasets = [DATASET, SWEEP].map(|name| args.run.join(name));
-    let text = match datasets.iter().find(|path| path.is_file()) {
-        Some(dataset) => study_page(&Dataset::read(dataset).into_diagnostic()?),
-        None => page(&args.run).into_diagnostic()?,
+    let dataset = args.run.join(DATASET);
+    let text = match dataset.is_file() {
+        true => study_page(&Dataset::read(&dataset).into_diagnostic()?),
+        false => page(&args.run).into_diagnostic()?,
     };
     let default = || args.run.join("report.html");
     let target = args.out.clone().unwrap_or_else(default);

@@ -60,9 +60,6 @@ pub struct Args {
     /// Lists the runs, their number and simulated time. Computes and writes nothing.
     #[arg(long)]
     dry_run: bool,
-    /// An option of earlier versions.
-    #[arg(long, hide = true)]
-    force: bool,
 }
 
 /// `2/8`
@@ -86,13 +83,6 @@ fn is_study(path: &Path) -> bool {
 impl Args {
     /// The study, and the folder of its dataset.
     fn study(&self) -> Result<(Study, Option<PathBuf>)> {
-        if self.force || self.out.as_ref().and_then(|out| out.extension()) == Some("json".as_ref())
-        {
-            bail!(
-                "this version has no --out FILE.json and no --force: robhaz study --json prints the result, --out names the folder \
-                 of the dataset"
-            );
-        }
         if is_study(&self.file) {
             // What a study file says itself.
             let of_scene = self.seeds.is_some() || self.engine.is_some() || self.ladder;

@@ -26,9 +26,6 @@ pub struct Args {
     /// Size of the picture in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", requires = "screenshot", value_parser = size, default_value = "1400x900")]
     size: [u32; 2],
-    /// Of earlier versions.
-    #[arg(long, hide = true, value_name = "FILE", value_parser = no_save)]
-    save: Option<PathBuf>,
     /// Replaces an existing picture.
     #[arg(long)]
     force: bool,
@@ -76,11 +73,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
         .into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))
-}
-
-/// Says what has replaced recordings of several runs.
-fn no_save(_: &str) -> Result<PathBuf, String> {
-    Err("`robhaz view RUN RUN` opens the recordings of several runs in one viewer".to_owned())
 }
 
 /// Refuses arguments that cannot be combined.

@@ -1,114 +1,264 @@
 //! The door of the estimator: readings and settings are converted into the [`Units`] of the robot,
 //! in which one tuning holds for all, and estimates back.
 
-use crate::estimate::Estimate;
+use crate::contact::ContactEstimate;
+use crate::estimate::{Estimate, Parity, ReadingErrors};
 use crate::frame::{LinkReading, SensorFrame};
+use crate::friction::{SlipEvent, WheelFriction};
 use crate::ground::GroundPoint;
-use crate::settings::{EstimatorSettings, Method, NoiseBudget};
+use crate::settings::{EstimatorSettings, KalmanMethod, Method, NoiseBudget, PaperMethod};
 use crate::statics::LOAD_PARAMETERS;
 use robhaz_model::Units;
 
+// Each struct is taken apart field by field: a field that is added does not compile here until its
+// unit is known.
+
 /// Settings in these units.
 pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> EstimatorSettings {
-    let mut method = settings.method;
-    if let Method::Paper(paper) = &mut method {
-        paper.observer_pole *= units.time;
-        paper.crossover_time /= units.time;
-    }
-    EstimatorSettings {
+    let EstimatorSettings {
+        masses,
+        sides,
         method,
-        viscous_damping: settings.viscous_damping / (units.torque() * units.time),
-        compression: settings.compression / units.length,
-        moment_lever: settings.moment_lever / units.length,
-        budget: budget_in(units, &settings.budget),
+        viscous_damping,
+        compression,
+        moment_lever,
+        nonnegative,
+        budget,
+    } = *settings;
+    EstimatorSettings {
+        method: method_in(units, method),
+        viscous_damping: viscous_damping / (units.torque() * units.time),
+        compression: compression / units.length,
+        moment_lever: moment_lever / units.length,
+        budget: budget_in(units, &budget),
         // Choices.
-        ..*settings
+        masses,
+        sides,
+        nonnegative,
+    }
+}
+
+fn method_in(units: &Units, method: Method) -> Method {
+    match method {
+        Method::Paper(PaperMethod {
+            observer_pole,
+            crossover_time,
+        }) => Method::Paper(PaperMethod {
+            observer_pole: observer_pole * units.time,
+            crossover_time: crossover_time / units.time,
+        }),
+        Method::Kalman(KalmanMethod {
+            contact_angles,
+            inertia,
+            whitening,
+            parity,
+            rolling,
+        }) => Method::Kalman(KalmanMethod {
+            // Choices.
+            contact_angles,
+            inertia,
+            whitening,
+            parity,
+            rolling,
+        }),
     }
 }
 
 fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
+    let NoiseBudget {
+        encoder_counts,
+        jitter,
+        torque_noise,
+        torque_offset,
+        torque_gain,
+        gear_friction,
+        rolling_resistance,
+        inclination_noise,
+        inclination_bias,
+        specific_force,
+        inclination_lag,
+        inclination_place,
+        rate_noise,
+        rate_bias,
+        rate_walk,
+        contact_angle,
+        contact_angle_time,
+        body_cg,
+        link_mass,
+        load_covariance,
+        payload,
+        cross_slope,
+    } = *budget;
     NoiseBudget {
-        jitter: budget.jitter / units.time,
-        torque_noise: budget.torque_noise / units.torque(),
-        torque_offset: budget.torque_offset / units.torque(),
-        gear_friction: budget.gear_friction / units.torque(),
-        inclination_lag: budget.inclination_lag / units.time,
-        inclination_place: budget.inclination_place / units.length,
-        rate_noise: budget.rate_noise * units.time,
-        rate_bias: budget.rate_bias * units.time,
-        rate_walk: budget.rate_walk * units.time * robhaz_model::sqrt(units.time),
-        contact_angle_time: budget.contact_angle_time / units.time,
-        body_cg: budget.body_cg / units.length,
-        load_covariance: budget.load_covariance.map(|covariance| {
+        jitter: jitter / units.time,
+        torque_noise: torque_noise / units.torque(),
+        torque_offset: torque_offset / units.torque(),
+        gear_friction: gear_friction / units.torque(),
+        inclination_lag: inclination_lag / units.time,
+        inclination_place: inclination_place / units.length,
+        rate_noise: rate_noise * units.time,
+        rate_bias: rate_bias * units.time,
+        rate_walk: rate_walk * units.time * robhaz_model::sqrt(units.time),
+        contact_angle_time: contact_angle_time / units.time,
+        body_cg: body_cg / units.length,
+        load_covariance: load_covariance.map(|covariance| {
             let mut of_loads = [units.mass * units.length; LOAD_PARAMETERS];
             of_loads[0] = units.mass;
             covariance.in_units(&of_loads)
         }),
-        // Angles, counts and ratios.
-        ..*budget
+        // Angles, counts, ratios and choices.
+        encoder_counts,
+        torque_gain,
+        rolling_resistance,
+        inclination_noise,
+        inclination_bias,
+        specific_force,
+        contact_angle,
+        link_mass,
+        payload,
+        cross_slope,
     }
 }
 
 /// Readings in these units.
 pub(crate) fn frame_in(units: &Units, frame: &SensorFrame) -> SensorFrame {
+    let SensorFrame {
+        time,
+        wheel_angle,
+        motor_torque,
+        link1,
+        link2,
+        contact_angle,
+    } = *frame;
     let torque = 1.0 / units.torque();
-    let link = |reading: LinkReading| LinkReading {
-        rate: reading.rate.map(|rate| rate * units.time),
-        ..reading
+    let link = |LinkReading { inclination, rate }| LinkReading {
+        inclination,
+        rate: rate.map(|rate: f64| rate * units.time),
     };
     SensorFrame {
-        time: frame.time / units.time,
-        motor_torque: frame.motor_torque.map(|read| read.map(|t| t * torque)),
-        link1: link(frame.link1),
-        link2: link(frame.link2),
+        time: time / units.time,
+        motor_torque: motor_torque.map(|read| read.map(|t| t * torque)),
+        link1: link(link1),
+        link2: link(link2),
         // Angles.
-        ..*frame
+        wheel_angle,
+        contact_angle,
     }
 }
 
-/// Puts an estimate into SI, of the readings at `time`, s.
-pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, time: f64) {
+/// Puts an estimate into SI, of the readings `at` a time, s.
+pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, at: f64) {
     let (length, force, torque) = (units.length, units.force(), units.torque());
-    estimate.time = time;
     estimate.scale_forces(force);
+    let Estimate {
+        time,
+        // Scaled above.
+        normal_force: _,
+        traction: _,
+        covariance: _,
+        pin_force: _,
+        residual,
+        // Angles.
+        contact_angle: _,
+        contact_angle_sigma: _,
+        posture: _,
+        angle_sigma: _,
+        pin_from_q,
+        parity,
+        reading_errors,
+        contact,
+        friction,
+        // Ratios and flags.
+        health: _,
+        torque_scale: _,
+        flags: _,
+    } = estimate;
+    *time = at;
     // Moments, where the first two are forces.
-    for moment in &mut estimate.residual[2..] {
+    for moment in &mut residual[2..] {
         *moment *= length;
     }
-    for pin in &mut estimate.pin_from_q {
+    for pin in pin_from_q {
         *pin *= length;
     }
-    if let Some(parity) = &mut estimate.parity {
-        parity.value *= force;
-        parity.sigma *= force;
+    if let Some(Parity { value, sigma }) = parity {
+        (*value, *sigma) = (*value * force, *sigma * force);
     }
-    for wheel in estimate.contact.iter_mut().flatten() {
-        wheel.slip *= units.speed();
+    for wheel in contact.iter_mut().flatten() {
+        let ContactEstimate {
+            state: _,
+            sliding: _,
+            slip,
+        } = wheel;
+        *slip *= units.speed();
     }
-    for wheel in estimate.friction.iter_mut().flatten() {
-        wheel.slid = wheel.slid.map(|slid| slid * length);
-        if let Some(event) = &mut wheel.slip_event {
-            event.load *= force;
-            event.age *= units.time;
-            event.place = event.place.map(|place| place * length);
-        }
+    for wheel in friction.iter_mut().flatten() {
+        friction_out(units, wheel);
     }
-    if let Some(errors) = &mut estimate.reading_errors {
-        let offsets = errors.torque_offset.iter_mut();
-        for (value, sigma) in offsets.chain([&mut errors.gear_friction]) {
+    if let Some(errors) = reading_errors {
+        let ReadingErrors {
+            torque_offset,
+            gear_friction,
+            contact_angle: _,
+            rate_bias,
+        } = errors;
+        for (value, sigma) in torque_offset.iter_mut().chain([gear_friction]) {
             (*value, *sigma) = (*value * torque, *sigma * torque);
         }
-        for (value, sigma) in &mut errors.rate_bias {
+        for (value, sigma) in rate_bias {
             (*value, *sigma) = (*value / units.time, *sigma / units.time);
         }
     }
 }
 
+fn friction_out(units: &Units, wheel: &mut WheelFriction) {
+    let WheelFriction {
+        // Ratios T/N.
+        needed: _,
+        offset: _,
+        peak: _,
+        margin: _,
+        slid,
+        slip_event,
+    } = wheel;
+    *slid = slid.map(|slid| slid * units.length);
+    if let Some(event) = slip_event {
+        let SlipEvent {
+            // Ratios T/N.
+            mu_max: _,
+            sigma: _,
+            systematic: _,
+            load,
+            age,
+            place,
+        } = event;
+        *load *= units.force();
+        *age *= units.time;
+        *place = place.map(|place| place * units.length);
+    }
+}
+
 /// A point of the ground in SI.
-pub(crate) fn point_out(units: &Units, mut point: GroundPoint) -> GroundPoint {
-    point.x *= units.length;
-    point.sigma_x *= units.length;
-    point.height *= units.length;
-    point.sigma_height *= units.length;
-    point
+pub(crate) fn point_out(units: &Units, point: GroundPoint) -> GroundPoint {
+    let GroundPoint {
+        x,
+        sigma_x,
+        height,
+        sigma_height,
+        slope,
+        sigma_slope,
+        friction,
+        section,
+    } = point;
+    GroundPoint {
+        x: x * units.length,
+        sigma_x: sigma_x * units.length,
+        height: height * units.length,
+        sigma_height: sigma_height * units.length,
+        // Angles, ratios, a number.
+        slope,
+        sigma_slope,
+        friction,
+        section,
+    }
 }

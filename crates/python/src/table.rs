@@ -65,13 +65,8 @@ impl Table {
     fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(array) = self.batch.column_by_name(column) else {
             let names = self.columns().join(", ");
-            // The name of earlier versions.
-            let now = match column.strip_suffix("_friction_coefficient") {
-                Some(wheel) => format!("; it is {wheel}_needed_friction now"),
-                None => String::new(),
-            };
             let text = format!(
-                "table {}: no column {column:?}{now}, allowed: {names}",
+                "table {}: no column {column:?}, allowed: {names}",
                 self.name
             );
             return Err(PyKeyError::new_err(text));

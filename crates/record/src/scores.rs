@@ -45,13 +45,13 @@ static COLUMNS: &[ScoreColumn] = columns! {
     Estimator "rmse_middle", "N", "RMS error of N of the middle wheel": |e| Some(e.normal_force?.rmse[1]);
     Estimator "rmse_rear", "N", "RMS error of N of the rear wheel": |e| Some(e.normal_force?.rmse[2]);
     Estimator "max_error", "N", "largest absolute error of N of any wheel": |e| Some(e.normal_force?.max_abs);
-    Estimator "max_error_time", "s", "time of the largest error of N": |e| e.normal_force?.max_abs_time_s;
+    Estimator "max_error_time", "s", "time of the largest error of N": |e| Some(e.normal_force?.max_abs_time_s);
     Estimator "bias_front", "N", "mean error of N of the front wheel, estimate minus truth":
-        |e| Some(e.normal_force?.bias?[0]);
+        |e| Some(e.normal_force?.bias[0]);
     Estimator "bias_middle", "N", "mean error of N of the middle wheel, estimate minus truth":
-        |e| Some(e.normal_force?.bias?[1]);
+        |e| Some(e.normal_force?.bias[1]);
     Estimator "bias_rear", "N", "mean error of N of the rear wheel, estimate minus truth":
-        |e| Some(e.normal_force?.bias?[2]);
+        |e| Some(e.normal_force?.bias[2]);
     Estimator "traction_rmse", "N", "RMS error of T over wheels and samples": |e| Some(e.traction?.rmse_all);
     Estimator "traction_max_error", "N", "largest absolute error of T of any wheel": |e| Some(e.traction?.max_abs);
     Estimator "mean_normal_force", "N", "mean of the true N over wheels and samples":

@@ -51,7 +51,6 @@ pub struct ChannelReport {
     /// Rows left out because they are earlier than the row before.
     pub late: u64,
     /// How often the clock was set back, or rows are repeated.
-    #[serde(default)]
     pub set_back: u64,
     /// By how much at most, s; `None` if never.
     #[serde(rename = "largest_set_back_s")]

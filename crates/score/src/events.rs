@@ -208,9 +208,7 @@ pub struct EventCounts {
     pub slips: u64,
     /// Pin Q reached an end stop.
     pub end_stops: u64,
-    /// Body or a link began to touch the ground; `None` where the clearance was not measured, and
-    /// in the summaries of earlier versions.
-    #[serde(default)]
+    /// Body or a link began to touch the ground; `None` where the clearance was not measured.
     pub touches: Option<u64>,
 }
 

@@ -166,12 +166,12 @@ pub struct ForceErrors {
     /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever
     /// carried load.
     pub nrmse: Option<f64>,
-    /// Mean error of each wheel, estimate minus truth, N; `None` in results of earlier versions.
-    pub bias: Option<[f64; 3]>,
+    /// Mean error of each wheel, estimate minus truth, N.
+    pub bias: [f64; 3],
     /// Largest absolute error of any wheel, N.
     pub max_abs: f64,
-    /// Time of that error, s; `None` in results of earlier versions.
-    pub max_abs_time_s: Option<f64>,
+    /// Time of that error, s.
+    pub max_abs_time_s: f64,
 }
 
 /// Root mean square error of N over the three wheels at one sample, N.
@@ -212,9 +212,9 @@ impl ErrorSums {
             rmse: mean_squares.map(f64::sqrt),
             rmse_all,
             nrmse: mean_load.map(|load| rmse_all / load),
-            bias: means(&self.errors, samples),
+            bias: means(&self.errors, samples)?,
             max_abs: self.largest,
-            max_abs_time_s: Some(self.largest_at),
+            max_abs_time_s: self.largest_at,
         })
     }
 }

@@ -45,17 +45,6 @@ pub enum StudyError {
         /// What differs, found and wanted.
         difference: String,
     },
-    /// The folder holds a sweep.
-    #[error("{folder} holds a sweep of {version}, which this version does not continue")]
-    #[diagnostic(help(
-        "write elsewhere with --out DIR; robhaz report reads the dataset of a finished sweep"
-    ))]
-    Earlier {
-        /// The folder.
-        folder: PathBuf,
-        /// The version that wrote it.
-        version: String,
-    },
     /// The folder holds something, but no study.
     #[error("{0} is not empty and holds no study: it is left alone")]
     #[diagnostic(help("write elsewhere with --out DIR"))]

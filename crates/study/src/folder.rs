@@ -9,7 +9,6 @@
 
 use crate::error::{StudyError, io_error};
 use crate::study::Identity;
-use serde_json::Value;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
@@ -59,8 +58,6 @@ pub const DATASET: &str = "study.parquet";
 /// Name of the dataset.
 pub const TABLE: &str = "study";
 const MANIFEST: &str = "study.json";
-/// Manifest and dataset of the command `sweep` of earlier versions.
-const EARLIER: [&str; 2] = ["sweep.json", "sweep.parquet"];
 
 /// The folder of a study.
 #[derive(Debug)]
@@ -143,15 +140,6 @@ fn names(path: &Path) -> Result<Vec<String>, StudyError> {
 fn check_only_begun(path: &Path) -> Result<(), StudyError> {
     let partial = format!("{MANIFEST}.partial");
     let names = names(path)?;
-    if names.iter().any(|name| EARLIER.contains(&name.as_str())) {
-        let text = fs::read(path.join(EARLIER[0])).unwrap_or_default();
-        let manifest: Value = serde_json::from_slice(&text).unwrap_or_default();
-        let version = manifest["version"].as_str().unwrap_or("a version unknown");
-        return Err(StudyError::Earlier {
-            folder: path.to_path_buf(),
-            version: version.to_owned(),
-        });
-    }
     match names.iter().all(|name| name.starts_with(&partial)) {
         true => Ok(()),
         false => Err(StudyError::NotAStudy(path.to_path_buf())),

@@ -46,22 +46,18 @@ pub struct Summary {
     /// Why and when the run ended before its source did; `None` for a complete run. All else then
     /// holds up to that time.
     pub broken_off: Option<BrokenOff>,
-    /// Travel of the robot; `None` for recorded readings and in the summaries of earlier versions.
+    /// Travel of the robot; `None` for recorded readings.
     pub progress: Option<Progress>,
-    /// Numbers of events of wheels, end stops and bars; `None` for recorded readings and in the
-    /// summaries of earlier versions.
+    /// Numbers of events of wheels, end stops and bars; `None` for recorded
+    /// readings.
     pub events: Option<EventCounts>,
-    /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries
-    /// of earlier versions.
+    /// Clearance of body and links to the ground; `None` for recorded readings.
     pub clearance: Option<ClearanceSummary>,
-    /// The friction of the ground; `None` for recorded readings and in the summaries of earlier
-    /// versions.
+    /// The friction of the ground; `None` for recorded readings.
     pub friction: Option<FrictionSummary>,
-    /// The control of the wheels; `None` for recorded readings and in the summaries of earlier
-    /// versions.
+    /// The control of the wheels; `None` for recorded readings.
     pub control: Option<ControlSummary>,
     /// Results of the friction tests, in their order.
-    #[serde(default)]
     pub friction_tests: Vec<FrictionTestSummary>,
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded
     /// readings.
@@ -70,7 +66,6 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<LogReport>,
     /// The nominal robot, which the estimators were given.
-    #[serde(alias = "told")]
     pub nominal: NominalRobot,
     /// The estimators in the order of the run; in JSON an object with their names as keys.
     #[serde(with = "by_name")]

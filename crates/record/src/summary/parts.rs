@@ -275,10 +275,10 @@ pub struct EstimatorSummary {
     /// estimator expects none.
     pub nis: Option<f64>,
     /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`].
-    /// `None` where the truth hardly changes, and in the summaries of earlier versions.
+    /// `None` where the truth hardly changes.
     pub lag_s: Option<f64>,
-    /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded
-    /// readings, and in the summaries of earlier versions.
+    /// Errors of the ground that the estimator has found. `None` if it finds none, and for
+    /// recorded readings.
     pub ground: Option<GroundErrors>,
     /// Number of records compared; without truth, of records with an estimate.
     pub samples: u64,
@@ -286,11 +286,9 @@ pub struct EstimatorSummary {
     pub missing: u64,
     /// How many of the records compared have a wheel with two contacts. Its true N and T are those
     /// of the equivalent contact.
-    #[serde(default)]
     pub two_contacts: u64,
     /// Number of records left out because no single contact is equivalent to the contacts of a
     /// wheel.
-    #[serde(default)]
     pub no_equivalent: u64,
     /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when
     /// there are none.
@@ -299,11 +297,7 @@ pub struct EstimatorSummary {
     /// estimator states none.
     pub contacts: Option<FlagScores>,
     /// Channels whose readings contradicted others, over all records.
-    #[serde(
-        alias = "suspects",
-        default,
-        skip_serializing_if = "FaultyChannels::is_empty"
-    )]
+    #[serde(default, skip_serializing_if = "FaultyChannels::is_empty")]
     pub faulty_channels: FaultyChannels,
     /// The torques against the weight at the end; of a recorded log alone.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -398,10 +392,8 @@ pub struct MeanForces {
     /// The same of T of each wheel, N.
     pub traction_sigma: Option<[f64; 3]>,
     /// Mean needed friction T/N of each wheel, -; `None` for a wheel without load.
-    #[serde(default)]
     pub needed_friction: [Option<f64>; 3],
     /// Largest size of the needed friction of each wheel, -.
-    #[serde(default)]
     pub largest_needed_friction: [Option<f64>; 3],
     /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is
     /// right. `None` if the estimator expects none.

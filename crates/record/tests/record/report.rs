@@ -10,9 +10,9 @@ fn summary(missing: u64) -> Summary {
         rmse: [scale, 2.0 * scale, 3.0 * scale],
         rmse_all: 2.0 * scale,
         nrmse: Some(2.0 * scale / 50.0),
-        bias: Some([scale, -scale, 0.0]),
+        bias: [scale, -scale, 0.0],
         max_abs: 20.0 * scale,
-        max_abs_time_s: Some(7.5),
+        max_abs_time_s: 7.5,
     };
     let estimator = |name: &str, scale| EstimatorSummary {
         name: name.to_owned(),

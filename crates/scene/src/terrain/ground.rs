@@ -9,16 +9,11 @@ use robhaz_terrain::{
     Sine, Stairs,
 };
 
-/// All kinds of ground, in the order of the reference.
-pub(super) const KINDS: [&str; 12] = [
-    "flat", DEFAULT, "bumps", "cosbump", "ramp", "step", "stairs", "sine", "ditch", "rough",
-    "heights", "parts",
-];
 /// The kind of a scene that names none.
 pub(super) const DEFAULT: &str = "smooth";
 
-/// The values of the keys of a ground, those of all kinds: [`Ground::choice`] takes those of its
-/// kind. SI.
+/// The values of the keys of a ground, those of all kinds; a ground is made of those of its kind
+/// alone. SI.
 #[derive(Clone, Default)]
 pub(super) struct Ground {
     pub kind: &'static str,
@@ -96,55 +91,18 @@ impl Ground {
         ground
     }
 
-    /// The ground that these values give; `points` are those of kind heights, `seed` is the
-    /// scene's.
-    pub fn choice(self, points: Vec<Vec2>, track: Option<Track>, seed: u64) -> TerrainChoice {
-        let start = self.start;
-        let mut tracks: Vec<Track> = track.into_iter().collect();
-        let profile = match self.kind {
-            "flat" => Profile::Flat,
-            "bumps" => Profile::Bumps(self.bumps),
-            "cosbump" => Profile::CosBump(self.cosbump),
-            "ramp" => Profile::Ramp(Ramp { start, ..self.ramp }),
-            "step" => Profile::Stairs(Stairs { start, ..self.step }),
-            "stairs" => Profile::Stairs(Stairs {
-                start,
-                ..self.stairs
-            }),
-            "sine" => Profile::Sine(Sine { start, ..self.sine }),
-            "ditch" => Profile::Ditch(Ditch {
-                start,
-                ..self.ditch
-            }),
-            "rough" => Profile::Rough(Rough::new(RoughSettings {
-                start,
-                seed: self.seed.unwrap_or(seed),
-                ..self.rough
-            })),
-            "heights" => Profile::Heights(Heights::with_smoothing(
-                points,
-                self.interpolation,
-                self.smoothing,
-            )),
-            "parts" => {
-                let profiles = self.parts.into_iter().enumerate().map(|(i, part)| {
-                    let of_part = |track| Track {
-                        part: Some(i),
-                        ..track
-                    };
-                    tracks.extend(part.tracks.into_iter().map(of_part));
-                    part.profile
-                });
-                Profile::Course(Course::new(profiles.collect()))
-            }
-            _ => Profile::smooth(),
-        };
-        TerrainChoice {
-            kind: self.kind,
-            profile,
-            stretches: self.stretches,
-            tracks,
+    /// The parts of a course as one profile, and their tracks.
+    pub fn course(&mut self) -> (Profile, Vec<Track>) {
+        let (mut profiles, mut tracks) = (Vec::new(), Vec::new());
+        for (i, part) in self.parts.drain(..).enumerate() {
+            let of_part = |track| Track {
+                part: Some(i),
+                ..track
+            };
+            tracks.extend(part.tracks.into_iter().map(of_part));
+            profiles.push(part.profile);
         }
+        (Profile::Course(Course::new(profiles)), tracks)
     }
 }
 

@@ -1,50 +1,17 @@
 //! `[terrain]`: the keys of each kind of ground.
 
-use super::TerrainChoice;
-use super::ground::{DEFAULT, Ground, KINDS};
-use super::points::{self, COLUMN, FILE, HASH, Points};
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, KeyReference, Maybe, Out, items, object, word};
-use robhaz_keys::key::{self, Key, List, keys, properties, required};
+use super::ground::Ground;
+use super::points::{COLUMN, FILE, HASH, Points};
+use robhaz_keys::form::{Maybe, word};
+use robhaz_keys::key::{List, keys};
 use robhaz_keys::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{Entry, Node};
 use robhaz_keys::values::{COUNT, SEED, SWITCH};
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Bump, Interpolation, RoughClass, check_risers};
-use serde_json::{Value as Json, json};
-
-/// The keys of a kind alone.
-fn own_keys(kind: &str) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
-    let (start, own) = match kind {
-        "bumps" => (None, BUMPS),
-        "cosbump" => (None, COSBUMP),
-        "ramp" => (Some(START), RAMP),
-        "step" => (Some(START), STEP),
-        "stairs" => (Some(START), STAIRS),
-        "sine" => (Some(START), SINE),
-        "ditch" => (Some(START), DITCH),
-        "rough" => (Some(START), ROUGH),
-        "heights" => (None, HEIGHTS),
-        "parts" => (None, PARTS),
-        _ => (None, &[] as &[_]),
-    };
-    start.into_iter().flatten().chain(own)
-}
-
-keys! {
-    /// The key of every kind.
-    COMMON: Ground;
-
-    /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline;
-    /// one kerb; stairs; waves; a trench; random ground; ground through points; a sequence of other
-    /// kinds
-    kind ("smooth"): word(&KINDS, |kind| kind) => kind;
-}
+use robhaz_terrain::{Bump, Interpolation, RoughClass};
 
 keys! {
     /// The key of every kind, in the section itself only: parts of a course do not have it.
-    STRETCHES: Ground;
+    pub(super) STRETCHES: Ground;
 
     /// friction stretches, from rear to front; they must not overlap
     stretch ("none"): STRETCH_LIST => stretches;
@@ -72,7 +39,7 @@ const PLACE: Number = number(LENGTH, at_least(-1000.0).at_most(1000.0));
 const HEIGHT: Number = number(LENGTH, at_least(-10.0).at_most(10.0));
 
 keys! {
-    BUMPS: Ground;
+    pub(super) BUMPS: Ground;
 
     /// kind bumps only: Gaussian bumps that add up
     bumps (required): List {
@@ -100,7 +67,7 @@ keys! {
 }
 
 keys! {
-    COSBUMP: Ground;
+    pub(super) COSBUMP: Ground;
 
     /// kind cosbump only: height of the summit; negative for a hollow
     height: HEIGHT => cosbump.height;
@@ -113,7 +80,7 @@ keys! {
 }
 
 keys! {
-    START: Ground;
+    pub(super) START: Ground;
 
     /// kinds ramp, step, stairs, sine, ditch and rough: where the level ground ends; the middle
     /// wheel starts at 0
@@ -121,7 +88,7 @@ keys! {
 }
 
 keys! {
-    RAMP: Ground;
+    pub(super) RAMP: Ground;
 
     /// kind ramp only: slope of the incline; negative downhill
     // 80 deg: steeper ground is a riser.
@@ -133,14 +100,14 @@ keys! {
 
 keys! {
     /// Stairs of one riser.
-    STEP: Ground;
+    pub(super) STEP: Ground;
 
     /// kind step only: height of the kerb, other than 0; negative for a kerb down
     kerb: HEIGHT => step.rise;
 }
 
 keys! {
-    STAIRS: Ground;
+    pub(super) STAIRS: Ground;
 
     /// kind stairs only: height of each riser, other than 0; negative for stairs down
     rise: HEIGHT => stairs.rise;
@@ -153,7 +120,7 @@ keys! {
 }
 
 keys! {
-    SINE: Ground;
+    pub(super) SINE: Ground;
 
     /// kind sine only: half of the height from trough to crest; negative for waves below the level
     /// ground
@@ -167,7 +134,7 @@ keys! {
 }
 
 keys! {
-    DITCH: Ground;
+    pub(super) DITCH: Ground;
 
     /// kind ditch only: depth of the bottom
     depth: number(LENGTH, above(0.0).at_most(10.0)) => ditch.depth;
@@ -177,7 +144,7 @@ keys! {
 }
 
 keys! {
-    ROUGH: Ground;
+    pub(super) ROUGH: Ground;
 
     /// kind rough only: seed of the random ground; the same seed makes the same ground
     seed ("the scene's `seed`"): Maybe(SEED) => seed;
@@ -200,7 +167,7 @@ keys! {
 }
 
 keys! {
-    HEIGHTS: Ground;
+    pub(super) HEIGHTS: Ground;
 
     /// kind heights only: points that the ground goes through, m; heights count from the first
     points ("none"): Points => heights.points;
@@ -230,14 +197,6 @@ keys! {
     smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => smoothing;
 }
 
-keys! {
-    PARTS: Ground;
-
-    /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to
-    /// front
-    part (required): Parts => parts;
-}
-
 /// `[[terrain.stretch]]`
 const STRETCH_LIST: List<Stretch> = List {
     keys: STRETCH,
@@ -265,190 +224,3 @@ const STRETCH_LIST: List<Stretch> = List {
         }
     },
 };
-
-/// A ground.
-pub(crate) struct Terrain {
-    /// Whether it is a part of a course: of another kind than level ground or a course, and without
-    /// stretches.
-    pub is_part: bool,
-}
-
-impl Terrain {
-    fn kinds(&self) -> &'static [&'static str] {
-        match self.is_part {
-            true => &KINDS[1..KINDS.len() - 1],
-            false => &KINDS,
-        }
-    }
-
-    /// Its keys: those of every kind, those of the kind.
-    fn keys(&self, kind: &str) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
-        let stretches = if self.is_part { &[] } else { STRETCHES };
-        COMMON.iter().chain(stretches).chain(own_keys(kind))
-    }
-
-    /// Refuses a key that the kind does not take, unless the keys of other kinds are ignored.
-    fn refuse(
-        &self,
-        reader: &mut Reader,
-        entry: &Entry,
-        path: &str,
-        kind: &str,
-        ignores_others: bool,
-    ) {
-        let name = entry.key.as_str();
-        let allowed = key::names(self.keys(kind));
-        let has = |kind: &&str| own_keys(kind).any(|key| key.name == name);
-        let owners: Vec<&str> = KINDS.into_iter().filter(has).collect();
-        if owners.is_empty() {
-            return reader.unknown(entry, path, &allowed);
-        }
-        if ignores_others {
-            return;
-        }
-        let allowed = match allowed.as_slice() {
-            ["kind"] => "kind alone".to_owned(),
-            names => names.join(", "),
-        };
-        let allowed = format!(
-            "with kind = \"{kind}\": {allowed}; {name} belongs to kind = \"{}\"",
-            owners.join("\", \"")
-        );
-        // The key is wrong, not its value.
-        let key = Node::text(&entry.origin, name);
-        reader.refuse(&key, &join(path, name), &allowed);
-    }
-
-    /// Writes its keys, whose heading is written.
-    fn write(&self, out: &mut Out, path: &str, choice: &TerrainChoice) {
-        let mut ground = Ground::of(choice);
-        out.table(self.keys(ground.kind), &mut ground, path);
-    }
-}
-
-impl Form for Terrain {
-    type Value = TerrainChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut TerrainChoice) {
-        let (kinds, chosen) = (self.kinds(), node.get("kind"));
-        let kind = match chosen.map(|n| reader.word(kinds, n, &join(path, "kind"))) {
-            None => DEFAULT,
-            Some(Some(index)) => kinds[index],
-            // The allowed keys are then unknown.
-            Some(None) => return,
-        };
-        // Where an override sets the kind, the file's keys of its own kind are ignored.
-        let ignores_file = chosen.is_some_and(|c| c.origin.is_override());
-        let (mark, mut ground) = (reader.mark(), Ground::standard(kind));
-        for entry in reader.entries(node, path) {
-            match self.keys(kind).find(|key| key.name == entry.key) {
-                Some(key) => {
-                    let path = join(path, key.name);
-                    key.field.read(reader, &entry.node, &path, &mut ground);
-                }
-                None => {
-                    let is_ignored = ignores_file && !entry.origin.is_override();
-                    self.refuse(reader, entry, path, kind, is_ignored);
-                }
-            }
-        }
-        reader.require(self.keys(kind), node, path);
-        let (mut points, track) = match kind {
-            "heights" => points::resolve(reader, node, path, &ground.heights).unwrap_or_default(),
-            _ => Default::default(),
-        };
-        let risers = check_risers(&points, ground.interpolation, ground.smoothing);
-        if let Err(error) = risers {
-            reader.push(Problem::at(&node.origin, path, error.to_string()).whole());
-            points.clear();
-        }
-        *into = ground.choice(points, track, reader.seed);
-        if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
-            reader.refuse(node, path, &error.to_string());
-        }
-    }
-
-    /// All keys of the kinds, and for each kind which of them it takes.
-    fn schema(&self, _defaults: Option<&mut TerrainChoice>) -> Json {
-        let kinds = self.kinds();
-        let mut all = properties(COMMON, None);
-        all["kind"]["enum"] = json!(kinds);
-        let mut rules = Vec::new();
-        for kind in kinds {
-            let mut condition = json!({"properties": {"kind": {"const": kind}}});
-            if *kind != DEFAULT {
-                condition["required"] = json!(["kind"]);
-            }
-            rules.push(json!({
-                "if": condition,
-                "then": {
-                    "propertyNames": {"enum": key::names(self.keys(kind))},
-                    "required": required(self.keys(kind)),
-                },
-            }));
-            let own = self.keys(kind).skip(COMMON.len());
-            all.extend(properties(own, Some(&mut Ground::standard(kind))));
-        }
-        let mut schema = object(all, &[]);
-        schema["allOf"] = json!(rules);
-        schema
-    }
-
-    fn is_section(&self) -> bool {
-        true
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut TerrainChoice) {
-        out.head(&format!("[{path}]"), meaning);
-        self.write(out, path, value);
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut TerrainChoice) {
-        let mut below = Vec::new();
-        for kind in KINDS {
-            let mut ground = Ground::standard(kind);
-            for key in self.keys(kind) {
-                // Several kinds have the same key.
-                if !rows.iter().any(|r| r.key == join(path, key.name)) {
-                    rows.push(key::row(key, path, &mut ground));
-                    key.field
-                        .rows(&mut below, &join(path, key.name), &mut ground);
-                }
-            }
-        }
-        rows.extend(below);
-    }
-}
-
-/// The parts of a course.
-pub(super) struct Parts;
-
-/// Largest number of parts.
-const MOST_PARTS: usize = 100;
-
-impl Form for Parts {
-    type Value = Vec<TerrainChoice>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        for (item, path) in reader.items(node, path, 1..=MOST_PARTS, || self.allowed()) {
-            let mut part = TerrainChoice::default();
-            Terrain { is_part: true }.read(reader, item, &path, &mut part);
-            into.push(part);
-        }
-    }
-
-    fn about(&self) -> About {
-        About::new("1 to 100 tables, each headed [[terrain.part]]")
-    }
-
-    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(json!({"$ref": "#/definitions/part"}), 1, MOST_PARTS)
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
-        for part in value {
-            out.head(&format!("[[{path}]]"), "");
-            Terrain { is_part: true }.write(out, path, part);
-        }
-    }
-}

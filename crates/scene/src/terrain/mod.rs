@@ -2,9 +2,10 @@
 
 mod ground;
 mod keys;
+mod kinds;
 mod points;
 
-pub(crate) use keys::Terrain;
+pub(crate) use kinds::Terrain;
 pub use points::Track;
 
 use robhaz_model::Robot;

@@ -1,0 +1,363 @@
+//! `[terrain]`: the kinds of ground, and the section, whose keys are those of its kind.
+
+use super::TerrainChoice;
+use super::ground::{DEFAULT, Ground};
+use super::keys::{
+    BUMPS, COSBUMP, DITCH, HEIGHTS, RAMP, ROUGH, SINE, STAIRS, START, STEP, STRETCHES,
+};
+use super::points::{self, Track};
+use robhaz_keys::error::Problem;
+use robhaz_keys::form::{About, Form, KeyReference, Out, items, object, word};
+use robhaz_keys::key::{self, Key, keys, properties, required};
+use robhaz_keys::reader::{Reader, join};
+use robhaz_keys::source::{Entry, Node};
+use robhaz_terrain::{
+    Ditch, Heights, Profile, Ramp, Rough, RoughSettings, Sine, Stairs, check_risers,
+};
+use serde_json::{Value as Json, json};
+
+/// A kind of ground.
+struct Kind {
+    name: &'static str,
+    /// Its own keys, in their order.
+    keys: &'static [&'static [Key<Ground>]],
+    /// The ground that the values of these keys give, and the files of its points.
+    profile: fn(&mut Site<'_>, Ground) -> Option<(Profile, Vec<Track>)>,
+}
+
+/// Where a ground is read.
+struct Site<'a> {
+    reader: &'a mut Reader,
+    /// The table of the ground.
+    node: &'a Node,
+    path: &'a str,
+}
+
+/// A kind whose values give its profile by themselves.
+macro_rules! kind {
+    ($name:expr, $keys:expr, |$site:pat_param, $ground:pat_param| $profile:expr) => {
+        Kind {
+            name: $name,
+            keys: $keys,
+            profile: |$site, $ground| Some(($profile, Vec::new())),
+        }
+    };
+}
+
+/// All kinds of ground, in the order of the reference. The first and the last are no parts of a
+/// course.
+const KINDS: &[Kind] = &[
+    kind!("flat", &[], |_, _| Profile::Flat),
+    kind!(DEFAULT, &[], |_, _| Profile::smooth()),
+    kind!("bumps", &[BUMPS], |_, it| Profile::Bumps(it.bumps)),
+    kind!("cosbump", &[COSBUMP], |_, it| Profile::CosBump(it.cosbump)),
+    kind!("ramp", &[START, RAMP], |_, it| Profile::Ramp(Ramp {
+        start: it.start,
+        ..it.ramp
+    })),
+    kind!("step", &[START, STEP], |_, it| Profile::Stairs(Stairs {
+        start: it.start,
+        ..it.step
+    })),
+    kind!("stairs", &[START, STAIRS], |_, it| Profile::Stairs(
+        Stairs {
+            start: it.start,
+            ..it.stairs
+        }
+    )),
+    kind!("sine", &[START, SINE], |_, it| Profile::Sine(Sine {
+        start: it.start,
+        ..it.sine
+    })),
+    kind!("ditch", &[START, DITCH], |_, it| Profile::Ditch(Ditch {
+        start: it.start,
+        ..it.ditch
+    })),
+    kind!("rough", &[START, ROUGH], |site, it| Profile::Rough(
+        Rough::new(RoughSettings {
+            start: it.start,
+            seed: it.seed.unwrap_or(site.reader.seed),
+            ..it.rough
+        })
+    )),
+    Kind {
+        name: "heights",
+        keys: &[HEIGHTS],
+        profile: |site, it| {
+            let (points, track) = points::resolve(site.reader, site.node, site.path, &it.heights)?;
+            if let Err(error) = check_risers(&points, it.interpolation, it.smoothing) {
+                let problem = Problem::at(&site.node.origin, site.path, error.to_string());
+                site.reader.push(problem.whole());
+                return None;
+            }
+            let heights = Heights::with_smoothing(points, it.interpolation, it.smoothing);
+            Some((Profile::Heights(heights), track.into_iter().collect()))
+        },
+    },
+    Kind {
+        name: "parts",
+        keys: &[PARTS],
+        profile: |_, mut it| Some(it.course()),
+    },
+];
+
+/// The names of all kinds.
+const NAMES: [&str; KINDS.len()] = {
+    let mut names = [""; KINDS.len()];
+    let mut i = 0;
+    while i < names.len() {
+        names[i] = KINDS[i].name;
+        i += 1;
+    }
+    names
+};
+
+keys! {
+    /// The key of every kind.
+    COMMON: Ground;
+
+    /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline;
+    /// one kerb; stairs; waves; a trench; random ground; ground through points; a sequence of other
+    /// kinds
+    kind ("smooth"): word(&NAMES, |kind| kind) => kind;
+}
+
+keys! {
+    PARTS: Ground;
+
+    /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to
+    /// front
+    part (required): Parts => parts;
+}
+
+/// A ground.
+pub(crate) struct Terrain {
+    /// Whether it is a part of a course: of another kind than level ground or a course, and without
+    /// stretches.
+    pub is_part: bool,
+}
+
+impl Terrain {
+    fn kinds(&self) -> &'static [Kind] {
+        match self.is_part {
+            true => &KINDS[1..KINDS.len() - 1],
+            false => KINDS,
+        }
+    }
+
+    /// Their names.
+    fn names(&self) -> Vec<&'static str> {
+        self.kinds().iter().map(|kind| kind.name).collect()
+    }
+
+    /// The keys of a ground: those of every kind, those of the kind.
+    fn keys(&self, kind: &Kind) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
+        let stretches = if self.is_part { &[] } else { STRETCHES };
+        let own = kind.keys.iter().copied().flatten();
+        COMMON.iter().chain(stretches).chain(own)
+    }
+
+    /// Refuses a key that the kind does not take, unless the keys of other kinds are ignored.
+    fn refuse(
+        &self,
+        reader: &mut Reader,
+        entry: &Entry,
+        path: &str,
+        kind: &Kind,
+        ignores_others: bool,
+    ) {
+        let name = entry.key.as_str();
+        let allowed = key::names(self.keys(kind));
+        let has = |kind: &&Kind| {
+            kind.keys
+                .iter()
+                .copied()
+                .flatten()
+                .any(|key| key.name == name)
+        };
+        let owners: Vec<&str> = KINDS.iter().filter(has).map(|kind| kind.name).collect();
+        if owners.is_empty() {
+            return reader.unknown(entry, path, &allowed);
+        }
+        if ignores_others {
+            return;
+        }
+        let allowed = match allowed.as_slice() {
+            ["kind"] => "kind alone".to_owned(),
+            names => names.join(", "),
+        };
+        let allowed = format!(
+            "with kind = \"{}\": {allowed}; {name} belongs to kind = \"{}\"",
+            kind.name,
+            owners.join("\", \"")
+        );
+        // The key is wrong, not its value.
+        let key = Node::text(&entry.origin, name);
+        reader.refuse(&key, &join(path, name), &allowed);
+    }
+
+    /// Writes its keys, whose heading is written.
+    fn write(&self, out: &mut Out, path: &str, choice: &TerrainChoice) {
+        let kind = KINDS.iter().find(|kind| kind.name == choice.kind);
+        out.table(
+            self.keys(kind.unwrap_or(&KINDS[0])),
+            &mut Ground::of(choice),
+            path,
+        );
+    }
+}
+
+impl Form for Terrain {
+    type Value = TerrainChoice;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut TerrainChoice) {
+        let (kinds, chosen) = (self.kinds(), node.get("kind"));
+        let index = match chosen {
+            None => kinds.iter().position(|kind| kind.name == DEFAULT),
+            Some(chosen) => reader.word(&self.names(), chosen, &join(path, "kind")),
+        };
+        // After a problem the allowed keys are unknown.
+        let Some(kind) = index.map(|index| &kinds[index]) else {
+            return;
+        };
+        // Where an override sets the kind, the file's keys of its own kind are ignored.
+        let ignores_file = chosen.is_some_and(|c| c.origin.is_override());
+        let (mark, mut ground) = (reader.mark(), Ground::standard(kind.name));
+        for entry in reader.entries(node, path) {
+            match self.keys(kind).find(|key| key.name == entry.key) {
+                Some(key) => {
+                    let path = join(path, key.name);
+                    key.field.read(reader, &entry.node, &path, &mut ground);
+                }
+                None => {
+                    let is_ignored = ignores_file && !entry.origin.is_override();
+                    self.refuse(reader, entry, path, kind, is_ignored);
+                }
+            }
+        }
+        reader.require(self.keys(kind), node, path);
+        let stretches = std::mem::take(&mut ground.stretches);
+        let mut site = Site { reader, node, path };
+        let Some((profile, tracks)) = (kind.profile)(&mut site, ground) else {
+            return;
+        };
+        *into = TerrainChoice {
+            kind: kind.name,
+            profile,
+            stretches,
+            tracks,
+        };
+        if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
+            reader.refuse(node, path, &error.to_string());
+        }
+    }
+
+    /// All keys of the kinds, and for each kind which of them it takes.
+    fn schema(&self, _defaults: Option<&mut TerrainChoice>) -> Json {
+        let kinds = self.kinds();
+        let mut all = properties(COMMON, None);
+        all["kind"]["enum"] = json!(self.names());
+        let mut rules = Vec::new();
+        for kind in kinds {
+            let mut condition = json!({"properties": {"kind": {"const": kind.name}}});
+            if kind.name != DEFAULT {
+                condition["required"] = json!(["kind"]);
+            }
+            rules.push(json!({
+                "if": condition,
+                "then": {
+                    "propertyNames": {"enum": key::names(self.keys(kind))},
+                    "required": required(self.keys(kind)),
+                },
+            }));
+            let own = self.keys(kind).skip(COMMON.len());
+            all.extend(properties(own, Some(&mut Ground::standard(kind.name))));
+        }
+        let mut schema = object(all, &[]);
+        schema["allOf"] = json!(rules);
+        schema
+    }
+
+    fn is_section(&self) -> bool {
+        true
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut TerrainChoice) {
+        out.head(&format!("[{path}]"), meaning);
+        self.write(out, path, value);
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut TerrainChoice) {
+        let mut below = Vec::new();
+        for kind in KINDS {
+            let mut ground = Ground::standard(kind.name);
+            for key in self.keys(kind) {
+                // Several kinds have the same key.
+                if !rows.iter().any(|r| r.key == join(path, key.name)) {
+                    rows.push(key::row(key, path, &mut ground));
+                    key.field
+                        .rows(&mut below, &join(path, key.name), &mut ground);
+                }
+            }
+        }
+        rows.extend(below);
+    }
+}
+
+/// The parts of a course.
+pub(super) struct Parts;
+
+/// Largest number of parts.
+const MOST_PARTS: usize = 100;
+
+impl Form for Parts {
+    type Value = Vec<TerrainChoice>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
+        for (item, path) in reader.items(node, path, 1..=MOST_PARTS, || self.allowed()) {
+            let mut part = TerrainChoice::default();
+            Terrain { is_part: true }.read(reader, item, &path, &mut part);
+            into.push(part);
+        }
+    }
+
+    fn about(&self) -> About {
+        About::new("1 to 100 tables, each headed [[terrain.part]]")
+    }
+
+    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
+        items(json!({"$ref": "#/definitions/part"}), 1, MOST_PARTS)
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
+        for part in value {
+            out.head(&format!("[[{path}]]"), "");
+            Terrain { is_part: true }.write(out, path, part);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The meaning of the key `kind` describes each kind, and each is written as what it reads.
+    #[test]
+    fn each_kind_is_described_and_written_as_itself() {
+        assert_eq!(COMMON[0].meaning.split(';').count(), KINDS.len());
+        for kind in KINDS {
+            let given = |key: &&Key<Ground>| matches!(key.absent, key::Absent::Required);
+            let own = kind.keys.iter().copied().flatten();
+            if own.clone().any(|key| given(&key)) || kind.name == "heights" {
+                // Without default; the tests of resolved scenes have these.
+                continue;
+            }
+            let text = format!("terrain.kind = \"{}\"", kind.name);
+            let read = |text: &str| crate::Scene::parse(text, "x", std::path::Path::new(""), &[]);
+            let scene = read(&text).unwrap();
+            assert_eq!(read(&scene.to_toml("x")).unwrap().terrain, scene.terrain);
+            let again = Ground::of(&scene.terrain);
+            assert_eq!(again.kind, kind.name);
+        }
+    }
+}
