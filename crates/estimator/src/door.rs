@@ -218,6 +218,8 @@ fn friction_out(units: &Units, wheel: &mut WheelFriction) {
         offset: _,
         peak: _,
         margin: _,
+        // Over its limit.
+        slip_noise: _,
         slid,
         slip_event,
     } = wheel;

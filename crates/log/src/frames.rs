@@ -58,11 +58,6 @@ impl Frames {
         frames
     }
 
-    /// Whether its readings of the links are made of those of the body.
-    pub fn is_of_body(&self) -> bool {
-        self.mount.is_some()
-    }
-
     /// Whether there is a truth to compare with.
     pub fn has_truth(&self) -> bool {
         self.survey.truth.is_some()

@@ -45,8 +45,8 @@ mod rows;
 mod stamp;
 mod survey;
 mod truth;
-mod wrap;
 mod units;
+mod wrap;
 
 pub use error::LogError;
 pub use export::{ExportFormat, Exported, export};

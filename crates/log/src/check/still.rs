@@ -124,8 +124,7 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
         return None;
     }
     let figure = format!("jumps by {largest:.4} rad in a frame, else by {usual:.4} at most");
-    let remedy =
-        "the angle starts anew after a turn or an overflow: state `wrap` of its reading in a description";
+    let remedy = "the angle starts anew after a turn or an overflow: state `wrap` of its reading in a description";
     let finding = Finding::ok(COLUMNS, channel, figure).fault(remedy);
     Some(finding.with("jump", largest, "rad"))
 }

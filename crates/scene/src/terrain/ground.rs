@@ -2,11 +2,9 @@
 
 use super::TerrainChoice;
 use super::points::{PointKeys, Track};
-use robhaz_model::Vec2;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{
-    Bump, CosBump, Course, Ditch, Heights, Interpolation, Profile, Ramp, Rough, RoughSettings,
-    Sine, Stairs,
+    Bump, CosBump, Course, Ditch, Interpolation, Profile, Ramp, RoughSettings, Sine, Stairs,
 };
 
 /// The kind of a scene that names none.
