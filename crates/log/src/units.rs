@@ -319,17 +319,20 @@ impl Unit {
     }
 }
 
-/// The words of a name in which each begins with a capital.
+/// The words of a name in which each begins with a capital: `gyroYDps`, `rateDPS`.
 fn humps(part: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut start = 0;
-    let mut was_lower = false;
-    for (i, c) in part.char_indices() {
-        if c.is_uppercase() && was_lower {
+    let mut before: Option<char> = None;
+    let mut rest = part.char_indices().peekable();
+    while let Some((i, c)) = rest.next() {
+        let ends_lower = before.is_some_and(|b| b.is_lowercase() || b.is_ascii_digit());
+        let starts_lower = rest.peek().is_some_and(|(_, next)| next.is_lowercase());
+        if c.is_uppercase() && i > start && (ends_lower || starts_lower) {
             words.push(&part[start..i]);
             start = i;
         }
-        was_lower = c.is_lowercase() || c.is_ascii_digit();
+        before = Some(c);
     }
     words.push(&part[start..]);
     words
