@@ -85,17 +85,6 @@ fn keys_completions_and_manual_are_printed() {
             "{shell}"
         );
     }
-    // A command that has gone says what does its work now.
-    for (gone, instead) in [
-        ("man", "--help"),
-        ("plot", "plot_study.py"),
-        ("recover", "--force"),
-    ] {
-        let refused = done(&[gone]);
-        let said = text(&refused.stderr);
-        assert_eq!(refused.status.code(), Some(2), "{said}");
-        assert!(said.contains(instead), "{said}");
-    }
 }
 
 /// The comparison for scripts has the numbers of `summary.json`.

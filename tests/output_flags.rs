@@ -119,9 +119,6 @@ fn exit_codes_are_those_of_the_help() {
         Some(1)
     );
     assert_eq!(code(&["compare", "nowhere"]), Some(1));
-    // An option that is gone names what replaces it.
-    let gone = run(at, &["compare", "nowhere", "--format", "csv"]);
-    assert!(text(&gone.stderr).contains("--json"));
     assert_eq!(code(&["fly"]), Some(2));
     assert_eq!(code(&["run"]), Some(2));
     assert_eq!(code(&["schema", "rover"]), Some(2));

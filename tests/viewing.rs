@@ -79,11 +79,7 @@ fn what_cannot_be_shown_is_refused() {
     assert!({ run }.output().unwrap().status.success());
     for (arguments, reason) in [
         (
-            &["view", "a", "a", "--save", "x.rrd"] as &[&str],
-            "in one viewer",
-        ),
-        (
-            &["view", "a", "a", "--screenshot", "x.png"],
+            &["view", "a", "a", "--screenshot", "x.png"] as &[&str],
             "takes one run",
         ),
         (

@@ -1,6 +1,6 @@
 //! The instant of a reading: stamps that err, drives with stamps of their own.
 
-use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, largest_error};
+use super::level_drive::{LevelDrive, check, estimate, in_the_plane, largest_error};
 use crate::support::{robhaz, text};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -15,7 +15,7 @@ use std::path::Path;
 fn the_jitter_of_stamps_is_measured_and_counts() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
+    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
     let mut drive = LevelDrive::new(1);
     let mut random = Pcg64Mcg::new(7);
     for time in drive.column("time").iter_mut().skip(1) {
@@ -95,7 +95,7 @@ fn drives_with_stamps_of_their_own_give_the_forces() {
         "link2_rate",
     ];
     table(folder, "imu.csv", &mut drive, &links, 0.0, 0.01);
-    let mut description = String::from("time_base = \"imu\"\n") + DESCRIPTION;
+    let mut description = String::from("time_base = \"imu\"\n") + &in_the_plane();
     let mut readings = String::from("[reading]\n");
     for name in links {
         writeln!(

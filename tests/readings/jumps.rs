@@ -1,6 +1,6 @@
 //! Single wrong readings, and encoders that count from a new zero.
 
-use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, largest_error};
+use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, in_the_plane, largest_error};
 use crate::support::text;
 use std::fs;
 
@@ -8,7 +8,7 @@ use std::fs;
 fn spoiled(change: impl Fn(&mut LevelDrive)) -> (f64, String, String) {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
+    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
     let mut drive = LevelDrive::new(1);
     change(&mut drive);
     drive.write(&folder.join("log.csv"));

@@ -21,6 +21,11 @@ pub struct LevelDrive {
 pub const DESCRIPTION: &str =
     "[robot]\ngeometry = \"A\"\nmass = \"caption\"\n[budget]\nbody_cg = 0\nlink_masses = 0\n";
 
+/// The same of a robot in the plane: its deviations are those of the readings alone.
+pub fn in_the_plane() -> String {
+    format!("sides = \"plane\"\n{DESCRIPTION}")
+}
+
 /// From when on forces count, s: the drive is steady from 1.6 s on.
 const STEADY: f64 = 2.0;
 

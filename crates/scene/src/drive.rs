@@ -4,7 +4,6 @@
 use crate::estimators;
 use crate::scene::Scene;
 use crate::values::{LONGEST_RUN, WHEEL_LIST, WHEEL_SET};
-use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_keys::conflict::{Conflict, conflict, named};
 use robhaz_keys::form::{Plain, did_you_mean, quote, quoted, word};
@@ -191,17 +190,6 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let count = ("drive.scaling", scene.drive.scalings.len().to_string());
     let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
     vec![conflict([count, kind], rule)]
-}
-
-/// Kp (N m s) and Ki (N m) of the control: those of the drives, which are continuous; of one speed
-/// control at most what a wheel in the air bears at the rate of the readings.
-pub(crate) fn gains(scene: &Scene) -> [f64; 2] {
-    let (drive, rate) = (&scene.drive, scene.sensors.rate);
-    if scene.control.kind != ControlKind::Shared {
-        return [drive.kp, drive.ki];
-    }
-    let kp = (drive.kp).min(largest_proportional_gain(&scene.robot.robot, rate));
-    [kp, drive.ki.min(largest_integral_ratio(rate) * kp)]
 }
 
 /// The labels in words.

@@ -3,6 +3,7 @@
 use crate::estimators::{self, EstimatorChoice};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
+use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, ControlSettings, FrictionTestPlan};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_masses::{ModelError, ModelErrorTooLarge, NominalRobot};
@@ -277,13 +278,24 @@ impl Scene {
         place.filter(|_| closed)
     }
 
+    /// Kp (N m s) and Ki (N m) of the control: those of the drives, which are continuous; of one speed
+    /// control at most what a wheel in the air bears at the rate of the readings.
+    fn gains(&self) -> [f64; 2] {
+        let (drive, rate) = (&self.drive, self.sensors.rate);
+        if self.control.kind != ControlKind::Shared {
+            return [drive.kp, drive.ki];
+        }
+        let kp = (drive.kp).min(largest_proportional_gain(&self.robot.robot, rate));
+        [kp, drive.ki.min(largest_integral_ratio(rate) * kp)]
+    }
+
     /// What the control is designed for: the nominal robot and the gains of the drives.
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
     pub fn control_settings(&self) -> Result<ControlSettings, ModelErrorTooLarge> {
         let drive = &self.drive;
-        let [kp, ki] = crate::drive::gains(self);
+        let [kp, ki] = self.gains();
         Ok(ControlSettings {
             kind: self.control.kind,
             robot: self.nominal_robot()?,

@@ -6,10 +6,11 @@
 //! 72 if the torques show nothing. `best` runs with each; the one with the least mean NIS fits
 //! best.
 
-use crate::check::readings::{Readings, Stated};
+use crate::check::readings::Readings;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet;
 use crate::check::rewire::{Channel, moved, names};
+use crate::check::stated::Stated;
 use robhaz_estimator::{
     Channels, EstimateError, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, Sides,
     TorqueScale,

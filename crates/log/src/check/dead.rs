@@ -1,10 +1,10 @@
 //! Channels that tell nothing: without a value in the whole log, or with the same one throughout a drive. Each has one
 //! finding. No other test uses it, so that no remedy follows from what was not measured.
 
-use crate::check::readings::Stated;
 use crate::check::recorded::{Kind, ROUNDING, Recorded};
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel};
+use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
 
 const TEST: &str = "values";

@@ -44,13 +44,13 @@ mod rest;
 mod rewire;
 mod stamps;
 mod start;
+mod stated;
 mod still;
 mod torques;
 mod wheels;
 
-pub use readings::Stated;
-pub use recorded::BodyNoise;
 pub use report::{Finding, Report, Verdict};
+pub use stated::{BodyNoise, Stated};
 
 use self::clock::Clock;
 use self::readings::Readings;

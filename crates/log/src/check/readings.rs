@@ -1,41 +1,11 @@
-//! What is stated of a log, its readings, and what was found so far.
+//! The readings of a log, and what was found so far.
 
 use crate::check::clock::Clock;
-use crate::check::recorded::BodyNoise;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
-use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
-use robhaz_model::{Robot, Suspension};
+use crate::check::stated::Stated;
+use robhaz_estimator::SensorFrame;
 use std::borrow::Cow;
-
-/// What is stated of the robot and its sensors.
-#[derive(Clone, Copy, Debug)]
-pub struct Stated<'a> {
-    /// The nominal robot.
-    pub robot: &'a Robot,
-    /// Standard deviations of all sensor errors.
-    pub budget: NoiseBudget,
-    /// Nominal damping B of the wheel module, N m s.
-    pub viscous_damping: f64,
-    /// Nominal compression of wheel and ground, m.
-    pub compression: f64,
-    /// Whether the log is of one side of a robot with two.
-    pub sides: Sides,
-    /// The sensors of body and pin Q of which the readings of the links are made; `None` of sensors
-    /// on the links.
-    pub body: Option<BodyNoise>,
-}
-
-impl Stated<'_> {
-    /// The link that the body is fixed to, from 0, if the readings of the links are made of those
-    /// of the body; `None` of a four-bar.
-    pub(super) fn body_link(&self) -> Option<usize> {
-        match self.robot.geometry.suspension {
-            Suspension::Bogie { body } if self.body.is_some() => Some(body.index()),
-            _ => None,
-        }
-    }
-}
 
 /// The readings with the changes that tests have asked for so far, and what was found.
 pub struct Readings<'a> {

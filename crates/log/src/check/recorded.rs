@@ -1,22 +1,10 @@
 //! The channels of the links as they were recorded: gyroscopes and inclinometers of the links, or
 //! an inertial sensor in the body and the angle of pin Q, of which readings of the links were made.
 
-use crate::check::readings::Stated;
 use crate::check::recording::Recording;
 use crate::check::rewire::Channel;
+use crate::check::stated::{BodyNoise, Stated, of_body};
 use robhaz_estimator::SensorFrame;
-use robhaz_model::Posture;
-
-/// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyNoise {
-    /// Of the inclination of the body, rad.
-    pub inclination: f64,
-    /// Of its rate, rad/s.
-    pub rate: f64,
-    /// Of the angle of pin Q, rad.
-    pub pin: f64,
-}
 
 /// Change of a reading of the body, as it follows from those of the links, that is rounding: rad,
 /// rad/s.
@@ -94,20 +82,6 @@ impl OfBody {
             of("pin_angle", Kind::Pin, noise.pin, self.pin),
         ]
     }
-}
-
-/// Inclination and rate of the body by those of the links, NaN where the linkage cannot close.
-pub fn of_body(stated: &Stated<'_>, angles: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
-    // Without a reading of the pin this link keeps its own.
-    if let Some(fixed) = stated.body_link() {
-        return [angles[fixed], rates[fixed]];
-    }
-    let geometry = &stated.robot.geometry;
-    let Ok(posture) = Posture::close(geometry, angles[0] - angles[1], 0.0) else {
-        return [f64::NAN; 2];
-    };
-    let [body, ..] = posture.rates(geometry, rates[0] - rates[1], 0.0);
-    [angles[1] + posture.body, rates[1] + body]
 }
 
 /// The channels of the links of a log, or of the body, by samples that `values` gives.

@@ -1,10 +1,10 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
-use crate::check::readings::Stated;
 use crate::check::recorded::{Kind, Recorded};
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Change;
+use crate::check::stated::Stated;
 use robhaz_model::Units;
 use robhaz_score::signals::{mean, rms};
 use std::f64::consts::{PI, TAU};

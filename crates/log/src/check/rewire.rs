@@ -1,7 +1,6 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
-use crate::check::readings::Stated;
-use crate::check::recorded::of_body;
+use crate::check::stated::{Stated, of_body};
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use std::f64::consts::PI;
 use std::fmt;

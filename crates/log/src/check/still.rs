@@ -1,9 +1,9 @@
 //! Channels that do not change, and channels at the end of their range.
 
-use crate::check::readings::Stated;
 use crate::check::recorded::{Kind, ROUNDING, Recorded};
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
+use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::Units;
 use std::f64::consts::TAU;

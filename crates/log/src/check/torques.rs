@@ -4,9 +4,9 @@
 //! Noise carries a signed reading through zero: of the readings near zero, about half have either sign.
 //! A magnitude touches zero and never passes it.
 
-use crate::check::readings::Stated;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
+use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::Units;
 use robhaz_score::signals::median;

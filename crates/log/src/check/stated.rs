@@ -1,0 +1,58 @@
+//! What is stated of a log: the robot, its sensors, and where these are.
+
+use robhaz_estimator::{NoiseBudget, Sides};
+use robhaz_model::{Posture, Robot, Suspension};
+
+/// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyNoise {
+    /// Of the inclination of the body, rad.
+    pub inclination: f64,
+    /// Of its rate, rad/s.
+    pub rate: f64,
+    /// Of the angle of pin Q, rad.
+    pub pin: f64,
+}
+
+/// What is stated of the robot and its sensors.
+#[derive(Clone, Copy, Debug)]
+pub struct Stated<'a> {
+    /// The nominal robot.
+    pub robot: &'a Robot,
+    /// Standard deviations of all sensor errors.
+    pub budget: NoiseBudget,
+    /// Nominal damping B of the wheel module, N m s.
+    pub viscous_damping: f64,
+    /// Nominal compression of wheel and ground, m.
+    pub compression: f64,
+    /// Whether the log is of one side of a robot with two.
+    pub sides: Sides,
+    /// The sensors of body and pin Q of which the readings of the links are made; `None` of sensors
+    /// on the links.
+    pub body: Option<BodyNoise>,
+}
+
+impl Stated<'_> {
+    /// The link that the body is fixed to, from 0, if the readings of the links are made of those
+    /// of the body; `None` of a four-bar.
+    pub(super) fn body_link(&self) -> Option<usize> {
+        match self.robot.geometry.suspension {
+            Suspension::Bogie { body } if self.body.is_some() => Some(body.index()),
+            _ => None,
+        }
+    }
+}
+
+/// Inclination and rate of the body by those of the links, NaN where the linkage cannot close.
+pub fn of_body(stated: &Stated<'_>, angles: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
+    // Without a reading of the pin this link keeps its own.
+    if let Some(fixed) = stated.body_link() {
+        return [angles[fixed], rates[fixed]];
+    }
+    let geometry = &stated.robot.geometry;
+    let Ok(posture) = Posture::close(geometry, angles[0] - angles[1], 0.0) else {
+        return [f64::NAN; 2];
+    };
+    let [body, ..] = posture.rates(geometry, rates[0] - rates[1], 0.0);
+    [angles[1] + posture.body, rates[1] + body]
+}
