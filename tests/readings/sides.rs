@@ -21,8 +21,9 @@ fn stated(folder: &Path) -> f64 {
 }
 
 /// A level drive has the same N either way; that of one side of two has the share of a cross slope in its deviations:
-/// 9 % of the load at the default of 5 deg, and more of a four-bar, which may twist; 0.4 % without a cross slope or in the plane. The
-/// commands say which it is, and the resolved description keeps it.
+/// 9 % of the load at the default of 5 deg, and more of a four-bar, which may twist. Without a cross slope the push is
+/// left, of which a log of some seconds keeps half of the prior: less than 0.6 of the whole, and more than in the plane.
+/// The commands say which it is, and the resolved description keeps it.
 #[test]
 fn the_commands_say_what_a_log_is_a_side_of() {
     let dir = tempfile::tempdir().unwrap();
@@ -72,6 +73,5 @@ fn the_commands_say_what_a_log_is_a_side_of() {
     };
     let load = 45.8;
     assert!((0.08..0.15).contains(&(of_two / load)), "{of_two}");
-    // What is left without a cross slope is the push.
     assert!(plane < level && level < 0.6 * of_two, "{level} {plane}");
 }
