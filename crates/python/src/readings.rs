@@ -124,7 +124,14 @@ fn column(readings: &Bound<'_, PyAny>, names: &[String], name: &str) -> PyResult
         'b' => "truth values",
         'c' => "complex numbers",
         'U' | 'S' | 'T' => "text",
-        _ => return numbers(&array),
+        _ => {
+            let numbers = numbers(&array);
+            return numbers.map_err(|error| {
+                PyTypeError::new_err(format!(
+                    "readings: column {name:?}: {error}, allowed: numbers"
+                ))
+            });
+        }
     };
     Err(PyTypeError::new_err(format!(
         "readings: column {name:?} holds {refused}, allowed: numbers in SI units"

@@ -361,6 +361,7 @@ def test_what_is_no_number_is_refused(scene, run):
         ("wheel1_angle", np.zeros(rows, bool), TypeError, "holds truth values"),
         ("wheel1_angle", np.zeros(rows, complex), TypeError, "holds complex numbers"),
         ("time", np.full(rows, "2024-05-01"), TypeError, "holds text"),
+        ("time", np.full(rows, "2024-05-01", dtype=object), TypeError, 'column "time": .*could not convert'),
         ("time", np.full(rows, np.datetime64("NaT", "ns")), ValueError, "no time in row 0"),
     ):
         with pytest.raises(error, match=match):

@@ -77,11 +77,19 @@ impl FrictionTestSummary {
         let (mu, margin) = (self.mu_max, 2.0 * self.sigma);
         let (slid, seconds) = (1e3 * self.slipped_distance, self.duration);
         let (end, least) = (&self.end, (mu - margin).max(0.0));
-        if let Some(noise) = self.slip_noise {
-            let finer = noise.sqrt();
+        if self.end == FrictionTestEnd::Noise.name() {
+            let up = |factor: f64| (10.0 * factor).ceil() / 10.0;
+            let remedy = match self.slip_noise {
+                Some(noise) => format!(
+                    "encoders and gyroscopes {:.1} times as fine would do, or {:.1} times the rate",
+                    up(noise.sqrt()),
+                    up(noise)
+                ),
+                None => "rate and encoders are too coarse for a speed of the wheel".to_owned(),
+            };
             return format!(
-                "Friction test, wheel {wheel}: refused, the readings would not show the slip in time: mu_max is at \
-                 least {least:.3}; encoders and gyroscopes {finer:.1} times as fine would do, or {noise:.1} times the rate"
+                "Friction test, wheel {wheel}: refused, the readings would not show the slip in time; {remedy}; mu_max \
+                 is at least {least:.3}"
             );
         }
         let found = match self.ramps {
