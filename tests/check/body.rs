@@ -60,7 +60,7 @@ impl Drive {
         change(&mut body);
         let spec = &self.scene.sensors.spec;
         let robot = self.scene.nominal_robot()?;
-        let mut mount = BodyMount::new(&robot.geometry, spec.pin_noise);
+        let mut mount = BodyMount::new(&robot.geometry, spec.pin_noise).keeping_jumps();
         let mut frames = self.frames.clone();
         for (frame, reading) in frames.iter_mut().zip(&body) {
             let found = mount.links(frame.time, reading);

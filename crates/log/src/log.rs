@@ -118,7 +118,11 @@ impl Log {
             let budget = &choice.budget;
             choice.body = Some([budget.inclination_noise, budget.rate_noise]);
             choice.budget = budget.of_body_sensors(robot, choice.pin, speed, period);
-            mount
+            // A check looks for what an estimate leaves out.
+            match options.allows_empty {
+                true => mount.keeping_jumps(),
+                false => mount,
+            }
         });
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;

@@ -53,6 +53,8 @@ pub struct BodyMount {
     read: f64,
     /// Innovation of the last reading of the pin, rad, if it was left out as a jump.
     jumped: Option<f64>,
+    /// Whether a reading of the pin that jumps counts, too.
+    keeps_jumps: bool,
 }
 
 impl BodyMount {
@@ -92,6 +94,16 @@ impl BodyMount {
             pin: None,
             read: 0.0,
             jumped: None,
+            keeps_jumps: false,
+        }
+    }
+
+    /// The same, but every reading of the pin counts, also one that jumps: to look for such readings.
+    #[must_use]
+    pub fn keeping_jumps(self) -> Self {
+        Self {
+            keeps_jumps: true,
+            ..self
         }
     }
 
@@ -189,7 +201,7 @@ impl BodyMount {
         let pbb = pbb + q * length;
         let innovation = angle - (a + ds * b);
         let reach = Self::GATE * sqrt(paa + r) + Self::LARGEST_RATE * elapsed;
-        let jumps = libm::fabs(innovation) > reach;
+        let jumps = !self.keeps_jumps && libm::fabs(innovation) > reach;
         let confirmed = |before: f64| innovation * before >= 0.5 * before * before;
         let stale = elapsed > Self::STALE_AFTER;
         let counts = self.jumped.is_some_and(|before| stale || confirmed(before));

@@ -58,6 +58,16 @@ impl Changes {
     /// Of a log whose readings of the links are made of those of the body these are those of the
     /// body, twice.
     pub fn of(log: &Readings<'_>, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
+        Self::within(span(log), log, acceleration, forward)
+    }
+
+    /// The same within a time, s.
+    fn within(
+        span: f64,
+        log: &Readings<'_>,
+        acceleration: Option<&[f64]>,
+        forward: &[f64],
+    ) -> Self {
         let recording = &log.recording;
         let (angles, rates) = match log.stated.body {
             Some(_) => {
@@ -68,7 +78,6 @@ impl Changes {
             }
             None => (recording.inclination.clone(), recording.rate.clone()),
         };
-        let span = span(log);
         let half = recording.steps(0.5 * span);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
         let inclination = |k: usize| match (&angles[k], acceleration) {
@@ -88,11 +97,12 @@ impl Changes {
     /// The changes with what the inclinations are fitted to: the rates, and the acceleration where
     /// inclinometers show it.
     pub fn of_links(log: &Readings<'_>) -> Self {
-        let forward = match log.stated.budget.specific_force {
-            true => forward(log),
-            false => Vec::new(),
-        };
-        Self::of(log, None, &forward)
+        Self::of(log, None, &sensed_forward(log))
+    }
+
+    /// The same within the least time: for encoders in an unknown unit, whose speed tells no time.
+    pub fn of_acceleration(log: &Readings<'_>) -> Self {
+        Self::within(SPAN, log, None, &sensed_forward(log))
     }
 
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
@@ -136,6 +146,14 @@ impl Coefficients {
             Some((value, sigma)) if value.abs() > GATE * sigma => value.signum(),
             _ => 0.0,
         }
+    }
+}
+
+/// What inclinometers show of the acceleration by the encoders, rad; nothing where they show gravity alone.
+fn sensed_forward(log: &Readings<'_>) -> Vec<f64> {
+    match log.stated.budget.specific_force {
+        true => forward(log),
+        false => Vec::new(),
     }
 }
 

@@ -92,7 +92,7 @@ fn is_near(value: f64, unit: f64) -> bool {
 /// of the links.
 pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     let channel = "encoders 1 to 3";
-    let changes = Changes::of_links(log);
+    let changes = Changes::of_acceleration(log);
     let fits = [0, 1].map(|k| changes.fit(k, k));
     let (mut sum, mut weight) = (0.0, 0.0);
     for (value, sigma) in fits.iter().flatten().filter_map(|f| f.forward) {

@@ -46,7 +46,10 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
         }
     }
     if faults.is_empty() {
-        faults.push(Finding::ok(TEST, "torques 1 to 3", words(visits)));
+        // Counts of frames.
+        let [above, below] = visits.map(|count| count as f64);
+        let finding = Finding::ok(TEST, "torques 1 to 3", words(visits));
+        faults.push(finding.with("above", above, "-").with("below", below, "-"));
     }
     faults
 }
