@@ -53,7 +53,7 @@ fn grouped(number: f64, separator: &str) -> String {
     let digits = format!("{:.0}", number.abs());
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out += separator;
         }
         out.push(digit);

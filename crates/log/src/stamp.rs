@@ -52,7 +52,7 @@ impl Stamp {
     pub fn of_parts(seconds: f64, nanoseconds: f64) -> Option<Self> {
         // Far below the largest whole number that a double has exactly.
         const MOST: f64 = 9e9;
-        let is_whole = seconds.trunc() == seconds && nanoseconds.trunc() == nanoseconds;
+        let is_whole = seconds.fract() == 0.0 && nanoseconds.fract() == 0.0;
         let is_allowed = is_whole && seconds.abs() < MOST && (0.0..1e9).contains(&nanoseconds);
         // The casts are exact.
         is_allowed.then(|| Self::Nanoseconds(seconds as i64 * 1_000_000_000 + nanoseconds as i64))

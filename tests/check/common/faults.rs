@@ -231,7 +231,7 @@ pub const FAULTS: &[Fault] = &[
     fault_of(
         "encoder 1 starts anew each turn",
         ENCODERS,
-        "continue",
+        "state `wrap`",
         NOWHERE,
         |f| {
             each(f, |f| {
