@@ -10,7 +10,7 @@ use robhaz_score::signals::{
 /// Least time over which changes are compared, s: the specific force of the robot's own motion
 /// changes less in it than the angles on uneven ground. A slow robot needs longer for its angles to
 /// change: until it has rolled by the radius of its wheels.
-const SPAN: f64 = 0.5;
+pub const SPAN: f64 = 0.5;
 /// Longest such time, s: a gyroscope's drift stays small.
 const LONGEST_SPAN: f64 = 10.0;
 /// Time over which both are averaged, s.
@@ -53,11 +53,15 @@ pub struct Coefficients {
 }
 
 impl Changes {
-    /// The changes of a recording, without the part of the inclinations that is `acceleration`
-    /// (rad).
-    /// Of a log whose readings of the links are made of those of the body these are those of the
+    /// The changes of a recording within `span` (s), without the part of the inclinations that is
+    /// `acceleration` (rad). Of a log whose readings of the links are made of those of the body these are those of the
     /// body, twice.
-    pub fn of(log: &Readings<'_>, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
+    pub fn of(
+        log: &Readings<'_>,
+        span: f64,
+        acceleration: Option<&[f64]>,
+        forward: &[f64],
+    ) -> Self {
         let recording = &log.recording;
         let (angles, rates) = match log.stated.body {
             Some(_) => {
@@ -68,7 +72,6 @@ impl Changes {
             }
             None => (recording.inclination.clone(), recording.rate.clone()),
         };
-        let span = span(log);
         let half = recording.steps(0.5 * span);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
         let inclination = |k: usize| match (&angles[k], acceleration) {
@@ -87,12 +90,12 @@ impl Changes {
 
     /// The changes with what the inclinations are fitted to: the rates, and the acceleration where
     /// inclinometers show it.
-    pub fn of_links(log: &Readings<'_>) -> Self {
+    pub fn of_links(log: &Readings<'_>, span: f64) -> Self {
         let forward = match log.stated.budget.specific_force {
             true => forward(log),
             false => Vec::new(),
         };
-        Self::of(log, None, &forward)
+        Self::of(log, span, None, &forward)
     }
 
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
@@ -139,8 +142,11 @@ impl Coefficients {
     }
 }
 
-/// Time over which changes are compared, s.
-fn span(log: &Readings<'_>) -> f64 {
+/// Time over which changes are compared, s. Only rovers, whose sensors are in the body, are so slow.
+pub fn span(log: &Readings<'_>) -> f64 {
+    if log.stated.body.is_none() {
+        return SPAN;
+    }
     let spin = log.recording.while_driving(&log.recording.middle_spin);
     let spin = median(spin.iter().map(|s| s.abs()).collect()).unwrap_or(0.0);
     (1.0 / spin).clamp(SPAN, LONGEST_SPAN)
