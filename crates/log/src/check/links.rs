@@ -6,7 +6,9 @@
 //! follows the other link's gyroscope exchanged channels. That of the second is the scale of the
 //! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::check::changes::{CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE};
+use crate::check::changes::{
+    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN, span,
+};
 use crate::check::delay;
 use crate::check::ground::Signs;
 use crate::check::pin_delay;
