@@ -10,7 +10,7 @@ use robhaz_score::signals::{
 /// Least time over which changes are compared, s: the specific force of the robot's own motion
 /// changes less in it than the angles on uneven ground. A slow robot needs longer for its angles to
 /// change: until it has rolled by the radius of its wheels.
-const SPAN: f64 = 0.5;
+pub const SPAN: f64 = 0.5;
 /// Longest such time, s: a gyroscope's drift stays small.
 const LONGEST_SPAN: f64 = 10.0;
 /// Time over which both are averaged, s.
@@ -53,18 +53,12 @@ pub struct Coefficients {
 }
 
 impl Changes {
-    /// The changes of a recording, without the part of the inclinations that is `acceleration`
-    /// (rad).
-    /// Of a log whose readings of the links are made of those of the body these are those of the
+    /// The changes of a recording within `span` (s), without the part of the inclinations that is
+    /// `acceleration` (rad). Of a log whose readings of the links are made of those of the body these are those of the
     /// body, twice.
-    pub fn of(log: &Readings<'_>, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
-        Self::within(span(log), log, acceleration, forward)
-    }
-
-    /// The same within a time, s.
-    fn within(
-        span: f64,
+    pub fn of(
         log: &Readings<'_>,
+        span: f64,
         acceleration: Option<&[f64]>,
         forward: &[f64],
     ) -> Self {
@@ -96,13 +90,12 @@ impl Changes {
 
     /// The changes with what the inclinations are fitted to: the rates, and the acceleration where
     /// inclinometers show it.
-    pub fn of_links(log: &Readings<'_>) -> Self {
-        Self::of(log, None, &sensed_forward(log))
-    }
-
-    /// The same within the least time: for encoders in an unknown unit, whose speed tells no time.
-    pub fn of_acceleration(log: &Readings<'_>) -> Self {
-        Self::within(SPAN, log, None, &sensed_forward(log))
+    pub fn of_links(log: &Readings<'_>, span: f64) -> Self {
+        let forward = match log.stated.budget.specific_force {
+            true => forward(log),
+            false => Vec::new(),
+        };
+        Self::of(log, span, None, &forward)
     }
 
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
@@ -149,16 +142,11 @@ impl Coefficients {
     }
 }
 
-/// What inclinometers show of the acceleration by the encoders, rad; nothing where they show gravity alone.
-fn sensed_forward(log: &Readings<'_>) -> Vec<f64> {
-    match log.stated.budget.specific_force {
-        true => forward(log),
-        false => Vec::new(),
+/// Time over which changes are compared, s. Only rovers, whose sensors are in the body, are so slow.
+pub fn span(log: &Readings<'_>) -> f64 {
+    if log.stated.body.is_none() {
+        return SPAN;
     }
-}
-
-/// Time over which changes are compared, s.
-fn span(log: &Readings<'_>) -> f64 {
     let spin = log.recording.while_driving(&log.recording.middle_spin);
     let spin = median(spin.iter().map(|s| s.abs()).collect()).unwrap_or(0.0);
     (1.0 / spin).clamp(SPAN, LONGEST_SPAN)

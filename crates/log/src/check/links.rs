@@ -6,7 +6,9 @@
 //! follows the other link's gyroscope exchanged channels. That of the second is the scale of the
 //! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::check::changes::{CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE};
+use crate::check::changes::{
+    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN, span,
+};
 use crate::check::delay;
 use crate::check::ground::Signs;
 use crate::check::pin_delay;
@@ -41,7 +43,7 @@ const SIGN: &str = "sign and unit";
 /// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before
 /// further tests.
 pub fn units(log: &Readings<'_>) -> Vec<Finding> {
-    let changes = Changes::of_links(log);
+    let changes = Changes::of_links(log, span(log));
     let unit = |k: usize| {
         let found = changes.fit(k, k).filter(Coefficients::is_known)?;
         let is = |value: f64| (found.rate.abs() / value - 1.0).abs() < SCALE_ERROR;
@@ -92,7 +94,7 @@ fn is_near(value: f64, unit: f64) -> bool {
 /// of the links.
 pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     let channel = "encoders 1 to 3";
-    let changes = Changes::of_acceleration(log);
+    let changes = Changes::of_links(log, SPAN);
     let fits = [0, 1].map(|k| changes.fit(k, k));
     let (mut sum, mut weight) = (0.0, 0.0);
     for (value, sigma) in fits.iter().flatten().filter_map(|f| f.forward) {
@@ -144,7 +146,7 @@ fn encoder_unit(scale: f64) -> (String, f64) {
 /// All findings of the links. `on_ground`: what the ground that the wheels pass shows of the
 /// inclinometers.
 pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
-    let changes = Changes::of_links(log);
+    let changes = Changes::of_links(log, span(log));
     let fits = [0, 1].map(|k| changes.fit(k, k));
     if log.stated.body.is_some() {
         return vec![of_body(sign(&changes, &fits, 0, Signs::Unknown))];
@@ -321,7 +323,7 @@ fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (
 /// and units.
 pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
-    let changes = Changes::of(log, acceleration.as_deref(), &[]);
+    let changes = Changes::of(log, span(log), acceleration.as_deref(), &[]);
     if log.stated.body.is_some() {
         let of_imu = of_body(delay_of(&log.recording, &changes, 0));
         let of_pin = pin_delay::finding(log, 2.0 * LONGEST_DELAY * changes.span);

@@ -122,7 +122,9 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.take([ground::distance(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
-    log.take(agreement::findings(&log, order));
+    let recording = &log.recording;
+    let resolved = recording.slowest < SAME_RATE * recording.dt || turn < LARGEST_TURN_OF_FILTERS;
+    log.take(agreement::findings(&log, order, resolved));
     log.report()
 }
 
@@ -170,6 +172,11 @@ fn name_sensors_of_body(finding: &mut Finding) {
 /// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its
 /// radius along the path.
 const LARGEST_TURN: f64 = 0.25;
+
+/// Period of the slowest channel over the step of the log up to which all have one rate.
+const SAME_RATE: f64 = 1.5;
+/// Largest turn of a wheel between readings of a slower channel with which the filters hold, rad.
+const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {
