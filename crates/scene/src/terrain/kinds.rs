@@ -16,13 +16,16 @@ use robhaz_terrain::{
 };
 use serde_json::{Value as Json, json};
 
+/// A profile, and the tracks that it was read from.
+type Built = (Profile, Vec<Track>);
+
 /// A kind of ground.
 struct Kind {
     name: &'static str,
     /// Its own keys, in their order.
     keys: &'static [&'static [Key<Ground>]],
     /// The ground that the values of these keys give, and the files of its points.
-    profile: fn(&mut Site<'_>, Ground) -> Option<(Profile, Vec<Track>)>,
+    profile: fn(&mut Site<'_>, Ground) -> Option<Built>,
 }
 
 /// Where a ground is read.
