@@ -124,7 +124,7 @@ impl Frames {
     fn move_to(&mut self, time: f64, channel: usize, row: usize, values: &mut Values) {
         let times = &self.survey.channels[channel].times;
         let age = time - times[row];
-        if !(age > ROUNDING) {
+        if age.is_nan() || age <= ROUNDING {
             return;
         }
         self.ages[channel].0 += age;

@@ -65,7 +65,8 @@ mod tests {
     fn centimetres_are_found() {
         let robot = Robot::default_a();
         assert_eq!(too_large(&robot), None);
-        let change: [(&str, fn(&mut Robot) -> &mut f64); 4] = [
+        type Inertia = fn(&mut Robot) -> &mut f64;
+        let change: [(&str, Inertia); 4] = [
             ("body_inertia", |r| &mut r.mass.body_inertia),
             ("wheel_inertia", |r| &mut r.mass.wheel_inertia),
             ("rotor_inertia", |r| &mut r.mass.rotor_inertia),

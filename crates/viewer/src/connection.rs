@@ -49,11 +49,12 @@ impl Connection {
     pub(crate) fn send(&self, message: &LogMsg) -> Result<(), Cause> {
         let log_msg = Some(message.to_transport(Compression::LZ4)?.into());
         let request = WriteMessagesRequest { log_msg };
-        let sent = self.messages.as_ref().map(|m| m.blocking_send(request));
-        match sent {
-            Some(Ok(())) => Ok(()),
-            // The thread takes messages until the viewer closes the connection.
-            _ => Err("it has closed the connection".into()),
+        let send =
+            |messages: &Sender<WriteMessagesRequest>| messages.blocking_send(request).is_ok();
+        // The thread takes messages until the viewer closes the connection.
+        match self.messages.as_ref().is_some_and(send) {
+            true => Ok(()),
+            false => Err("it has closed the connection".into()),
         }
     }
 
