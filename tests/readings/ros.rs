@@ -90,7 +90,8 @@ fn written(topics: &Topics, description: &str) -> tempfile::TempDir {
 #[test]
 fn what_is_not_measured_is_missing() {
     let orientation = description("inclination = \"orientation\"", "");
-    let without: [fn(u64, f64, f64) -> Vec<u8>; 2] = [
+    type Message = fn(u64, f64, f64) -> Vec<u8>;
+    let without: [Message; 2] = [
         |t, i, r| {
             let identity = ([0.0, 0.0, 0.0, 1.0], -1.0);
             imu(t, identity, ([0.0, -r, 0.0], 0.0), (at_rest(i), 0.0))
