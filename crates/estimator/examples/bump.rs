@@ -3,7 +3,7 @@
 //! `cargo run --release --example bump`
 //!
 //! `bump.csv` beside this file has the readings of 10 s at 50 Hz, from a simulation with typical
-//! sensors, and the true normal forces to compare with. Nobody gave the contact angles.
+//! sensors, and the true normal forces to compare with. Contact angles are not given.
 
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::Robot;
