@@ -7,7 +7,9 @@
 
 use super::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
-use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
+use robhaz_estimator::{
+    Channels, Confirmation, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale,
+};
 use robhaz_log::check::{Finding, Stated, Verdict, check};
 use robhaz_masses::Tolerances;
 use robhaz_scene::Scene;
@@ -20,7 +22,8 @@ struct Outcome {
     alarm: bool,
     /// RMS error of N over the mean N, from 2 s on.
     error: f64,
-    /// Share of the errors of N within two stated deviations.
+    /// Share of the errors of N within two stated deviations, once the readings have shown whether
+    /// the torques fit the weight.
     within: f64,
 }
 
@@ -32,7 +35,8 @@ fn estimate(
 ) -> Result<Outcome, Failure> {
     let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
     let (mut scale, mut alarm) = (None, false);
-    let (mut squares, mut sum, mut within, mut count) = (0.0, 0.0, 0.0, 0.0);
+    let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
+    let (mut within, mut shown) = (0.0, 0.0);
     for (frame, true_sample) in frames.iter().zip(truth.samples()) {
         let estimate = estimator.update(frame)?;
         scale = estimate.torque_scale;
@@ -47,15 +51,18 @@ fn estimate(
             let sigma = estimate.sigma_normal(i).ok_or("best states deviations")?;
             squares += error * error;
             sum += wheel.normal_force;
-            within += f64::from(u8::from(error.abs() < 2.0 * sigma));
             count += 1.0;
+            if scale.is_some_and(|s| s.confirmation != Confirmation::Unconfirmed) {
+                within += f64::from(u8::from(error.abs() < 2.0 * sigma));
+                shown += 1.0;
+            }
         }
     }
     Ok(Outcome {
         scale: scale.ok_or("best states the scale")?,
         alarm,
         error: f64::sqrt(squares / count) / (sum / count),
-        within: within / count,
+        within: within / shown,
     })
 }
 
@@ -92,7 +99,7 @@ const TYPICAL: &[&str] = &[
 
 /// Torques of half their size and of 1.6 times their size: a fault in `check`, an alarm of `best`,
 /// the ratio within 15 % of the factor (three of its deviations), and errors of N within what is
-/// stated: 90 % within two deviations.
+/// stated from then on: 90 % within two deviations.
 #[test]
 fn scaled_torques_are_found_and_stated() -> Result<(), Failure> {
     for name in ["smooth", "sine"] {
@@ -122,44 +129,21 @@ fn scaled_torques_are_found_and_stated() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A payload of 1 kg on the body of a robot that counts as people build them: nothing is blamed for
-/// what the budget of the masses allows, the masses take their share, and 90 % of the errors of N
-/// are within two deviations. The error of N falls below the 6.6 % that the payload makes.
-#[test]
-fn a_payload_is_stated() -> Result<(), Failure> {
-    for name in ["smooth", "sine"] {
-        let described = scene(name, TYPICAL)?;
-        let loaded = scene(name, &[TYPICAL, &["robot.mass.body=6"]].concat())?;
-        let truth = TruthRun::of(&loaded)?;
-        for seed in 0..2 {
-            let frames = readings(&loaded, &truth, seed);
-            let mut settings = described.nominal_settings(&described.estimators[1])?;
-            let robot = described.nominal_robot()?;
-            settings.budget.load_covariance = Some(Tolerances::built(&robot).loads(&robot)?);
-            settings.budget.payload = Tolerances::PAYLOAD;
-            let outcome = estimate(&described, settings, &frames, &truth)?;
-            let ratio = outcome.scale.ratio;
-            let what = format!("{name} {seed}");
-            println!(
-                "{what}: {ratio:.3}, {:.3}, {:.3}",
-                outcome.error, outcome.within
-            );
-            assert!(outcome.within > 0.9, "{what}: {}", outcome.within);
-            assert!(outcome.error < 0.06, "{what}: {}", outcome.error);
-        }
-    }
-    Ok(())
-}
-
-/// Honest readings: no alarm, `check` says ok, and the ratio is 1 within three of its deviations.
+/// Honest readings: no alarm, the ratio is 1 within three of its deviations, and it is confirmed
+/// where these are below 3 %: not on `sine` and `rough`, whose slopes are gentle.
 #[test]
 fn honest_torques_fit_the_weight() -> Result<(), Failure> {
-    for name in ["smooth", "sine", "rough", "course"] {
+    for (name, verdict) in [
+        ("smooth", Verdict::Ok),
+        ("sine", Verdict::CannotTell),
+        ("rough", Verdict::CannotTell),
+        ("course", Verdict::Ok),
+    ] {
         let scene = scene(name, TYPICAL)?;
         let truth = TruthRun::of(&scene)?;
         let frames = readings(&scene, &truth, 0);
         let found = finding(&scene, &frames)?;
-        assert_eq!(found.verdict, Verdict::Ok, "{name}: {}", found.figure);
+        assert_eq!(found.verdict, verdict, "{name}: {}", found.figure);
         let settings = scene.nominal_settings(&scene.estimators[1])?;
         let outcome = estimate(&scene, settings, &frames, &truth)?;
         let TorqueScale { ratio, sigma, .. } = outcome.scale;
@@ -194,7 +178,9 @@ struct Count {
     samples: u32,
     /// Of N, within two stated deviations.
     within: u32,
-    /// Trusted (no flag that warns, healthy), and off by more than five stated deviations.
+    /// Trusted (no flag that warns, healthy, and the weight confirmed).
+    trusted: u32,
+    /// Of these, off by more than five stated deviations.
     off: u32,
     /// When health first named the scale, s.
     alarm: Option<f64>,
@@ -231,7 +217,10 @@ fn count(
             Flags::OUT_OF_RANGE,
             Flags::CONTRADICTION,
         ];
-        let trusted = !faulty && !warned.iter().any(|f| estimate.flags.contains(*f));
+        let confirmed =
+            estimate.torque_scale.map(|s| s.confirmation) == Some(Confirmation::Confirmed);
+        let trusted = confirmed && !faulty && !warned.iter().any(|f| estimate.flags.contains(*f));
+        count.trusted += 3 * u32::from(trusted);
         let mut off = 0.0_f64;
         for (i, wheel) in true_sample.wheels.iter().enumerate() {
             let Some(contact) = wheel.equivalent_contact() else {
@@ -256,7 +245,8 @@ fn count(
 const GROUNDS: [&str; 4] = ["smooth", "sine", "course", "rough"];
 
 /// Torques of 0.4 to 2 times their size, payloads of 1 and 2 kg, and honest logs: of no log more
-/// than 1 % of the samples are trusted and off by more than five stated deviations.
+/// than 1 % of the samples are trusted, the weight being confirmed, and off by more than five stated
+/// deviations.
 #[test]
 #[ignore = "half a minute of two cores"]
 fn nothing_wrong_is_trusted() -> Result<(), Failure> {
@@ -282,7 +272,6 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
                             let robot = described.nominal_robot()?;
                             let loads = Tolerances::built(&robot).loads(&robot)?;
                             settings.budget.load_covariance = Some(loads);
-                            settings.budget.payload = Tolerances::PAYLOAD;
                         }
                         let count = count(&described, settings, &frames, &truth)?;
                         let drive = if drive.is_empty() { "PI" } else { "soft" };
@@ -296,8 +285,9 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
                     let percent = |n: u32| 100.0 * f64::from(n) / f64::from(count.samples);
                     let scale = count.scale.ok_or("scale")?;
                     println!(
-                        "{what}: {:.1} % within two sigma, {:.2} % trusted beyond five, mean stated {:.1} % of N, ratio {:.3} +- {:.3}, alarm {:?}",
+                        "{what}: {:.1} % within two sigma, {:.1} % trusted, {:.2} % beyond five, mean stated {:.1} % of N, ratio {:.3} +- {:.3}, alarm {:?}",
                         percent(count.within),
+                        percent(count.trusted),
                         percent(count.off),
                         100.0 * count.stated,
                         scale.ratio,

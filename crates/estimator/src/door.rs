@@ -86,7 +86,6 @@ fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         body_cg,
         link_mass,
         load_covariance,
-        payload,
         cross_slope,
     } = *budget;
     NoiseBudget {
@@ -115,7 +114,6 @@ fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         specific_force,
         contact_angle,
         link_mass,
-        payload,
         cross_slope,
     }
 }
@@ -149,7 +147,7 @@ pub(crate) fn frame_in(units: &Units, frame: &SensorFrame) -> SensorFrame {
 /// Puts an estimate into SI, of the readings `at` a time, s.
 pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, at: f64) {
     let (length, force, torque) = (units.length, units.force(), units.torque());
-    estimate.scale_forces(force);
+    estimate.scale_forces(force, 0.0);
     let Estimate {
         time,
         // Scaled above.

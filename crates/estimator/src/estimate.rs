@@ -48,8 +48,7 @@ pub struct Estimate {
     pub friction: Option<[WheelFriction; 3]>,
     /// Whether the readings agree with each other; `None` from the paper's filters.
     pub health: Option<Health>,
-    /// The torques against the weight; `None` from the paper's filters, before the readings show
-    /// anything, and of one side of two.
+    /// The torques against the weight; `None` from the paper's filters, and of one side of two.
     pub torque_scale: Option<TorqueScale>,
     /// Warnings.
     pub flags: Flags,
@@ -66,8 +65,9 @@ impl Estimate {
         self.sigma(2 * i)
     }
 
-    /// Multiplies all forces by a factor, with what belongs to them.
-    pub(crate) fn scale_forces(&mut self, factor: f64) {
+    /// Multiplies all forces by a factor, with what belongs to them, and adds an error of all of
+    /// them by one factor, whose relative standard deviation is `deviation`.
+    pub(crate) fn scale_forces(&mut self, factor: f64, deviation: f64) {
         let forces = self.normal_force.iter_mut().chain(&mut self.traction);
         for force in forces.chain(&mut self.residual) {
             *force *= factor;
@@ -75,8 +75,15 @@ impl Estimate {
         for force in &mut self.pin_force {
             *force *= factor;
         }
-        for entry in self.covariance.iter_mut().flatten().flatten() {
-            *entry *= factor * factor;
+        let ([t1, t2, t3], [n1, n2, n3]) = (self.traction, self.normal_force);
+        let common = [t1, n1, t2, n2, t3, n3].map(|force| deviation * force);
+        let Some(covariance) = &mut self.covariance else {
+            return;
+        };
+        for (row, a) in covariance.iter_mut().zip(common) {
+            for (entry, b) in row.iter_mut().zip(common) {
+                *entry = *entry * (factor * factor) + a * b;
+            }
         }
     }
 

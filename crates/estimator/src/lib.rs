@@ -83,4 +83,4 @@ pub use health::{DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{
     ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod, Sides,
 };
-pub use torque_scale::TorqueScale;
+pub use torque_scale::{Confirmation, TorqueScale};

@@ -152,9 +152,6 @@ pub struct NoiseBudget {
     /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count
     /// in addition to the two above, which are 0 then.
     pub load_covariance: Option<LoadCovariance>,
-    /// Unstated payload, over the mass of the robot. It counts in the stated deviations alone, and
-    /// until the torques show the robot's weight ([`crate::TorqueScale`]).
-    pub payload: f64,
     /// Standard deviation of the slope across the way, rad, of logs of [`Sides::OneOfTwo`]: it moves
     /// the weight from one side to the other.
     pub cross_slope: f64,
@@ -224,7 +221,6 @@ impl NoiseBudget {
             body_cg: 0.0,
             link_mass: 0.0,
             load_covariance: None,
-            payload: 0.0,
             cross_slope: 5.0 * DEGREE,
         }
     }

@@ -1,11 +1,11 @@
 //! The torques against the weight: the ratio of the torques to those that the described robot
 //! needs.
 //!
-//! A payload makes it greater just as torques do that are read too large. Only the prior tells them
-//! apart: the budget's error of the masses. Within that prior the masses take their share of what
-//! the [`WorkBalance`] finds; what a scale or an unstated payload may change beyond that is
-//! considered in the stated deviations alone. Beyond the prior the forces are those of the
-//! described masses with scaled torques, and their deviations contain what a payload would change.
+//! A payload makes it greater just as torques do that are read too large: no reading tells them
+//! apart. What is stated of the forces holds under the budget, in which both are right; the ratio,
+//! found by the [`WorkBalance`], says whether the readings confirm that. Beyond the budget the
+//! forces are those of the described masses with scaled torques, and their deviations contain what
+//! a payload would change.
 
 mod passage;
 
@@ -13,6 +13,31 @@ use crate::deviation::{GATE, WITHIN};
 use crate::filters::Kalman;
 use passage::Passage;
 pub(crate) use passage::Rolling;
+
+/// Whether the readings confirm that torques and weight fit each other. The stated deviations hold
+/// if they do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Confirmation {
+    /// The readings do not show it: level ground, slopes that wheels which work against each other
+    /// drown, or a ratio between what confirms and what contradicts.
+    #[default]
+    Unconfirmed,
+    /// The ratio is known, and 1 within what is known of it.
+    Confirmed,
+    /// The ratio is beyond what the budget of gains and masses allows.
+    Contradicts,
+}
+
+impl Confirmation {
+    /// As in tables: `unconfirmed`, `confirmed`, `contradicts`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unconfirmed => "unconfirmed",
+            Self::Confirmed => "confirmed",
+            Self::Contradicts => "contradicts",
+        }
+    }
+}
 
 /// The torques against the weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,42 +47,35 @@ pub struct TorqueScale {
     pub ratio: f64,
     /// Its standard deviation; about 1 before the readings show anything.
     pub sigma: f64,
-    /// Mass of the robot, over that of the description, with which the stated forces are computed,
-    /// -.
-    pub mass: f64,
-    /// Whether the ratio is beyond what the budget of gains and masses allows.
-    pub contradicts: bool,
+    /// What follows from it.
+    pub confirmation: Confirmation,
 }
 
 impl TorqueScale {
-    /// Relative deviation up to which the ratio is known: a factor of 1.5 is then beyond four
-    /// deviations.
-    /// Chosen; held by `tests/check/torque_scale.rs`.
-    const KNOWN: f64 = 0.1;
-
-    /// Whether the readings have shown the ratio. Level ground does not, nor slopes that wheels
-    /// which work against each other drown.
-    pub fn is_known(&self) -> bool {
-        self.sigma < Self::KNOWN * self.ratio
-    }
-
     /// In words, for a robot of which one side is described to have the mass `described`, kg.
     pub fn in_words(self, described: f64) -> impl core::fmt::Display {
-        let Self { ratio, sigma, .. } = self;
+        /// Relative deviation from which on the ratio says nothing.
+        /// Chosen.
+        const VAGUE: f64 = 0.1;
+        let Self {
+            ratio,
+            sigma,
+            confirmation,
+        } = self;
         core::fmt::from_fn(move |f| {
-            if !(self.is_known() || self.contradicts) {
+            let verdict = confirmation.name();
+            if confirmation == Confirmation::Unconfirmed && !(sigma < VAGUE * ratio) {
                 return write!(
                     f,
-                    "the log does not show the torques' scale: level ground, or slopes drowned by wheels that work against each other"
+                    "weight {verdict} by the torques: level ground, or slopes drowned by wheels that work against each other"
                 );
             }
+            let (fits, error) = (ratio * described, sigma * described);
             write!(
                 f,
-                "torques fit a robot of {:.1} +- {:.1} kg a side; the description says {described:.1}",
-                ratio * described,
-                sigma * described,
+                "weight {verdict}: torques fit a robot of {fits:.1} +- {error:.1} kg a side; the description says {described:.1}",
             )?;
-            if self.contradicts {
+            if confirmation == Confirmation::Contradicts {
                 write!(
                     f,
                     ": other masses (a payload), or torques read at {ratio:.2} of their size (gear efficiency, motor constant), the wheels' radius, the inclinometers' scale"
@@ -71,54 +89,47 @@ impl TorqueScale {
 /// Finds the ratio, and decides what follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ScaleFilter {
-    /// [`crate::NoiseBudget::payload`]. Not part of the state.
-    payload: f64,
     balance: WorkBalance,
+    /// What follows from the ratio.
+    confirmation: Confirmation,
     /// Ratio with which weight and inertia are multiplied, so that they fit the torques as they are
-    /// read.
+    /// read: 1 unless they contradict each other.
     pub applied: f64,
-    /// Whether the ratio is beyond what the budget allows.
-    pub contradicts: bool,
-    /// Standard deviations that the stated forces have from the ratio, relative: of all tractions,
-    /// the masses being right; and of all forces, as by other masses.
-    pub deviation: [f64; 2],
+    /// Relative standard deviation that all stated forces have from a ratio that is applied: a
+    /// payload would change them by as much.
+    pub deviation: f64,
 }
 
 impl ScaleFilter {
     /// Deviations below which a ratio beyond [`GATE`], which contradicts the budget, agrees again.
     /// Half of the alarm.
     const AGREES: f64 = 0.5 * GATE;
-    /// Deviations from which on the excess counts in the stated forces. Honest ratios are within it
-    /// nearly always.
+    /// Largest relative deviation of a ratio that confirms: a payload of a fifteenth of the robot's
+    /// mass is then beyond two deviations.
     /// Chosen; held by `tests/check/torque_scale.rs`.
-    const COUNTS: f64 = 1.5;
-    /// Standard deviation of the torques' scale before any reading, relative: torques of half their
-    /// size (the efficiency of a worm gear, half of the motors' currents) err by two of these.
-    /// Textbook: worm gears have efficiencies from below 0.5 to 0.9.
-    const PRIOR: f64 = 0.5;
-    /// The same where no reading of the log can show the scale, as of one side of two: then it is
-    /// not where a search begins, but what is stated. Gears have efficiencies of 0.5 to 0.9: torques
-    /// that leave them out err by less than three of these.
-    /// Textbook.
-    pub const UNSEEN: f64 = 0.25;
+    const CONFIRMS: f64 = 0.03;
     /// Least ratio: motor torques that are 20 times too small.
     /// Guard.
     const LEAST: f64 = 0.05;
 
-    /// See [`WorkBalance::new`]; `payload` is that of the budget.
-    pub fn new(between: f64, resisted: f64, gain: f64, payload: f64) -> Self {
+    /// See [`WorkBalance::new`].
+    pub fn new(between: f64, resisted: f64, gain: f64) -> Self {
         Self {
-            payload,
             balance: WorkBalance::new(between, resisted, gain),
+            confirmation: Confirmation::Unconfirmed,
             applied: 1.0,
-            contradicts: false,
-            deviation: [Self::PRIOR, payload],
+            deviation: 0.0,
         }
     }
 
     /// The way ends: a gap between frames.
     pub fn interrupt(&mut self) {
         self.balance.passage.interrupt();
+    }
+
+    /// Whether the ratio is beyond what the budget allows.
+    pub fn contradicts(&self) -> bool {
+        self.confirmation == Confirmation::Contradicts
     }
 
     /// Takes a sample, `dt` seconds after the last; `rolling` is `None` where the wheels do not
@@ -132,67 +143,33 @@ impl ScaleFilter {
         let (ratio, sigma) = self.balance.ratio(weight);
         let ratio = ratio.max(Self::LEAST);
         let (log, sigma) = (libm::log(ratio), sigma / ratio);
-        let allowed = sigma * sigma + mass * mass;
-        let square = log * log / allowed;
+        let square = log * log / (sigma * sigma + mass * mass);
         let applied = libm::log(self.applied);
-        let before = self.contradicts;
+        let before = self.contradicts();
+        let few = robhaz_model::sqrt(self.balance.few_passages());
         if square > GATE * GATE && self.balance.shows_scatter() {
-            self.contradicts = true;
-        } else if square < Self::AGREES * Self::AGREES && GATE * sigma < applied.abs() {
-            self.contradicts = false;
-        }
-        if self.contradicts {
-            let left = log - applied;
-            let of_forces = (ratio - 1.0) * (ratio - 1.0) + sigma * sigma;
-            self.deviation = [sigma * sigma + left * left, of_forces].map(robhaz_model::sqrt);
-            if left.abs() < WITHIN * sigma && before {
-                return false;
-            }
-            self.applied = ratio;
-            // What was found with another ratio is less exact.
-            self.balance.loosen();
-            return true;
-        }
-        let of_mass = log * mass * mass / allowed;
-        self.applied = libm::exp(of_mass);
-        self.deviation = self.within_budget(log - of_mass, of_mass, sigma, mass);
-        before
-    }
-
-    /// Deviations while the budget allows the ratio. Its logarithm has the deviation `sigma`;
-    /// `of_mass` of it is applied as the masses' share, `rest` is not. `mass` is the deviation of
-    /// the described mass, which the loads have anyway.
-    fn within_budget(&self, rest: f64, of_mass: f64, sigma: f64, mass: f64) -> [f64; 2] {
-        let square = |x: f64| x * x;
-        let (measured, mass) = (square(sigma), square(mass));
-        // What is left of a prior. Few passages leave more of it than their scatter says.
-        let posterior = |prior: f64| {
-            let measured = measured * self.balance.few_passages();
-            prior * measured / (prior + measured)
-        };
-        // The scale, if there is no payload: mean square about 1, as the tractions are not
-        // corrected.
-        let prior = square(Self::PRIOR);
-        let shift = rest * prior / (prior + measured);
-        let of_scale = posterior(prior) + square(shift);
-        // The payload, if the scale is right.
-        let of_payload = (posterior(mass + square(self.payload)) - mass).max(0.0);
-        // Of what the masses took, or of what they left, whichever is more.
-        let left = rest.abs() > of_mass.abs();
-        let most = if left { rest } else { of_mass };
-        let allowed = square(Self::COUNTS) * (measured + mass);
-        let excess = (1.0 - allowed / square(rest + of_mass)).max(0.0);
-        let of_forces = of_payload + excess * square(libm::expm1(most));
-        [of_scale, of_forces].map(robhaz_model::sqrt)
-    }
-
-    /// By what the forces so found are multiplied to be stated.
-    pub fn stated(&self) -> f64 {
-        if self.contradicts {
-            1.0 / self.applied
+            self.confirmation = Confirmation::Contradicts;
+        } else if before && !(square < Self::AGREES * Self::AGREES && GATE * sigma < applied.abs())
+        {
+            // Not yet.
+        } else if square < WITHIN * WITHIN && sigma * few < Self::CONFIRMS {
+            self.confirmation = Confirmation::Confirmed;
         } else {
-            1.0
+            self.confirmation = Confirmation::Unconfirmed;
         }
+        if !self.contradicts() {
+            (self.applied, self.deviation) = (1.0, 0.0);
+            return before;
+        }
+        let of_payload = (ratio - 1.0) * (ratio - 1.0) + sigma * sigma;
+        self.deviation = robhaz_model::sqrt(of_payload);
+        if before && (log - applied).abs() < WITHIN * sigma {
+            return false;
+        }
+        self.applied = ratio;
+        // What was found with another ratio is less exact.
+        self.balance.loosen();
+        true
     }
 
     /// What is found, for a robot of this weight, N.
@@ -201,8 +178,7 @@ impl ScaleFilter {
         TorqueScale {
             ratio,
             sigma,
-            mass: if self.contradicts { 1.0 } else { self.applied },
-            contradicts: self.contradicts,
+            confirmation: self.confirmation,
         }
     }
 }
@@ -444,14 +420,14 @@ mod tests {
     /// A passage or two accuse no torques, however exact their ratio looks; more do.
     #[test]
     fn few_passages_are_no_proof() {
-        let mut scale = ScaleFilter::new(BETWEEN, 90.0, 0.0, 0.0);
+        let mut scale = ScaleFilter::new(BETWEEN, 90.0, 0.0);
         let (mut passages, mut alarm) = (0, None);
         for k in 0..20_000 {
             let sample = rolling(DT * f64::from(k), 0.2, 0.04, 2.0, -12.0);
             let before = scale.balance.left;
             scale.update(Some(&sample), WEIGHT, 0.0, DT);
             passages += u32::from(scale.balance.left.map(f64::to_bits) != before.map(f64::to_bits));
-            if scale.contradicts && alarm.is_none() {
+            if scale.contradicts() && alarm.is_none() {
                 alarm = Some(passages);
             }
         }

@@ -8,7 +8,7 @@
 
 use crate::error::WeighError;
 use crate::measurements::Accuracy;
-use crate::parameters::{CENTRES, PARAMETERS, Tolerances, values, with_values};
+use crate::parameters::{CENTRES, PARAMETERS, Tolerances, Values, WHEEL, values, with_values};
 use crate::prior::{Prior, slope};
 use crate::statics::{imbalance, plate_forces};
 use nalgebra::SMatrix;
@@ -93,8 +93,8 @@ impl Deviations {
 
 impl Tolerances {
     /// Covariance of the loads of a robot that errs from its nominal values by these tolerances and
-    /// was not weighed. Masses err each by itself, and by as much all to the same side: cables,
-    /// screws and payload make a robot heavier.
+    /// was put on scales as a whole: its mass is known to [`Self::TOTAL`], where it is from the
+    /// parts.
     ///
     /// # Errors
     /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures
@@ -102,9 +102,16 @@ impl Tolerances {
     pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance, WeighError> {
         let prior = Prior::new(nominal, self, &Accuracy::TYPICAL)?;
         let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::identity();
-        covariance
-            .fixed_view_mut::<CENTRES, CENTRES>(0, 0)
-            .add_scalar_mut(1.0);
+        // The sum of the masses' errors, as a combination of the unknowns.
+        let mut sum = Values::zeros();
+        for i in 0..CENTRES {
+            let count = if i == WHEEL { 3.0 } else { 1.0 };
+            sum[i] = count * prior.deviations[i];
+        }
+        let (known, parts) = (Self::TOTAL * nominal.mass.total(), sum.norm_squared());
+        if parts > known * known {
+            covariance += sum * sum.transpose() * ((known * known - parts) / (parts * parts));
+        }
         Ok(Deviations::new(&prior, nominal, &covariance)?.covariance)
     }
 }

@@ -12,6 +12,8 @@ pub(crate) type Values = SVector<f64, PARAMETERS>;
 
 /// Index of the first coordinate of a centre of mass, and of a pin.
 pub(crate) const CENTRES: usize = 5;
+/// Index of the mass of a wheel, of which there are three.
+pub(crate) const WHEEL: usize = 4;
 const PINS: usize = 13;
 
 /// The unknowns in words, in their order: five masses, then x and y of four centres of mass and of
@@ -59,9 +61,9 @@ impl Tolerances {
         }
     }
 
-    /// What such a robot carries, over its mass: robots of this size carry up to 15 % of it, which
-    /// is two deviations.
-    pub const PAYLOAD: f64 = 0.075;
+    /// Relative error of the mass of the whole robot: its owner has put it on scales, with
+    /// batteries and cables.
+    pub const TOTAL: f64 = 0.01;
 
     /// Standard deviations of the unknowns, kg and m.
     pub(crate) fn deviations(&self, nominal: &Robot) -> Values {
@@ -109,7 +111,7 @@ pub(crate) fn with_values(nominal: &Robot, values: &Values) -> Robot {
         geometry.link_cg[i] = point(CENTRES, 1 + i);
     }
     // A wheel module is motor, gear and disc; only the disc's share is its inertia. It stays.
-    mass.wheel = values[4];
+    mass.wheel = values[WHEEL];
     geometry.body_cg = point(CENTRES, 0);
     let [p, q, r, s] = [0, 1, 2, 3].map(|i| point(PINS, i));
     geometry.pins = Pins { p, q, r, s };

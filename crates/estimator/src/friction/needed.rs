@@ -37,10 +37,11 @@ pub(crate) struct JointForces {
 }
 
 impl JointForces {
-    /// The forces of an estimate, with the covariance `p`, N^2.
-    pub fn new(forces: &Forces, p: &[[f64; 6]; 6]) -> Self {
+    /// The forces of an estimate.
+    pub fn new(forces: &Forces) -> Self {
         let [t1, t2, t3] = forces.traction;
         let [n1, n2, n3] = forces.normal;
+        let p = &forces.covariance;
         let own = |t: usize, n: usize| [p[t][t], p[t][n], p[n][n]];
         Self {
             x: [t1, n1, t2, n2, t3, n3],
@@ -52,22 +53,12 @@ impl JointForces {
     /// the memory of the ground knows. `tangents`: directions of the tangents at the contacts;
     /// `error`: their common error, estimated minus true as dy/dx, and its standard deviation.
     ///
-    /// The gain is that of the covariance `measured`, without what is considered in stated
-    /// deviations alone (Schmidt-Kalman): on level ground, where nothing shows the torques' scale,
-    /// the small sum of T would else scale each of them.
-    ///
     /// The horizontal balance `sum (T cos gamma - N sin gamma) = m a` holds for the estimate at its
     /// own angles. At the true angles the sum differs by
     /// `-sum (T sin gamma + N cos gamma) d gamma`. This is a measurement of the sum: it separates
     /// the offsets and gains of the torques from the slope, which the motion filter alone cannot on
     /// even ground.
-    pub fn know_direction(
-        &mut self,
-        p: &[[f64; 6]; 6],
-        measured: &[[f64; 6]; 6],
-        tangents: &[Vec2; 3],
-        error: (f64, f64),
-    ) {
+    pub fn know_direction(&mut self, p: &[[f64; 6]; 6], tangents: &[Vec2; 3], error: (f64, f64)) {
         let mut h = [0.0; 6];
         let mut by_direction = 0.0;
         for (i, tangent) in tangents.iter().enumerate() {
@@ -79,23 +70,20 @@ impl JointForces {
         }
         let (error, sigma) = error;
         let noise = by_direction * sigma;
-        let (gain, of_measured) = times(measured, &h);
-        let variance = of_measured + noise * noise;
+        let dot = |row: &[f64; 6]| row.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
+        let ph = p.each_ref().map(dot);
+        let variance = dot(&ph) + noise * noise;
         // Written so that a NaN fails too.
         if !(variance > 0.0) {
             return;
         }
-        let gain = gain.map(|entry| entry / variance);
-        for (x, gain) in self.x.iter_mut().zip(&gain) {
-            *x -= gain * by_direction * error;
+        for (x, ph) in self.x.iter_mut().zip(&ph) {
+            *x -= ph / variance * by_direction * error;
         }
-        // (I - K H) P (I - K H)' + K R K' (Joseph).
-        let (ph, of_forces) = times(p, &h);
-        let variance = of_forces + noise * noise;
         for (i, own) in self.own.iter_mut().enumerate() {
             let (t, n) = (2 * i, 2 * i + 1);
             for (entry, (a, b)) in own.iter_mut().zip([(t, t), (t, n), (n, n)]) {
-                *entry += gain[a] * gain[b] * variance - gain[a] * ph[b] - gain[b] * ph[a];
+                *entry -= ph[a] * ph[b] / variance;
             }
         }
     }
@@ -119,13 +107,6 @@ impl JointForces {
     }
 }
 
-/// P h and h P h.
-fn times(p: &[[f64; 6]; 6], h: &[f64; 6]) -> ([f64; 6], f64) {
-    let dot = |row: &[f64; 6]| row.iter().zip(h).map(|(a, b)| a * b).sum::<f64>();
-    let ph = p.each_ref().map(dot);
-    (ph, dot(&ph))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,16 +125,15 @@ mod tests {
 
     /// The forces on level ground with a known error of the direction.
     fn with_direction(forces: &Forces, error: (f64, f64)) -> JointForces {
-        let mut found = JointForces::new(forces, &forces.covariance);
-        let p = &forces.covariance;
-        found.know_direction(p, p, &[Vec2::x(); 3], error);
+        let mut found = JointForces::new(forces);
+        found.know_direction(&forces.covariance, &[Vec2::x(); 3], error);
         found
     }
 
     /// Closed form: independent errors of T and N, `sigma^2 = (s_T^2 + mu^2 s_N^2)/N^2`.
     #[test]
     fn the_deviation_is_that_of_a_quotient() {
-        let found = JointForces::new(&forces(), &forces().covariance).needed_friction(0);
+        let found = JointForces::new(&forces()).needed_friction(0);
         assert!((found.value - 0.5).abs() < 1e-15);
         let expected = (1.0_f64 + 0.25 * 0.25).sqrt() / 40.0;
         assert!((found.sigma - expected).abs() < 1e-15);
@@ -169,7 +149,7 @@ mod tests {
             let found = with_direction(&forces(), (error, sigma));
             let r: f64 = weight * sigma * weight * sigma;
             let change = -weight * error / (3.0 + r);
-            let before = JointForces::new(&forces(), &forces().covariance);
+            let before = JointForces::new(&forces());
             for i in 0..3 {
                 assert!((found.x[2 * i] - before.x[2 * i] - change).abs() < 1e-12);
                 assert!((found.x[2 * i + 1] - before.x[2 * i + 1]).abs() < 1e-12);
@@ -179,38 +159,11 @@ mod tests {
         }
     }
 
-    /// Closed form: a scale of all tractions that is only considered does not move the sum of T,
-    /// which is exact, and stays in the deviation of each.
-    #[test]
-    fn a_considered_scale_moves_nothing() {
-        let exact = Forces {
-            traction: [20.0, -10.0, -10.0],
-            normal: [40.0; 3],
-            covariance: [[0.0; 6]; 6],
-        };
-        let mut p = exact.covariance;
-        for (row, a) in p.iter_mut().zip([10.0, 0.0, -5.0, 0.0, -5.0, 0.0]) {
-            *row = [10.0 * a, 0.0, -5.0 * a, 0.0, -5.0 * a, 0.0];
-        }
-        let considered = Forces {
-            covariance: p,
-            ..exact
-        };
-        let mut found = JointForces::new(&considered, &p);
-        found.know_direction(&p, &exact.covariance, &[Vec2::x(); 3], (0.01, 0.001));
-        let needed = found.needed_friction(0);
-        assert!((needed.value - 0.5).abs() < 1e-15 && (needed.sigma - 0.25).abs() < 1e-15);
-    }
-
     /// Property: a direction of which nothing is known, and exact forces, change nothing.
     #[test]
     fn nothing_known_changes_nothing() {
         let found = with_direction(&forces(), (0.5, 1e9));
-        for (a, b) in found
-            .x
-            .iter()
-            .zip(&JointForces::new(&forces(), &forces().covariance).x)
-        {
+        for (a, b) in found.x.iter().zip(&JointForces::new(&forces()).x) {
             // The sum moves by 3 N^2/(137e9 N)^2 of its innovation.
             assert!((a - b).abs() < 1e-9);
         }

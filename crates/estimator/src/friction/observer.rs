@@ -35,8 +35,6 @@ pub struct WheelFriction {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrictionSample<'a> {
     pub forces: &'a Forces,
-    /// Their covariance without errors of the torques' scale, N^2.
-    pub measured: &'a [[f64; 6]; 6],
     /// Directions of the tangents at the contacts.
     pub tangents: &'a [Vec2; 3],
     pub contact: &'a [ContactEstimate; 3],
@@ -75,13 +73,9 @@ impl FrictionObserver {
         sample: &FrictionSample<'_>,
         ground: &mut GroundMemory,
     ) -> [WheelFriction; 3] {
-        let all = &sample.forces.covariance;
-        let [mut forces, mut budgeted] =
-            [all, sample.measured].map(|covariance| JointForces::new(sample.forces, covariance));
+        let mut forces = JointForces::new(sample.forces);
         if let Some(error) = ground.direction_error() {
-            let (measured, tangents) = (sample.measured, sample.tangents);
-            forces.know_direction(all, measured, tangents, error);
-            budgeted.know_direction(measured, measured, tangents, error);
+            forces.know_direction(&sample.forces.covariance, sample.tangents, error);
         }
         let places = ground.wheel_places();
         let median_slip = median_slip(sample.contact);
@@ -90,26 +84,24 @@ impl FrictionObserver {
         for i in 0..3 {
             let contact = &sample.contact[i];
             let one = contact.state == ContactState::OneContact;
-            let needed = loaded(i).then(|| forces.needed_friction(i));
-            found[i].needed = needed;
+            found[i].needed = loaded(i).then(|| forces.needed_friction(i));
             if loaded(i) {
                 found[i].offset = OffsetShare {
                     removed: sample.removed[i] / forces.normal(i),
                     sigma: sample.systematic / forces.normal(i),
                 };
             }
-            if needed.is_none() || !(one && sample.clear) {
+            let known = found[i].needed.filter(|_| one && sample.clear);
+            let Some(needed) = known else {
                 // Its forces or its speed are not known.
                 self.watches[i] = SlipWatch::default();
                 continue;
-            }
+            };
             let Some(slip_density) = sample.slip_density[i] else {
                 self.watches[i] = SlipWatch::default();
                 found[i].slip_noise = f64::INFINITY;
                 continue;
             };
-            // What the wheels show of the ground holds for these torques: as read.
-            let needed = budgeted.needed_friction(i);
             let wheel = WheelSample {
                 needed,
                 load: forces.normal(i),

@@ -154,17 +154,14 @@ impl BestFilters {
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
-        let by_gain = self.motion.by_common_gain();
-        let (mut forces, by_scale) = solve(&equations, weighted, &right, inputs, &by_gain);
+        let mut forces = solve(&equations, weighted, &right, inputs);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
         self.consider_unmodelled_turning(nominal, &equations, &right.sensitivity, &mut forces);
-        let stated = self.scale.stated();
-        let measured = forces.covariance;
-        self.consider_scale(nominal, &by_scale, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
         self.last_sigma = [0, 1, 2].map(|i| forces.sigma_normal(i));
+        let stated = 1.0 / self.scale.applied;
         let loaded =
             |i: usize| nominal.carries_load(forces.normal[i] * stated, self.last_sigma[i] * stated);
         self.loaded = [loaded(0), loaded(1), loaded(2)];
@@ -194,9 +191,8 @@ impl BestFilters {
         forces.keep_proper();
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
         let tangents = &equations.equilibrium.tangents;
-        let both = (&forces, &measured);
         let seen = (&contact, &rolling);
-        let friction = self.observe_friction(nominal, both, tangents, seen, flags, instant.dt);
+        let friction = self.observe_friction(nominal, &forces, tangents, seen, flags, instant.dt);
         let mut estimate =
             nominal.assemble(&equations, &forces, &right.value, contact_angle, flags);
         estimate.covariance = Some(forces.covariance);
@@ -207,7 +203,7 @@ impl BestFilters {
         let found = self.scale.found(3.0 * nominal.mean_load);
         estimate.torque_scale = nominal.other_side.is_none().then_some(found);
         self.state_errors(&settings.budget, &mut estimate);
-        estimate.scale_forces(stated);
+        estimate.scale_forces(1.0 / self.scale.applied, self.scale.deviation);
         Ok(estimate)
     }
 
@@ -281,7 +277,7 @@ impl BestFilters {
     fn observe_friction(
         &mut self,
         nominal: &Nominal,
-        (forces, measured): (&Forces, &[[f64; 6]; 6]),
+        forces: &Forces,
         tangents: &[Vec2; 3],
         (contact, rolling): (&[ContactEstimate; 3], &[Option<RollingResiduals>; 3]),
         flags: Flags,
@@ -300,7 +296,6 @@ impl BestFilters {
         let mean = offsets.iter().sum::<f64>() / 3.0;
         let sample = FrictionSample {
             forces,
-            measured,
             tangents,
             contact,
             slip_density: rolling.map(|rolling| Some(rolling?.slip?.density)),

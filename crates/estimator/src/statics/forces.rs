@@ -33,16 +33,6 @@ impl Forces {
         robhaz_model::sqrt(self.covariance[k][k].max(0.0))
     }
 
-    /// Adds an error of the forces `[T1 N1 T2 N2 T3 N3]` of one standard deviation, N, to their
-    /// covariance.
-    pub fn add_error(&mut self, error: &[f64; 6]) {
-        for (row, a) in self.covariance.iter_mut().zip(error) {
-            for (entry, b) in row.iter_mut().zip(error) {
-                *entry += a * b;
-            }
-        }
-    }
-
     /// If any N < 0, replaces the forces by those conditioned on N = 0 for some wheels: the set of
     /// wheels with the smallest Mahalanobis distance for which all N >= 0. This is the most likely
     /// point without a negative normal force.

@@ -118,43 +118,24 @@ impl RightSide {
 /// `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse of H_N gives the same
 /// N: that of weighted least squares with the weight `R^-1`.
 ///
-/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI. The
-/// second result is the error of the forces `[T1 N1 T2 N2 T3 N3]` by the errors `considered` of the
-/// inputs, which have no part in the weights.
+/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI.
 pub(crate) fn solve(
     equations: &Equations,
     parity: Option<&Vector4<f64>>,
     right: &RightSide,
     inputs: impl Fn(usize, usize) -> f64,
-    considered: &[f64; input::COUNT],
-) -> (Forces, [f64; 6]) {
-    let mut joint = Joint::new(&equations.equilibrium, right, &inputs, considered);
+) -> Forces {
+    let mut joint = Joint::new(&equations.equilibrium, right, &inputs);
     if let Some(w) = parity {
         joint.impose(w);
     }
-    let inverse = &equations.inverse;
-    (joint.forces(inverse), joint.error.forces(inverse))
-}
-
-/// A value, or an error, of the right-hand side y and of the tractions T, N.
-struct Sides {
-    y: Vector4<f64>,
-    traction: [f64; 3],
-}
-
-impl Sides {
-    /// `[T1 N1 T2 N2 T3 N3]`, N.
-    fn forces(&self, inverse: &LeastSquaresInverse) -> [f64; 6] {
-        let ([t1, t2, t3], [n1, n2, n3]) = (self.traction, inverse.solve(&self.y));
-        [t1, n1, t2, n2, t3, n3]
-    }
+    joint.forces(&equations.inverse)
 }
 
 /// Right-hand side y and tractions T as jointly Gaussian.
 struct Joint {
-    mean: Sides,
-    /// By the considered errors.
-    error: Sides,
+    y: Vector4<f64>,
+    traction: [f64; 3],
     /// R: covariance of the equation error, N^2.
     yy: Matrix4<f64>,
     /// Covariance of each traction with the equation error, N^2.
@@ -169,10 +150,7 @@ impl Joint {
         equilibrium: &Equilibrium,
         right: &RightSide,
         inputs: &impl Fn(usize, usize) -> f64,
-        considered: &[f64; input::COUNT],
     ) -> Self {
-        let by = |(k, derivative): (usize, f64)| derivative * considered[k];
-        let of_traction = |i: usize| right.tractions[i].gradient(i).map(by).iter().sum();
         let causes = causes(&right.tractions, inputs);
         let [t1, t2, t3] = equilibrium.h_t.map(|column| -column);
         let [x, y, angle1, angle2, angle3, ..] = right.sensitivity;
@@ -188,19 +166,9 @@ impl Joint {
         for (column, effect) in columns.iter().zip(&effects) {
             yy += column * effect.transpose();
         }
-        let mut of_rows = Vector4::zeros();
-        for (column, error) in right.sensitivity.iter().zip(considered) {
-            of_rows += column * *error;
-        }
         Self {
-            mean: Sides {
-                y: right.value,
-                traction: right.tractions.map(|t| t.value),
-            },
-            error: Sides {
-                y: of_rows,
-                traction: [0, 1, 2].map(of_traction),
-            },
+            y: right.value,
+            traction: right.tractions.map(|t| t.value),
             yy,
             ty: [0, 1, 2].map(|i| effects[DIRECT + i]),
             tt: [0, 1, 2].map(|i| [0, 1, 2].map(|j| causes[DIRECT + i][DIRECT + j])),
@@ -216,12 +184,10 @@ impl Joint {
             return;
         }
         let tw = self.ty.map(|c| c.dot(w));
-        for sides in [&mut self.mean, &mut self.error] {
-            let step = w.dot(&sides.y) / variance;
-            sides.y -= rw * step;
-            for (traction, tw) in sides.traction.iter_mut().zip(tw) {
-                *traction -= tw * step;
-            }
+        let step = w.dot(&self.y) / variance;
+        self.y -= rw * step;
+        for (traction, tw) in self.traction.iter_mut().zip(tw) {
+            *traction -= tw * step;
         }
         for i in 0..3 {
             self.ty[i] -= rw * (tw[i] / variance);
@@ -246,8 +212,8 @@ impl Joint {
             }
         }
         Forces {
-            normal: inverse.solve(&self.mean.y),
-            traction: self.mean.traction,
+            normal: inverse.solve(&self.y),
+            traction: self.traction,
             covariance,
         }
     }
@@ -367,9 +333,7 @@ mod tests {
                 tractions,
                 loads: Matrix4::identity() * 0.1,
             };
-            let considered = |k: usize| p[(k, 0)];
-            let considered = core::array::from_fn(considered);
-            let (found, error) = solve(&equations, equations.parity_direction.as_ref(), &right, inputs, &considered);
+            let found = solve(&equations, equations.parity_direction.as_ref(), &right, inputs);
 
             // Right-hand side and tractions as one Gaussian.
             let h = Normals::from_columns(&e.h_n);
@@ -395,18 +359,6 @@ mod tests {
             let between = of_normal * h.transpose() * weight * t_y.transpose();
 
             let scale = 100.0 + normal.norm();
-            // The forces are linear in the right-hand side: an error moves them as it does that
-            // side.
-            let considered = SMatrix::<f64, INPUTS, 1>::from(considered);
-            let of_rows = a * considered;
-            let error_of_normal = of_normal * h.transpose() * weight * of_rows;
-            let left = weight * (of_rows - h * error_of_normal);
-            let error_of_traction = g * considered - t_y * left;
-            for i in 0..3 {
-                let of_traction = error[2 * i] - error_of_traction[i];
-                let of_normal = error[2 * i + 1] - error_of_normal[i];
-                prop_assert!(of_traction.abs().max(of_normal.abs()) < 1e-8 * scale, "{error:?}");
-            }
             let covariance = |i: usize, j: usize| found.covariance[i][j];
             for i in 0..3 {
                 prop_assert!((found.normal[i] - normal[i]).abs() < 1e-8 * scale, "{:?} {normal}", found.normal);
@@ -434,7 +386,7 @@ mod tests {
                 tractions: [none; 3],
                 loads: Matrix4::identity() * (sigma * sigma),
             };
-            let (found, _) = solve(&equations, None, &right, |_, _| 0.0, &[0.0; INPUTS]);
+            let found = solve(&equations, None, &right, |_, _| 0.0);
             let expected = inverse.solve(&y);
             prop_assert!((0..3).all(|i| found.normal[i].to_bits() == expected[i].to_bits()));
             for i in 0..3 {

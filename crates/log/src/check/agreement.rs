@@ -12,8 +12,8 @@ use crate::check::rest::has_quiet;
 use crate::check::rewire::{Channel, moved, names};
 use crate::check::stated::Stated;
 use robhaz_estimator::{
-    Channels, EstimateError, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, Sides,
-    TorqueScale,
+    Channels, Confirmation, EstimateError, Estimator, EstimatorSettings, Flags, PAIRINGS,
+    SensorFrame, Sides, TorqueScale,
 };
 use robhaz_model::Robot;
 
@@ -367,16 +367,16 @@ fn torque_scale(own: &Judgement, stated: &Stated<'_>) -> Finding {
     let finding = Finding::ok(TEST, CHANNEL, figure)
         .with("ratio", scale.ratio, "-")
         .with("sigma", scale.sigma, "-");
-    if scale.contradicts {
-        finding.fault(format!(
+    match scale.confirmation {
+        Confirmation::Contradicts => finding.fault(format!(
             "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
             1.0 / scale.ratio
-        ))
-    } else if scale.is_known() {
-        finding
-    } else {
-        let remedy = "drive gently over a slope of some degrees that is longer than the robot";
-        finding.cannot_tell(remedy)
+        )),
+        Confirmation::Confirmed => finding,
+        Confirmation::Unconfirmed => {
+            let remedy = "drive gently over a slope of some degrees that is longer than the robot";
+            finding.cannot_tell(remedy)
+        }
     }
 }
 

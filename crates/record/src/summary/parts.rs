@@ -224,8 +224,8 @@ pub struct TorqueScaleSummary {
     pub ratio: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
-    /// Whether it is beyond what the budget allows.
-    pub contradicts: bool,
+    /// What follows from it: `unconfirmed`, `confirmed`, `contradicts` ([`robhaz_estimator::Confirmation`]).
+    pub confirmation: String,
     /// In words.
     pub words: String,
 }
@@ -236,7 +236,7 @@ impl TorqueScaleSummary {
         Self {
             ratio: scale.ratio,
             sigma: scale.sigma,
-            contradicts: scale.contradicts,
+            confirmation: scale.confirmation.name().to_owned(),
             words: scale.in_words(described).to_string(),
         }
     }

@@ -160,10 +160,6 @@ keys! {
     /// `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then
     load_covariance: Covariance => budget.load_covariance;
 
-    /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens
-    /// what is stated until the torques show the weight
-    payload: number(NONE, at_least(0.0).at_most(1.0)) => budget.payload;
-
     /// slope across the way, of logs with sides = "one of two": it moves the weight from one side
     /// to the other
     cross_slope: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.cross_slope;
@@ -246,16 +242,13 @@ impl LogChoice {
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(loads.map_err(refused)?);
-        if budget.payload <= 0.0 {
-            budget.payload = Tolerances::PAYLOAD;
-        }
         let millimetres = |length: f64| (1e4 * length).round() / 10.0;
         let notice = format!(
-            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: masses to {:.0} %, centres of mass to {} mm, pins to {} mm, an unstated payload of {:.1} % of its mass; state them, or weigh the robot (docs/weighing.md)",
+            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: its mass to {:.0} %, those of its parts to {:.0} %, centres of mass to {} mm, pins to {} mm; state them, or weigh the robot (docs/weighing.md)",
+            100.0 * Tolerances::TOTAL,
             100.0 * built.mass,
             millimetres(built.centre),
             millimetres(built.pin),
-            100.0 * budget.payload,
         );
         Ok((choice, Some(notice)))
     }

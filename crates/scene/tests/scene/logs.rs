@@ -220,28 +220,6 @@ fn budgets_take_the_covariance_of_a_weighed_robot() {
     }
 }
 
-/// A log that says nothing of its robot has the payload that robots carry, or the one that it
-/// states, and that reads back; a log that states the errors of its robot has none but the one that
-/// it states.
-#[test]
-fn an_unstated_payload_counts() {
-    for (budget, expected) in [
-        ("", 0.075),
-        ("payload = 0.02", 0.02),
-        ("body_cg = 0.01", 0.0),
-        ("body_cg = 0.01\npayload = 0.02", 0.02),
-    ] {
-        let choice = parse(&format!("[budget]\n{budget}\n")).unwrap();
-        let (described, _) = choice.described(None, None).unwrap();
-        assert!(
-            (described.budget.payload - expected).abs() < 1e-12,
-            "{budget}"
-        );
-        let again = parse(&described.to_toml("test")).unwrap();
-        assert_eq!(again.budget, described.budget);
-    }
-}
-
 /// The description in the guide is one, and states the robot.
 #[test]
 fn the_description_of_the_guide_is_valid() {

@@ -154,21 +154,6 @@ impl MotionFilter {
         self.filter.p[INPUTS + a][INPUTS + b]
     }
 
-    /// Errors of the inputs by an error of 1 of all torque gains. These are consider states with
-    /// independent priors: by how much an estimate errs with one is their covariance over its
-    /// variance. Without a prior no estimate counts as wrong.
-    pub fn by_common_gain(&self) -> [f64; input::COUNT] {
-        let mut by = [0.0; input::COUNT];
-        by[input::TORQUE_GAIN..].fill(1.0);
-        let p = &self.filter.p;
-        for gain in (TORQUE_GAIN..COUNT).filter(|gain| p[*gain][*gain] > 0.0) {
-            for (k, error) in by.iter_mut().take(input::TORQUE_GAIN).enumerate() {
-                *error += p[INPUTS + k][gain] / p[gain][gain];
-            }
-        }
-        by
-    }
-
     /// Measurement update: see [`Kalman::correct`].
     pub(super) fn correct(&mut self, seen: &Projection<COUNT>, innovation: f64, r: f64, gate: f64) {
         self.filter.correct(TORQUE_GAIN, seen, innovation, r, gate);

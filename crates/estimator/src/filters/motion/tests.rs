@@ -232,40 +232,6 @@ fn parity_corrects_the_states_that_explain_it() {
     assert_eq!(motion.filter, new.filter);
 }
 
-/// Equivalence: of two filters, of which one gets the residuals of torques that are read too large
-/// by a thousandth, the estimates differ by a thousandth of what the covariance with the gains
-/// tells. Both filters have the same gains, so only rounding is left.
-#[test]
-fn a_common_gain_moves_the_estimates_as_its_covariance_tells() {
-    const GAIN: f64 = 1e-3;
-    let mut random = Random::new();
-    let new = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Given);
-    let [mut there, mut here] = [new; 2];
-    let difference = |there: &MotionFilter, here: &MotionFilter| {
-        let (there, here) = (there.inputs(), here.inputs());
-        let of = |k: usize| {
-            if k < input::TORQUE_GAIN {
-                here[k] - there[k]
-            } else {
-                GAIN
-            }
-        };
-        core::array::from_fn::<f64, { input::COUNT }, _>(of)
-    };
-    for _ in 0..5 {
-        let h: [f64; input::COUNT] = core::array::from_fn(|_| random.normal());
-        let before = difference(&there, &here);
-        let change: f64 = h.iter().zip(before).map(|(h, error)| h * error).sum();
-        assert!(check(&mut there, &h, 0.1, 0.01, DT).1);
-        assert!(check(&mut here, &h, 0.1 + change, 0.01, DT).1);
-    }
-    let by_gain = there.by_common_gain();
-    assert!(by_gain[input::GEAR_FRICTION].abs() > 0.05, "{by_gain:?}");
-    for (error, by_gain) in difference(&there, &here).iter().zip(by_gain) {
-        assert!((error - GAIN * by_gain).abs() < 1e-12, "{error} {by_gain}");
-    }
-}
-
 /// A filter without contact angles that moves at 0.2 m/s on level ground and is sure of it, and a
 /// wheel whose readings agree.
 fn rolling_without_angles() -> (MotionFilter, RollingWheel) {

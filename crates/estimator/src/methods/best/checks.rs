@@ -9,7 +9,7 @@ use crate::health::{
 };
 use crate::nominal::{Instant, Nominal};
 use crate::settings::NoiseBudget;
-use crate::statics::{Arms, Forces};
+use crate::statics::Arms;
 use crate::torque_scale::{Rolling, ScaleFilter};
 use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
 
@@ -26,7 +26,7 @@ pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
     let rolling = budget.rolling_resistance * 3.0 * robot.mean_wheel_load();
     let resisted = torques / robot.geometry.wheel_radius + rolling;
     let between = front.x - middle.x;
-    ScaleFilter::new(between, resisted, budget.torque_gain, budget.payload)
+    ScaleFilter::new(between, resisted, budget.torque_gain)
 }
 
 impl BestFilters {
@@ -76,7 +76,7 @@ impl BestFilters {
         };
         self.health.update(&sample, &robot);
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
-        if self.scale.contradicts {
+        if self.scale.contradicts() {
             health.faulty |= Channels::TORQUE_SCALE;
         }
         health
@@ -143,23 +143,6 @@ impl BestFilters {
             energy: [front, middle].map(|axle| GRAVITY * (moment - total * axle.y)),
             kinetic,
         })
-    }
-
-    /// Adds what an error of the torques' scale and one of the mass would change to the covariance
-    /// of the forces; `by_scale` is what an error of 1 of the scale changes, N.
-    pub(super) fn consider_scale(
-        &self,
-        nominal: &Nominal,
-        by_scale: &[f64; 6],
-        forces: &mut Forces,
-    ) {
-        let [mut of_tractions, of_forces] = self.scale.deviation;
-        if nominal.other_side.is_some() {
-            of_tractions = ScaleFilter::UNSEEN;
-        }
-        let ([t1, t2, t3], [n1, n2, n3]) = (forces.traction, forces.normal);
-        forces.add_error(&by_scale.map(|force| of_tractions * force));
-        forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| of_forces * force));
     }
 }
 
