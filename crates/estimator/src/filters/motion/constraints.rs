@@ -4,8 +4,8 @@
 //! zero.
 
 use super::filter::{
-    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, TORQUE_GAIN,
-    TORQUE_OFFSET, VELOCITY,
+    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, MotionFilter, PENETRATION,
+    TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::{self, GaussMarkov};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
@@ -176,7 +176,9 @@ impl MotionFilter {
         // Derivatives of the speed away from the ground.
         let x = (VELOCITY, -velocity.direction.y);
         let y = (VELOCITY + 1, velocity.direction.x);
-        let h = [x, y, (CONTACT_ANGLE + i, velocity.smooth_speed)];
+        let z = (PENETRATION + i, 1.0);
+        let h = [x, y, z, (CONTACT_ANGLE + i, velocity.smooth_speed)];
+        let innovation = -velocity.away - self.filter.x[PENETRATION + i];
         let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
@@ -187,11 +189,7 @@ impl MotionFilter {
         let turns = |rim: f64| rim.abs() > least;
         let rolls = velocity.rolls() && wheel.rim_speed.is_none_or(turns);
         let correct = sample.correct && (given || rolls);
-        let penetration = tuning::PENETRATION_SPEED.at_speed(sample.speed_ratio);
-        let sample_variance = projection.variance
-            + penetration.sigma * penetration.sigma
-            + bias * bias
-            + noise * noise;
+        let sample_variance = projection.variance + bias * bias + noise * noise;
         let leaves = velocity.away * velocity.away > SIGNIFICANT * SIGNIFICANT * sample_variance;
         if correct && !given && leaves {
             self.meet_edge(i, &velocity);
@@ -204,16 +202,15 @@ impl MotionFilter {
             let noise = if given { impact } else { edge };
             shared += noise.white(dt);
         }
-        let r = penetration.white(dt) + shared;
         if correct {
-            self.correct(&projection, -velocity.away, r, GATE);
+            self.correct(&projection, innovation, shared, GATE);
         } else {
             let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
             let of_angle =
                 GaussMarkov::new(velocity.smooth_speed * sigma, budget.contact_angle_time);
-            let r = r + of_angle.white(dt);
-            let seen = self.filter.project(&[x, y]);
-            self.filter.correct(COUNT, &seen, -velocity.away, r, GATE);
+            let r = shared + of_angle.white(dt);
+            let seen = self.filter.project(&[x, y, z]);
+            self.filter.correct(COUNT, &seen, innovation, r, GATE);
         }
         if !given {
             let angle = &mut self.filter.x[CONTACT_ANGLE + i];

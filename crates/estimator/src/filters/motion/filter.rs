@@ -16,8 +16,10 @@ pub const VELOCITY: usize = 0;
 /// small T/N (slip = c T/N), the inverse of its slip stiffness. It is not the dimensionless
 /// creepage, which is c over the rolling speed.
 pub const CREEP: usize = 2;
+/// Speed at which each wheel comes out of the ground, m/s, because its load falls.
+pub const PENETRATION: usize = 5;
 /// The first of the uncertain inputs.
-pub const INPUTS: usize = 5;
+pub const INPUTS: usize = 8;
 /// Acceleration of Q, m/s^2: x, y.
 pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
 /// Contact-angle errors, reading minus true, rad.
@@ -59,9 +61,10 @@ impl MotionFilter {
     pub fn new(budget: &NoiseBudget, angles: ContactAngles) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
-        x[CREEP..INPUTS].fill(tuning::CREEP);
+        x[CREEP..PENETRATION].fill(tuning::CREEP);
         sigma[VELOCITY..CREEP].fill(tuning::VELOCITY_AT_REST);
-        sigma[CREEP..INPUTS].fill(tuning::CREEP_SIGMA);
+        sigma[CREEP..PENETRATION].fill(tuning::CREEP_SIGMA);
+        sigma[PENETRATION..INPUTS].fill(tuning::PENETRATION_SPEED.sigma);
         sigma[ACCELERATION..CONTACT_ANGLE].fill(tuning::ACCELERATION.sigma);
         sigma[CONTACT_ANGLE..TORQUE_OFFSET].fill(angle_sigma(budget, angles));
         sigma[TORQUE_OFFSET..GEAR_FRICTION].fill(budget.torque_offset);
@@ -161,8 +164,12 @@ impl MotionFilter {
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
     pub(super) fn speed_ratio(&self) -> f64 {
-        let speed = robhaz_model::sqrt(self.velocity().norm_squared());
-        (speed / tuning::REFERENCE_SPEED).max(1.0)
+        self.speed().max(tuning::REFERENCE_SPEED) / tuning::REFERENCE_SPEED
+    }
+
+    /// Amount of the velocity of Q, m/s.
+    fn speed(&self) -> f64 {
+        robhaz_model::sqrt(self.velocity().norm_squared())
     }
 
     /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant;
@@ -182,16 +189,24 @@ impl MotionFilter {
         // Factors over the step: `exp(-dt/time)`.
         let keep = libm::exp(-dt / acceleration.time);
         let keep_angle = self.angle_decay(budget, dt);
-        self.propagate(dt, keep, keep_angle);
+        // Loads change along the ground.
+        let least = tuning::LEAST_SPEED / tuning::REFERENCE_SPEED;
+        let speed = (self.speed() / tuning::REFERENCE_SPEED).max(least);
+        let penetration = tuning::PENETRATION_SPEED.at_speed(speed);
+        let keep_penetration = libm::exp(-dt / penetration.time);
+        self.propagate(dt, keep_penetration, keep, keep_angle);
         if self.angles == ContactAngles::Unknown {
             for (i, slope) in expected_slopes.iter().enumerate() {
                 self.filter.x[CONTACT_ANGLE + i] -= (1.0 - keep_angle) * slope;
             }
         }
         // It makes `sigma` the stationary standard deviation.
-        let noise = acceleration.sigma * acceleration.sigma * (1.0 - keep * keep);
-        for state in ACCELERATION..ACCELERATION + 2 {
-            self.filter.p[state][state] += noise;
+        let noise = |sigma: f64, keep: f64| sigma * sigma * (1.0 - keep * keep);
+        for state in PENETRATION..INPUTS {
+            self.filter.p[state][state] += noise(penetration.sigma, keep_penetration);
+        }
+        for state in ACCELERATION..CONTACT_ANGLE {
+            self.filter.p[state][state] += noise(acceleration.sigma, keep);
         }
         self.add_angle_noise(budget, dt, fresh_angles, keep_angle);
         self.add_walks(dt);
@@ -203,9 +218,7 @@ impl MotionFilter {
     fn angle_decay(&self, budget: &NoiseBudget, dt: f64) -> f64 {
         let steps = match self.angles {
             ContactAngles::Given => dt / budget.contact_angle_time.max(1e-6),
-            ContactAngles::Unknown => {
-                dt * robhaz_model::sqrt(self.velocity().norm_squared()) / tuning::SLOPE_LENGTH
-            }
+            ContactAngles::Unknown => dt * self.speed() / tuning::SLOPE_LENGTH,
         };
         libm::exp(-steps)
     }
@@ -225,12 +238,19 @@ impl MotionFilter {
         }
     }
 
-    /// `F x` and `F P F'`: accelerations add to velocities; accelerations and contact angles decay.
+    /// `F x` and `F P F'`: accelerations add to velocities; speeds of penetration, accelerations and
+    /// contact angles decay, each by its factor.
     ///
     /// Each entry of P gets the same operations as its mirror image, so P stays symmetric to the
     /// bit.
-    fn propagate(&mut self, dt: f64, keep_acceleration: f64, keep_angle: f64) {
-        const DECAYING: core::ops::Range<usize> = ACCELERATION..CONTACT_ANGLE + 3;
+    fn propagate(
+        &mut self,
+        dt: f64,
+        keep_penetration: f64,
+        keep_acceleration: f64,
+        keep_angle: f64,
+    ) {
+        const DECAYING: core::ops::Range<usize> = PENETRATION..CONTACT_ANGLE + 3;
         let Kalman { x, p } = &mut self.filter;
         for i in 0..2 {
             let (v, a) = (VELOCITY + i, ACCELERATION + i);
@@ -248,6 +268,7 @@ impl MotionFilter {
             }
         }
         let mut keep = [1.0; COUNT];
+        keep[PENETRATION..INPUTS].fill(keep_penetration);
         keep[ACCELERATION..CONTACT_ANGLE].fill(keep_acceleration);
         keep[CONTACT_ANGLE..DECAYING.end].fill(keep_angle);
         for i in 0..COUNT {
@@ -282,7 +303,7 @@ impl MotionFilter {
     /// Random walks of torque offsets, of gear friction, and of the creep along the ground, which
     /// the wheels have in common.
     fn add_walks(&mut self, dt: f64) {
-        let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
+        let travelled = dt * self.speed();
         for state in TORQUE_OFFSET..=GEAR_FRICTION {
             self.filter.p[state][state] += tuning::TORQUE_WALK * tuning::TORQUE_WALK * dt;
         }

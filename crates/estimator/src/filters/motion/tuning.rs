@@ -43,6 +43,9 @@ impl GaussMarkov {
 /// k, that of the acceleration with k^2. The correlation times fall with 1/k.
 /// Chosen; sensitive.
 pub const REFERENCE_SPEED: f64 = 0.2;
+/// Least speed for the process of [`PENETRATION_SPEED`], m/s.
+/// Guard.
+pub const LEAST_SPEED: f64 = 0.02;
 /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard
 /// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
 /// Chosen; sensitive.
