@@ -291,10 +291,11 @@ fn missing_readings_degrade_the_covariance() {
                 k < 10 || less_sigma > full,
                 "{name}, frame {k}: {less_sigma} {full}"
             );
-            // The ratio to the deviation with the reading grows, too.
+            // The ratio to the deviation with the reading grows, too, until other readings give as
+            // much as the missing one would have: then it stays within 1e-5.
             if k % 99 == 1 {
                 let more = less_sigma / full;
-                assert!(more > last, "{name}, frame {k}: {more} {last}");
+                assert!(more > last - 1e-5, "{name}, frame {k}: {more} {last}");
                 last = more;
             }
             assert!(less.flags.contains(Flags::SENSOR_MISSING), "{name}");

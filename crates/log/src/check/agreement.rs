@@ -29,9 +29,9 @@ const FEW: f64 = 3.0;
 const AS_WELL: f64 = 1.1;
 /// Compared sum over that of the log's wiring below which another one is a fault.
 const BETTER: f64 = 0.7;
-/// Compared sum up to which the readings agree as wired: each mean NIS is 1 for innovations as
+/// Compared sum up to which the readings agree as wired: each of nine mean NIS is 1 for innovations as
 /// stated.
-const AGREE: f64 = 1.0;
+const AGREE: f64 = 2.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
 /// NIS of a frame without an estimate: far above that of any contradiction.

@@ -3,9 +3,10 @@
 //!
 //! From [`INPUTS`] on the states are the uncertain inputs of eq. (8), in the order of [`input`].
 
+use super::modes::Modes;
 use super::tuning::{self, GaussMarkov};
 use crate::deviation::GATE;
-use crate::filters::{Kalman, Projection};
+use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use robhaz_model::Vec2;
@@ -44,13 +45,7 @@ pub(crate) struct MotionFilter {
     pub(super) angles: ContactAngles,
     /// Indices as above.
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
-    /// Remaining time after an impact or at an edge, for which measurements are down-weighted or
-    /// skipped, s.
-    pub(super) impact: f64,
-    /// Remaining time for which each wheel counts as sliding, s.
-    pub(super) sliding: [f64; 3],
-    /// Variance of the unmodelled load, N^2: see [`MotionFilter::check_parity`].
-    pub unmodelled_load: f64,
+    pub(super) modes: Modes,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
 }
@@ -78,9 +73,7 @@ impl MotionFilter {
         Self {
             angles,
             filter,
-            impact: 0.0,
-            sliding: [0.0; 3],
-            unmodelled_load: 0.0,
+            modes: Modes::default(),
             since_acceleration: 0.0,
         }
     }
@@ -126,7 +119,7 @@ impl MotionFilter {
 
     /// Whether an impact or an edge was found within the last `tuning::IMPACT_TIME`.
     pub fn is_after_impact(&self) -> bool {
-        self.impact > 0.0
+        self.modes.is_after_impact()
     }
 
     /// Acceleration of Q, m/s^2.
@@ -155,11 +148,6 @@ impl MotionFilter {
     /// Covariance of the inputs `a` and `b`, SI.
     pub fn input_covariance(&self, a: usize, b: usize) -> f64 {
         self.filter.p[INPUTS + a][INPUTS + b]
-    }
-
-    /// Measurement update: see [`Kalman::correct`].
-    pub(super) fn correct(&mut self, seen: &Projection<COUNT>, innovation: f64, r: f64, gate: f64) {
-        self.filter.correct(TORQUE_GAIN, seen, innovation, r, gate);
     }
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
@@ -210,7 +198,7 @@ impl MotionFilter {
         }
         self.add_angle_noise(budget, dt, fresh_angles, keep_angle);
         self.add_walks(dt);
-        self.decay(dt);
+        self.modes.advance(dt);
     }
 
     /// Factor of the contact-angle errors over `dt` (s): a process in time for given angles, along
@@ -315,19 +303,6 @@ impl MotionFilter {
         }
     }
 
-    /// Counts down the times after impacts and of sliding, and lets the unmodelled load decay over
-    /// `dt` (s).
-    fn decay(&mut self, dt: f64) {
-        self.impact = (self.impact - dt).max(0.0);
-        for time in &mut self.sliding {
-            *time = (*time - dt).max(0.0);
-        }
-        self.unmodelled_load *= libm::exp(-dt / tuning::UNMODELLED_DECAY);
-        if self.unmodelled_load < tuning::UNMODELLED_FLOOR {
-            self.unmodelled_load = 0.0;
-        }
-    }
-
     /// Discards the estimated errors of torques and contact angles: they were found with other
     /// loads.
     pub fn discard_errors(&mut self, budget: &NoiseBudget) {
@@ -364,9 +339,9 @@ impl MotionFilter {
             }
             // The root of three times 3/4.
             let second_order = 1.5 * mean_load * tuning::HELD_ANGLE * tuning::HELD_ANGLE;
-            self.unmodelled_load = self.unmodelled_load.max(second_order * second_order);
+            self.modes.load_at_least(second_order * second_order);
         }
-        self.impact = tuning::IMPACT_TIME;
+        self.modes.set_impact();
     }
 
     /// For tests: adds `change` to the uncertain input `k`.

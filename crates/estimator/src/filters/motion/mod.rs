@@ -22,12 +22,21 @@
 //! States, their indices and their change over time are in `filter.rs`, the constraints in
 //! `constraints.rs`, constants and time-correlated errors in `tuning.rs`.
 
-mod constraints;
+mod acceleration;
+mod closure;
+mod direction;
 mod filter;
+mod measurement;
+mod modes;
+mod parity;
+mod rolling;
+mod slip;
 #[cfg(test)]
 mod tests;
 mod tuning;
 
-pub(crate) use constraints::{ParityResidual, RollingWheel, SensedAcceleration};
+pub(crate) use acceleration::SensedAcceleration;
 pub(crate) use filter::MotionFilter;
+pub(crate) use parity::ParityResidual;
+pub(crate) use rolling::RollingWheel;
 pub(crate) use tuning::{PENETRATION_SPEED, REFERENCE_SPEED, SLOPE_LENGTH};

@@ -1,9 +1,10 @@
 //! Tests of the motion filter as a whole.
 
-use super::constraints::{ParityResidual, RollingWheel};
 use super::filter::{
     CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
+use super::parity::ParityResidual;
+use super::rolling::RollingWheel;
 use super::tuning;
 use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
@@ -181,20 +182,20 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
     assert!(!impact.1 && impact.0.nis() > 300.0);
     let expected = 400.0 - 4.0 * impact.0.variance;
     // Rounding of 400 N^2.
-    assert!((motion.unmodelled_load - expected).abs() < 1e-9);
-    assert!(motion.impact >= tuning::IMPACT_TIME);
+    assert!((motion.unmodelled_load() - expected).abs() < 1e-9);
+    assert!(motion.is_after_impact());
     for _ in 0..100 {
         motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
     }
     let decayed = expected * libm::exp(-0.1 / tuning::UNMODELLED_DECAY);
-    assert!((motion.unmodelled_load - decayed).abs() < 1e-9 * expected);
+    assert!((motion.unmodelled_load() - decayed).abs() < 1e-9 * expected);
     // The prediction of the residual itself does not change: its NIS shows impacts.
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).0;
     assert!((innovation.variance - 1.0).abs() < 1e-12);
     for _ in 0..1000 {
         motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
     }
-    assert_eq!(motion.unmodelled_load.to_bits(), 0.0_f64.to_bits());
+    assert_eq!(motion.unmodelled_load().to_bits(), 0.0_f64.to_bits());
 }
 
 /// A rejected parity residual corrects no state; an accepted one corrects the states that explain

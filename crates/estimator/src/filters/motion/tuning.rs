@@ -30,11 +30,12 @@ impl GaussMarkov {
         }
     }
 
-    /// Variance of the white noise, at samples every `dt` (s, much shorter than `time`), whose mean
+    /// Variance of the white noise, at samples every `dt` (s), whose mean
     /// over a long time is as uncertain: `sigma^2 2 time/dt`, from the integral of the
-    /// autocorrelation `sigma^2 exp(-|t|/time)`.
+    /// autocorrelation `sigma^2 exp(-|t|/time)`. At least `sigma^2`, for samples that are rarer than
+    /// the error lasts.
     pub fn white(self, dt: f64) -> f64 {
-        self.sigma * self.sigma * 2.0 * self.time / dt
+        self.sigma * self.sigma * (2.0 * self.time / dt).max(1.0)
     }
 }
 

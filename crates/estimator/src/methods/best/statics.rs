@@ -141,7 +141,7 @@ impl BestFilters {
         let dt = instant.dt.max(SHORTEST_STEP);
         let (innovation, within_gate) = self.motion.check_parity(&residual, dt, correct);
 
-        right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load);
+        right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load());
         if correct && within_gate {
             let after = self.motion.inputs();
             for (k, column) in right.sensitivity.iter().enumerate() {
