@@ -1,7 +1,7 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
 use super::kalman::{Innovation, Kalman};
-use super::smoothing::{TYPICAL, smoothing_time};
+use super::smoothing::{SMOOTHING, TYPICAL, smoothing_time};
 use crate::deviation::{GATE, root_sum_square};
 use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading};
 use crate::settings::NoiseBudget;
@@ -19,6 +19,11 @@ pub struct LinkAngleKalman {
     pub rate: f64,
     /// Low-pass filtered angular rate, rad/s.
     pub smooth_rate: f64,
+    /// Rate over the time in which a wheel moves by [`Self::WAY`], rad/s, without lag: see
+    /// [`Self::follow_ground`].
+    pub ground_rate: f64,
+    /// Low pass behind it, rad/s.
+    followed: f64,
     /// Angular acceleration, rad/s^2: the derivative of the low-pass filtered rate.
     pub acceleration: f64,
     /// Variance of the unmodelled angular acceleration, rad^2/s^4: see
@@ -71,6 +76,7 @@ impl LinkAngleKalman {
         self.expected = inclination;
         self.rate = rate;
         self.smooth_rate = rate;
+        (self.ground_rate, self.followed) = (rate, rate);
         let turned = Self::UNREAD_WALK * age.min(LONGEST_GAP);
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
@@ -85,6 +91,24 @@ impl LinkAngleKalman {
         }
         let smoothing = smoothing_time(budget.rate_noise / TYPICAL.rate_noise);
         self.unconfirmed = left_out / smoothing;
+    }
+
+    /// Way of a wheel along the ground over which its direction hardly changes, m.
+    /// Chosen.
+    const WAY: f64 = 1e-3;
+
+    /// Time in which a wheel at `speed` (m/s) moves by that way, s: within it the gyroscope's noise is
+    /// averaged where its rate serves for the direction of a wheel.
+    pub fn ground_time(speed: f64) -> f64 {
+        (Self::WAY / speed.max(Self::WAY / SMOOTHING)).min(SMOOTHING)
+    }
+
+    /// Advances the rate of the direction of wheels, for a robot at `speed` (m/s), by `dt` (s): a low
+    /// pass, whose lag the link's acceleration makes up for.
+    pub fn follow_ground(&mut self, speed: f64, dt: f64) {
+        let time = Self::ground_time(speed);
+        self.followed -= libm::expm1(-dt / time) * (self.rate - self.followed);
+        self.ground_rate = self.followed + time * self.acceleration;
     }
 
     /// Advances a filter that has started by `dt` (s) to the readings of one instant.
@@ -105,6 +129,7 @@ impl LinkAngleKalman {
         let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
         if !held && readings.rate.is_some() && change.abs() > noise.max(IMPACT * dt) {
             self.smooth_rate += change;
+            self.followed += change;
         }
         self.smooth(budget, dt);
         let expected = budget.specific_force;

@@ -28,6 +28,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         torque: random.normal(),
         bias_sigma: 1e-3,
         noise_sigma: 1e-3,
+        noise_time: 5e-3,
         torque_sigma: 0.05,
         rim_sigma: 0.0,
     }
@@ -121,6 +122,7 @@ fn rolling_determines_the_velocity() {
             torque: 0.0,
             bias_sigma: 0.0,
             noise_sigma: 0.0,
+            noise_time: 5e-3,
             torque_sigma: 0.05,
             rim_sigma: 0.0,
         };

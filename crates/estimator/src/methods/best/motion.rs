@@ -92,6 +92,10 @@ impl BestFilters {
         } else if dt > 0.0 && self.method.rolling {
             self.correct_acceleration(nominal, inclination, dt);
         }
+        let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
+        for link in &mut self.links {
+            link.follow_ground(speed, dt);
+        }
         let rolls = |i: usize| dt > 0.0 && self.loaded[i];
         let wheel = |i: usize| rolls(i).then(|| self.rolling_wheel(instant, i, arms));
         let wheels: [_; 3] = core::array::from_fn(wheel);
@@ -137,12 +141,14 @@ impl BestFilters {
         let r = geometry.wheel_radius;
         let across = perp(arms.axles[i]);
         let arm = robhaz_model::sqrt(across.norm_squared());
+        let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
         let read = inputs.encoder[i].angle.age <= Inputs::STALE_AFTER;
         RollingWheel {
-            relative: across * link.rate,
+            relative: across * link.ground_rate,
             smooth_relative: across * link.smooth_rate,
             bias_sigma: arm * link.rate_bias().1,
             noise_sigma: arm * settings.budget.rate_noise,
+            noise_time: LinkAngleKalman::ground_time(speed),
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),
             ratio: (t / n).clamp(-1.0, 1.0),
