@@ -93,8 +93,8 @@ impl Deviations {
 
 impl Tolerances {
     /// Covariance of the loads of a robot that errs from its nominal values by these tolerances and
-    /// was not weighed. Masses err each by itself, and by as much all to the same side: cables,
-    /// screws and payload make a robot heavier.
+    /// was not weighed. Masses have independent errors, and as large a common one: cables, screws
+    /// and payload make a robot heavier.
     ///
     /// # Errors
     /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures
