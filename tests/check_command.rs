@@ -1,11 +1,11 @@
-//! `robhaz check`, and the way from an unknown log to forces in `docs/on-your-robot.md`.
+//! `robhaz check`, and the way from an unknown log to forces in `docs/log-to-forces.md`.
 
 use crate::support::{columns, robhaz, root, text};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-/// The commands of `docs/on-your-robot.md`, in their order.
+/// The commands of `docs/log-to-forces.md`, in their order.
 const COMMANDS: [&str; 5] = [
     "robhaz check drive.csv",
     "robhaz check drive.csv --sensors mine.toml",
@@ -156,7 +156,7 @@ fn units_that_fit_each_other_are_found() {
 /// the forces add up to about the weight.
 #[test]
 fn five_commands_lead_from_an_unknown_log_to_forces() {
-    let guide = fs::read_to_string(root().join("docs/on-your-robot.md")).unwrap();
+    let guide = fs::read_to_string(root().join("docs/log-to-forces.md")).unwrap();
     for command in COMMANDS {
         assert!(guide.lines().any(|line| line == command), "{command}");
     }
@@ -258,7 +258,7 @@ fn the_default_budget_of_a_robot_is_named() {
         "[robot]\ngeometry = \"A\"\n[budget]\nlink_masses = 0.05\n",
     )
     .unwrap();
-    let notice = "masses to 3 %, centres of mass to 5 mm, pins to 1 mm";
+    let notice = "those of its parts to 3 %, centres of mass to 5 mm, pins to 1 mm";
     for command in [
         "robhaz check drive.csv",
         "robhaz estimate drive.csv --force --rerun off --estimator best",

@@ -63,7 +63,7 @@ pub struct Misfit {
     pub readings: usize,
 }
 
-/// Normal equations of Gauss and Newton: what the readings tell about the unknowns.
+/// Normal equations of Gauss and Newton: the information of the readings about the unknowns.
 pub(crate) struct Normal {
     pub information: Information,
     right: Unknowns,

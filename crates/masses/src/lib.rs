@@ -12,14 +12,14 @@
 //! | readings and their errors | `measurements.rs` |
 //! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
-//! | postures on blocks, what scales would show there, and those that tell most | `blocks.rs`, `plan.rs` |
+//! | postures on blocks, what scales would show there, and the most informative ones | `blocks.rs`, `plan.rs` |
 //! | the nominal robot of a simulation: drawn, and weighed if it is | `model_error.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but
 //! for a small rest ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8)
 //! then determines the three normal forces of a posture from the seven load parameters of
-//! [`robhaz_estimator::statics`]; scales see these, and single masses only as far as the nominal
-//! values separate them.
+//! [`robhaz_estimator::statics`]; scales measure these, and single masses only as far as the
+//! nominal values separate them.
 #![allow(
     clippy::needless_range_loop,
     reason = "indices name wheels and parameters, and go through several arrays at once"

@@ -41,9 +41,9 @@ pub struct Tolerances {
 }
 
 impl Tolerances {
-    /// Drawings of a robot of this size: masses to 10 %, centres of mass to 10 mm, pins to 2 mm.
-    /// Cables, connectors and screws are not in a drawing's masses; plates that are bent or welded
-    /// keep positions to 1 to 2 mm (ISO 2768-1, class v: 1.5 mm up to 120 mm, 2.5 mm up to 400 mm).
+    /// CAD of a robot of this size: masses to 10 %, centres of mass to 10 mm, pins to 2 mm. Cables,
+    /// connectors and screws are not in its masses; plates that are bent or welded keep positions to
+    /// 1 to 2 mm (ISO 2768-1, class v: 1.5 mm up to 120 mm, 2.5 mm up to 400 mm).
     pub const NOMINAL: Self = Self {
         mass: 0.10,
         centre: 0.010,

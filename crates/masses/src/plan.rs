@@ -1,4 +1,4 @@
-//! The postures that tell most: optimal design over blocks.
+//! The most informative postures: optimal design over blocks.
 //!
 //! The criterion is the mean variance of the normal forces over the postures of a drive, after
 //! weighing (I-optimal design; Atkinson, Donev, Tobias, "Optimum Experimental Designs, with SAS",
@@ -38,10 +38,10 @@ pub struct PlannedPosture {
     pub after: f64,
 }
 
-/// A posture, and what its readings tell.
+/// A posture, and the information of its readings.
 type Candidate = (PlannedPosture, Information);
 
-/// The `count` postures that tell most, with scales under all wheels and blocks of the heights
+/// The `count` most informative postures, with scales under all wheels and blocks of the heights
 /// `heights` (m) or none under each wheel.
 ///
 /// # Errors
@@ -149,7 +149,7 @@ fn choose(all: usize, count: usize, of: &impl Fn(&[usize]) -> f64) -> Vec<usize>
     in_order(chosen.iter().copied(), count, of)
 }
 
-/// `count` of these, one after the other: each tells most beside those before it.
+/// `count` of these, one after the other: each adds most information to those before it.
 fn in_order(
     from: impl Iterator<Item = usize> + Clone,
     count: usize,

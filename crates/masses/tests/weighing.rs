@@ -55,7 +55,7 @@ fn real_robot(nominal: &Robot, random: &mut Random, others: f64, centres: f64) -
 /// Heights of blocks as everybody has them, m.
 const HEIGHTS: [f64; 3] = [0.05, 0.10, 0.15];
 
-/// Weighs a robot in the six postures that tell most by its nominal values.
+/// Weighs a robot in the six most informative postures by its nominal values.
 fn weighed(nominal: &Robot, robot: &Robot, random: &mut Random) -> Result<Weighed, Box<dyn Error>> {
     let (tolerances, accuracy) = (Tolerances::NOMINAL, Accuracy::TYPICAL);
     let plan = plan(nominal, &tolerances, &accuracy, &HEIGHTS, 6)?;
@@ -278,9 +278,9 @@ fn readings_that_do_not_fit_are_refused() {
     assert!(error.contains("there is no reading"), "{error}");
 }
 
-/// What scales do not see stays at the nominal values: with the total weight alone the total mass
-/// is known, all else keeps its deviation to a few percent; two scales of three tell less than
-/// three.
+/// What scales do not measure stays at the nominal values: with the total weight alone the total
+/// mass is known, all else keeps its deviation to a few percent; two scales of three leave larger
+/// deviations than three.
 #[test]
 fn what_is_not_seen_keeps_its_prior() {
     let nominal = Robot::default_a();
@@ -312,8 +312,7 @@ fn what_is_not_seen_keeps_its_prior() {
     assert!(three.forces.after < two.forces.after && two.forces.after < two.forces.before);
 }
 
-/// The plan: each posture helps, and six chosen ones tell more than six in the order of the list of
-/// all.
+/// The plan: each posture lowers the stated error of N, and six leave less than a fifth of it.
 #[test]
 fn planned_postures_tell_most() {
     let nominal = Robot::default_a();

@@ -13,7 +13,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What the caller hears of, and how it stops.
+/// Callbacks of a computation: its progress, and a cause to stop it.
 pub struct Watch<'a> {
     /// Called once with the number of runs of the shard that are done already, and of all.
     pub begin: &'a (dyn Fn(u64, u64) + Sync),

@@ -4,7 +4,7 @@
 //! passes the normal of the second side. There it is `r (1 - cos a)` less deep than the first, for
 //! a wheel of radius r and a corner that turns by a. For a sharp corner that is more than any
 //! penetration, and the second force grows from zero. For a blunt corner it is less: the second
-//! force would appear at nearly its full size, with energy from nothing in its spring. A parabola
+//! force would appear at nearly its full size, and its spring would gain that energy. A parabola
 //! tangent to both sides leaves one contact, which moves from one side to the other.
 
 use crate::edge::{Edge, Knot, append};

@@ -85,7 +85,7 @@ impl Terrain {
     }
 
     /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint`
-    /// remembers this place from call to call. It has no influence on the result.
+    /// keeps this place from call to call. It has no influence on the result.
     pub fn contacts_near(
         &self,
         centre: Vec2,

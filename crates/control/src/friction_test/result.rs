@@ -172,7 +172,7 @@ impl RampLimit {
     /// Standard deviations by which a wheel that slips may seem to need less than another.
     const GATE: f64 = 2.0;
 
-    /// The limit where the tested wheel is seen to slip: the other wheels say nothing of mu_max.
+    /// The limit where the tested wheel is known to slip: the other wheels do not bound mu_max.
     /// Their offsets can make T/N of one of them the largest on ice.
     pub(super) fn of_tested(self) -> Self {
         let mut wheels = [WheelLimit::default(); 3];

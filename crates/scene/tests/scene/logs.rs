@@ -223,7 +223,7 @@ fn budgets_take_the_covariance_of_a_weighed_robot() {
 /// The description in the guide is one, and states the robot.
 #[test]
 fn the_description_of_the_guide_is_valid() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/on-your-robot.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/log-to-forces.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (_, rest) = page.split_once("```toml\n").unwrap();
     let (text, _) = rest.split_once("```").unwrap();

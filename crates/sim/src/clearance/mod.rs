@@ -2,7 +2,7 @@
 //!
 //! Contacts of wheels are the simulation's own. Body and links have an outline
 //! ([`robhaz_model::Outline`]) whose contact is not modelled: no force acts where a bar touches the
-//! ground. This module tells how far they are from it. What a link's own wheels cover does not
+//! ground. This module computes their distance to it. What a link's own wheels cover does not
 //! count: there the wheel touches first.
 
 mod meter;

@@ -277,7 +277,7 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
         });
         let mut w = combined(&T_INVERSE, &z);
         let (mut before, mut contraction) = (0.0, 0.0);
-        // What was learned in an earlier step counts less from step to step.
+        // The convergence rate of an earlier step counts less from step to step.
         self.expected_contraction = self.expected_contraction.max(1e-16).powf(0.8);
         for iteration in 1..=ITERATIONS {
             let mut f = [SVector::zeros(); 3];

@@ -300,7 +300,8 @@ fn estimators() {
     );
 }
 
-/// What a text means that is no TOML is not guessed at: its other problems are told when it is.
+/// Of a text that is not TOML only the syntax errors are reported: other problems follow once it
+/// can be parsed.
 #[test]
 fn syntax_errors_come_first() {
     one(

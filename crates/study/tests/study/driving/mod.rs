@@ -1,4 +1,4 @@
-//! What shared traction is worth: needed friction, slip and energy on rolling ground; steepest ramp
+//! What shared traction brings: needed friction, slip and energy on rolling ground; steepest ramp
 //! and highest kerb.
 //!
 //! The study behind `docs/measurements/driving.md`:

@@ -1,0 +1,142 @@
+//! Measurement: the direction of a wheel's velocity. The centre of the wheel moves along the ground,
+//! so the contact angles of three wheels must fit one velocity of Q.
+//!
+//! | | |
+//! |---|---|
+//! | innovation | 0 less the speed away from the ground, `n(gamma_i) . v_i`, and that of penetration, m/s |
+//! | states | velocity of Q, contact angle (or its error), speed of penetration |
+//! | noise | white: gyroscope; lasting: its bias |
+//! | gate | [`GATE`]; unknown angles: beyond [`SIGNIFICANT`] the wheel has met an edge |
+//! | channels | gyroscope, given contact angle, the other wheels' encoders |
+
+use super::filter::{CONTACT_ANGLE, MotionFilter, PENETRATION, VELOCITY};
+use super::measurement::Measurement;
+use super::rolling::Sample;
+use super::tuning::{self, GaussMarkov};
+use crate::contact::ContactVelocity;
+use crate::deviation::{GATE, SIGNIFICANT};
+use crate::filters::Innovation;
+use crate::settings::{ContactAngles, NoiseBudget};
+use crate::statics::input;
+use robhaz_model::{Vec2, perp};
+
+impl MotionFilter {
+    /// Least speed of the rim over that of its wheel's centre of a wheel that rolls, -: a wheel that
+    /// spins has more, one that is dragged less.
+    /// Guard.
+    const LEAST_TURN: f64 = 0.5;
+
+    /// The measurement of one wheel. Without `of_angle` its row does not contain the contact angle,
+    /// whose error is then one of the measurement, as the `budget` has it.
+    fn direction(&self, sample: &Sample<'_>, budget: Option<&NoiseBudget>) -> Measurement<4, 3> {
+        let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
+        let speed = velocity.smooth_speed;
+        let (of_angle, unknown) = match budget {
+            None => (speed, GaussMarkov::new(0.0, 1.0)),
+            Some(budget) => {
+                let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
+                (
+                    0.0,
+                    GaussMarkov::new(speed * sigma, budget.contact_angle_time),
+                )
+            }
+        };
+        Measurement {
+            row: [
+                (VELOCITY, -velocity.direction.y),
+                (VELOCITY + 1, velocity.direction.x),
+                (PENETRATION + i, 1.0),
+                (CONTACT_ANGLE + i, of_angle),
+            ],
+            innovation: -velocity.away - self.filter.x[PENETRATION + i],
+            white: 0.0,
+            lasting: [
+                wheel.noise(sample.dt),
+                GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
+                unknown,
+            ],
+            doubt: self.doubt_of_rolling(sample.dt),
+            gate: GATE,
+        }
+    }
+
+    /// Variance by which both rolling constraints count less after an impact or at an edge, at
+    /// samples every `dt` (s), m^2/s^2.
+    pub(super) fn doubt_of_rolling(&self, dt: f64) -> f64 {
+        let noise = match self.angles {
+            ContactAngles::Given => tuning::IMPACT_NOISE,
+            ContactAngles::Unknown => tuning::EDGE_NOISE,
+        };
+        if self.modes.is_after_impact() {
+            noise.white(dt)
+        } else {
+            0.0
+        }
+    }
+
+    /// Corrects the states by the direction of one wheel's velocity. Without given contact angles a
+    /// wheel beyond [`SIGNIFICANT`] has met an edge. Returns the innovation before the correction.
+    pub(super) fn correct_direction_of_wheel(
+        &mut self,
+        budget: &NoiseBudget,
+        sample: &Sample<'_>,
+    ) -> Innovation {
+        let (i, velocity, dt) = (sample.i, sample.velocity, sample.dt);
+        let given = self.angles == ContactAngles::Given;
+        // Below the speed at which a velocity has a direction, noise would pass for slopes. And the
+        // velocity of a wheel that does not turn is that of a robot that settles or is hit, not a
+        // way along the ground.
+        let least = ContactVelocity::SLOW.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
+        let turns = |rim: f64| rim.abs() > least;
+        let rolls = velocity.rolls() && sample.wheel.rim_speed.is_none_or(turns);
+        let correct = sample.correct && (given || rolls);
+
+        let mut measurement = self.direction(sample, None);
+        let mut expected = self.expect(&measurement);
+        let found = expected.innovation;
+        let away = velocity.away * velocity.away;
+        if correct && !given && away > SIGNIFICANT * SIGNIFICANT * found.variance {
+            self.meet_edge(i, &velocity);
+            measurement.doubt = self.doubt_of_rolling(dt);
+            expected = self.expect(&measurement);
+        }
+        if correct {
+            self.correct(&measurement, &expected, dt);
+        } else {
+            let velocity_alone = self.direction(sample, Some(budget));
+            let expected = self.expect(&velocity_alone);
+            self.correct(&velocity_alone, &expected, dt);
+        }
+        if !given {
+            let angle = &mut self.filter.x[CONTACT_ANGLE + i];
+            *angle = angle.clamp(-tuning::STEEPEST, tuning::STEEPEST);
+        }
+        found
+    }
+
+    /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.
+    ///
+    /// A velocity away from the ground shows that the wheel has met an edge: its contact angle
+    /// becomes as uncertain as the angle between both. A velocity into the ground is impossible:
+    /// another wheel has met an edge, and the velocity of Q is wrong by that much. Without this
+    /// distinction a wheel that meets a kerb looks like the other wheels on a downward slope.
+    fn meet_edge(&mut self, i: usize, velocity: &ContactVelocity) {
+        self.modes.set_impact();
+        let away = velocity.away;
+        if away > 0.0 {
+            let change = (away / velocity.speed).clamp(-tuning::STEEPEST, tuning::STEEPEST);
+            self.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] += change * change;
+        } else {
+            self.inflate_velocity(perp(velocity.direction) * away);
+        }
+    }
+
+    /// Adds the square of `error` (m/s) to the covariance of the velocity.
+    pub(super) fn inflate_velocity(&mut self, error: Vec2) {
+        for (i, a) in [error.x, error.y].into_iter().enumerate() {
+            for (j, b) in [error.x, error.y].into_iter().enumerate() {
+                self.filter.p[VELOCITY + i][VELOCITY + j] += a * b;
+            }
+        }
+    }
+}

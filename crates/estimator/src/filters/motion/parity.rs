@@ -1,0 +1,88 @@
+//! Measurement: the parity residual of eq. (8), the combination of its rows in which no normal force
+//! occurs, is zero. It relates tractions, contact angles, weight and inertia.
+//!
+//! | | |
+//! |---|---|
+//! | innovation | 0 less the residual `w' (F' - H_T T)`, N |
+//! | states | all uncertain inputs of eq. (8) |
+//! | noise | lasting: observers, errors of loads, push of the other side; in doubt: unmodelled load |
+//! | gate | [`GATE`]: beyond it the residual shows an impact or an external load, and corrects nothing |
+//! | channels | motor torques, encoders, gyroscopes, inclinometers |
+
+use super::filter::{INPUTS, MotionFilter};
+use super::measurement::Measurement;
+use super::tuning::{self, GaussMarkov};
+use crate::deviation::{GATE, WITHIN};
+use crate::filters::{Innovation, PushFilter};
+use crate::statics::input;
+
+/// The parity residual of eq. (8) at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ParityResidual {
+    /// N.
+    pub value: f64,
+    /// Derivatives with respect to the uncertain inputs, in the order of [`input`].
+    pub gradient: [f64; input::COUNT],
+    /// Variance at this sample from everything but the inputs, N^2.
+    pub variance: f64,
+    /// Part of it by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
+    pub of_push: f64,
+}
+
+impl MotionFilter {
+    /// Tests a parity residual z against its predicted standard deviation sigma and, with
+    /// `correct`, corrects the states by it. `dt` is the time since the last sample, s.
+    ///
+    /// The variance of the unmodelled load becomes the larger of its decayed old value and
+    /// `z^2 - (2 sigma)^2`, N^2; sigma is that without unmodelled load. A residual beyond the gate
+    /// is an impact.
+    ///
+    /// Returns zero minus the residual, N, with its predicted variance before the correction, N^2;
+    /// and whether the residual lies within its gate: only then it has corrected the states.
+    pub fn check_parity(
+        &mut self,
+        parity: &ParityResidual,
+        dt: f64,
+        correct: bool,
+    ) -> (Innovation, bool) {
+        let passing = robhaz_model::sqrt(parity.variance - parity.of_push);
+        let mut measurement = Measurement {
+            row: core::array::from_fn::<_, { input::COUNT }, _>(|k| {
+                (INPUTS + k, parity.gradient[k])
+            }),
+            innovation: -parity.value,
+            white: 0.0,
+            lasting: [
+                GaussMarkov::new(passing, tuning::FILTER_TIME),
+                GaussMarkov::new(robhaz_model::sqrt(parity.of_push), PushFilter::LASTS),
+            ],
+            doubt: 0.0,
+            // Tested here.
+            gate: f64::INFINITY,
+        };
+        let expected = self.expect(&measurement);
+        let found = expected.innovation;
+        let square = found.value * found.value;
+        let explained = WITHIN * WITHIN * found.variance;
+        let gate = GATE * GATE * found.variance;
+        self.modes.load_at_least(square - explained);
+        let load = self.modes.load();
+        // True at a residual beyond the gate, and afterwards until the variance has decayed below
+        // this bound.
+        if load > gate - explained {
+            self.modes.set_impact();
+        }
+        let within_gate = square <= gate;
+        if correct && within_gate {
+            let of_load = GaussMarkov::new(robhaz_model::sqrt(load), tuning::FILTER_TIME);
+            measurement.doubt = of_load.white(dt);
+            self.correct(&measurement, &expected, dt);
+        }
+        (found, within_gate)
+    }
+
+    /// Variance of the load that no reading shows, N^2.
+    pub fn unmodelled_load(&self) -> f64 {
+        self.modes.load()
+    }
+}

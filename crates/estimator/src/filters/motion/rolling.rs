@@ -1,0 +1,140 @@
+//! The rolling constraints of a wheel: its centre moves along the ground (`direction.rs`), at the
+//! speed of its rim less the slip (`slip.rs`).
+
+use super::filter::{CREEP, MotionFilter};
+use super::tuning::{self, GaussMarkov};
+use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
+use crate::deviation::{GATE, root_sum_square};
+use crate::settings::{ContactAngles, NoiseBudget};
+use crate::statics::input;
+use robhaz_model::Vec2;
+
+/// Inputs of the rolling constraints of one wheel. T and N are those of the previous estimate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RollingWheel {
+    /// Velocity of the axle relative to Q, m/s, from the gyroscope.
+    pub relative: Vec2,
+    /// The same from the low-pass filtered rate.
+    pub smooth_relative: Vec2,
+    /// Part of the standard deviation of `relative` that the gyroscope's bias causes, m/s.
+    pub bias_sigma: f64,
+    /// Part of the standard deviation of `relative` that the gyroscope's white noise causes, m/s.
+    pub noise_sigma: f64,
+    /// Time over which that noise is averaged in `relative`, s.
+    pub noise_time: f64,
+    /// Given contact angle, rad.
+    pub angle: f64,
+    /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega
+    /// relative to the link is positive forward (clockwise), the link rate counter-clockwise: hence
+    /// the minus. `None` before the observer has settled, and when the encoder's last reading is
+    /// too old.
+    pub rim_speed: Option<f64>,
+    /// T/N, limited to -1 to 1.
+    pub ratio: f64,
+    /// Standard deviation of N over N, -.
+    pub load_sigma: f64,
+    /// r N, N m.
+    pub moment_of_load: f64,
+    /// Smoothed sign of the spin, by which the gear friction acts: -1 to 1.
+    pub friction_share: f64,
+    /// Smoothed torque reading minus the inertia torques of rotor and wheel disc, N m: observed r
+    /// T + B omega. It multiplies the gain error.
+    pub torque: f64,
+    /// Standard deviation of the observed r T, N m.
+    pub torque_sigma: f64,
+    /// Standard deviation of the observed speed of the rim, m/s.
+    pub rim_sigma: f64,
+}
+
+impl RollingWheel {
+    /// What is left of the gyroscope's noise in `relative`, at samples every `dt` (s), m/s.
+    pub(super) fn noise(&self, dt: f64) -> GaussMarkov {
+        let weight = -libm::expm1(-dt / self.noise_time);
+        let left = robhaz_model::sqrt(weight / (2.0 - weight));
+        GaussMarkov::new(self.noise_sigma * left, self.noise_time)
+    }
+
+    /// Density of the noise of the wheel's slip at low frequencies, m^2/s, at samples every `dt`
+    /// (s): white noise of the gyroscope, and what the observer of the rim's speed leaves.
+    pub(super) fn slip_density(&self, dt: f64) -> f64 {
+        let rim = GaussMarkov::new(self.rim_sigma, tuning::FILTER_TIME);
+        (self.noise_sigma * self.noise_sigma + rim.white(dt)) * dt
+    }
+}
+
+/// Terms common to both constraints of one wheel.
+pub(super) struct Sample<'a> {
+    /// Number of the wheel, 0 to 2.
+    pub i: usize,
+    pub wheel: &'a RollingWheel,
+    /// Of the wheel's centre.
+    pub velocity: ContactVelocity,
+    /// Time since the last sample, s.
+    pub dt: f64,
+    /// Whether the measurement rows contain contact angles and torques. If not, the angle's
+    /// variance is added to the measurement noise, and the first-order effects of torque errors and
+    /// creep are neglected.
+    pub correct: bool,
+}
+
+impl MotionFilter {
+    /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last
+    /// sample. Without `correct` the measurement rows contain the velocity only; states that are
+    /// correlated with it still change. Returns the residuals before the corrections.
+    pub fn roll(
+        &mut self,
+        budget: &NoiseBudget,
+        wheels: &[Option<RollingWheel>; 3],
+        dt: f64,
+        correct: bool,
+    ) -> [Option<RollingResiduals>; 3] {
+        let mut found = [None; 3];
+        for i in 0..3 {
+            let Some(wheel) = &wheels[i] else { continue };
+            let smooth = self.velocity() + wheel.smooth_relative;
+            let noise = wheel.relative - wheel.smooth_relative;
+            let (error, sigma) = self.input(input::CONTACT_ANGLE + i);
+            // Unknown angles are those of the velocity.
+            let given = self.angles == ContactAngles::Given;
+            let widest = if given { GATE * sigma } else { f64::INFINITY };
+            let sample = Sample {
+                i,
+                wheel,
+                velocity: ContactVelocity::new(smooth, noise, wheel.angle - error, widest),
+                dt,
+                correct,
+            };
+            let direction = self.correct_direction_of_wheel(budget, &sample);
+            found[i] = Some(RollingResiduals {
+                away: sample.velocity.away,
+                away_sigma: robhaz_model::sqrt(direction.variance),
+                slip: wheel.rim_speed.map(|rim| self.correct_slip(&sample, rim)),
+            });
+        }
+        found
+    }
+
+    /// Creep speed of wheel `i`, the slip speed at T = N by the linear law, m/s: slip speed = creep
+    /// times T/N while the wheel sticks.
+    pub(super) fn creep(&self, i: usize) -> f64 {
+        libm::exp(self.filter.x[CREEP + i])
+    }
+
+    /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct
+    /// nothing: all of the rim's speed is slip.
+    pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel, dt: f64) -> RollingResiduals {
+        let creep = self.creep(i) * wheel.ratio;
+        let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
+        RollingResiduals {
+            away: 0.0,
+            away_sigma: noise,
+            slip: wheel.rim_speed.map(|rim_speed| SlipResidual {
+                beyond_creep: rim_speed - creep,
+                creep,
+                variance: noise * noise,
+                noise,
+                density: wheel.slip_density(dt),
+            }),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Measurement: the speed of a wheel along the ground is that of its rim less the slip, which is
+//! proportional to T/N while the wheel grips.
+//!
+//! | | |
+//! |---|---|
+//! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
+//! | states | velocity of Q, creep, torque offset, gear friction, torque gain |
+//! | noise | white: gyroscope; lasting: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
+//! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
+//! | channels | encoder, motor torque, gyroscope |
+
+use super::filter::{
+    CREEP, GEAR_FRICTION, MotionFilter, PENETRATION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
+use super::measurement::Measurement;
+use super::rolling::{RollingWheel, Sample};
+use super::tuning::{self, GaussMarkov};
+use crate::contact::SlipResidual;
+use crate::deviation::{GATE, root_sum_square};
+use crate::settings::ContactAngles;
+
+/// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
+/// with the fourth power of T/N.
+fn variance_factor(ratio: f64) -> f64 {
+    /// T/N from which slip is no longer linear in it, -: on poor ground.
+    /// Chosen; sensitive.
+    const NONLINEAR_RATIO: f64 = 0.12;
+    let square = ratio * ratio / (NONLINEAR_RATIO * NONLINEAR_RATIO);
+    1.0 + square * square
+}
+
+impl MotionFilter {
+    /// The measurement of one wheel, whose rim has the speed `rim`, m/s.
+    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<6, 4> {
+        let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
+        let (creep, slip) = (self.creep(i), self.creep(i) * wheel.ratio);
+        // Derivative of the slip with respect to a torque error, which changes T/N.
+        let by_offset = -creep / wheel.moment_of_load;
+        // The derivatives by the torque errors are those at the estimated N. Where N is not beyond
+        // its own deviation, T/N has no slope that the torques could be found from.
+        let load_known = wheel.load_sigma < 1.0;
+        let on = if sample.correct && velocity.rolls() && load_known {
+            1.0
+        } else {
+            0.0
+        };
+        let ratio_sigma = self.ratio_sigma(i, wheel);
+        let pulls = wheel.ratio.abs() > tuning::PULLING * ratio_sigma;
+        let shows_creep = pulls && wheel.ratio.abs() < tuning::LINEAR_RATIO;
+        let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
+        let mut of_creep = root_sum_square(creep_sigma * ratio_sigma, slip * wheel.load_sigma);
+        if !shows_creep {
+            of_creep = root_sum_square(of_creep, creep_sigma * wheel.ratio);
+        }
+        let beyond = tuning::SLIP.at_speed(self.speed_ratio());
+        let nonlinear = robhaz_model::sqrt(variance_factor(wheel.ratio));
+        let of_observer = root_sum_square(by_offset * wheel.torque_sigma, wheel.rim_sigma);
+        Measurement {
+            row: [
+                (VELOCITY, velocity.direction.x),
+                (VELOCITY + 1, velocity.direction.y),
+                (CREEP + i, if shows_creep { on * slip } else { 0.0 }),
+                (TORQUE_OFFSET + i, on * by_offset),
+                (GEAR_FRICTION, on * by_offset * wheel.friction_share),
+                (TORQUE_GAIN + i, on * by_offset * wheel.torque),
+            ],
+            innovation: rim - velocity.speed - slip,
+            white: wheel.noise_sigma * wheel.noise_sigma,
+            lasting: [
+                GaussMarkov::new(beyond.sigma * nonlinear, beyond.time),
+                GaussMarkov::new(of_creep, tuning::SLIP.time),
+                GaussMarkov::new(of_observer, tuning::FILTER_TIME),
+                GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
+            ],
+            doubt: self.doubt_of_rolling(sample.dt),
+            gate: GATE,
+        }
+    }
+
+    /// Corrects the states by the slip of one wheel. Returns what the rim shows of it.
+    pub(super) fn correct_slip(&mut self, sample: &Sample<'_>, rim: f64) -> SlipResidual {
+        let (i, wheel) = (sample.i, sample.wheel);
+        let measurement = self.slip(sample, rim);
+        let expected = self.expect(&measurement);
+        let found = expected.innovation;
+        let residual = SlipResidual {
+            beyond_creep: found.value,
+            creep: self.creep(i) * wheel.ratio,
+            variance: found.variance,
+            noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
+            density: wheel.slip_density(sample.dt),
+        };
+        if found.nis() > GATE * GATE {
+            if wheel.ratio.abs() > tuning::STICKING_RATIO {
+                self.modes.set_sliding(i);
+            } else if sample.velocity.rolls() && self.angles == ContactAngles::Unknown {
+                // A wheel that hardly pulls does not slide: the velocity is wrong.
+                self.inflate_velocity(sample.velocity.direction * found.value);
+                return residual;
+            }
+        }
+        if !self.modes.is_sliding(i) {
+            self.correct(&measurement, &expected, sample.dt);
+            for creep in &mut self.filter.x[CREEP..PENETRATION] {
+                *creep = creep.clamp(tuning::LEAST_CREEP, tuning::GREATEST_CREEP);
+            }
+        }
+        residual
+    }
+
+    /// Standard deviation of T/N of wheel `i` from the errors of its torque and of N, -.
+    fn ratio_sigma(&self, i: usize, wheel: &RollingWheel) -> f64 {
+        let p = &self.filter.p;
+        let (offset, gain) = (TORQUE_OFFSET + i, TORQUE_GAIN + i);
+        let torque_variance = p[offset][offset]
+            + p[GEAR_FRICTION][GEAR_FRICTION]
+            + p[gain][gain] * wheel.torque * wheel.torque;
+        let of_torque = robhaz_model::sqrt(torque_variance) / wheel.moment_of_load;
+        root_sum_square(of_torque, wheel.ratio * wheel.load_sigma)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: twice at the limit, 16 times more at twice the ratio.
+    #[test]
+    fn the_variance_grows_beyond_the_linear_range() {
+        for (ratio, expected) in [(0.0, 1.0), (-0.12, 2.0), (0.24, 17.0)] {
+            // Rounding of a dozen operations.
+            assert!((variance_factor(ratio) - expected).abs() < 1e-12 * expected);
+        }
+    }
+}
