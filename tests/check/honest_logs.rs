@@ -76,9 +76,10 @@ impl Alarms {
     fn add(&mut self, what: &str, report: &Report) {
         self.logs += 1;
         self.with_alarm += usize::from(report.faults().count() > 0);
-        if std::env::var("DELAYS").is_ok() {
-            for f in report.findings.iter().filter(|f| f.test == "delay") {
-                println!("DELAY {what}: {:?} {} {}", f.verdict, f.channel, f.figure);
+        // SHOW=test prints what a test found of each log.
+        if let Ok(test) = std::env::var("SHOW") {
+            for f in report.findings.iter().filter(|f| f.test == test) {
+                println!("{what}: {:?} {} {}", f.verdict, f.channel, f.figure);
             }
         }
         for fault in report.faults() {

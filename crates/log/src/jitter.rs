@@ -1,9 +1,11 @@
 //! Errors of time stamps, measured by the wheels: at a steady speed a wheel is a clock.
 //!
 //! A stamp that is late by e makes the step before it longer and the one behind it shorter than the wheel
-//! has turned: what two steps in a row err by has the covariance `-sigma^2`. True motion is smooth, so
-//! that it has a positive one, and counts of encoders of their own are independent. So the covariance
-//! is taken between one wheel and the next step of another.
+//! has turned: what two steps in a row err by has the covariance `-sigma^2`, and steps further apart
+//! have none. True motion is smooth, so that it has a positive one; at a low rate, where wheels pass a
+//! slope within a step or two, it has one of steps further apart, too. Counts of encoders of their own
+//! are independent. So the covariance is taken between one wheel and the next step of another, and
+//! counts if it is much greater than those of the steps behind that.
 
 use robhaz_score::signals::median;
 
@@ -22,6 +24,9 @@ const LARGEST: f64 = 3.0;
 const LEAST_PAIRS: usize = 50;
 /// Standard errors beyond which the covariance is no chance: 3e-5.
 const SIGNIFICANT: f64 = 4.0;
+/// Covariance of two steps in a row over those of steps further apart from which on it is one of
+/// stamps.
+const DISTINCT: f64 = 4.0;
 /// Standard deviation of a uniform error over its width.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
@@ -52,19 +57,28 @@ impl Jitter {
             0.0
         };
         let of_count = UNIFORM * count / speed;
-        let mut found = Vec::new();
-        for (i, a) in errors.iter().enumerate() {
-            for b in &errors[i + 1..] {
-                found.extend(covariance(a, b));
-            }
-        }
+        let at = |lag: usize| -> Vec<(f64, f64)> {
+            let pairs = [(0, 1), (0, 2), (1, 2)];
+            let of = |(i, j): (usize, usize)| covariance(&errors[i], &errors[j], lag);
+            pairs.into_iter().filter_map(of).collect()
+        };
+        let mut found = at(1);
+        let mut of_counts = 0.0;
         // Wheels that are never read together have clocks of their own.
         if found.is_empty() {
-            let own = errors.iter().filter_map(|own| covariance(own, own));
-            found.extend(own.map(|variance| variance - of_count * of_count));
+            found.extend(errors.iter().filter_map(|own| covariance(own, own, 1)));
+            of_counts = of_count * of_count;
         }
         let is_shown = !found.is_empty();
-        let variance = median(found).unwrap_or(0.0);
+        let certain = |(mean, error): &(f64, f64)| {
+            let by_chance = *mean <= SIGNIFICANT * error;
+            if by_chance { 0.0 } else { mean - of_counts }
+        };
+        let variance = median(found.iter().map(certain).collect()).unwrap_or(0.0);
+        let further = [2, 3].into_iter().flat_map(at);
+        let of_motion = median(further.map(|(mean, _)| mean.abs()).collect());
+        let is_distinct = variance > DISTINCT * of_motion.unwrap_or(0.0);
+        let variance = if is_distinct { variance } else { 0.0 };
         let sigma = variance.max(0.0).sqrt();
         Self {
             // Below half a count's error it counts for nothing.
@@ -119,18 +133,23 @@ fn errors(turns: &[Turns], wheel: usize) -> Vec<Option<Step>> {
     found
 }
 
-/// Less the covariance of the errors of a step of one wheel and of the next step of the other, s^2; 0
-/// if it may be chance, `None` of too few.
-fn covariance(a: &[Option<Step>], b: &[Option<Step>]) -> Option<f64> {
+/// Less the covariance of the errors of a step of one wheel and of the step of the other that is the
+/// `lag`th one behind it, s^2, and its standard error; `None` of too few.
+fn covariance(a: &[Option<Step>], b: &[Option<Step>], lag: usize) -> Option<(f64, f64)> {
     let mut products = Vec::new();
     for (one, other) in [(a, b), (b, a)] {
-        let mut last = None;
+        let (mut errors, mut used) = (Vec::<f64>::new(), 0);
         for (one, other) in one.iter().zip(other) {
-            if let (Some(last), Some(next)) = (last, other) {
-                let (last, next): (Step, &Step) = (last, next);
-                products.push(-last.error * next.error);
+            // Each step of the one wheel has one of the other behind it.
+            if let Some(other) = other.filter(|_| errors.len() > used) {
+                let behind = errors
+                    .len()
+                    .checked_sub(lag)
+                    .map(|k| -errors[k] * other.error);
+                products.extend(behind);
+                used = errors.len();
             }
-            last = one.or(last.filter(|_| other.is_none()));
+            errors.extend(one.map(|step| step.error));
         }
     }
     if products.len() < 2 * LEAST_PAIRS {
@@ -138,18 +157,10 @@ fn covariance(a: &[Option<Step>], b: &[Option<Step>]) -> Option<f64> {
     }
     let count = products.len() as f64;
     let mean = products.iter().sum::<f64>() / count;
-    let square = products
-        .iter()
-        .map(|p| (p - mean) * (p - mean))
-        .sum::<f64>()
-        / count;
+    let squares = products.iter().map(|p| (p - mean) * (p - mean));
+    let square = squares.sum::<f64>() / count;
     // Each pair of steps counts twice.
-    let standard_error = (2.0 * square / count).sqrt();
-    Some(if mean > SIGNIFICANT * standard_error {
-        mean
-    } else {
-        0.0
-    })
+    Some((mean, (2.0 * square / count).sqrt()))
 }
 
 #[cfg(test)]

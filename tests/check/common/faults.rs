@@ -208,6 +208,9 @@ const BUMPS: Hidden = &[(
     "few slopes, which each wheel passes at another time",
 )];
 
+/// Only slopes show what the torques lift.
+const ALIKE: Hidden = &[("flat", "level ground asks for no torque")];
+
 /// Radians of a degree.
 const DEG: f64 = PI / 180.0;
 
@@ -229,6 +232,7 @@ pub const FAULTS: &[Fault] = &[
     fault("torque 1 sign", TORQUES, "sign of torque 1", NOWHERE, Change::Each(&[T[0]], |x| -x)),
     fault("all torques' signs", TORQUES, "sign", NOWHERE, Change::Each(&T, |x| -x)),
     fault("currents as magnitudes", TORQUES, "sign", NOWHERE, Change::Each(&T, f64::abs)),
+    fault("torques 1.6 times too large", TORQUES, "of the three torques by", ALIKE, Change::Each(&T, |x| 1.6 * x)),
     fault("gyro 1 sign", GYROS, "gyro 1 has the wrong sign", LEVEL, Change::Each(&[G[0]], |x| -x)),
     fault("gyro 2 sign", GYROS, "gyro 2 has the wrong sign", LEVEL, Change::Each(&[G[1]], |x| -x)),
     fault("inclinometer 1 sign", INCLINOMETERS, "inclinometer 1 has the wrong sign", NOWHERE, Change::Each(&[I[0]], |x| -x)),
