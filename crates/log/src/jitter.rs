@@ -7,10 +7,8 @@
 //! are independent. So the covariance is taken between one wheel and the next step of another, and
 //! counts if it is much greater than those of the steps behind that.
 
+use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
-
-/// Time and angles of the wheels of a frame, s and rad.
-pub type Turns = (f64, [Option<f64>; 3]);
 
 /// Steps before and behind a step over which its speed is taken.
 const STEPS: usize = 8;
@@ -41,8 +39,8 @@ pub struct Jitter {
 
 impl Jitter {
     /// Of frames with encoders of this many counts a turn (0: exact).
-    pub fn of(turns: &[Turns], counts: f64) -> Self {
-        let errors = [0, 1, 2].map(|i| errors(turns, i));
+    pub fn of(frames: &[SensorFrame], counts: f64) -> Self {
+        let errors = [0, 1, 2].map(|i| errors(frames, i));
         let speeds = errors
             .iter()
             .flatten()
@@ -103,15 +101,13 @@ struct Step {
 }
 
 /// The steps of a wheel, by the frame at which each ends; `None` where it does not turn steadily.
-fn errors(turns: &[Turns], wheel: usize) -> Vec<Option<Step>> {
-    let read: Vec<(usize, f64, f64)> = turns
-        .iter()
-        .enumerate()
-        .filter_map(|(k, (time, angles))| {
-            Some((k, *time, angles[wheel].filter(|a| a.is_finite())?))
-        })
-        .collect();
-    let mut found = vec![None; turns.len()];
+fn errors(frames: &[SensorFrame], wheel: usize) -> Vec<Option<Step>> {
+    let read = |(k, frame): (usize, &SensorFrame)| {
+        let angle = frame.wheel_angle[wheel].filter(|angle| angle.is_finite())?;
+        Some((k, frame.time, angle))
+    };
+    let read: Vec<(usize, f64, f64)> = frames.iter().enumerate().filter_map(read).collect();
+    let mut found = vec![None; frames.len()];
     let steps = read.windows(2).map(|w| w[1].1 - w[0].1);
     let Some(period) = median(steps.collect()) else {
         return found;
@@ -166,9 +162,10 @@ fn covariance(a: &[Option<Step>], b: &[Option<Step>], lag: usize) -> Option<(f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_estimator::LinkReading;
 
     /// Wheels at 2 rad/s and 100 Hz, with encoders of 20 000 counts, whose stamps err by `sigma`, s.
-    fn turns(sigma: f64) -> Vec<Turns> {
+    fn turns(sigma: f64) -> Vec<SensorFrame> {
         // A linear congruential generator (Knuth), uniform with a variance of 1.
         let mut state = 1_u64;
         let mut random = || {
@@ -181,10 +178,18 @@ mod tests {
         let of = |k: u32| {
             let time = 0.01 * f64::from(k);
             let angle = |start: f64| Some(((start + 2.0 * time) / count).floor() * count);
-            (
-                time + sigma * random(),
-                [angle(0.0), angle(0.31), angle(-0.47)],
-            )
+            let link = LinkReading {
+                inclination: None,
+                rate: None,
+            };
+            SensorFrame {
+                time: time + sigma * random(),
+                wheel_angle: [0.0, 0.31, -0.47].map(angle),
+                motor_torque: [None; 3],
+                link1: link,
+                link2: link,
+                contact_angle: [None; 3],
+            }
         };
         (0..1000).map(of).collect()
     }
@@ -214,10 +219,10 @@ mod tests {
     #[test]
     fn uneven_steps_are_no_jitter() {
         let mut turns = turns(0.0);
-        for (k, (time, angles)) in turns.iter_mut().enumerate() {
+        for (k, frame) in turns.iter_mut().enumerate() {
             let by = 2e-3 * (k as f64).sin();
-            *time += by;
-            *angles = angles.map(|angle| angle.map(|angle| angle + 2.0 * by));
+            frame.time += by;
+            frame.wheel_angle = frame.wheel_angle.map(|angle| Some(angle? + 2.0 * by));
         }
         assert!(Jitter::of(&turns, 20_000.0).sigma < 1e-5);
     }

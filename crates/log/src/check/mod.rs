@@ -51,6 +51,7 @@ mod wheels;
 
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated};
+pub(crate) use torques::signs_are_lost;
 
 use self::clock::Clock;
 use self::readings::Readings;

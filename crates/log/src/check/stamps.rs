@@ -1,7 +1,7 @@
 //! Errors of the time stamps, measured by the wheels, and their resolution.
 
 use crate::check::report::Finding;
-use crate::jitter::{Jitter, Turns};
+use crate::jitter::Jitter;
 use robhaz_estimator::SensorFrame;
 
 /// Largest deviation of a step from a whole number of units of the stamps, as a share of the unit.
@@ -16,8 +16,7 @@ const CHANNEL: &str = "time stamps";
 
 /// The errors that the frames show against a stated one (s), and the finding.
 pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (Jitter, Finding) {
-    let turns: Vec<Turns> = frames.iter().map(|f| (f.time, f.wheel_angle)).collect();
-    let jitter = Jitter::of(&turns, counts);
+    let jitter = Jitter::of(frames, counts);
     let [measured, budget] = [jitter.sigma, stated].map(|time| 1e3 * time);
     let unit = resolution(frames);
     let of_unit = unit.map_or(String::new(), |unit| {
