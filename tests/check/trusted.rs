@@ -165,13 +165,12 @@ fn a_wheel_taken_to_be_in_the_air_comes_back() -> Result<(), Failure> {
 }
 
 /// Faults of readings as they come that are estimated as they are: stamps, single readings, resets,
-/// torques of another size, wheels of another radius. Magnitudes `estimate` refuses.
+/// torques of another size. Magnitudes `estimate` refuses.
 const FAULTS: &[&str] = &[
     "stamps err by 1 ms",
     "one reading of encoder 2 off by 3 rad",
     "encoder 1 reset",
     "torques 1.6 times too large",
-    "wheel 2 turns 4 % less",
 ];
 
 /// The same holds with each of them.

@@ -14,6 +14,10 @@ use robhaz_score::signals::median;
 const STEPS: usize = 8;
 /// Spin speed of a wheel that can serve as a clock, rad/s: a Sojourner drives with 0.15 rad/s.
 const LEAST_SPIN: f64 = 0.05;
+/// Turn of a wheel within a step up to which its speed hardly changes from step to step, rad: a fifth
+/// of its radius along the ground. On rough ground a step of half the radius looks like an error of the
+/// stamps by 1.6 % of the step.
+const LARGEST_TURN: f64 = 0.2;
 /// Relative difference of the speeds before and behind a step of a steady wheel.
 const STEADY: f64 = 0.25;
 /// Largest error of a step that is one of stamps, in periods: more is a gap or a jump.
@@ -41,12 +45,13 @@ impl Jitter {
     /// Of frames with encoders of this many counts a turn (0: exact).
     pub fn of(frames: &[SensorFrame], counts: f64) -> Self {
         let errors = [0, 1, 2].map(|i| errors(frames, i));
-        let speeds = errors
-            .iter()
-            .flatten()
-            .flatten()
-            .map(|step| step.speed.abs());
-        let Some(speed) = median(speeds.collect()) else {
+        let typical = |of: fn(&Step) -> f64| {
+            let steps = errors.iter().flatten().flatten();
+            median(steps.map(of).collect())
+        };
+        let speed = typical(|step| step.speed.abs());
+        let turn = typical(|step| step.turn.abs());
+        let Some(speed) = speed.filter(|_| turn.is_some_and(|turn| turn < LARGEST_TURN)) else {
             return Self::default();
         };
         let count = if counts > 0.0 {
@@ -98,6 +103,8 @@ struct Step {
     error: f64,
     /// Spin speed, rad/s.
     speed: f64,
+    /// rad
+    turn: f64,
 }
 
 /// The steps of a wheel, by the frame at which each ends; `None` where it does not turn steadily.
@@ -121,9 +128,10 @@ fn errors(frames: &[SensorFrame], wheel: usize) -> Vec<Option<Step>> {
         if !(speed.abs() > LEAST_SPIN && (before - behind).abs() < STEADY * speed.abs()) {
             continue;
         }
-        let error = (a2 - a1) / speed - (t2 - t1);
+        let turn = a2 - a1;
+        let error = turn / speed - (t2 - t1);
         if error.abs() < LARGEST * period {
-            found[frame] = Some(Step { error, speed });
+            found[frame] = Some(Step { error, speed, turn });
         }
     }
     found

@@ -26,8 +26,9 @@ pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (Jitter, Fin
         format!("the stamps err by {measured:.2} ms by the wheels, budget {budget:.2} ms{of_unit}");
     let mut finding = Finding::ok(TEST, CHANNEL, figure);
     if !jitter.is_shown {
-        finding.figure = format!("the wheels do not turn steadily{of_unit}");
-        finding = finding.cannot_tell("record a drive at a steady speed");
+        finding.figure =
+            format!("the wheels do not turn steadily, or by too much between readings{of_unit}");
+        finding = finding.cannot_tell("record a drive at a steady speed, at a higher rate");
     } else if jitter.exceeds(stated.max(ROUNDED)) {
         let finer = if unit.is_some() {
             ", with more digits"
