@@ -1,7 +1,7 @@
 //! How long `best` takes to report faults, on every ground on which the robot rolls; and starts on
 //! uneven ground, which must not look like late torques.
 
-use super::common::faults::fault;
+use super::common::faults::change_of;
 use super::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
@@ -65,12 +65,12 @@ fn times(
     (name, channels): (&str, Channels),
     seeds: u64,
 ) -> Result<[Vec<Option<f64>>; 2], Failure> {
-    let change = fault(name).ok_or(name)?;
+    let change = change_of(name).ok_or(name)?;
     let times: Vec<[Option<f64>; 2]> = (0..seeds)
         .into_par_iter()
         .map(|seed| {
             let mut frames = readings(scene, truth, seed);
-            change(&mut frames);
+            change.of(&mut frames);
             let time = |estimator| -> Result<_, Failure> {
                 let found = reported(scene, estimator, &frames, channels)?;
                 Ok(found.map(|t| t - begin(name)))

@@ -5,7 +5,7 @@
 //! `cargo test --release -p robhaz --test robhaz check::health:: -- --ignored --nocapture` repeats
 //! the study over 100 seeds of all scenes.
 
-use super::common::faults::fault;
+use super::common::faults::change_of;
 use super::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
@@ -83,7 +83,7 @@ fn faults_are_reported_within_five_seconds() -> Result<(), Failure> {
             let honest = readings(&scene, &truth, seed);
             for (name, channels) in expected {
                 let mut frames = honest.clone();
-                fault(name).ok_or(name)?(&mut frames);
+                change_of(name).ok_or(name)?.of(&mut frames);
                 // Readings are stuck from 3 s on.
                 let begin = if name.ends_with("stuck") { 3.0 } else { START };
                 for estimator in 0..2 {
@@ -120,7 +120,7 @@ fn exchanged_and_late_torques_are_reported() -> Result<(), Failure> {
             let honest = readings(&scene, &truth, seed);
             for (change, torques) in faults {
                 let mut frames = honest.clone();
-                fault(change).ok_or(change)?(&mut frames);
+                change_of(change).ok_or(change)?.of(&mut frames);
                 for estimator in 0..2 {
                     let raised = run(&scene, estimator, &frames)?;
                     let what = format!("{name} {seed} {change} {estimator}");

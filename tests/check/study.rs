@@ -73,7 +73,7 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
                 return Ok((false, false));
             }
             let mut frames = honest.clone();
-            (fault.change)(&mut frames);
+            fault.change.of(&mut frames);
             let report = report(&scene, &frames)?;
             if which.is_some() {
                 println!(

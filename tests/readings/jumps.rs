@@ -104,9 +104,9 @@ fn a_single_wrong_reading_of_any_channel_changes_nothing() {
 #[test]
 fn a_flood_of_wrong_forces_is_said_first() {
     let (_, _, said) = spoiled(|drive| {
-        // A wheel that seems to be thrown to and fro by four radians a second, for a second.
+        // A wheel that seems to be thrown to and fro, for a second: its angle jumps by 14 mrad, which a drive could.
         for k in 400..500 {
-            drive.column("wheel2_angle")[k] += if k % 8 < 4 { 0.03 } else { 0.0 };
+            drive.column("wheel2_angle")[k] += if k % 8 < 4 { 0.014 } else { 0.0 };
         }
     });
     let first = said.lines().next().unwrap_or_default();

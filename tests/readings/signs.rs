@@ -1,11 +1,11 @@
-//! What drivers do to the sign of a torque: `check` names it.
+//! What drivers do to the sign of a torque: `check` names it, `estimate` refuses magnitudes.
 
-use super::level_drive::{DESCRIPTION, LevelDrive, check};
+use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate};
 use crate::support::text;
 use std::fs;
 
-/// What `check` says of the drive with changed torques.
-fn checked(change: impl Fn(f64) -> f64) -> String {
+/// What `check` says of the drive with changed torques, and whether `estimate` refuses it.
+fn checked(change: impl Fn(f64) -> f64) -> (String, bool) {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
@@ -17,7 +17,10 @@ fn checked(change: impl Fn(f64) -> f64) -> String {
             .for_each(|torque| *torque = change(*torque));
     }
     drive.write(&folder.join("log.csv"));
-    text(&check(folder).stdout)
+    let estimated = estimate(folder);
+    let refused = text(&estimated.stderr).contains("their signs are lost");
+    assert_eq!(refused, !estimated.status.success());
+    (text(&check(folder).stdout), refused)
 }
 
 /// Each way to lose a sign is a fault of all three torques, with its name; signed ones have none.
@@ -35,11 +38,13 @@ fn a_lost_sign_is_named() {
             0.45 * (torque / 0.45).trunc()
         }),
     ] {
-        let said = checked(change);
+        let (said, refused) = checked(change);
+        // Whole numbers have signs.
+        assert_eq!(refused, !name.starts_with("whole"), "{name}");
         assert_eq!(said.matches(name).count(), 3, "{name}: {said}");
     }
     // Hundredths of a newton metre are finer than the noise.
-    let said = checked(|torque| (torque * 100.0).round() / 100.0);
+    let (said, _) = checked(|torque| (torque * 100.0).round() / 100.0);
     let of_sign = said.lines().find(|line| line.contains("  signed  "));
     assert!(of_sign.is_some_and(|line| line.starts_with("ok")), "{said}");
 }

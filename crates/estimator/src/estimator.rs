@@ -118,7 +118,7 @@ impl Estimator {
             dt = if time.is_finite() { time } else { UNKNOWN_TIME };
         }
         let with_angles = nominal.settings.needs_contact_angles();
-        let gate = Gate::new(&nominal.settings.budget, &nominal.robot.mass);
+        let gate = Gate::new(&nominal.settings.budget, &nominal.robot);
         flags |= self.inputs.take(frame, dt, &gate, with_angles);
         if !self.complete {
             if let Some(field) = self.inputs.never_read(with_angles) {

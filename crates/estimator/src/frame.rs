@@ -3,7 +3,7 @@
 use crate::deviation::GATE;
 use crate::flags::Flags;
 use crate::settings::NoiseBudget;
-use robhaz_model::MassSet;
+use robhaz_model::Robot;
 
 /// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is
 /// missing.
@@ -264,7 +264,8 @@ pub(crate) struct Inputs {
 /// 1.7 million samples. What the robot does itself is added to that, as a step and a slope.
 pub(crate) struct Gate<'a> {
     budget: &'a NoiseBudget,
-    /// J_wheel + J_rotor, kg m^2.
+    /// What a motor accelerates at its wheel, kg m^2: wheel, rotor, and a third of the robot. A wheel
+    /// that breaks loose is faster: its angle counts a reading later.
     inertia: f64,
 }
 
@@ -287,9 +288,11 @@ impl<'a> Gate<'a> {
     /// Guard.
     const CONTACT_ANGLE: [f64; 2] = [0.35, 10.0];
 
-    /// For the noise of the readings and the masses of the robot.
-    pub fn new(budget: &'a NoiseBudget, mass: &MassSet) -> Self {
-        let inertia = mass.wheel_inertia + mass.rotor_inertia;
+    /// For the noise of the readings and the robot.
+    pub fn new(budget: &'a NoiseBudget, robot: &Robot) -> Self {
+        let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
+        let of_robot = mass.total() * radius * radius / 3.0;
+        let inertia = mass.wheel_inertia + mass.rotor_inertia + of_robot;
         Self { budget, inertia }
     }
 

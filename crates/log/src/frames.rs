@@ -6,13 +6,14 @@
 //! `budget.jitter`.
 
 use crate::formula::Formula;
-use crate::jitter::Turns;
 use crate::plan::Plan;
-use crate::readings::{self, Reading, Values, frame, wheel_angles};
+use crate::readings::{self, Reading, Values, frame};
 use crate::survey::{Channel, Survey};
+use robhaz_estimator::SensorFrame;
 use robhaz_model::BodyMount;
 use robhaz_run::{ChannelReport, LogReport, RunError, Sample, Source};
 use robhaz_sim::Truth;
+use std::path::PathBuf;
 
 /// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is
 /// rounded by 0.12 us, and an offset rounds it again.
@@ -63,17 +64,22 @@ impl Frames {
         self.survey.truth.is_some()
     }
 
-    /// Time and angles of the wheels of all frames. It starts at the first row again.
-    pub fn turns(&mut self) -> Vec<Turns> {
+    /// The file or folder of the log.
+    pub fn source(&self) -> PathBuf {
+        self.plan.source.clone()
+    }
+
+    /// All frames, without readings of the body. It starts at the first row again.
+    pub fn all(&mut self) -> Vec<SensorFrame> {
         let reports: Vec<_> = self
             .survey
             .channels
             .iter()
             .map(|c| c.report.clone())
             .collect();
-        let mut turns = Vec::new();
+        let mut all = Vec::new();
         while let Some((time, values, _)) = self.next_values() {
-            turns.push((time, wheel_angles(&values)));
+            all.push(frame(time, &values, None));
         }
         self.next.fill(0);
         self.ages.fill((0.0, 0));
@@ -81,7 +87,7 @@ impl Frames {
         for (channel, report) in self.survey.channels.iter_mut().zip(reports) {
             channel.report = report;
         }
-        turns
+        all
     }
 
     /// The cells of a row of a channel; `None` beyond its ends.

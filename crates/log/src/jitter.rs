@@ -1,19 +1,23 @@
 //! Errors of time stamps, measured by the wheels: at a steady speed a wheel is a clock.
 //!
 //! A stamp that is late by e makes the step before it longer and the one behind it shorter than the wheel
-//! has turned: what two steps in a row err by has the covariance `-sigma^2`. True motion is smooth, so
-//! that it has a positive one, and counts of encoders of their own are independent. So the covariance
-//! is taken between one wheel and the next step of another.
+//! has turned: what two steps in a row err by has the covariance `-sigma^2`, and steps further apart
+//! have none. True motion is smooth, so that it has a positive one; at a low rate, where wheels pass a
+//! slope within a step or two, it has one of steps further apart, too. Counts of encoders of their own
+//! are independent. So the covariance is taken between one wheel and the next step of another, and
+//! counts if it is much greater than those of the steps behind that.
 
+use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
-
-/// Time and angles of the wheels of a frame, s and rad.
-pub type Turns = (f64, [Option<f64>; 3]);
 
 /// Steps before and behind a step over which its speed is taken.
 const STEPS: usize = 8;
 /// Spin speed of a wheel that can serve as a clock, rad/s: a Sojourner drives with 0.15 rad/s.
 const LEAST_SPIN: f64 = 0.05;
+/// Turn of a wheel within a step up to which its speed hardly changes from step to step, rad: a fifth
+/// of its radius along the ground. On rough ground a step of half the radius looks like an error of the
+/// stamps by 1.6 % of the step.
+const LARGEST_TURN: f64 = 0.2;
 /// Relative difference of the speeds before and behind a step of a steady wheel.
 const STEADY: f64 = 0.25;
 /// Largest error of a step that is one of stamps, in periods: more is a gap or a jump.
@@ -22,6 +26,9 @@ const LARGEST: f64 = 3.0;
 const LEAST_PAIRS: usize = 50;
 /// Standard errors beyond which the covariance is no chance: 3e-5.
 const SIGNIFICANT: f64 = 4.0;
+/// Covariance of two steps in a row over those of steps further apart from which on it is one of
+/// stamps.
+const DISTINCT: f64 = 4.0;
 /// Standard deviation of a uniform error over its width.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
@@ -36,14 +43,15 @@ pub struct Jitter {
 
 impl Jitter {
     /// Of frames with encoders of this many counts a turn (0: exact).
-    pub fn of(turns: &[Turns], counts: f64) -> Self {
-        let errors = [0, 1, 2].map(|i| errors(turns, i));
-        let speeds = errors
-            .iter()
-            .flatten()
-            .flatten()
-            .map(|step| step.speed.abs());
-        let Some(speed) = median(speeds.collect()) else {
+    pub fn of(frames: &[SensorFrame], counts: f64) -> Self {
+        let errors = [0, 1, 2].map(|i| errors(frames, i));
+        let typical = |of: fn(&Step) -> f64| {
+            let steps = errors.iter().flatten().flatten();
+            median(steps.map(of).collect())
+        };
+        let speed = typical(|step| step.speed.abs());
+        let turn = typical(|step| step.turn.abs());
+        let Some(speed) = speed.filter(|_| turn.is_some_and(|turn| turn < LARGEST_TURN)) else {
             return Self::default();
         };
         let count = if counts > 0.0 {
@@ -52,19 +60,28 @@ impl Jitter {
             0.0
         };
         let of_count = UNIFORM * count / speed;
-        let mut found = Vec::new();
-        for (i, a) in errors.iter().enumerate() {
-            for b in &errors[i + 1..] {
-                found.extend(covariance(a, b));
-            }
-        }
+        let at = |lag: usize| -> Vec<(f64, f64)> {
+            let pairs = [(0, 1), (0, 2), (1, 2)];
+            let of = |(i, j): (usize, usize)| covariance(&errors[i], &errors[j], lag);
+            pairs.into_iter().filter_map(of).collect()
+        };
+        let mut found = at(1);
+        let mut of_counts = 0.0;
         // Wheels that are never read together have clocks of their own.
         if found.is_empty() {
-            let own = errors.iter().filter_map(|own| covariance(own, own));
-            found.extend(own.map(|variance| variance - of_count * of_count));
+            found.extend(errors.iter().filter_map(|own| covariance(own, own, 1)));
+            of_counts = of_count * of_count;
         }
         let is_shown = !found.is_empty();
-        let variance = median(found).unwrap_or(0.0);
+        let certain = |(mean, error): &(f64, f64)| {
+            let by_chance = *mean <= SIGNIFICANT * error;
+            if by_chance { 0.0 } else { mean - of_counts }
+        };
+        let variance = median(found.iter().map(certain).collect()).unwrap_or(0.0);
+        let further = [2, 3].into_iter().flat_map(at);
+        let of_motion = median(further.map(|(mean, _)| mean.abs()).collect());
+        let is_distinct = variance > DISTINCT * of_motion.unwrap_or(0.0);
+        let variance = if is_distinct { variance } else { 0.0 };
         let sigma = variance.max(0.0).sqrt();
         Self {
             // Below half a count's error it counts for nothing.
@@ -86,18 +103,18 @@ struct Step {
     error: f64,
     /// Spin speed, rad/s.
     speed: f64,
+    /// rad
+    turn: f64,
 }
 
 /// The steps of a wheel, by the frame at which each ends; `None` where it does not turn steadily.
-fn errors(turns: &[Turns], wheel: usize) -> Vec<Option<Step>> {
-    let read: Vec<(usize, f64, f64)> = turns
-        .iter()
-        .enumerate()
-        .filter_map(|(k, (time, angles))| {
-            Some((k, *time, angles[wheel].filter(|a| a.is_finite())?))
-        })
-        .collect();
-    let mut found = vec![None; turns.len()];
+fn errors(frames: &[SensorFrame], wheel: usize) -> Vec<Option<Step>> {
+    let read = |(k, frame): (usize, &SensorFrame)| {
+        let angle = frame.wheel_angle[wheel].filter(|angle| angle.is_finite())?;
+        Some((k, frame.time, angle))
+    };
+    let read: Vec<(usize, f64, f64)> = frames.iter().enumerate().filter_map(read).collect();
+    let mut found = vec![None; frames.len()];
     let steps = read.windows(2).map(|w| w[1].1 - w[0].1);
     let Some(period) = median(steps.collect()) else {
         return found;
@@ -111,26 +128,32 @@ fn errors(turns: &[Turns], wheel: usize) -> Vec<Option<Step>> {
         if !(speed.abs() > LEAST_SPIN && (before - behind).abs() < STEADY * speed.abs()) {
             continue;
         }
-        let error = (a2 - a1) / speed - (t2 - t1);
+        let turn = a2 - a1;
+        let error = turn / speed - (t2 - t1);
         if error.abs() < LARGEST * period {
-            found[frame] = Some(Step { error, speed });
+            found[frame] = Some(Step { error, speed, turn });
         }
     }
     found
 }
 
-/// Less the covariance of the errors of a step of one wheel and of the next step of the other, s^2; 0
-/// if it may be chance, `None` of too few.
-fn covariance(a: &[Option<Step>], b: &[Option<Step>]) -> Option<f64> {
+/// Less the covariance of the errors of a step of one wheel and of the step of the other that is the
+/// `lag`th one behind it, s^2, and its standard error; `None` of too few.
+fn covariance(a: &[Option<Step>], b: &[Option<Step>], lag: usize) -> Option<(f64, f64)> {
     let mut products = Vec::new();
     for (one, other) in [(a, b), (b, a)] {
-        let mut last = None;
+        let (mut errors, mut used) = (Vec::<f64>::new(), 0);
         for (one, other) in one.iter().zip(other) {
-            if let (Some(last), Some(next)) = (last, other) {
-                let (last, next): (Step, &Step) = (last, next);
-                products.push(-last.error * next.error);
+            // Each step of the one wheel has one of the other behind it.
+            if let Some(other) = other.filter(|_| errors.len() > used) {
+                let behind = errors
+                    .len()
+                    .checked_sub(lag)
+                    .map(|k| -errors[k] * other.error);
+                products.extend(behind);
+                used = errors.len();
             }
-            last = one.or(last.filter(|_| other.is_none()));
+            errors.extend(one.map(|step| step.error));
         }
     }
     if products.len() < 2 * LEAST_PAIRS {
@@ -138,26 +161,19 @@ fn covariance(a: &[Option<Step>], b: &[Option<Step>]) -> Option<f64> {
     }
     let count = products.len() as f64;
     let mean = products.iter().sum::<f64>() / count;
-    let square = products
-        .iter()
-        .map(|p| (p - mean) * (p - mean))
-        .sum::<f64>()
-        / count;
+    let squares = products.iter().map(|p| (p - mean) * (p - mean));
+    let square = squares.sum::<f64>() / count;
     // Each pair of steps counts twice.
-    let standard_error = (2.0 * square / count).sqrt();
-    Some(if mean > SIGNIFICANT * standard_error {
-        mean
-    } else {
-        0.0
-    })
+    Some((mean, (2.0 * square / count).sqrt()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_estimator::LinkReading;
 
     /// Wheels at 2 rad/s and 100 Hz, with encoders of 20 000 counts, whose stamps err by `sigma`, s.
-    fn turns(sigma: f64) -> Vec<Turns> {
+    fn turns(sigma: f64) -> Vec<SensorFrame> {
         // A linear congruential generator (Knuth), uniform with a variance of 1.
         let mut state = 1_u64;
         let mut random = || {
@@ -170,10 +186,18 @@ mod tests {
         let of = |k: u32| {
             let time = 0.01 * f64::from(k);
             let angle = |start: f64| Some(((start + 2.0 * time) / count).floor() * count);
-            (
-                time + sigma * random(),
-                [angle(0.0), angle(0.31), angle(-0.47)],
-            )
+            let link = LinkReading {
+                inclination: None,
+                rate: None,
+            };
+            SensorFrame {
+                time: time + sigma * random(),
+                wheel_angle: [0.0, 0.31, -0.47].map(angle),
+                motor_torque: [None; 3],
+                link1: link,
+                link2: link,
+                contact_angle: [None; 3],
+            }
         };
         (0..1000).map(of).collect()
     }
@@ -203,10 +227,10 @@ mod tests {
     #[test]
     fn uneven_steps_are_no_jitter() {
         let mut turns = turns(0.0);
-        for (k, (time, angles)) in turns.iter_mut().enumerate() {
+        for (k, frame) in turns.iter_mut().enumerate() {
             let by = 2e-3 * (k as f64).sin();
-            *time += by;
-            *angles = angles.map(|angle| angle.map(|angle| angle + 2.0 * by));
+            frame.time += by;
+            frame.wheel_angle = frame.wheel_angle.map(|angle| Some(angle? + 2.0 * by));
         }
         assert!(Jitter::of(&turns, 20_000.0).sigma < 1e-5);
     }

@@ -1,5 +1,6 @@
 //! A log that is ready to be estimated.
 
+use crate::check::signs_are_lost;
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward};
 use crate::frames::Frames;
@@ -129,7 +130,14 @@ impl Log {
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         let mut frames = Frames::new(plan, survey, mount);
         let fingerprint = fingerprint(&files, &choice)?;
-        let jitter = Jitter::of(&frames.turns(), choice.budget.encoder_counts);
+        let all = frames.all();
+        let jitter = Jitter::of(&all, choice.budget.encoder_counts);
+        if !options.allows_empty && signs_are_lost(&all, &choice.robot.robot) {
+            return Err(LogError::whole(
+                &frames.source(),
+                "all torques touch zero and never pass it, so their signs are lost, and no forces follow from them; allowed: signed currents or torques: log them, or the drivers' direction with them",
+            ));
+        }
         if jitter.exceeds(choice.budget.jitter) {
             let [measured, stated] = [jitter.sigma, choice.budget.jitter].map(|s| 1e3 * s);
             warnings.push(format!(

@@ -55,11 +55,6 @@ impl Reading {
     }
 }
 
-/// The angles of the wheels, rad.
-pub fn wheel_angles(values: &Values) -> [Option<f64>; 3] {
-    [0, 1, 2].map(|i| values[3 * i])
-}
-
 /// The frame of a time (s) and its readings; with a `mount` the links' are made of the body's.
 pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> SensorFrame {
     let wheel = |part: usize| [0, 1, 2].map(|i| values[3 * i + part]);

@@ -68,8 +68,12 @@ pub fn finding(log: &Readings<'_>, longest: f64) -> Option<Finding> {
         return Some(finding.cannot_tell(remedy));
     }
     let finding = finding.with("delay", seconds, "s");
-    if seconds.abs() <= allowed || share < CERTAIN || 1.0 - own < WORSE * (1.0 - share) {
+    if seconds.abs() <= allowed || 1.0 - own < WORSE * (1.0 - share) {
         return Some(finding);
+    }
+    if share < CERTAIN {
+        let remedy = "the pin may be late, by more than this; compare the clocks of both sensors";
+        return Some(finding.cannot_tell(remedy));
     }
     let late = match seconds > 0.0 {
         true => "pin_angle",

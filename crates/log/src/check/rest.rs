@@ -23,6 +23,8 @@ const SMALL_RATE: f64 = 0.05 * DEGREE;
 const SMALL_TORQUE: f64 = 0.02;
 /// Standard errors of a mean, and of a deviation, that count as chance: a false alarm in 16 000.
 const CHANCE: f64 = 4.0;
+/// Fewest readings from which the noise is taken.
+const LEAST_STEPS: usize = 8;
 /// Least figure that is shown in the unit of a channel: less is no noise of a sensor.
 const SHOWN: f64 = 1e-3;
 /// Noise over that of the budget that is a fault.
@@ -74,6 +76,20 @@ impl Recorded {
         }
     }
 
+    /// The mean rate of an angle within a time (s), from its first and its last tenth, and the
+    /// standard deviation.
+    fn turn(&self, time: f64) -> (f64, f64) {
+        let tenth = (self.values.len() / 10).max(1);
+        let ends = [
+            &self.values[..tenth],
+            &self.values[self.values.len() - tenth..],
+        ];
+        let [first, last] = ends.map(|x| mean(x).unwrap_or(f64::NAN));
+        let between = 0.9 * time;
+        let sigma = self.noise * (2.0 / tenth as f64).sqrt();
+        ((last - first) / between, sigma / between)
+    }
+
     /// The finding of a mean that may be up to a limit (SI), which chance widens; `judge` says what
     /// to do about a larger one.
     fn zero(&self, limit: f64, judge: impl Fn(Finding, f64) -> Finding) -> Finding {
@@ -115,8 +131,19 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
-    let of_gyro = |finding: Finding, mean: f64| {
-        finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
+    let of_gyro = |(k, gyro): (usize, &Recorded)| {
+        // Each gyroscope is followed by its inclinometer.
+        let beside = channels.get(k + 1).filter(|x| x.kind == Kind::Inclination);
+        let (turn, sigma) = beside.map_or((0.0, 0.0), |x| x.turn(end as f64 * recording.dt));
+        gyro.zero(rate_zero, |finding, mean| {
+            if (mean - turn).abs() < rate_zero + CHANCE * sigma {
+                let [turn, sigma] = [turn, sigma].map(|x| x / DEGREE);
+                return finding.cannot_tell(format!(
+                    "the inclinometer turns by {turn:.2} +- {sigma:.2} deg/s, as when a robot settles: record some seconds at rest"
+                ));
+            }
+            finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
+        })
     };
     let of_angle = |(k, x): (usize, &Recorded)| {
         let key = match stated.body {
@@ -140,7 +167,11 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
             "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
         ))
     };
-    let mut findings: Vec<Finding> = rates().map(|x| x.zero(rate_zero, of_gyro)).collect();
+    let gyros = channels
+        .iter()
+        .enumerate()
+        .filter(|(_, x)| x.kind == Kind::Rate);
+    let mut findings: Vec<Finding> = gyros.map(of_gyro).collect();
     findings.extend(angles().enumerate().map(of_angle));
     findings.extend(torques().map(|x| x.zero(torque_zero, of_torque)));
     findings.extend(rates().chain(angles()).chain(torques()).map(noise));
@@ -201,12 +232,14 @@ fn noise(x: &Recorded) -> Finding {
     };
     let steps = x.values.windows(2).map(|w| turns(w[1] - w[0]));
     let steps: Vec<f64> = steps.collect();
-    let deviation = rms(&steps) / std::f64::consts::SQRT_2;
+    // That of the quietest third: a robot that settles shakes its sensors.
+    let thirds = steps.chunks_exact((steps.len() / 3).max(LEAST_STEPS).min(steps.len().max(1)));
+    let deviation = thirds.map(rms).fold(f64::INFINITY, f64::min) / std::f64::consts::SQRT_2;
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let (unit, factor) = x.shown_in();
     let finding = Finding::ok(NOISE, &x.name, figure).with("noise", factor * deviation, unit);
-    // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.
-    let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 * x.count()).sqrt());
+    // The standard error of a deviation from n readings is 1/sqrt(2 n) of it; n is a third of them.
+    let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 / 3.0 * x.count()).sqrt());
     // No noise at all is that of an exact sensor.
     let is_quiet = deviation > 1e-9 && deviation * UNIT_RATIO < x.noise;
     if !is_quiet && deviation <= limit.max(SHOWN / factor) {

@@ -1,7 +1,7 @@
 //! Errors of the time stamps, measured by the wheels, and their resolution.
 
 use crate::check::report::Finding;
-use crate::jitter::{Jitter, Turns};
+use crate::jitter::Jitter;
 use robhaz_estimator::SensorFrame;
 
 /// Largest deviation of a step from a whole number of units of the stamps, as a share of the unit.
@@ -16,8 +16,7 @@ const CHANNEL: &str = "time stamps";
 
 /// The errors that the frames show against a stated one (s), and the finding.
 pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (Jitter, Finding) {
-    let turns: Vec<Turns> = frames.iter().map(|f| (f.time, f.wheel_angle)).collect();
-    let jitter = Jitter::of(&turns, counts);
+    let jitter = Jitter::of(frames, counts);
     let [measured, budget] = [jitter.sigma, stated].map(|time| 1e3 * time);
     let unit = resolution(frames);
     let of_unit = unit.map_or(String::new(), |unit| {
@@ -27,8 +26,9 @@ pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (Jitter, Fin
         format!("the stamps err by {measured:.2} ms by the wheels, budget {budget:.2} ms{of_unit}");
     let mut finding = Finding::ok(TEST, CHANNEL, figure);
     if !jitter.is_shown {
-        finding.figure = format!("the wheels do not turn steadily{of_unit}");
-        finding = finding.cannot_tell("record a drive at a steady speed");
+        finding.figure =
+            format!("the wheels do not turn steadily, or by too much between readings{of_unit}");
+        finding = finding.cannot_tell("record a drive at a steady speed, at a higher rate");
     } else if jitter.exceeds(stated.max(ROUNDED)) {
         let finer = if unit.is_some() {
             ", with more digits"

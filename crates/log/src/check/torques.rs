@@ -8,7 +8,7 @@ use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
-use robhaz_model::Units;
+use robhaz_model::{Robot, Units};
 use robhaz_score::signals::median;
 
 /// Number of visits of a reading near zero that shows a lost sign, if no reading of the log is on the
@@ -52,6 +52,12 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
         faults.push(finding.with("above", above, "-").with("below", below, "-"));
     }
     faults
+}
+
+/// Whether all torques are magnitudes, of which no forces follow.
+pub fn signs_are_lost(frames: &[SensorFrame], robot: &Robot) -> bool {
+    let turns = TURNS / Units::of(robot).time;
+    (0..3).all(|i| Torque::of(frames, i, turns).is_magnitude())
 }
 
 fn words([above, below]: [usize; 2]) -> String {
@@ -119,6 +125,16 @@ impl Torque {
         }
     }
 
+    fn has_one_sign(&self) -> bool {
+        let [least, most] = self.range;
+        least >= 0.0 || most <= 0.0
+    }
+
+    /// Whether it touches zero and never passes it.
+    fn is_magnitude(&self) -> bool {
+        self.has_one_sign() && is_on_one_side(self.visits, NEAR)
+    }
+
     /// What is wrong and what to do. `noise` is the stated one, N m.
     fn fault(&self, noise: f64) -> Option<[String; 2]> {
         if let Some(range) = unsigned(&self.values) {
@@ -138,17 +154,14 @@ impl Torque {
             ]);
         }
         let sign = "log the signed current or torque, or the driver's direction with it; the estimators need the sign";
-        let [least, most] = self.range;
-        let has_one_sign = least >= 0.0 || most <= 0.0;
-        let is_on_one_side =
-            |[above, below]: [usize; 2], count| above.min(below) == 0 && above.max(below) >= count;
+        let has_one_sign = self.has_one_sign();
         if has_one_sign && self.zeros >= NEAR {
             return Some([
                 format!("of one sign, and {} times exactly zero", self.zeros),
                 format!("torques of the other sign are cut off: {sign}"),
             ]);
         }
-        if has_one_sign && is_on_one_side(self.visits, NEAR) {
+        if self.is_magnitude() {
             return Some([
                 format!(
                     "{}: it touches zero and never passes it",
@@ -157,7 +170,9 @@ impl Torque {
                 format!("the sign is lost: {sign}"),
             ]);
         }
-        if !has_one_sign && is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) {
+        // Where the torque changes by more than noise between readings, nothing carries it through zero.
+        let is_slow = self.noise < COARSE * noise;
+        if !has_one_sign && is_slow && is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) {
             let visits = words(self.visits_by_speed);
             return Some([
                 format!("{visits} in the direction of the wheel: it never brakes"),
@@ -176,6 +191,11 @@ impl Torque {
             ]
         })
     }
+}
+
+/// Whether visits are on one side of zero alone, and as many as this.
+fn is_on_one_side([above, below]: [usize; 2], count: usize) -> bool {
+    above.min(below) == 0 && above.max(below) >= count
 }
 
 /// Spin speed at each frame, rad/s, over a quarter of a second around it; a NaN where it is not known.
