@@ -1,6 +1,6 @@
 //! Nothing is stated far too exactly: of no log are more than 1 % of the records trusted and off by
 //! more than five of their stated deviations, in N or T of any wheel. A record is trusted without a
-//! flag of [`Flags::UNRELIABLE`].
+//! flag of [`Flags::UNRELIABLE`]; where the torques have another scale, with the weight confirmed.
 //!
 //! `SEEDS=32 cargo test --release -p robhaz --test robhaz check::trusted -- --nocapture` makes the
 //! study with more seeds, and prints each kind of log.
@@ -8,7 +8,7 @@
 use super::common::faults::{Change, change_of};
 use super::common::{Failure, SOFT};
 use rayon::prelude::*;
-use robhaz_estimator::{Estimator, Flags, SensorFrame};
+use robhaz_estimator::{Confirmation, Estimator, Flags, SensorFrame};
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
@@ -54,6 +54,7 @@ fn log(
         // `estimate` measures it.
         settings.budget.jitter = settings.budget.jitter.max(sigma);
     }
+    let of_scale = matches!(change, Some(Change::Each(..)));
     let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
     let (mut records, mut off, mut squares, mut sum) = (0_u32, 0_u32, 0.0, 0.0);
     for (sample, frame) in truth.samples().zip(&frames) {
@@ -74,7 +75,10 @@ fn log(
             squares += of_normal * of_normal / 3.0;
             sum += contact.normal_force / 3.0;
         }
-        let trusted = !estimate.flags.intersects(Flags::UNRELIABLE);
+        // What no flag can show, a scale of all torques, leaves the weight unconfirmed.
+        let scale = estimate.torque_scale.map(|scale| scale.confirmation);
+        let confirmed = scale == Some(Confirmation::Confirmed);
+        let trusted = !estimate.flags.intersects(Flags::UNRELIABLE) && (confirmed || !of_scale);
         records += 1;
         off += u32::from(trusted && farthest > 5.0);
     }

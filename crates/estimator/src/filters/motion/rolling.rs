@@ -20,7 +20,7 @@ pub(crate) struct RollingWheel {
     pub bias_sigma: f64,
     /// Part of the standard deviation of `relative` that the gyroscope's white noise causes, m/s.
     pub noise_sigma: f64,
-    /// Time over which that noise is averaged in `relative`, s.
+    /// Time over which that noise is averaged in `relative`, s; 0 where it is not.
     pub noise_time: f64,
     /// Given contact angle, rad.
     pub angle: f64,
@@ -49,7 +49,12 @@ pub(crate) struct RollingWheel {
 impl RollingWheel {
     /// What is left of the gyroscope's noise in `relative`, at samples every `dt` (s), m/s.
     pub(super) fn noise(&self, dt: f64) -> GaussMarkov {
-        let weight = -libm::expm1(-dt / self.noise_time);
+        let averaged = self.noise_time > 0.0;
+        let weight = if averaged {
+            -libm::expm1(-dt / self.noise_time)
+        } else {
+            1.0
+        };
         let left = robhaz_model::sqrt(weight / (2.0 - weight));
         GaussMarkov::new(self.noise_sigma * left, self.noise_time)
     }

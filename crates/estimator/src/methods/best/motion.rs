@@ -9,6 +9,7 @@ use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
 use crate::nominal::{Instant, Nominal};
+use crate::settings::ContactAngles;
 use crate::statics::Arms;
 use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
 
@@ -141,14 +142,21 @@ impl BestFilters {
         let r = geometry.wheel_radius;
         let across = perp(arms.axles[i]);
         let arm = robhaz_model::sqrt(across.norm_squared());
-        let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
+        // An unknown contact angle follows the gyroscope's noise, the error of a given one does not.
+        let (rate, noise_time) = match self.method.contact_angles {
+            ContactAngles::Given => (link.rate, 0.0),
+            ContactAngles::Unknown => {
+                let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
+                (link.ground_rate, LinkAngleKalman::ground_time(speed))
+            }
+        };
         let read = inputs.encoder[i].angle.age <= Inputs::STALE_AFTER;
         RollingWheel {
-            relative: across * link.ground_rate,
+            relative: across * rate,
             smooth_relative: across * link.smooth_rate,
             bias_sigma: arm * link.rate_bias().1,
             noise_sigma: arm * settings.budget.rate_noise,
-            noise_time: LinkAngleKalman::ground_time(speed),
+            noise_time,
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),
             ratio: (t / n).clamp(-1.0, 1.0),
