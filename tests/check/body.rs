@@ -1,10 +1,11 @@
 //! Faults of an inertial sensor in the body and of the angle of pin Q, at the rates that rovers
 //! have: each is found under the name of its reading, and honest readings have none.
 
-use super::common::Failure;
+use super::common::faults::normal;
+use super::common::{Failure, checked};
 use rayon::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
-use robhaz_log::check::{BodyNoise, Report, Stated, Verdict, check};
+use robhaz_log::check::{Report, Verdict};
 use robhaz_model::{BodyMount, BodyReading, Suspension};
 use robhaz_run::{DrivenPlant, sensor_frame};
 use robhaz_scene::Scene;
@@ -70,20 +71,7 @@ impl Drive {
             };
             (frame.link1, frame.link2) = (link(0), link(1));
         }
-        let settings = self.scene.nominal_settings(&self.scene.estimators[1])?;
-        let stated = Stated {
-            robot: &robot,
-            budget: settings.budget,
-            viscous_damping: settings.viscous_damping,
-            compression: settings.compression,
-            body: Some(BodyNoise {
-                inclination: spec.inclination_noise,
-                rate: spec.rate_noise,
-                pin: spec.pin_noise,
-            }),
-            sides: settings.sides,
-        };
-        Ok(check(&frames, &stated))
+        checked(&self.scene, true, &frames)
     }
 }
 
@@ -118,18 +106,7 @@ const SPIKES: (&str, Fault) = ("wiper", |x, k, _| {
 });
 
 fn change(body: &mut [BodyReading], part: Part, fault: Fault) {
-    // A fixed sequence with the standard deviation 1: sums of twelve uniform numbers.
-    let mut state = 1_u64;
-    let mut random = || {
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
-        }
-        sum
-    };
+    let mut random = normal();
     for (k, reading) in body.iter_mut().enumerate() {
         let value = part(reading);
         *value = value.map(|x| fault(x, k, random()));

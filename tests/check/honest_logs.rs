@@ -4,9 +4,9 @@
 //! `cargo test --release -p robhaz --test robhaz check::honest_logs:: -- --ignored --nocapture`
 //! runs 2 400 logs and prints each alarm.
 
-use super::common::{Failure, SOFT, readings_of, report, scene};
+use super::common::{Failure, SOFT, checked, readings_of, report, scene};
 use rayon::prelude::*;
-use robhaz_log::check::{Report, Stated, Verdict, check};
+use robhaz_log::check::{Report, Verdict};
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
@@ -58,7 +58,12 @@ fn logs(first_seed: u64) -> Vec<Log> {
 }
 
 /// What `check` says of a log.
-fn checked(name: &str, overrides: &[&str], truth: &[Truth], log: &Log) -> Result<Report, Failure> {
+fn report_of(
+    name: &str,
+    overrides: &[&str],
+    truth: &[Truth],
+    log: &Log,
+) -> Result<Report, Failure> {
     let grade = format!("sensors.grade={}", log.grade);
     let scene = scene(name, &[overrides, &[&grade]].concat())?;
     let of_log = truth.iter().step_by(log.stride);
@@ -110,7 +115,7 @@ fn add_drive(
     let truth: Vec<Truth> = truth.samples().copied().collect();
     let reports: Vec<Report> = logs
         .par_iter()
-        .map(|log| checked(name, &overrides, &truth, log))
+        .map(|log| report_of(name, &overrides, &truth, log))
         .collect::<Result<_, Failure>>()?;
     for (log, report) in logs.iter().zip(&reports) {
         let what = format!(
@@ -238,16 +243,7 @@ fn short_logs_have_no_delay() -> Result<(), Failure> {
 fn quiet_readings_on_an_edge_have_no_fault() -> Result<(), Failure> {
     let quiet = scene("step", &["record.duration=6", "engine.kind=rapier"])?;
     let frames = readings_of(&quiet, TruthRun::of(&quiet)?.samples(), 0);
-    let settings = quiet.nominal_settings(&quiet.estimators[0])?;
-    let stated = Stated {
-        robot: &quiet.nominal_robot()?,
-        budget: settings.budget,
-        viscous_damping: settings.viscous_damping,
-        compression: settings.compression,
-        body: None,
-        sides: settings.sides,
-    };
-    let report = check(&frames, &stated);
+    let report = checked(&quiet, false, &frames)?;
     let mut wiring = report.faults().filter(|f| f.test == "wheels and links");
     assert!(wiring.next().is_none(), "{report:?}");
     Ok(())

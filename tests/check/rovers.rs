@@ -1,9 +1,9 @@
 //! Logs of rovers, whose axles have unequal distances: the ground that all wheels pass tells signs,
 //! direction and distance, also of an inertial sensor in the body and the angle of pin Q.
 
-use super::common::{Failure, report};
+use super::common::{Failure, checked, report};
 use robhaz_estimator::SensorFrame;
-use robhaz_log::check::{BodyNoise, Report, Stated, Verdict, check};
+use robhaz_log::check::{Report, Verdict};
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
@@ -33,24 +33,6 @@ fn drive(rover: &str, imu: &str, speed: f64) -> Result<(Scene, Vec<SensorFrame>)
         frames.push(sensor_frame(&sensors.read(&truth)));
     }
     Ok((scene, frames))
-}
-
-fn of_body(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
-    let settings = scene.nominal_settings(&scene.estimators[0])?;
-    let spec = &scene.sensors.spec;
-    let stated = Stated {
-        robot: &scene.nominal_robot()?,
-        budget: settings.budget,
-        viscous_damping: settings.viscous_damping,
-        compression: settings.compression,
-        body: Some(BodyNoise {
-            inclination: spec.inclination_noise,
-            rate: spec.rate_noise,
-            pin: spec.pin_noise,
-        }),
-        sides: settings.sides,
-    };
-    Ok(check(frames, &stated))
 }
 
 /// Remedies of all faults.
@@ -112,7 +94,7 @@ fn the_ground_tells_signs_and_direction() -> Result<(), Failure> {
 
     for (rover, body, speed) in [("open-source-rover", 1, 0.2), ("curiosity", 0, 0.25)] {
         let (scene, frames) = drive(rover, "body", speed)?;
-        let honest = of_body(&scene, &changed(&frames, |_| ()))?;
+        let honest = checked(&scene, true, &changed(&frames, |_| ()))?;
         assert_eq!(faults(&honest), Vec::<String>::new(), "{rover}");
         let pin = changed(&frames, |f| {
             let [body, other] = match body {
@@ -129,7 +111,7 @@ fn the_ground_tells_signs_and_direction() -> Result<(), Failure> {
                 _ => f.link1 = turned,
             }
         });
-        let report = of_body(&scene, &pin)?;
+        let report = checked(&scene, true, &pin)?;
         let found = faults(&report);
         assert!(
             found

@@ -3,7 +3,7 @@
 pub mod faults;
 
 use robhaz_estimator::SensorFrame;
-use robhaz_log::check::{Report, Stated, check};
+use robhaz_log::check::{BodyNoise, Report, Stated, check};
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
@@ -48,16 +48,27 @@ pub fn readings_of<'a>(
 /// What `check` says of frames with what a scene states, without contact angles: no robot knows
 /// them.
 pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
-    let settings = scene.nominal_settings(&scene.estimators[0])?;
     let mut frames = frames.to_vec();
     frames.iter_mut().for_each(|f| f.contact_angle = [None; 3]);
+    checked(scene, false, &frames)
+}
+
+/// The same of frames as they are, whose links' readings may be made of sensors of the body.
+pub fn checked(scene: &Scene, of_body: bool, frames: &[SensorFrame]) -> Result<Report, Failure> {
+    let best = scene.estimators.last().ok_or("no estimator")?;
+    let settings = scene.nominal_settings(best)?;
+    let spec = &scene.sensors.spec;
     let stated = Stated {
         robot: &scene.nominal_robot()?,
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
         compression: settings.compression,
-        body: None,
+        body: of_body.then_some(BodyNoise {
+            inclination: spec.inclination_noise,
+            rate: spec.rate_noise,
+            pin: spec.pin_noise,
+        }),
         sides: settings.sides,
     };
-    Ok(check(&frames, &stated))
+    Ok(check(frames, &stated))
 }

@@ -10,106 +10,98 @@ use robhaz_estimator::SensorFrame;
 const TEST: &str = "values";
 const EMPTY: &str =
     "not measured, or not recorded: no estimator works without it, and no other test uses it";
-const CABLE: &str = "check cable and driver, and whether";
-const UNUSED: &str = " is its column; no other test uses it";
-
-/// The findings, each with the change that takes its channel out of the log.
+/// The findings, each with the channel that it takes out of the log: of a reading of the body or of
+/// pin Q one that is made of it.
 pub fn findings(
     frames: &[SensorFrame],
     stated: &Stated<'_>,
     driving: &[[bool; 3]],
 ) -> Vec<(Channel, Finding)> {
-    let is_made = |channel: &Channel| {
-        stated.body.is_some() && matches!(channel, Channel::Gyro(_) | Channel::Inclinometer(_))
-    };
-    let channels = Channel::ALL.into_iter().filter(|c| !is_made(c));
-    let found = channels.filter_map(|channel| {
-        let finding = of_channel(frames, stated, driving, channel)?;
-        Some((channel, finding.change([Change::Remove(channel)])))
-    });
-    found.chain(of_body(frames, stated, driving)).collect()
-}
-
-/// Those of the body and of pin Q, with a channel that is made of them.
-fn of_body(
-    frames: &[SensorFrame],
-    stated: &Stated<'_>,
-    driving: &[[bool; 3]],
-) -> Vec<(Channel, Finding)> {
-    if stated.body.is_none() {
-        return Vec::new();
-    }
     let mut found: Vec<(Channel, Finding)> = Vec::new();
-    for channel in Recorded::of_frames(frames, stated) {
-        let made = match channel.kind {
-            Kind::Torque => continue,
-            Kind::Rate => Channel::Gyro(0),
-            Kind::Inclination | Kind::Pin => Channel::Inclinometer(0),
-        };
+    for reading in readings(frames, stated) {
         // Without the inclination of the body neither link has one, whatever pin Q reads.
-        if channel.kind == Kind::Pin && found.iter().any(|(c, _)| *c == made) {
-            continue;
+        let is_made = |(channel, _): &(Channel, Finding)| *channel == reading.channel;
+        if !found.iter().any(is_made)
+            && let Some(finding) = reading.finding(driving)
+        {
+            let removed = Change::Remove(reading.channel);
+            found.push((reading.channel, finding.change([removed])));
         }
-        let (name, count) = (&channel.name, frames.len());
-        let mut values = channel.values.iter().filter(|v| !v.is_nan());
-        let finding = match values.next() {
-            None => Finding::ok(TEST, name, format!("{name} has no value in {count} frames"))
-                .fault(EMPTY),
-            Some(first)
-                if channel.noise > 0.0
-                    && values.all(|v| (v - first).abs() <= ROUNDING)
-                    && driving.iter().any(|turns| turning(turns, None) >= 2) =>
-            {
-                let figure =
-                    format!("{name} is {first} in all of {count} frames while wheels turn");
-                let remedy = format!("not measured: {CABLE} what this sensor writes{UNUSED}");
-                Finding::ok(TEST, name, figure).fault(remedy)
-            }
-            Some(_) => continue,
-        };
-        found.push((made, finding));
     }
     found
 }
 
-/// Number of wheels that turn, beside the own one of an encoder.
-fn turning(turns: &[bool; 3], own: Option<usize>) -> usize {
-    (0..3).filter(|i| Some(*i) != own && turns[*i]).count()
+/// A reading as it was recorded.
+struct Reading {
+    channel: Channel,
+    /// Its channel in a finding, and its name in the log.
+    shown: String,
+    name: String,
+    values: Vec<f64>,
+    /// Whether it is of an exact sensor, which may be constant.
+    may_rest: bool,
+    /// What may have been recorded in its place.
+    what: &'static str,
 }
 
-fn of_channel(
-    frames: &[SensorFrame],
-    stated: &Stated<'_>,
-    driving: &[[bool; 3]],
-    channel: Channel,
-) -> Option<Finding> {
-    let (count, reading) = (frames.len(), channel.reading());
-    let mut values = frames.iter().filter_map(|f| channel.value(f));
-    let Some(first) = values.next() else {
-        let figure = format!("{reading} has no value in {count} frames");
-        return Some(Finding::ok(TEST, channel, figure).fault(EMPTY));
-    };
-    let is_constant = values.all(|value| value.to_bits() == first.to_bits());
-    // An exact sensor may be constant.
-    let may_be = channel.noise(&stated.budget) <= 0.0 && !matches!(channel, Channel::Encoder(_));
-    if !is_constant || may_be {
-        return None;
-    }
-    let own = match channel {
-        Channel::Encoder(i) => Some(i),
-        _ => None,
-    };
-    let drives = driving.iter().any(|turns| turning(turns, own) >= 2);
-    let figure = format!("{reading} is {first} in all of {count} frames while wheels turn");
-    let remedy = format!(
-        "not measured: {CABLE} {}{UNUSED}",
-        match channel {
-            Channel::Torque(_) => "what the drive states as effort or current",
-            Channel::Encoder(_) => "what turns with the wheel",
-            _ => "what the sensor of this link writes",
+/// The readings of a log: of encoders, and those of [`Recorded::of_frames`].
+fn readings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Reading> {
+    let encoder = |i: usize| {
+        let channel = Channel::Encoder(i);
+        let value = |f: &SensorFrame| channel.value(f).unwrap_or(f64::NAN);
+        Reading {
+            channel,
+            shown: channel.to_string(),
+            name: channel.reading(),
+            values: frames.iter().map(value).collect(),
+            may_rest: false,
+            what: "what turns with the wheel",
         }
-    );
-    drives.then(|| Finding::ok(TEST, channel, figure).fault(remedy))
+    };
+    let other = |recorded: Recorded| {
+        let own = Channel::ALL
+            .into_iter()
+            .find(|c| c.to_string() == recorded.name);
+        let channel = own.unwrap_or(match recorded.kind {
+            Kind::Rate => Channel::Gyro(0),
+            _ => Channel::Inclinometer(0),
+        });
+        Reading {
+            channel,
+            name: own.map_or_else(|| recorded.name.clone(), Channel::reading),
+            shown: recorded.name,
+            values: recorded.values,
+            may_rest: recorded.noise <= 0.0,
+            what: match recorded.kind {
+                Kind::Torque => "what the drive states as effort or current",
+                _ => "what this sensor writes",
+            },
+        }
+    };
+    let others = Recorded::of_frames(frames, stated).into_iter().map(other);
+    (0..3).map(encoder).chain(others).collect()
+}
+
+impl Reading {
+    fn finding(&self, driving: &[[bool; 3]]) -> Option<Finding> {
+        let (name, count) = (&self.name, self.values.len());
+        let mut values = self.values.iter().filter(|v| !v.is_nan());
+        let Some(first) = values.next() else {
+            let figure = format!("{name} has no value in {count} frames");
+            return Some(Finding::ok(TEST, &self.shown, figure).fault(EMPTY));
+        };
+        let own = |i: usize| self.channel == Channel::Encoder(i);
+        let turns = |turns: &[bool; 3]| (0..3).filter(|i| !own(*i) && turns[*i]).count() >= 2;
+        // Readings of the body follow from those of the links, with rounding.
+        let is_constant = values.all(|v| (v - first).abs() <= ROUNDING);
+        (is_constant && !self.may_rest && driving.iter().any(turns)).then(|| {
+            let figure = format!("{name} is {first} in all of {count} frames while wheels turn");
+            Finding::ok(TEST, &self.shown, figure).fault(format!(
+                "not measured: check cable and driver, and whether {} is its column; no other test uses it",
+                self.what
+            ))
+        })
+    }
 }
 
 /// The kinds of channels that are dead.
