@@ -10,7 +10,7 @@
 //! | channels | gyroscope, given contact angle, the other wheels' encoders |
 
 use super::filter::{CONTACT_ANGLE, MotionFilter, PENETRATION, VELOCITY};
-use super::measurement::Measurement;
+use super::measurement::{Expected, Measurement};
 use super::rolling::Sample;
 use super::tuning::{self, GaussMarkov};
 use crate::contact::ContactVelocity;
@@ -93,9 +93,8 @@ impl MotionFilter {
 
         let mut measurement = self.direction(sample, None);
         let mut expected = self.expect(&measurement);
-        let found = expected.innovation;
-        let away = velocity.away * velocity.away;
-        if correct && !given && away > SIGNIFICANT * SIGNIFICANT * found.variance {
+        let found = self.away(i, &velocity, &measurement, &expected);
+        if correct && !given && found.nis() > SIGNIFICANT * SIGNIFICANT {
             self.meet_edge(i, &velocity);
             measurement.doubt = self.doubt_of_rolling(dt);
             expected = self.expect(&measurement);
@@ -112,6 +111,24 @@ impl MotionFilter {
             *angle = angle.clamp(-tuning::STEEPEST, tuning::STEEPEST);
         }
         found
+    }
+
+    /// The speed away from the ground as the contact states and health judge it: with any speed of
+    /// penetration that the ground may cause, not the estimated one, which follows each sample.
+    fn away(
+        &self,
+        i: usize,
+        velocity: &ContactVelocity,
+        measurement: &Measurement<4, 3>,
+        expected: &Expected,
+    ) -> Innovation {
+        let stationary = self.penetration_process().sigma;
+        Innovation {
+            value: -velocity.away,
+            variance: self.variance_without(expected, PENETRATION + i)
+                + measurement.at_once()
+                + stationary * stationary,
+        }
     }
 
     /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.

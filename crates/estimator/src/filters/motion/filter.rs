@@ -155,6 +155,13 @@ impl MotionFilter {
         self.speed().max(tuning::REFERENCE_SPEED) / tuning::REFERENCE_SPEED
     }
 
+    /// The process of the speeds of penetration: loads change along the ground.
+    pub(super) fn penetration_process(&self) -> GaussMarkov {
+        let least = tuning::LEAST_SPEED / tuning::REFERENCE_SPEED;
+        let speed = (self.speed() / tuning::REFERENCE_SPEED).max(least);
+        tuning::PENETRATION_SPEED.at_speed(speed)
+    }
+
     /// Amount of the velocity of Q, m/s.
     fn speed(&self) -> f64 {
         robhaz_model::sqrt(self.velocity().norm_squared())
@@ -177,10 +184,7 @@ impl MotionFilter {
         // Factors over the step: `exp(-dt/time)`.
         let keep = libm::exp(-dt / acceleration.time);
         let keep_angle = self.angle_decay(budget, dt);
-        // Loads change along the ground.
-        let least = tuning::LEAST_SPEED / tuning::REFERENCE_SPEED;
-        let speed = (self.speed() / tuning::REFERENCE_SPEED).max(least);
-        let penetration = tuning::PENETRATION_SPEED.at_speed(speed);
+        let penetration = self.penetration_process();
         let keep_penetration = libm::exp(-dt / penetration.time);
         self.propagate(dt, keep_penetration, keep, keep_angle);
         if self.angles == ContactAngles::Unknown {

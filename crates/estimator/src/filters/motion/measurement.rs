@@ -38,7 +38,7 @@ pub(super) struct Expected {
 
 impl<const K: usize, const L: usize> Measurement<K, L> {
     /// Variance of its error at one sample.
-    fn at_once(&self) -> f64 {
+    pub(super) fn at_once(&self) -> f64 {
         let lasting = self.lasting.iter().map(|error| error.sigma * error.sigma);
         self.white + lasting.sum::<f64>()
     }
@@ -64,6 +64,12 @@ impl MotionFilter {
             },
             projection,
         }
+    }
+
+    /// Variance of a predicted measurement by the states without `state`, whose derivative is 1.
+    pub(super) fn variance_without(&self, expected: &Expected, state: usize) -> f64 {
+        let Expected { projection, .. } = expected;
+        projection.variance - 2.0 * projection.ph[state] + self.filter.p[state][state]
     }
 
     /// Corrects the states by a measurement, `dt` seconds after the last of its kind; all but the
