@@ -28,7 +28,7 @@ impl MotionFilter {
 
     /// The measurement of one wheel. Without `of_angle` its row does not contain the contact angle,
     /// whose error is then one of the measurement, as the `budget` has it.
-    fn direction(&self, sample: &Sample<'_>, budget: Option<&NoiseBudget>) -> Measurement<4, 3> {
+    fn direction(&self, sample: &Sample<'_>, budget: Option<&NoiseBudget>) -> Measurement<4, 4> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
         let speed = velocity.smooth_speed;
         let (of_angle, unknown) = match budget {
@@ -41,11 +41,17 @@ impl MotionFilter {
                 )
             }
         };
+        // An unknown angle follows the wheel within the time of the penetration, which is a state then.
+        let process = self.penetration_process();
+        let (derivative, penetration) = match self.angles {
+            ContactAngles::Given => (0.0, process),
+            ContactAngles::Unknown => (1.0, GaussMarkov::new(0.0, process.time)),
+        };
         Measurement {
             row: [
                 (VELOCITY, -velocity.direction.y),
                 (VELOCITY + 1, velocity.direction.x),
-                (PENETRATION + i, 1.0),
+                (PENETRATION + i, derivative),
                 (CONTACT_ANGLE + i, of_angle),
             ],
             innovation: -velocity.away - self.filter.x[PENETRATION + i],
@@ -53,6 +59,7 @@ impl MotionFilter {
             lasting: [
                 wheel.noise(sample.dt),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
+                penetration,
                 unknown,
             ],
             doubt: self.doubt_of_rolling(sample.dt),
@@ -119,9 +126,12 @@ impl MotionFilter {
         &self,
         i: usize,
         velocity: &ContactVelocity,
-        measurement: &Measurement<4, 3>,
+        measurement: &Measurement<4, 4>,
         expected: &Expected,
     ) -> Innovation {
+        if self.angles == ContactAngles::Given {
+            return expected.innovation;
+        }
         let stationary = self.penetration_process().sigma;
         Innovation {
             value: -velocity.away,
