@@ -268,7 +268,7 @@ PAGES = {
                      [Tests(TRUTH, "check::study::", ignored=True, SEEDS="{seeds}")]),
     "false-alarms": ("False alarms of `robhaz check` and of the estimators' health",
                      "of the logs from 5000 on; of the health 0 to {last}", 100,
-                     [Tests(TRUTH, "check::honest_logs::", ignored=True, SCENE="smooth"), Tests(TRUTH, "check::health::", ignored=True, SEEDS="{seeds}")]),
+                     [Tests(TRUTH, "check::honest_logs::", ignored=True), Tests(TRUTH, "check::health::", ignored=True, SEEDS="{seeds}")]),
     "fault-times": ("Time until a fault is reported: runs within 5 s / ever / all; median and last, s of driving", "0 to {last}", 20,
                     [Tests(TRUTH, "check::fault_times::", ignored=True, SEEDS="{seeds}")]),
     "rates": ("Errors over the sampling rate", "0 to {last}", 5, [Rates()]),

@@ -3,6 +3,9 @@
 //! A step of an angle is a jump if no torque explains it: it differs from the step at the speeds before
 //! and behind it by more than a wheel can be stopped or spun within that time. Further tests see the
 //! angles without their jumps.
+//!
+//! The estimators' own gate is narrower: it trusts unit and torques of the readings, which are still to
+//! be checked here, and it knows nothing of the steps behind.
 
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
