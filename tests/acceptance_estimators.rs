@@ -324,7 +324,7 @@ fn gear_friction_is_not_estimated_at_standstill() {
             for sample in truth.samples() {
                 last = observers.observe(sample).1[0].as_ref().ok().copied();
             }
-            let (found, sigma) = last.unwrap().reading_errors.unwrap().gear_friction;
+            let (found, sigma) = last.unwrap().kalman.unwrap().reading_errors.gear_friction;
             let prior = scene.noise_budget().unwrap().gear_friction;
             assert!(sigma > 0.99 * prior, "{name}, seed {seed}: {sigma}");
             assert!(found.abs() < 0.01, "{name}, seed {seed}: {found} ± {sigma}");

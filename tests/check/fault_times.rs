@@ -44,7 +44,11 @@ fn reported(
     for frame in frames {
         let is_reported = match estimator.update(frame) {
             Ok(estimate) => {
-                let faulty = estimate.health.ok_or("best states its health")?.faulty;
+                let faulty = estimate
+                    .kalman
+                    .ok_or("best states its health")?
+                    .health
+                    .faulty;
                 faulty.contains(channels) || estimate.flags.contains(Flags::SENSOR_ABSURD)
             }
             Err(EstimateError::Linkage(_)) => true,

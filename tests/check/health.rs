@@ -41,7 +41,7 @@ fn run(scene: &Scene, estimator: usize, frames: &[SensorFrame]) -> Result<Raised
             }
             Err(_) => continue,
         };
-        let health = estimate.health.ok_or("best states its health")?;
+        let health = estimate.kalman.ok_or("best states its health")?.health;
         let tests = health.encoder.iter().chain(&health.slip);
         let tests = tests.chain(&health.direction).chain(&health.inclination);
         let largest = tests.chain([&health.parity]);

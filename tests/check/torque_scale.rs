@@ -40,10 +40,10 @@ fn estimate(
     let (mut within, mut shown) = (0.0, 0.0);
     for (frame, true_sample) in frames.iter().zip(truth.samples()) {
         let estimate = estimator.update(frame)?;
-        scale = estimate.torque_scale;
+        scale = estimate.kalman.and_then(|k| k.torque_scale);
         alarm |= estimate
-            .health
-            .is_some_and(|h| h.faulty.contains(Channels::TORQUE_SCALE));
+            .kalman
+            .is_some_and(|k| k.health.faulty.contains(Channels::TORQUE_SCALE));
         if frame.time < 2.0 {
             continue;
         }
@@ -191,14 +191,14 @@ fn count(
     let (mut sigmas, mut forces) = (0.0, 0.0);
     for (frame, true_sample) in frames.iter().zip(truth.samples()) {
         let estimate = estimator.update(frame)?;
-        let faulty = estimate.health.is_some_and(|h| !h.faulty.is_empty());
+        let faulty = estimate.kalman.is_some_and(|k| !k.health.faulty.is_empty());
         let alarm = estimate
-            .health
-            .is_some_and(|h| h.faulty.contains(Channels::TORQUE_SCALE));
+            .kalman
+            .is_some_and(|k| k.health.faulty.contains(Channels::TORQUE_SCALE));
         if alarm && count.alarm.is_none() {
             count.alarm = Some(frame.time);
         }
-        count.scale = estimate.torque_scale;
+        count.scale = estimate.kalman.and_then(|k| k.torque_scale);
         if frame.time < 2.0 {
             continue;
         }
@@ -208,8 +208,7 @@ fn count(
             Flags::OUT_OF_RANGE,
             Flags::CONTRADICTION,
         ];
-        let confirmed =
-            estimate.torque_scale.map(|s| s.confirmation) == Some(Confirmation::Confirmed);
+        let confirmed = count.scale.map(|s| s.confirmation) == Some(Confirmation::Confirmed);
         let trusted = confirmed && !faulty && !warned.iter().any(|f| estimate.flags.contains(*f));
         count.trusted += 3 * u32::from(trusted);
         let mut off = 0.0_f64;

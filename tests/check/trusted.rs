@@ -76,7 +76,8 @@ fn log(
             sum += contact.normal_force / 3.0;
         }
         // What no flag can show, a scale of all torques, leaves the weight unconfirmed.
-        let scale = estimate.torque_scale.map(|scale| scale.confirmation);
+        let scale = estimate.kalman.and_then(|k| k.torque_scale);
+        let scale = scale.map(|scale| scale.confirmation);
         let confirmed = scale == Some(Confirmation::Confirmed);
         let trusted = !estimate.flags.intersects(Flags::UNRELIABLE) && (confirmed || !of_scale);
         records += 1;

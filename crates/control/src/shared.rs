@@ -241,7 +241,7 @@ impl Motion {
 /// Whether the estimate says that a wheel slides, or that the wheels spin in place.
 fn slides(estimate: Option<&Estimate>) -> bool {
     estimate.is_some_and(|e| {
-        let contacts = e.contact.iter().flatten();
+        let contacts = e.kalman.iter().flat_map(|k| &k.contact);
         e.flags.contains(Flags::SPINS_IN_PLACE) || contacts.into_iter().any(|c| c.sliding)
     })
 }

@@ -2,7 +2,7 @@
 //! in which one tuning holds for all, and estimates back.
 
 use crate::contact::ContactEstimate;
-use crate::estimate::{Estimate, Parity, ReadingErrors};
+use crate::estimate::{Estimate, KalmanReport, Parity, ReadingErrors};
 use crate::frame::{LinkReading, SensorFrame};
 use crate::friction::{SlipEvent, WheelFriction};
 use crate::ground::GroundPoint;
@@ -146,29 +146,21 @@ pub(crate) fn frame_in(units: &Units, frame: &SensorFrame) -> SensorFrame {
 
 /// Puts an estimate into SI, of the readings `at` a time, s.
 pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, at: f64) {
-    let (length, force, torque) = (units.length, units.force(), units.torque());
+    let (length, force) = (units.length, units.force());
     estimate.scale_forces(force, 0.0);
     let Estimate {
         time,
         // Scaled above.
         normal_force: _,
         traction: _,
-        covariance: _,
         pin_force: _,
         residual,
         // Angles.
         contact_angle: _,
-        contact_angle_sigma: _,
         posture: _,
-        angle_sigma: _,
         pin_from_q,
         parity,
-        reading_errors,
-        contact,
-        friction,
-        // Ratios and flags.
-        health: _,
-        torque_scale: _,
+        kalman,
         flags: _,
     } = estimate;
     *time = at;
@@ -182,7 +174,26 @@ pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, at: f64) {
     if let Some(Parity { value, sigma }) = parity {
         (*value, *sigma) = (*value * force, *sigma * force);
     }
-    for wheel in contact.iter_mut().flatten() {
+    if let Some(report) = kalman {
+        report_out(units, report);
+    }
+}
+
+fn report_out(units: &Units, report: &mut KalmanReport) {
+    let KalmanReport {
+        // Scaled with the forces.
+        covariance: _,
+        // Angles.
+        contact_angle_sigma: _,
+        angle_sigma: _,
+        reading_errors,
+        contact,
+        friction,
+        // Ratios and flags.
+        health: _,
+        torque_scale: _,
+    } = report;
+    for wheel in contact {
         let ContactEstimate {
             state: _,
             sliding: _,
@@ -190,22 +201,21 @@ pub(crate) fn estimate_out(units: &Units, estimate: &mut Estimate, at: f64) {
         } = wheel;
         *slip *= units.speed();
     }
-    for wheel in friction.iter_mut().flatten() {
+    for wheel in friction {
         friction_out(units, wheel);
     }
-    if let Some(errors) = reading_errors {
-        let ReadingErrors {
-            torque_offset,
-            gear_friction,
-            contact_angle: _,
-            rate_bias,
-        } = errors;
-        for (value, sigma) in torque_offset.iter_mut().chain([gear_friction]) {
-            (*value, *sigma) = (*value * torque, *sigma * torque);
-        }
-        for (value, sigma) in rate_bias {
-            (*value, *sigma) = (*value / units.time, *sigma / units.time);
-        }
+    let ReadingErrors {
+        torque_offset,
+        gear_friction,
+        contact_angle: _,
+        rate_bias,
+    } = reading_errors;
+    let torque = units.torque();
+    for (value, sigma) in torque_offset.iter_mut().chain([gear_friction]) {
+        (*value, *sigma) = (*value * torque, *sigma * torque);
+    }
+    for (value, sigma) in rate_bias {
+        (*value, *sigma) = (*value / units.time, *sigma / units.time);
     }
 }
 

@@ -16,18 +16,11 @@ pub struct Estimate {
     pub normal_force: [f64; 3],
     /// Traction T of each wheel, N, driving forward positive.
     pub traction: [f64; 3],
-    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which state
-    /// none.
-    pub covariance: Option<[[f64; 6]; 6]>,
     /// Contact angle gamma of each wheel, rad: given (the paper's methods), given minus its
     /// estimated error, or estimated.
     pub contact_angle: [f64; 3],
-    /// Standard deviation of the contact angles, rad. `None` from the paper's filters.
-    pub contact_angle_sigma: Option<[f64; 3]>,
     /// Angles of the four bars, rad (Fig. 5).
     pub posture: Posture,
-    /// Standard deviation of the angles of links 1 and 2, rad; `None` from the paper's filter.
-    pub angle_sigma: Option<[f64; 2]>,
     /// Positions of P, Q, R, S relative to Q in world axes, m (Fig. 5).
     pub pin_from_q: [Vec2; 4],
     /// Forces in P, Q, R, S on the first bar of [`robhaz_model::Pin::bars`], N.
@@ -38,20 +31,32 @@ pub struct Estimate {
     /// Parity residual of eq. (8), before it corrects any state; `None` where the contacts leave it
     /// undefined.
     pub parity: Option<Parity>,
-    /// Estimated errors of the readings; `None` from the paper's filters.
-    pub reading_errors: Option<ReadingErrors>,
-    /// Contact state of each wheel; `None` from the paper's filters.
-    pub contact: Option<[ContactEstimate; 3]>,
-    /// Friction that each wheel needs, and what is known of the ground; `None` from the paper's
-    /// filters. Its T/N can differ from that of `traction` and `normal_force`: it takes the slope
-    /// from the memory of the ground, too.
-    pub friction: Option<[WheelFriction; 3]>,
-    /// Whether the readings agree with each other; `None` from the paper's filters.
-    pub health: Option<Health>,
-    /// The torques against the weight; `None` from the paper's filters, and of one side of two.
-    pub torque_scale: Option<TorqueScale>,
+    /// What Kalman filters state beside the forces; `None` from the paper's filters.
+    pub kalman: Option<KalmanReport>,
     /// Warnings.
     pub flags: Flags,
+}
+
+/// What Kalman filters state beside the forces of one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KalmanReport {
+    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2.
+    pub covariance: [[f64; 6]; 6],
+    /// Standard deviation of the contact angles, rad.
+    pub contact_angle_sigma: [f64; 3],
+    /// Standard deviation of the angles of links 1 and 2, rad.
+    pub angle_sigma: [f64; 2],
+    /// Estimated errors of the readings.
+    pub reading_errors: ReadingErrors,
+    /// Contact state of each wheel.
+    pub contact: [ContactEstimate; 3],
+    /// Friction that each wheel needs, and what is known of the ground. Its T/N can differ from that
+    /// of `traction` and `normal_force`: it takes the slope from the estimated terrain, too.
+    pub friction: [WheelFriction; 3],
+    /// Whether the readings agree with each other.
+    pub health: Health,
+    /// The torques against the weight; `None` of one side of two.
+    pub torque_scale: Option<TorqueScale>,
 }
 
 impl Estimate {
@@ -77,10 +82,10 @@ impl Estimate {
         }
         let ([t1, t2, t3], [n1, n2, n3]) = (self.traction, self.normal_force);
         let common = [t1, n1, t2, n2, t3, n3].map(|force| deviation * force);
-        let Some(covariance) = &mut self.covariance else {
+        let Some(report) = &mut self.kalman else {
             return;
         };
-        for (row, a) in covariance.iter_mut().zip(common) {
+        for (row, a) in report.covariance.iter_mut().zip(common) {
             for (entry, b) in row.iter_mut().zip(common) {
                 *entry = *entry * (factor * factor) + a * b;
             }
@@ -88,7 +93,7 @@ impl Estimate {
     }
 
     fn sigma(&self, k: usize) -> Option<f64> {
-        let variance = self.covariance.as_ref()?.get(k)?.get(k)?;
+        let variance = self.kalman.as_ref()?.covariance.get(k)?.get(k)?;
         Some(robhaz_model::sqrt(variance.max(0.0)))
     }
 }
@@ -111,7 +116,7 @@ impl Parity {
 }
 
 /// Errors of the readings as `best` estimates them: pairs of value and standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadingErrors {
     /// Offsets of the torque readings, N m.
     pub torque_offset: [(f64, f64); 3],

@@ -73,7 +73,7 @@ mod testing;
 mod torque_scale;
 
 pub use contact::{ContactEstimate, ContactState};
-pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
+pub use estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::{Channels, Flags};
 pub use frame::{LinkReading, SensorFrame};

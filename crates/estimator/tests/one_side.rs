@@ -181,11 +181,11 @@ fn drive(sides: Sides, push: f64, truth: impl Fn(f64) -> [f64; 3]) -> Result {
             contact_angle: [None; 3],
         };
         let estimate = estimator.update(&frame).unwrap();
-        faulty |= estimate.health.unwrap().faulty;
+        faulty |= estimate.kalman.unwrap().health.faulty;
         if time < 4.0 {
             continue;
         }
-        let covariance = estimate.covariance.unwrap();
+        let covariance = estimate.kalman.unwrap().covariance;
         for (i, expected) in truth(traction).into_iter().enumerate() {
             let error = estimate.normal_force[i] - expected;
             let variance = covariance[2 * i + 1][2 * i + 1];
@@ -194,7 +194,7 @@ fn drive(sides: Sides, push: f64, truth: impl Fn(f64) -> [f64; 3]) -> Result {
             within += f64::from(u8::from(error * error < 4.0 * variance));
             count += 1.0;
         }
-        for (value, sigma) in estimate.reading_errors.unwrap().torque_offset {
+        for (value, sigma) in estimate.kalman.unwrap().reading_errors.torque_offset {
             offset = offset.max((value / sigma).abs());
         }
     }

@@ -126,8 +126,9 @@ fn finite(e: &Estimate) -> bool {
     numbers.extend(e.normal_force);
     numbers.extend(e.traction);
     numbers.extend(e.posture.links);
-    numbers.extend(e.covariance.iter().flatten().flatten());
-    numbers.extend(e.angle_sigma.iter().flatten());
+    let report = e.kalman.as_ref();
+    numbers.extend(report.iter().flat_map(|k| k.covariance).flatten());
+    numbers.extend(report.iter().flat_map(|k| k.angle_sigma));
     numbers.extend(
         e.pin_from_q
             .iter()
@@ -136,7 +137,7 @@ fn finite(e: &Estimate) -> bool {
     );
     numbers.extend(e.residual);
     numbers.extend(e.parity.iter().flat_map(|p| [p.value, p.sigma]));
-    if let Some(errors) = &e.reading_errors {
+    if let Some(errors) = report.map(|k| &k.reading_errors) {
         let pairs = errors
             .torque_offset
             .iter()
@@ -207,7 +208,7 @@ proptest! {
                     Err(_) => {}
                     Ok(estimate) => {
                         prop_assert!(finite(&estimate), "{estimate:?}");
-                        if let Some(covariance) = &estimate.covariance {
+                        if let Some(covariance) = estimate.kalman.as_ref().map(|k| &k.covariance) {
                             prop_assert!(proper(covariance), "{covariance:?}");
                         }
                         let flagged = estimate.flags.contains(Flags::SENSOR_MISSING)
@@ -270,10 +271,10 @@ fn missing_readings_degrade_the_covariance() {
         (4, "torque", |e| e.sigma_traction(1)),
         (7, "contact angle", |e| e.sigma_normal(1)),
         (7, "contact angle", |e| {
-            Some(e.reading_errors?.contact_angle?[1].1)
+            Some(e.kalman?.reading_errors.contact_angle?[1].1)
         }),
-        (9, "inclinometer", |e| Some(e.angle_sigma?[0])),
-        (10, "gyroscope", |e| Some(e.angle_sigma?[0])),
+        (9, "inclinometer", |e| Some(e.kalman?.angle_sigma[0])),
+        (10, "gyroscope", |e| Some(e.kalman?.angle_sigma[0])),
     ];
     for (missing, name, sigma) in cases {
         let (mut with, mut without) = (settled.clone(), settled.clone());
@@ -328,7 +329,7 @@ fn a_sensor_may_stay_away_for_long() {
                     );
                     let flagged = estimate.flags.contains(Flags::SENSOR_MISSING);
                     assert_eq!(flagged, counts(&settings, missing));
-                    if let Some(covariance) = &estimate.covariance {
+                    if let Some(covariance) = estimate.kalman.as_ref().map(|k| &k.covariance) {
                         assert!(
                             proper(covariance),
                             "reading {missing}, frame {k}: {covariance:?}"

@@ -82,7 +82,7 @@ impl ContactScore {
     /// Adds a sample. Samples without an estimate, or whose estimate states no contact states,
     /// count as without any flag.
     pub fn add(&mut self, truth: &Truth, estimate: Option<&Estimate>) {
-        let contact = estimate.and_then(|e| e.contact);
+        let contact = estimate.and_then(|e| e.kalman).map(|k| k.contact);
         self.stated |= contact.is_some();
         let counts = self.rule.compares(truth.time);
         for ((of_truth, of_estimate), judges) in FLAGS.into_iter().zip(&mut self.judges) {

@@ -17,7 +17,7 @@ pub fn needed_friction(traction: f64, normal_force: f64) -> Option<f64> {
 /// robot moves. T/N of the others, without a deviation.
 pub fn estimated_needed_friction(estimate: &Estimate, i: usize) -> Option<(f64, Option<f64>)> {
     let of_forces = needed_friction(estimate.traction[i], estimate.normal_force[i])?;
-    match &estimate.friction {
+    match estimate.kalman.as_ref().map(|k| &k.friction) {
         Some(wheels) => wheels[i].needed.map(|n| (n.value, Some(n.sigma))),
         None => Some((of_forces, None)),
     }

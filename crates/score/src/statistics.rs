@@ -125,7 +125,7 @@ impl Statistics {
 impl Stated {
     /// Adds the errors of N at one sample, N.
     fn add(&mut self, estimate: &Estimate, error: [f64; 3]) {
-        let Some(covariance) = &estimate.covariance else {
+        let Some(covariance) = estimate.kalman.as_ref().map(|k| &k.covariance) else {
             return;
         };
         if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {

@@ -251,7 +251,7 @@ impl Events {
 
     fn sample_contacts(&mut self, estimator: usize, time: f64, estimate: &Estimate) {
         let lanes = self.estimators[estimator].wheels.iter_mut().flatten();
-        for (lane, contact) in lanes.zip(estimate.contact.iter().flatten()) {
+        for (lane, contact) in lanes.zip(estimate.kalman.iter().flat_map(|k| &k.contact)) {
             let state = match (contact.state, contact.sliding) {
                 (ContactState::InAir, _) => WheelState::InTheAir,
                 (_, false) => WheelState::Grips,
@@ -324,6 +324,6 @@ fn message(event: &events::Event, truth: &Truth) -> Event {
 
 /// The channels whose readings contradict others, in words.
 fn faulty_channels(estimate: &Estimate) -> Option<String> {
-    let names: Vec<&str> = estimate.health?.faulty.names().collect();
+    let names: Vec<&str> = estimate.kalman?.health.faulty.names().collect();
     (!names.is_empty()).then(|| format!(" ({})", names.join(", ")))
 }

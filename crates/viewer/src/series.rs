@@ -220,7 +220,7 @@ impl Series {
         });
         self.add("contact_angle/estimated/band", edges.concat(), move |f| {
             let estimate = estimate(f, k)?;
-            let sigmas = estimate.contact_angle_sigma?;
+            let sigmas = estimate.kalman.as_ref()?.contact_angle_sigma;
             let edge = |sign: f64| {
                 let edges = estimate.contact_angle.iter().zip(sigmas);
                 edges.map(move |(angle, sigma)| (angle + sign * 2.0 * sigma).to_degrees())
@@ -281,7 +281,7 @@ impl Series {
             self.add(format!("parity/{name}"), lines, move |f| {
                 // Without a covariance the residual has no standard deviation. The residual of eq.
                 // (8) shows its value.
-                let parity = estimate(f, k).filter(|e| e.covariance.is_some())?.parity?;
+                let parity = estimate(f, k).filter(|e| e.kalman.is_some())?.parity?;
                 Some([vec![parity.value], around(0.0, parity.sigma)].concat())
             });
         }

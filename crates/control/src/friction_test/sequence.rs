@@ -170,7 +170,9 @@ impl FrictionTests {
     fn least_expected(&self, result: &FrictionTestResult, input: &ControlInput<'_>) -> f64 {
         let wheel = result.wheel;
         let load = input.estimate.and_then(|e| e.normal_force.get(wheel));
-        let friction = input.estimate.and_then(|e| e.friction?.get(wheel).copied());
+        let friction = input
+            .estimate
+            .and_then(|e| e.kalman.as_ref()?.friction.get(wheel).copied());
         let offset = friction.map_or(0.0, |friction| friction.offset.sigma);
         let part = (SECOND_START * result.mu).min(result.mu - OFFSETS * offset);
         part.max(0.0) * load.copied().unwrap_or(0.0) * self.wheel_radius

@@ -3,8 +3,8 @@
 use super::*;
 use crate::ControlKind;
 use robhaz_estimator::{
-    Estimate, Estimator, EstimatorSettings, LinkReading, NeededFriction, SensorFrame, SlipEvent,
-    WheelFriction,
+    Estimate, Estimator, EstimatorSettings, KalmanReport, LinkReading, NeededFriction, SensorFrame,
+    SlipEvent, WheelFriction,
 };
 use robhaz_model::Robot;
 
@@ -90,7 +90,10 @@ impl World {
                 place: None,
             });
         }
-        self.estimate.friction = Some(friction);
+        self.estimate.kalman = Some(KalmanReport {
+            friction,
+            ..KalmanReport::default()
+        });
     }
 }
 

@@ -63,7 +63,9 @@ impl FrictionTest {
             return self.phase;
         }
         self.result.duration = time - self.start;
-        let wheels = estimate.and_then(|estimate| estimate.friction.as_ref());
+        let wheels = estimate
+            .and_then(|e| e.kalman.as_ref())
+            .map(|k| &k.friction);
         let wheel = wheels.and_then(|wheels| wheels.get(self.result.wheel));
         if self.phase == FrictionTestPhase::BackingOff {
             match wheel.and_then(|wheel| wheel.slid) {
@@ -103,7 +105,7 @@ impl FrictionTest {
             return self.end_with(other, slips, limit);
         }
         let clear = estimate.is_some_and(|estimate| {
-            let mut wheels = estimate.friction.iter().flatten();
+            let mut wheels = estimate.kalman.iter().flat_map(|k| &k.friction);
             let loaded = wheels.all(|wheel| wheel.needed.is_some());
             loaded && !estimate.flags.intersects(Flags::UNRELIABLE)
         });

@@ -4,7 +4,8 @@ use super::super::result::testing::limit;
 use super::super::together::together;
 use super::*;
 use robhaz_estimator::{
-    Estimator, EstimatorSettings, LinkReading, NeededFriction, PeakFriction, SensorFrame, SlipEvent,
+    Estimator, EstimatorSettings, KalmanReport, LinkReading, NeededFriction, PeakFriction,
+    SensorFrame, SlipEvent,
 };
 use robhaz_model::Robot;
 
@@ -27,7 +28,10 @@ fn estimate(friction: [WheelFriction; 3]) -> Estimate {
         contact_angle: [None; 3],
     };
     let mut estimate = estimator.update(&frame).expect("a robot at rest");
-    estimate.friction = Some(friction);
+    estimate.kalman = Some(KalmanReport {
+        friction,
+        ..KalmanReport::default()
+    });
     estimate
 }
 

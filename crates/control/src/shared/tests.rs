@@ -1,7 +1,8 @@
 use super::*;
 use crate::input::{ControlKind, FrictionTestPlan};
 use robhaz_estimator::{
-    ContactEstimate, EstimateError, Estimator, EstimatorSettings, LinkReading, SensorFrame,
+    ContactEstimate, EstimateError, Estimator, EstimatorSettings, KalmanReport, LinkReading,
+    SensorFrame,
 };
 use robhaz_model::Robot;
 
@@ -106,7 +107,10 @@ fn uncertain_loads_count_less() {
     for (i, row) in covariance.iter_mut().enumerate() {
         row[i] = 23.0 * 23.0;
     }
-    uncertain.covariance = Some(covariance);
+    uncertain.kalman = Some(KalmanReport {
+        covariance,
+        ..KalmanReport::default()
+    });
     let mut shared = Shared::new(&settings());
     held(&mut shared, Some(&uncertain), [1.9; 3], 1.0);
     let mean = Robot::default_a().mean_wheel_load();
@@ -153,11 +157,14 @@ fn the_pace_falls_while_a_wheel_slides() {
     assert!((shared.pace - 1.0).abs() < 1e-12);
     let mut contacts = [ContactEstimate::default(); 3];
     contacts[2].sliding = true;
-    estimate.contact = Some(contacts);
+    estimate.kalman = Some(KalmanReport {
+        contact: contacts,
+        ..KalmanReport::default()
+    });
     held(&mut shared, Some(&estimate), [1.9; 3], 2.0);
     // exp(-10) of 0.75.
     assert!((shared.pace - 0.25).abs() < 1e-4, "{}", shared.pace);
-    estimate.contact = None;
+    estimate.kalman = None;
     held(&mut shared, Some(&estimate), [1.9; 3], 3.01);
     assert!((shared.pace - 1.0).abs() < 1e-12);
     // So does a wheel that differs by more than twice what is allowed.

@@ -11,7 +11,7 @@ use super::wheel::Wheel;
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
-use crate::estimate::{Estimate, EstimateError, ReadingErrors};
+use crate::estimate::{Estimate, EstimateError, KalmanReport, ReadingErrors};
 use crate::filters::motion::MotionFilter;
 use crate::filters::{Innovation, LinkAngleKalman, PushFilter};
 use crate::flags::Flags;
@@ -195,14 +195,20 @@ impl BestFilters {
         let friction = self.observe_friction(nominal, &forces, tangents, seen, flags, instant.dt);
         let mut estimate =
             nominal.assemble(&equations, &forces, &right.value, contact_angle, flags);
-        estimate.covariance = Some(forces.covariance);
         estimate.parity = parity.map(|(parity, _)| parity);
-        estimate.contact = Some(contact);
-        estimate.friction = Some(friction);
-        estimate.health = Some(health);
         let found = self.scale.found(3.0 * nominal.mean_load);
-        estimate.torque_scale = nominal.other_side.is_none().then_some(found);
-        self.state_errors(&settings.budget, &mut estimate);
+        let contact_angle_error = [0, 1, 2].map(|i| self.motion.input(input::CONTACT_ANGLE + i));
+        let links = self.links.each_ref();
+        estimate.kalman = Some(KalmanReport {
+            covariance: forces.covariance,
+            contact_angle_sigma: contact_angle_error.map(|(_, sigma)| sigma),
+            angle_sigma: links.map(|link| link.angle_sigma(&settings.budget)),
+            reading_errors: self.reading_errors(contact_angle_error),
+            contact,
+            friction,
+            health,
+            torque_scale: nominal.other_side.is_none().then_some(found),
+        });
         estimate.scale_forces(1.0 / self.scale.applied, self.scale.deviation);
         Ok(estimate)
     }
@@ -319,18 +325,15 @@ impl BestFilters {
         }
     }
 
-    /// Standard deviations of the angles, and the estimated errors of the readings.
-    fn state_errors(&self, budget: &NoiseBudget, estimate: &mut Estimate) {
+    /// The estimated errors of the readings, with those of the contact angles (rad).
+    fn reading_errors(&self, contact_angle: [(f64, f64); 3]) -> ReadingErrors {
         let motion = &self.motion;
-        let contact_angle_error = [0, 1, 2].map(|i| motion.input(input::CONTACT_ANGLE + i));
         let given = self.method.contact_angles == ContactAngles::Given;
-        estimate.angle_sigma = Some(self.links.each_ref().map(|link| link.angle_sigma(budget)));
-        estimate.contact_angle_sigma = Some(contact_angle_error.map(|(_, sigma)| sigma));
-        estimate.reading_errors = Some(ReadingErrors {
+        ReadingErrors {
             torque_offset: [0, 1, 2].map(|i| motion.input(input::TORQUE_OFFSET + i)),
             gear_friction: motion.input(input::GEAR_FRICTION),
-            contact_angle: given.then_some(contact_angle_error),
+            contact_angle: given.then_some(contact_angle),
             rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
-        });
+        }
     }
 }

@@ -175,12 +175,12 @@ impl Judgement {
                     continue;
                 }
             };
-            found.scale = estimate.torque_scale.or(found.scale);
+            found.scale = estimate.kalman.and_then(|k| k.torque_scale).or(found.scale);
             if estimate.flags.contains(Flags::SENSOR_ABSURD) {
                 found.absurd += 1.0;
                 found.nis += REFUSED;
             }
-            let Some(health) = estimate.health else {
+            let Some(health) = estimate.kalman.map(|k| k.health) else {
                 continue;
             };
             let tests: [(&[f64], _); 5] = [

@@ -63,13 +63,13 @@ impl Table {
         columns! { self, estimate index; "", "";
             "parity", "N", "the redundancy of eq. (8), zero for consistent forces" => |e| e.parity.map(|p| p.value);
             "parity_sigma", "N", "standard deviation expected of the parity residual; empty without covariance" =>
-                |e| e.parity.filter(|_| e.covariance.is_some()).map(|p| p.sigma);
+                |e| e.parity.filter(|_| e.kalman.is_some()).map(|p| p.sigma);
             "flags", "1", "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale \
              32, absurd 64; out of the model's range 128; spins in place 256; readings contradict each other 512" =>
                 |e| Some(f64::from(e.flags.bits()));
             "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, \
              32; contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or \
-             mass 16384; empty without Kalman filters" => |e| e.health.map(|health| f64::from(health.faulty.bits()));
+             mass 16384; empty without Kalman filters" => |e| e.kalman.map(|k| f64::from(k.health.faulty.bits()));
         }
         for (i, of) in WHEEL.into_iter().enumerate() {
             columns! { self, estimate index; wheel(i), of;
@@ -77,17 +77,17 @@ impl Table {
                     move |e| e.sigma_normal(i);
                 "traction_sigma", "N", "standard deviation of T; empty without covariance" => move |e| e.sigma_traction(i);
                 "torque_offset", "N m", "offset found of the motor torque read; empty without Kalman filters" =>
-                    move |e| e.reading_errors.map(|r| r.torque_offset[i].0);
+                    move |e| e.kalman.map(|k| k.reading_errors.torque_offset[i].0);
                 "contact_angle", "rad", "contact angle gamma, given or found" => move |e| Some(e.contact_angle[i]);
                 "contact_angle_sigma", "rad", "standard deviation of the contact angle; empty without Kalman filters" =>
-                    move |e| e.contact_angle_sigma.map(|sigma| sigma[i]);
+                    move |e| e.kalman.map(|k| k.contact_angle_sigma[i]);
                 "contact_angle_error", "rad", "error found of the contact angle given; empty without Kalman filters or given \
-                 angles" => move |e| Some(e.reading_errors?.contact_angle?[i].0);
+                 angles" => move |e| Some(e.kalman?.reading_errors.contact_angle?[i].0);
             }
         }
         columns! { self, estimate index; "", "";
             "gear_friction", "N m", "dry friction found in the gears, common to all; empty without Kalman filters" =>
-                |e| e.reading_errors.map(|r| r.gear_friction.0);
+                |e| e.kalman.map(|k| k.reading_errors.gear_friction.0);
         }
     }
 
@@ -95,19 +95,19 @@ impl Table {
     fn add_contact_state(&mut self, index: usize, i: usize) {
         columns! { self, estimate index; wheel(i), WHEEL[i];
             "contacts", "1", "contacts found, 0 (in the air), 1 or 2; empty without Kalman filters" =>
-                move |e| Some(match e.contact?[i].state {
+                move |e| Some(match e.kalman?.contact[i].state {
                     ContactState::InAir => 0.0,
                     ContactState::OneContact => 1.0,
                     ContactState::TwoContacts => 2.0,
                 });
             "sliding", "1", "1 if it is found sliding, otherwise 0; empty without Kalman filters" =>
-                move |e| Some(f64::from(u8::from(e.contact?[i].sliding)));
+                move |e| Some(f64::from(u8::from(e.kalman?.contact[i].sliding)));
             "slip", "m/s", "slip speed found, rim less ground, creep included; empty without Kalman filters" =>
-                move |e| Some(e.contact?[i].slip);
+                move |e| Some(e.kalman?.contact[i].slip);
             "needed_friction_sigma", "1", "standard deviation of the needed friction; empty without load or Kalman filters" =>
                 move |e| estimated_needed_friction(e, i)?.1;
             "friction_margin", "1", "upper bound of the known mu_max less |mu_n|; empty before a wheel has slipped" =>
-                move |e| e.friction?[i].margin;
+                move |e| e.kalman?.friction[i].margin;
         }
     }
 }

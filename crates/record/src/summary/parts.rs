@@ -485,7 +485,7 @@ impl ForceSums {
                 *count += 1;
             }
         }
-        if let Some(covariance) = &estimate.covariance {
+        if let Some(covariance) = estimate.kalman.as_ref().map(|k| &k.covariance) {
             self.variances += 1;
             for i in 0..3 {
                 self.variance[0][i] += covariance[2 * i + 1][2 * i + 1];

@@ -210,12 +210,12 @@ impl Sink for SummarySink {
         for (sums, estimate) in self.estimators.iter_mut().zip(frame.estimates) {
             let estimate = estimate.as_ref().ok();
             if let Some(estimate) = estimate {
-                for name in estimate.health.iter().flat_map(|h| h.faulty.names()) {
+                for name in estimate.kalman.iter().flat_map(|k| k.health.faulty.names()) {
                     let (first_s, records) = (frame.time, 0);
                     let faulty = sums.faulty_channels.entry(name.to_owned());
                     faulty.or_insert(Faulty { first_s, records }).records += 1;
                 }
-                sums.scale = estimate.torque_scale.or(sums.scale);
+                sums.scale = estimate.kalman.and_then(|k| k.torque_scale).or(sums.scale);
             }
             if let Some(forces) = sums.forces.as_mut().filter(|_| counts) {
                 forces.add(estimate);

@@ -1,7 +1,9 @@
 //! Names, order, units and sources of the columns, which scripts rely on.
 
 use crate::testing::{Record, described, failed_frame, frame_of, good_estimate, scene, value_of};
-use robhaz_estimator::{ContactEstimate, ContactState, NeededFriction, WheelFriction};
+use robhaz_estimator::{
+    ContactEstimate, ContactState, KalmanReport, NeededFriction, WheelFriction,
+};
 use robhaz_model::{Vec2, WheelCommand};
 use robhaz_record::Table;
 use robhaz_run::Frame;
@@ -281,11 +283,14 @@ fn contact_states_are_small_integers() {
         slip: 0.0,
     };
     if let Some(Ok(estimate)) = record.estimates.first_mut() {
-        estimate.contact = Some([
-            state(ContactState::InAir, false),
-            state(ContactState::OneContact, false),
-            state(ContactState::TwoContacts, true),
-        ]);
+        estimate.kalman = Some(KalmanReport {
+            contact: [
+                state(ContactState::InAir, false),
+                state(ContactState::OneContact, false),
+                state(ContactState::TwoContacts, true),
+            ],
+            ..KalmanReport::default()
+        });
     }
     assert_eq!(of(&record), [0.0, 1.0, 2.0, 1.0].map(Some));
 }
@@ -353,7 +358,10 @@ fn a_stated_needed_friction_counts() {
         ..WheelFriction::default()
     };
     if let Some(Ok(estimate)) = record.estimates.first_mut() {
-        estimate.friction = Some([wheel; 3]);
+        estimate.kalman = Some(KalmanReport {
+            friction: [wheel; 3],
+            ..KalmanReport::default()
+        });
     }
     let table = Table::estimate(0, "a");
     for (column, expected) in [("", 0.3), ("_sigma", 0.02)] {

@@ -43,7 +43,10 @@ fn banded_records() -> Vec<Record> {
         if let Some(Ok(estimate)) = record.estimates.last_mut() {
             let mut covariance = [[0.0; 6]; 6];
             (0..6).for_each(|k| covariance[k][k] = 1.0);
-            estimate.covariance = Some(covariance);
+            estimate.kalman = Some(robhaz_estimator::KalmanReport {
+                covariance,
+                ..Default::default()
+            });
         }
     }
     records

@@ -156,7 +156,6 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         normal_force: truth.wheels.map(|w| w.normal_force + error),
         traction: truth.wheels.map(|w| w.traction - 0.5 * error),
         contact_angle: truth.wheels.map(|w| w.contact_angle),
-        contact_angle_sigma: None,
         posture: Posture {
             body: truth.body.angle,
             links: truth.links.map(|l| l.angle),
@@ -164,14 +163,8 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         pin_from_q: truth.pins.map(|p| p.position - q),
         pin_force: truth.pins.map(|p| p.force),
         residual: [0.1, 0.2, 0.3, 0.4],
-        covariance: None,
-        angle_sigma: None,
         parity: None,
-        reading_errors: None,
-        contact: None,
-        friction: None,
-        health: None,
-        torque_scale: None,
+        kalman: None,
         flags: Flags::NONE,
     }
 }

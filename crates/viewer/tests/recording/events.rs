@@ -5,7 +5,7 @@ use crate::common;
 use crate::reading::{chunks, events, rows, scalars};
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D, StateChange};
 use re_sdk_types::components::{LineStrip2D, Text, Vector2D};
-use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, Parity};
+use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, KalmanReport, Parity};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::clearance::Clearances;
 use robhaz_viewer::RecordingSink;
@@ -48,7 +48,7 @@ impl Sink for Eventful {
             truth.wheels[2].slip_limit = 0.02;
         }
         if let (Ok(estimate), true) = (&mut estimates[1], ms >= 500.0) {
-            estimate.covariance = Some(known_covariance());
+            estimate.kalman = Some(known_report());
             estimate.parity = Some(Parity {
                 value: 0.5,
                 sigma: 0.25,
@@ -212,7 +212,10 @@ fn estimated_contact_states_have_lanes() {
                     contact[0].state = ContactState::TwoContacts;
                     contact[0].sliding = true;
                 }
-                estimate.contact = Some(contact);
+                estimate.kalman = Some(KalmanReport {
+                    contact,
+                    ..KalmanReport::default()
+                });
             }
             self.0.frame(&Frame {
                 clearances: None,
@@ -294,7 +297,7 @@ fn bars_have_the_length_of_two_sigma_to_both_sides() {
         fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
             let mut estimates = frame.estimates.to_vec();
             if let Ok(estimate) = &mut estimates[1] {
-                estimate.covariance = Some(known_covariance());
+                estimate.kalman = Some(known_report());
             }
             self.0.frame(&Frame {
                 clearances: None,
@@ -327,11 +330,14 @@ fn bars_have_the_length_of_two_sigma_to_both_sides() {
     }
 }
 
-/// A covariance with standard deviations of 1 N for T and 2 N for N.
-fn known_covariance() -> [[f64; 6]; 6] {
+/// A report whose covariance has standard deviations of 1 N for T and 2 N for N.
+fn known_report() -> KalmanReport {
     let mut covariance = [[0.0; 6]; 6];
     for (i, row) in covariance.iter_mut().enumerate() {
         row[i] = if i % 2 == 0 { 1.0 } else { 4.0 };
     }
-    covariance
+    KalmanReport {
+        covariance,
+        ..KalmanReport::default()
+    }
 }

@@ -113,8 +113,9 @@ fn only_observable_errors_are_estimated() {
         last = Some(estimate);
     }
     let errors = last
-        .and_then(|e| e.reading_errors)
-        .expect("best estimates errors");
+        .and_then(|e| e.kalman)
+        .expect("best estimates errors")
+        .reading_errors;
     let found = errors.torque_offset;
     let sum: f64 = found.iter().map(|f| f.0).sum();
     let sum_of_sigma: f64 = found.iter().map(|f| f.1).sum();

@@ -216,7 +216,7 @@ impl Sink for Onsets {
             if wheel.contact_list.iter().any(|contact| contact.slides) {
                 self.slid[i] = truth.time;
             }
-            let event = estimate.friction.and_then(|wheels| wheels[i].slip_event);
+            let event = estimate.kalman.and_then(|k| k.friction[i].slip_event);
             if event.is_some() {
                 self.events += 1;
                 if truth.time - self.slid[i] > Self::BEFORE {

@@ -37,7 +37,7 @@ impl Instant {
     fn new(truth: &Truth, estimate: &Estimate) -> Self {
         let wheels = &truth.wheels;
         let needed = |i: usize| {
-            let friction = estimate.friction.as_ref();
+            let friction = estimate.kalman.as_ref().map(|k| &k.friction);
             friction.and_then(|wheels| wheels[i].needed)
         };
         // Traction as the needed friction has it, with what the memory of the ground knows of the
@@ -94,7 +94,7 @@ impl Sink for Ramps {
             self.history.pop_front();
         }
         for (i, command) in commands.iter().enumerate() {
-            let event = estimate.friction.and_then(|wheels| wheels[i].slip_event);
+            let event = estimate.kalman.and_then(|k| k.friction[i].slip_event);
             let Some(event) = event.filter(|_| matches!(command, WheelCommand::Torque(_))) else {
                 continue;
             };
