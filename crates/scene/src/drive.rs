@@ -187,7 +187,10 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
         return Vec::new();
     }
     let kind = named("drive.kind", scene.control.kind.name());
-    let count = ("drive.scaling", scene.drive.scalings.len().to_string());
+    let count = (
+        "drive.scaling".into(),
+        scene.drive.scalings.len().to_string(),
+    );
     let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
     vec![conflict([count, kind], rule)]
 }

@@ -6,7 +6,7 @@ use robhaz_estimator::{
 use robhaz_keys::form::{About, Form, KeyReference, Out, items, word};
 use robhaz_keys::key::{self, Key, keys};
 use robhaz_keys::quantity::{
-    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number,
+    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number, short,
 };
 use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::{Entry, Node, Origin, Source, Value};
@@ -42,24 +42,34 @@ pub(crate) struct Keys {
     /// Index of its preset.
     preset: usize,
     label: String,
-    is_kalman: bool,
+    /// Index of its method.
+    method: usize,
     paper: PaperMethod,
     kalman: KalmanMethod,
     /// All but the method.
     settings: EstimatorSettings,
 }
 
+/// The settings of a method that the keys give.
+type SettingsOf = fn(&Keys) -> Method;
+
+/// The methods, by the word of the key `filters`, each with the settings that the keys give.
+const METHODS: [(&str, SettingsOf); 2] = [
+    ("paper", |keys| Method::Paper(keys.paper)),
+    ("kalman", |keys| Method::Kalman(keys.kalman)),
+];
+
 impl Keys {
     /// The keys that give these settings. Those of the other method are at their defaults.
     pub fn of(label: &str, settings: &EstimatorSettings) -> Self {
-        let (paper, kalman) = match settings.method {
-            Method::Paper(paper) => (paper, KalmanMethod::FILTERS_ONLY),
-            Method::Kalman(kalman) => (PaperMethod::DEFAULT, kalman),
+        let (method, paper, kalman) = match settings.method {
+            Method::Paper(paper) => (0, paper, KalmanMethod::FILTERS_ONLY),
+            Method::Kalman(kalman) => (1, PaperMethod::DEFAULT, kalman),
         };
         Self {
             preset: preset_of(settings),
             label: label.to_owned(),
-            is_kalman: settings.states_covariance(),
+            method,
             paper,
             kalman,
             settings: *settings,
@@ -68,11 +78,21 @@ impl Keys {
 
     fn settings(&self) -> EstimatorSettings {
         EstimatorSettings {
-            method: match self.is_kalman {
-                false => Method::Paper(self.paper),
-                true => Method::Kalman(self.kalman),
-            },
+            method: METHODS[self.method].1(self),
             ..self.settings
+        }
+    }
+
+    /// These keys with those that `method` does not have at their defaults.
+    fn kept_by(&self, method: usize) -> Self {
+        let settings = Self {
+            method,
+            ..self.clone()
+        }
+        .settings();
+        Self {
+            preset: self.preset,
+            ..Self::of(&self.label, &settings)
         }
     }
 }
@@ -104,8 +124,7 @@ keys! {
     }) => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
-    filters: word(&[false, true], |is_kalman| ["paper", "kalman"][usize::from(is_kalman)])
-        => is_kalman;
+    filters: word(&[0, 1], |method| METHODS[method].0) => method;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
     moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
@@ -260,32 +279,27 @@ impl Estimators {
     }
 }
 
-/// Refuses keys without effect: steps that need the Kalman filters, and time constants of the
-/// paper's filters.
+/// Refuses keys without effect: those that the method does not have, at values other than their
+/// defaults, which a resolved scene names.
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
-    let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
-    let is_paper = !keys.is_kalman;
-    for (key, on) in [
-        ("inertia", kalman.inertia),
-        ("whitening", kalman.whitening),
-        ("parity", kalman.parity),
-        ("rolling", kalman.rolling),
-    ] {
-        if is_paper && on {
-            let allowed = "\"off\" unless filters = \"kalman\"";
-            reader.refuse_key(node, path, key, allowed);
-        }
-    }
-    if kalman.contact_angles == ContactAngles::Unknown && (is_paper || !kalman.rolling) {
+    const ANGLES: &str = "contact_angles";
+    let kalman = &keys.kalman;
+    let finds_angles = keys.settings().states_covariance() && kalman.rolling;
+    let mut others: Vec<_> = KEYS.iter().collect();
+    if kalman.contact_angles == ContactAngles::Unknown && !finds_angles {
         let allowed = "\"given\" unless filters = \"kalman\" and rolling = \"on\"";
-        reader.refuse_key(node, path, "contact_angles", allowed);
+        reader.refuse_key(node, path, ANGLES, allowed);
+        others.retain(|key| key.name != ANGLES);
     }
-    let [found, default] = [paper, &default].map(|p| [p.observer_pole, p.crossover_time]);
-    for (k, key) in ["observer_pole", "crossover_time"].into_iter().enumerate() {
-        // The default is allowed: a resolved scene names every key.
-        if !is_paper && found[k].to_bits() != default[k].to_bits() {
-            let allowed = format!("{} unless filters = \"paper\"", default[k]);
-            reader.refuse_key(node, path, key, &allowed);
+    for key in others {
+        let found = key.field.text(&mut keys.clone());
+        let kept = |method| key.field.text(&mut keys.kept_by(method));
+        let default = kept(keys.method).filter(|kept| found.as_ref() != Some(kept));
+        let has = |method: &usize| kept(*method) == found;
+        if let (Some(default), Some(other)) = (default, (0..METHODS.len()).find(has)) {
+            let default = default.parse().map(short).unwrap_or(default);
+            let allowed = format!("{default} unless filters = \"{}\"", METHODS[other].0);
+            reader.refuse_key(node, path, key.name, &allowed);
         }
     }
 }

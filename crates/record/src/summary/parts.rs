@@ -10,7 +10,8 @@ use robhaz_score::contact::FlagScores;
 use robhaz_score::events::{Event, EventKind};
 use robhaz_score::{ForceErrors, GroundErrors, estimated_needed_friction};
 use robhaz_sim::clearance::Clearances;
-use robhaz_sim::friction::FrictionKind;
+use robhaz_sim::friction::{FrictionKind, FrictionLaw, Parameter};
+use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
 
@@ -154,36 +155,58 @@ pub struct FrictionSummary {
     pub v_s: f64,
     /// Slip speed from which the dynamic coefficient holds, m/s.
     pub v_d: f64,
-    /// Slip stiffness C, -; `None` if the law has none.
-    pub slip_stiffness: Option<f64>,
+    /// Parameters that only some laws have, by their names, SI; `None` if this law has not.
+    #[serde(flatten)]
+    pub parameters: IndexMap<String, Option<f64>>,
     /// Coefficient f_r of the rolling resistance, -.
     pub rolling_resistance: f64,
 }
 
 impl FrictionSummary {
     pub(crate) fn of(world: &Scene) -> Self {
-        let law = &world.friction;
+        // All fields, so that none is forgotten; those that not every law has are its parameters.
+        let FrictionLaw {
+            kind,
+            mu_s,
+            mu_d,
+            v_s,
+            v_d,
+            slip_stiffness: _,
+        } = world.friction;
+        let RollingResistance { coefficient } = world.rolling;
+        let own = |kind: FrictionKind| kind.parameters().iter().filter(|p| !p.is_shared);
+        let parameter = |of: FrictionKind, p: &Parameter| {
+            let value = (of == kind).then(|| p.of(&world.friction));
+            (p.name.to_owned(), value)
+        };
+        let of = |of| own(of).map(move |p| parameter(of, p));
         Self {
-            law: law.kind.name().to_owned(),
-            mu_s: law.mu_s,
-            mu_d: law.mu_d,
-            v_s: law.v_s,
-            v_d: law.v_d,
-            slip_stiffness: (law.kind == FrictionKind::Brush).then_some(law.slip_stiffness),
-            rolling_resistance: world.rolling.coefficient,
+            law: kind.name().to_owned(),
+            mu_s,
+            mu_d,
+            v_s,
+            v_d,
+            parameters: FrictionKind::ALL.into_iter().flat_map(of).collect(),
+            rolling_resistance: coefficient,
         }
     }
 
     /// The law in a few words; `None` for the default law without rolling resistance.
     pub(crate) fn in_words(&self) -> Option<String> {
-        let stiffness = self.slip_stiffness.map(|c| format!(" with C = {c}"));
-        let stiffness = stiffness.unwrap_or_default();
+        let stated = FrictionKind::all_parameters().filter_map(|parameter| {
+            let value = (*self.parameters.get(parameter.name)?)?;
+            Some(format!("{} = {value}", parameter.symbol))
+        });
+        let parameters = match stated.collect::<Vec<_>>() {
+            stated if stated.is_empty() => String::new(),
+            stated => format!(" with {}", stated.join(", ")),
+        };
         let rolling = match self.rolling_resistance {
             0.0 => String::new(),
             f_r => format!(", rolling resistance {f_r}"),
         };
         let is_default = self.law == FrictionKind::default().name() && rolling.is_empty();
-        (!is_default).then(|| format!("friction {}{stiffness}{rolling}", self.law))
+        (!is_default).then(|| format!("friction {}{parameters}{rolling}", self.law))
     }
 }
 
