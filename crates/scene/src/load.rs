@@ -2,6 +2,7 @@
 //! them; from a file to a [`Scene`], and back.
 
 use crate::estimators::Estimators;
+use crate::model_error::ModelError;
 use crate::scene::{Scene, SensorChoice};
 use crate::terrain::Terrain;
 use crate::values::{LONGEST_RUN, MEASURED};
@@ -17,7 +18,6 @@ use robhaz_keys::quantity::{
 use robhaz_keys::reader::Reader;
 use robhaz_keys::source::{Node, Value};
 use robhaz_keys::values::{NAME, SEED, from_stem};
-use robhaz_masses::ModelError;
 use robhaz_sim::sensors::{Grade, ImuPlace};
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;

@@ -2,11 +2,11 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, PRESETS};
+use crate::model_error::ModelErrorTooLarge;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget, Sides};
 use robhaz_keys::reader::nearest;
-use robhaz_masses::ModelErrorTooLarge;
 use robhaz_sim::sensors::ImuPlace;
 
 /// What is known of a log beside its readings. SI throughout.
