@@ -1,7 +1,7 @@
 //! Means of the forces of one estimator of a recorded log, and flags of its records.
 
 use robhaz_estimator::{Estimate, Flags};
-use robhaz_score::estimated_needed_friction;
+use robhaz_score::{estimated_needed_friction, has_forces};
 use serde::{Deserialize, Serialize};
 
 /// Means of one estimator's forces, of records that count: without those that are out of range,
@@ -64,11 +64,7 @@ pub(super) struct ForceSums {
 impl ForceSums {
     /// Adds a record.
     pub fn add(&mut self, estimate: Option<&Estimate>) {
-        let usable = |e: &&Estimate| {
-            let mut forces = e.normal_force.iter().chain(&e.traction);
-            forces.all(|f| f.is_finite())
-        };
-        let Some(estimate) = estimate.filter(usable) else {
+        let Some(estimate) = estimate.filter(|e| has_forces(e)) else {
             self.missing += 1;
             return;
         };
