@@ -270,6 +270,15 @@ impl Scene {
             "A scene with every choice written out. SI units. It can be run again as it is.";
         Out::file(comment, version, SCENE, &mut self.clone())
     }
+
+    /// The files of the scene, each with its name: [`Self::to_toml`] as `scene.toml`, and the copies
+    /// of its tracks.
+    pub fn files(&self, version: &str) -> Vec<(String, Vec<u8>)> {
+        let tracks = self.terrain.tracks.iter();
+        let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
+        let scene = ("scene.toml".to_owned(), self.to_toml(version).into());
+        std::iter::once(scene).chain(tracks).collect()
+    }
 }
 
 fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
