@@ -139,7 +139,7 @@ fn checked(scaling: &SpeedScaling, others: &[SpeedScaling]) -> Result<(), (&'sta
 /// The estimators that a control gets if none is named, the first one that the scene has.
 const DEFAULTS: [&str; 2] = [
     estimators::WITHOUT_ANGLES,
-    estimators::PRESETS[estimators::BEST],
+    estimators::PRESETS[estimators::BEST].0,
 ];
 
 /// Checks the estimator of the control, or chooses the default one. A control without readings
