@@ -13,7 +13,7 @@ test:
 
 # Timings, as ratios within one run.
 bench:
-    cargo bench -p robhaz-benches
+    cargo bench --workspace --bench robhaz
 
 # The measured tables of docs/measurements: all, or the named pages; `--seeds N` before the names makes them shorter.
 measure *pages:

@@ -1,6 +1,6 @@
 //! Benchmarks. Timings on a loaded machine vary: compare ratios within one run.
 //!
-//! `cargo bench -p robhaz-benches`
+//! `cargo bench --workspace --bench robhaz`
 
 #![allow(clippy::expect_used, reason = "a bench may stop at an error")]
 

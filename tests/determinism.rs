@@ -15,12 +15,13 @@
 //! ends, within its tolerance.
 
 use crate::support::{root, truth_of};
+use fnv::FnvHasher;
 use rayon::prelude::*;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
-use robhaz_sim::random::Fnv1a;
 use std::collections::HashSet;
 use std::fmt::Write;
+use std::hash::Hasher as _;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
@@ -36,9 +37,9 @@ fn instants(scene: &str) -> [usize; 4] {
 
 /// FNV-1a of a text.
 fn fnv(text: &str) -> u64 {
-    let mut hash = Fnv1a::default();
-    hash.add(text.as_bytes());
-    hash.value()
+    let mut hash = FnvHasher::default();
+    hash.write(text.as_bytes());
+    hash.finish()
 }
 
 /// Every shipped scene with every engine, with a short duration.

@@ -24,6 +24,7 @@ mod draws;
 mod estimator_is_isolated;
 mod friction_laws;
 mod invariance;
+mod key_effects;
 mod logs;
 mod modules;
 mod output_flags;

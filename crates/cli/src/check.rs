@@ -1,27 +1,18 @@
 //! `robhaz check`: is a recorded log what the estimators take it for?
 
-use crate::estimate::{describe, shown};
+use crate::estimate::LogArgs;
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_log::check::{BodyNoise, Finding, Report, Stated, check};
-use robhaz_log::{Log, LogOptions, LogPlace};
+use robhaz_log::{Log, LogOptions};
 use robhaz_record::time_lines;
 use robhaz_run::ChannelReport;
-use std::path::PathBuf;
 
 /// Arguments of `robhaz check`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an
-    /// estimate.
-    log: PathBuf,
-    /// The robot: a file with the section robot of a scene; by default that of the log's folder,
-    /// else robot A.
-    #[arg(long, value_name = "ROBOT.toml")]
-    robot: Option<PathBuf>,
-    /// Description of the log, as for `robhaz estimate`.
-    #[arg(long, value_name = "SENSORS.toml")]
-    sensors: Option<PathBuf>,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 /// The estimator that runs on the log.
@@ -29,8 +20,7 @@ const BEST: &str = "best";
 
 /// Checks the log and prints the findings. An error if one is a fault.
 pub fn run(args: &Args) -> Result<()> {
-    let mut place = LogPlace::find(&args.log).map_err(shown)?;
-    describe(&mut place, args.sensors.as_deref(), args.robot.as_deref())?;
+    let mut place = args.log.place()?;
     let is_of_unknown = !place.choice.states_robot && !place.is_described;
     // Others may need contact angles.
     place.choice.select(&[BEST.to_owned()]).into_diagnostic()?;

@@ -7,12 +7,12 @@ use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
 use robhaz_estimator::Sides;
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-/// Arguments of `robhaz estimate`.
+/// A log and its descriptions, as `robhaz estimate` and `robhaz check` take them.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct LogArgs {
     /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an
     /// estimate.
     log: PathBuf,
@@ -24,6 +24,13 @@ pub struct Args {
     /// damping, estimators. See docs/logs.md.
     #[arg(long, value_name = "SENSORS.toml")]
     sensors: Option<PathBuf>,
+}
+
+/// Arguments of `robhaz estimate`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
     /// An estimator of the description, or a preset; can be repeated. By default all of the
     /// description.
     #[arg(long, value_name = "NAME")]
@@ -50,8 +57,7 @@ enum ContactAngles {
 /// Runs the estimators on the log, writes the results, prints the table.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let start = Instant::now();
-    let mut place = LogPlace::find(&args.log).map_err(shown)?;
-    describe(&mut place, args.sensors.as_deref(), args.robot.as_deref())?;
+    let mut place = args.log.place()?;
     if place.choice.sides == Sides::OneOfTwo {
         let slope = place.choice.budget.cross_slope.to_degrees();
         place.warnings.push(format!(
@@ -77,7 +83,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let resolved = log.choice.to_toml(&version);
     let mut files = vec![(LogPlace::DESCRIPTION.to_owned(), resolved.into())];
-    if let Some(path) = &args.sensors {
+    if let Some(path) = &args.log.sensors {
         // The user's description as it is.
         let content = std::fs::read(path).into_diagnostic();
         let content = content.wrap_err_with(|| format!("cannot read {}", path.display()))?;
@@ -102,17 +108,20 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     Ok(())
 }
 
-/// Applies descriptions of the sensors and of the robot to a log. Warns where the robot, or how
-/// exact it is, is not stated.
-pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Path>) -> Result<()> {
-    let (choice, notice) = place.choice.clone().described(sensors, robot)?;
-    if !choice.states_robot && !place.is_described {
-        let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
-        place.warnings.push(warning.to_owned());
+impl LogArgs {
+    /// The log with its descriptions. Warns where the robot, or how exact it is, is not stated.
+    pub fn place(&self) -> Result<LogPlace> {
+        let mut place = LogPlace::find(&self.log).map_err(shown)?;
+        let (sensors, robot) = (self.sensors.as_deref(), self.robot.as_deref());
+        let (choice, notice) = place.choice.clone().described(sensors, robot)?;
+        if !choice.states_robot && !place.is_described {
+            let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
+            place.warnings.push(warning.to_owned());
+        }
+        place.warnings.extend(notice);
+        place.choice = choice;
+        Ok(place)
     }
-    place.warnings.extend(notice);
-    place.choice = choice;
-    Ok(())
 }
 
 /// The error with the excerpt of the scene that it is about.

@@ -52,13 +52,11 @@ impl OutputFolder {
             // The results go where the link leads.
             target = io_error("cannot follow", &target, fs::canonicalize(&target))?;
         }
-        let Some(name) = target.file_name() else {
+        if target.file_name().is_none() {
             let shown = target.display();
             bail!("{shown} is not the name of a folder to write into");
-        };
-        let mut name = name.to_owned();
-        name.push(".partial");
-        let partial = target.with_file_name(name);
+        }
+        let partial = target.with_added_extension("partial");
         if is_there(&target) && !is_empty_folder(&target) {
             if !force {
                 bail!(

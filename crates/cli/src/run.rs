@@ -86,15 +86,12 @@ fn run_one(
         .on_threads();
     let engine = scene.engine.kind.library();
     let version = format!("robhaz {}, {engine}", env!("CARGO_PKG_VERSION"));
-    let resolved = ("scene.toml".to_owned(), scene.to_toml(&version).into());
-    let tracks = scene.terrain.tracks.iter();
-    let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
     let job = Job {
         start,
         name: &scene.name,
         folder: scene.name.clone(),
         work: "simulation and estimation",
-        files: std::iter::once(resolved).chain(tracks).collect(),
+        files: scene.files(&version),
     };
     results::write(run, &job, results, interrupt)
 }

@@ -1,9 +1,10 @@
 //! Keys whose values do not go together.
 
 use crate::quantity::short;
+use std::borrow::Cow;
 
 /// A key and its value as text, for messages.
-pub type Value = (&'static str, String);
+pub type Value = (Cow<'static, str>, String);
 
 /// Keys whose values do not go together, and what is allowed.
 pub struct Conflict {
@@ -34,12 +35,12 @@ pub fn conflict(keys: impl Into<Vec<Value>>, rule: impl Into<String>) -> Conflic
 
 /// A key and its number.
 pub fn valued(key: &'static str, value: f64) -> Value {
-    (key, short(value))
+    (key.into(), short(value))
 }
 
 /// A key and its word.
 pub fn named(key: &'static str, value: &str) -> Value {
-    (key, format!("\"{value}\""))
+    (key.into(), format!("\"{value}\""))
 }
 
 /// A limit in a message, rounded down to three digits, so that what a message allows is allowed; 0

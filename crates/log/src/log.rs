@@ -13,14 +13,14 @@ use crate::plan::{Plan, Rows};
 use crate::readings::Reading;
 use crate::survey::{Survey, survey};
 use crate::wrap;
+use fnv::FnvHasher;
 use robhaz_estimator::DRIVING_SPEED;
 use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source as Samples};
 use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice, is_wheel_angle};
 use robhaz_score::signals::median;
-use robhaz_sim::random::Fnv1a;
-use std::fmt::Write as _;
 use std::fs::File;
+use std::hash::Hasher as _;
 use std::io::Read as _;
 use std::path::PathBuf;
 
@@ -380,18 +380,17 @@ fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
 
 /// Hash of the files and of the description.
 fn fingerprint(files: &[PathBuf], choice: &LogChoice) -> Result<u64, LogError> {
-    let mut hash = Fnv1a::default();
+    let mut hash = FnvHasher::default();
     let mut buffer = vec![0; 1 << 18];
     for path in files {
         let mut file = File::open(path).map_err(LogError::io(path))?;
         loop {
             match file.read(&mut buffer).map_err(LogError::io(path))? {
                 0 => break,
-                n => hash.add(&buffer[..n]),
+                n => hash.write(&buffer[..n]),
             }
         }
     }
-    // Writing into the hash cannot fail.
-    let _ = write!(hash, "{choice:?}");
-    Ok(hash.value())
+    hash.write(format!("{choice:?}").as_bytes());
+    Ok(hash.finish())
 }

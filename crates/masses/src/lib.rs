@@ -13,7 +13,6 @@
 //! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
 //! | postures on blocks, what scales would show there, and the most informative ones | `blocks.rs`, `plan.rs` |
-//! | the nominal robot of a simulation: drawn, and weighed if it is | `model_error.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but
 //! for a small rest ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8)
@@ -30,7 +29,6 @@ mod error;
 mod fit;
 mod loads;
 mod measurements;
-mod model_error;
 mod parameters;
 mod plan;
 mod prior;
@@ -41,7 +39,6 @@ pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
 pub use loads::{ForceDeviation, WeighedValue};
 pub use measurements::{Accuracy, Measurements, Reading};
-pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use parameters::Tolerances;
 pub use plan::{Plan, PlannedPosture, plan};
 pub use statics::plate_forces;

@@ -1,12 +1,12 @@
 //! What is known of a run before its first record.
 
+use fnv::FnvHasher;
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
     EstimatorChoice, LogChoice, ModelErrorTooLarge, RecordChoice, RobotChoice, Scene,
 };
-use robhaz_sim::random::Fnv1a;
-use std::fmt::Write as _;
+use std::hash::Hasher as _;
 
 /// What is known of a run before its first record, simulated or recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,12 +62,12 @@ impl RunDescription {
         let estimators: Result<_, ModelErrorTooLarge> =
             scene.estimators.iter().map(estimator).collect();
         let damping = scene.drive.viscous_damping;
-        let mut hash = Fnv1a::default();
-        // Writing all that a scene holds into the hash cannot fail.
-        let _ = write!(hash, "{scene:?}");
+        // Every choice as it is written in a resolved scene, with the hashes of its tracks.
+        let mut hash = FnvHasher::default();
+        hash.write(scene.to_toml("").as_bytes());
         Ok(Self {
             name: scene.name.clone(),
-            fingerprint: hash.value(),
+            fingerprint: hash.finish(),
             record: scene.record,
             estimators: estimators?,
             robot: scene.robot.clone(),

@@ -186,7 +186,7 @@ fn is_whole(value: f64) -> bool {
 /// Reports a conflict at the key that an override set, else at the first key that is written;
 /// defaults have no conflicts.
 fn report(reader: &mut Reader, root: &Node, found: &Conflict) {
-    let keys = || found.keys.iter().map(|(key, _)| *key);
+    let keys = || found.keys.iter().map(|(key, _)| key.as_ref());
     let written = || keys().filter_map(|key| Some((key, &root.find(key)?.origin)));
     let blamed = written()
         .find(|(_, origin)| origin.is_override())
@@ -243,17 +243,14 @@ fn beyond(scene: &Scene, mut keys: Vec<Value>, rule: String) -> Conflict {
 /// The keys that make friction or rolling resistance stiff, the longest step (s), and the reason.
 fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
     let (law, rolling, robot) = (&scene.friction, &scene.rolling, &scene.robot.robot);
-    let (v_s, kind) = (
-        valued("contact.v_s", law.v_s),
-        named("contact.friction", law.kind.name()),
-    );
-    let slip_stiffness = valued("contact.slip_stiffness", law.slip_stiffness);
-    // The engine cuts its steps where the friction needs it. With the law for implicit engines all
-    // steps would need it.
-    let (parts, keys) = match law.kind {
-        FrictionKind::Adams => (f64::from(MOST_PARTS), vec![v_s]),
-        FrictionKind::Brush => (f64::from(MOST_PARTS), vec![kind, slip_stiffness]),
-        FrictionKind::Rigid => (1.0, vec![kind, v_s]),
+    let is_chosen = law.kind != FrictionKind::default();
+    let kind = is_chosen.then(|| named("contact.friction", law.kind.name()));
+    let parameters = law.kind.parameters().iter();
+    let parameters = parameters.map(|parameter| contact::key_of(parameter, law));
+    let keys = kind.into_iter().chain(parameters).collect();
+    let parts = match law.kind.bears_cut_steps() {
+        true => f64::from(MOST_PARTS),
+        false => 1.0,
     };
     let load = 2.0 * robot.mean_wheel_load();
     let longest = parts * longest_step_for_friction(law, rolling, robot, load);

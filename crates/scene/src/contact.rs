@@ -1,14 +1,14 @@
 //! `[contact]`: eqs. (10) and (11), rolling resistance.
 
 use crate::scene::Scene;
-use robhaz_keys::conflict::{Conflict, conflict, named, valued};
+use robhaz_keys::conflict::{Conflict, Value, conflict, named, valued};
 use robhaz_keys::form::word;
 use robhaz_keys::key::keys;
 use robhaz_keys::quantity::{
     CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED, above, at_least, number, short,
 };
 use robhaz_keys::source::Node;
-use robhaz_sim::friction::{FrictionKind, FrictionLaw};
+use robhaz_sim::friction::{FrictionKind, FrictionLaw, Parameter};
 
 keys! {
     /// The keys of the section.
@@ -62,15 +62,20 @@ pub(crate) fn chosen_law(root: &Node) -> FrictionLaw {
 
 /// Removes the file's values of keys that belong to its own law, where an override chooses the law.
 pub(crate) fn drop_keys_of_other_laws(root: &mut Node) {
-    let is_of_law = |key: &str| ["v_s", "slip_stiffness"].contains(&key);
+    let is_of_law = |key: &str| FrictionKind::all_parameters().any(|p| p.name == key);
     root.drop_keys("contact.friction", "contact", is_of_law);
+}
+
+/// The key of a parameter and its value.
+pub(crate) fn key_of(parameter: &Parameter, law: &FrictionLaw) -> Value {
+    let key = format!("contact.{}", parameter.name);
+    (key.into(), short(parameter.of(law)))
 }
 
 /// The rules of the friction law that a scene breaks.
 pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let law = &scene.friction;
     let kind = || named("contact.friction", law.kind.name());
-    let v_s = || valued("contact.v_s", law.v_s);
     let mut found = Vec::new();
     if law.mu_d > law.mu_s {
         let keys = [
@@ -80,21 +85,72 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
         found.push(conflict(keys, "contact.mu_d not above contact.mu_s"));
     }
     if law.v_s >= law.v_d {
-        let keys = [v_s(), valued("contact.v_d", law.v_d)];
+        let keys = [
+            valued("contact.v_s", law.v_s),
+            valued("contact.v_d", law.v_d),
+        ];
         found.push(conflict(keys, "contact.v_s below contact.v_d"));
     }
-    let rigid = FrictionLaw::RIGID_LEAST..=FrictionLaw::RIGID_MOST;
-    if law.kind == FrictionKind::Rigid && !rigid.contains(&law.v_s) {
-        let (least, most) = (short(*rigid.start()), short(*rigid.end()));
-        let rule = format!("contact.v_s of at least {least} and at most {most} m/s with this law");
-        found.push(conflict([v_s(), kind()], rule));
+    for parameter in law.kind.parameters() {
+        if let Some([least, most]) = parameter.limits
+            && !(least..=most).contains(&parameter.of(law))
+        {
+            let (key, unit) = (key_of(parameter, law), parameter.unit);
+            let (least, most) = (short(least), short(most));
+            let rule = format!(
+                "{} of at least {least} and at most {most} {unit} with this law",
+                key.0
+            );
+            found.push(conflict([key, kind()], rule));
+        }
     }
-    // The default is allowed: a resolved scene names every key.
-    let default = FrictionLaw::default().slip_stiffness;
-    if law.kind != FrictionKind::Brush && law.slip_stiffness.to_bits() != default.to_bits() {
-        let keys = [valued("contact.slip_stiffness", law.slip_stiffness), kind()];
-        let rule = format!("contact.slip_stiffness {default} unless contact.friction = \"brush\"");
-        found.push(conflict(keys, rule));
+    for other in FrictionKind::ALL {
+        let own = other.parameters().iter().filter(|p| !p.is_shared);
+        for parameter in own.filter(|_| other != law.kind) {
+            // The default is allowed: a resolved scene names every key.
+            if parameter.of(law).to_bits() != parameter.default.to_bits() {
+                let (key, default) = (key_of(parameter, law), parameter.default);
+                let law = other.name();
+                let rule = format!("{} {default} unless contact.friction = \"{law}\"", key.0);
+                found.push(conflict([key, kind()], rule));
+            }
+        }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_keys::reader::Reader;
+    use robhaz_keys::source::{Entry, Origin, Source, Value::Float};
+    use std::path::PathBuf;
+
+    /// Each parameter of a law has a key, which sets its field and takes its default and limits.
+    #[test]
+    fn each_parameter_of_a_law_has_its_key() {
+        for parameter in FrictionKind::all_parameters() {
+            let name = parameter.name;
+            let limits = parameter.limits.into_iter().flatten();
+            for value in limits.chain([parameter.default]) {
+                // Without the rules between keys: of the value alone.
+                let mut scene = Scene::default();
+                let origin = Origin::new(&Source::set(""), 0..0);
+                let node = Node::new(&origin, Float(value));
+                let mut reader = Reader::new(PathBuf::new(), |_| None);
+                reader.entry(
+                    KEYS,
+                    &Entry::new(name, &origin, node),
+                    "contact",
+                    &mut scene,
+                );
+                assert_eq!(reader.mark(), 0, "{name}");
+                assert_eq!(
+                    parameter.of(&scene.friction).to_bits(),
+                    value.to_bits(),
+                    "{name}"
+                );
+            }
+        }
+    }
 }

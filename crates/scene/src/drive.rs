@@ -139,7 +139,7 @@ fn checked(scaling: &SpeedScaling, others: &[SpeedScaling]) -> Result<(), (&'sta
 /// The estimators that a control gets if none is named, the first one that the scene has.
 const DEFAULTS: [&str; 2] = [
     estimators::WITHOUT_ANGLES,
-    estimators::PRESETS[estimators::BEST],
+    estimators::PRESETS[estimators::BEST].0,
 ];
 
 /// Checks the estimator of the control, or chooses the default one. A control without readings
@@ -187,7 +187,10 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
         return Vec::new();
     }
     let kind = named("drive.kind", scene.control.kind.name());
-    let count = ("drive.scaling", scene.drive.scalings.len().to_string());
+    let count = (
+        "drive.scaling".into(),
+        scene.drive.scalings.len().to_string(),
+    );
     let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
     vec![conflict([count, kind], rule)]
 }

@@ -6,7 +6,7 @@ use robhaz_estimator::{
 use robhaz_keys::form::{About, Form, KeyReference, Out, items, word};
 use robhaz_keys::key::{self, Key, keys};
 use robhaz_keys::quantity::{
-    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number,
+    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number, short,
 };
 use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::{Entry, Node, Origin, Source, Value};
@@ -32,8 +32,24 @@ pub struct EstimatorChoice {
     pub damping: Option<f64>,
 }
 
-/// Names of the presets, in the order of [`settings`].
-pub(crate) const PRESETS: &[&str] = &["paper-body", "paper-wheels", "true-mass", "best"];
+/// The presets: names and settings.
+pub(crate) const PRESETS: [(&str, EstimatorSettings); 4] = [
+    ("paper-body", EstimatorSettings::paper_body()),
+    ("paper-wheels", EstimatorSettings::paper_wheels()),
+    ("true-mass", EstimatorSettings::true_mass()),
+    ("best", EstimatorSettings::best()),
+];
+
+/// The indices of a table.
+const fn indices<const N: usize>() -> [usize; N] {
+    let mut indices = [0; N];
+    let mut i = 0;
+    while i < N {
+        indices[i] = i;
+        i += 1;
+    }
+    indices
+}
 
 /// The values of the keys of one estimator, those of both methods: a file may name keys in any
 /// order. [`Keys::settings`] turns them into settings, which hold one method only.
@@ -42,24 +58,34 @@ pub(crate) struct Keys {
     /// Index of its preset.
     preset: usize,
     label: String,
-    is_kalman: bool,
+    /// Index of its method.
+    method: usize,
     paper: PaperMethod,
     kalman: KalmanMethod,
     /// All but the method.
     settings: EstimatorSettings,
 }
 
+/// The settings of a method that the keys give.
+type SettingsOf = fn(&Keys) -> Method;
+
+/// The methods, by the word of the key `filters`, each with the settings that the keys give.
+const METHODS: [(&str, SettingsOf); 2] = [
+    ("paper", |keys| Method::Paper(keys.paper)),
+    ("kalman", |keys| Method::Kalman(keys.kalman)),
+];
+
 impl Keys {
     /// The keys that give these settings. Those of the other method are at their defaults.
     pub fn of(label: &str, settings: &EstimatorSettings) -> Self {
-        let (paper, kalman) = match settings.method {
-            Method::Paper(paper) => (paper, KalmanMethod::FILTERS_ONLY),
-            Method::Kalman(kalman) => (PaperMethod::DEFAULT, kalman),
+        let (method, paper, kalman) = match settings.method {
+            Method::Paper(paper) => (0, paper, KalmanMethod::FILTERS_ONLY),
+            Method::Kalman(kalman) => (1, PaperMethod::DEFAULT, kalman),
         };
         Self {
             preset: preset_of(settings),
             label: label.to_owned(),
-            is_kalman: settings.states_covariance(),
+            method,
             paper,
             kalman,
             settings: *settings,
@@ -68,11 +94,21 @@ impl Keys {
 
     fn settings(&self) -> EstimatorSettings {
         EstimatorSettings {
-            method: match self.is_kalman {
-                false => Method::Paper(self.paper),
-                true => Method::Kalman(self.kalman),
-            },
+            method: METHODS[self.method].1(self),
             ..self.settings
+        }
+    }
+
+    /// These keys with those that `method` does not have at their defaults.
+    fn kept_by(&self, method: usize) -> Self {
+        let settings = Self {
+            method,
+            ..self.clone()
+        }
+        .settings();
+        Self {
+            preset: self.preset,
+            ..Self::of(&self.label, &settings)
         }
     }
 }
@@ -83,7 +119,7 @@ keys! {
 
     /// the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or
     /// at its true place; or Kalman filters with all methods
-    name (required): word(&[0, 1, 2, 3], |preset| PRESETS[preset]) => preset;
+    name (required): word(&indices::<{ PRESETS.len() }>(), |preset| PRESETS[preset].0) => preset;
 
     /// unique name in tables, figures and file names
     label ("its name"): NAME => label;
@@ -99,21 +135,23 @@ keys! {
     viscous_damping ("that of the drive"): number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => settings.viscous_damping;
 
     /// place of the linkage's mass
-    masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], |masses| {
-        ["body", "wheels", "true"][masses as usize]
+    masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], |masses| match masses {
+        Masses::LumpedToBody => "body",
+        Masses::LumpedToWheels => "wheels",
+        Masses::True => "true",
     }) => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
-    filters: word(&[false, true], |is_kalman| ["paper", "kalman"][usize::from(is_kalman)])
-        => is_kalman;
+    filters: word(&indices::<{ METHODS.len() }>(), |method| METHODS[method].0) => method;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
     moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
 
     /// whether the estimator reads the contact angles, as the paper does, or finds them itself;
     /// none needs rolling = "on"
-    contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], |angles| {
-        ["given", "none"][angles as usize]
+    contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], |angles| match angles {
+        ContactAngles::Given => "given",
+        ContactAngles::Unknown => "none",
     }) => kalman.contact_angles;
 
     /// inertial loads in addition to gravity; needs filters = "kalman"
@@ -133,23 +171,13 @@ keys! {
 }
 
 /// Index of the preset `best`.
-pub(crate) const BEST: usize = 3;
-
-/// The settings of a preset.
-pub(crate) fn settings(preset: usize) -> EstimatorSettings {
-    match preset {
-        0 => EstimatorSettings::paper_body(),
-        1 => EstimatorSettings::paper_wheels(),
-        2 => EstimatorSettings::true_mass(),
-        _ => EstimatorSettings::best(),
-    }
-}
+pub(crate) const BEST: usize = PRESETS.len() - 1;
 
 /// The preset that settings come from: presets differ in masses and filters.
 fn preset_of(found: &EstimatorSettings) -> usize {
     let key = |s: &EstimatorSettings| (!s.states_covariance()).then_some(s.masses);
-    let is_it = |preset: &usize| key(&settings(*preset)) == key(found);
-    (0..PRESETS.len()).find(is_it).unwrap_or(BEST)
+    let is_it = |preset: &(_, EstimatorSettings)| key(&preset.1) == key(found);
+    PRESETS.iter().position(is_it).unwrap_or(BEST)
 }
 
 /// Label of the default estimator that is given no contact angles.
@@ -171,10 +199,10 @@ pub(crate) fn default_node(origin: &Origin) -> Node {
         let entries = words.iter().map(entry).collect();
         Node::new(origin, Value::Table(entries))
     };
-    let preset = |name: &&'static str| table(&[("name", name)]);
-    let (best, label) = (("name", PRESETS[BEST]), ("label", WITHOUT_ANGLES));
+    let preset = |name| table(&[("name", name)]);
+    let (best, label) = (("name", PRESETS[BEST].0), ("label", WITHOUT_ANGLES));
     let without_angles = table(&[best, label, ("contact_angles", "none")]);
-    let list = PRESETS.iter().map(preset).chain([without_angles]);
+    let list = PRESETS.iter().map(|p| preset(p.0)).chain([without_angles]);
     Node::new(origin, Value::Array(list.collect()))
 }
 
@@ -235,7 +263,7 @@ impl Form for Estimators {
     }
 
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Self::Value) {
-        let mut keys = Keys::of("", &settings(0));
+        let mut keys = Keys::of("", &PRESETS[0].1);
         key::rows(rows, KEYS, &format!("{path}[]"), &mut keys);
     }
 }
@@ -245,9 +273,9 @@ impl Estimators {
         // Needed before the other keys, which change its values. An unknown word is refused when
         // the table is read.
         let named = node.get("name").and_then(Node::as_text);
-        let preset = PRESETS.iter().position(|p| Some(*p) == named);
-        let name = preset.map_or("", |p| PRESETS[p]);
-        let mut keys = Keys::of(name, &settings(preset.unwrap_or(0)));
+        let preset = PRESETS.iter().find(|p| Some(p.0) == named);
+        let (name, settings) = preset.map_or(("", PRESETS[0].1), |p| *p);
+        let mut keys = Keys::of(name, &settings);
         reader.table(KEYS, node, path, &mut keys);
         refuse_other_method(reader, node, path, &keys);
         let has_damping = node.get(DAMPING).is_some();
@@ -260,32 +288,27 @@ impl Estimators {
     }
 }
 
-/// Refuses keys without effect: steps that need the Kalman filters, and time constants of the
-/// paper's filters.
+/// Refuses keys without effect: those that the method does not have, at values other than their
+/// defaults, which a resolved scene names.
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
-    let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
-    let is_paper = !keys.is_kalman;
-    for (key, on) in [
-        ("inertia", kalman.inertia),
-        ("whitening", kalman.whitening),
-        ("parity", kalman.parity),
-        ("rolling", kalman.rolling),
-    ] {
-        if is_paper && on {
-            let allowed = "\"off\" unless filters = \"kalman\"";
-            reader.refuse_key(node, path, key, allowed);
-        }
-    }
-    if kalman.contact_angles == ContactAngles::Unknown && (is_paper || !kalman.rolling) {
+    const ANGLES: &str = "contact_angles";
+    let kalman = &keys.kalman;
+    let finds_angles = keys.settings().states_covariance() && kalman.rolling;
+    let mut others: Vec<_> = KEYS.iter().collect();
+    if kalman.contact_angles == ContactAngles::Unknown && !finds_angles {
         let allowed = "\"given\" unless filters = \"kalman\" and rolling = \"on\"";
-        reader.refuse_key(node, path, "contact_angles", allowed);
+        reader.refuse_key(node, path, ANGLES, allowed);
+        others.retain(|key| key.name != ANGLES);
     }
-    let [found, default] = [paper, &default].map(|p| [p.observer_pole, p.crossover_time]);
-    for (k, key) in ["observer_pole", "crossover_time"].into_iter().enumerate() {
-        // The default is allowed: a resolved scene names every key.
-        if !is_paper && found[k].to_bits() != default[k].to_bits() {
-            let allowed = format!("{} unless filters = \"paper\"", default[k]);
-            reader.refuse_key(node, path, key, &allowed);
+    for key in others {
+        let found = key.field.text(&mut keys.clone());
+        let kept = |method| key.field.text(&mut keys.kept_by(method));
+        let default = kept(keys.method).filter(|kept| found.as_ref() != Some(kept));
+        let has = |method: &usize| kept(*method) == found;
+        if let (Some(default), Some(other)) = (default, (0..METHODS.len()).find(has)) {
+            let default = default.parse().map(short).unwrap_or(default);
+            let allowed = format!("{default} unless filters = \"{}\"", METHODS[other].0);
+            reader.refuse_key(node, path, key.name, &allowed);
         }
     }
 }

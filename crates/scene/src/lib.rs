@@ -11,6 +11,7 @@
 //! | `scene` | a [`Scene`], and the parts of a run that it gives |
 //! | `load` | all keys of a scene; from a file and overrides to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `estimators` | its sections |
+//! | `model_error` | the nominal robot: drawn, and weighed if it is |
 //! | `values` | forms of single values of robots |
 //! | `checks` | rules over several keys |
 //! | `log` | descriptions of recorded logs |
@@ -25,6 +26,7 @@ mod estimators;
 mod inertias;
 mod load;
 mod log;
+mod model_error;
 mod plant_failure;
 mod robot;
 mod scene;
@@ -39,12 +41,12 @@ pub use log::{
     ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, Mapping, READINGS,
     ReadingChoice, World, is_of_body, is_wheel_angle, log_reference,
 };
+pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use plant_failure::PlantFailure;
 pub use robhaz_control::ControlKind;
 pub use robhaz_keys::error::{FileError, Problem, harmless};
 pub use robhaz_keys::form::KeyReference;
 pub use robhaz_keys::values::from_stem;
-pub use robhaz_masses::{ModelError, ModelErrorTooLarge, NominalRobot};
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robot::RobotChoice;

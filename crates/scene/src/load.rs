@@ -2,6 +2,7 @@
 //! them; from a file to a [`Scene`], and back.
 
 use crate::estimators::Estimators;
+use crate::model_error::ModelError;
 use crate::scene::{Scene, SensorChoice};
 use crate::terrain::Terrain;
 use crate::values::{LONGEST_RUN, MEASURED};
@@ -17,7 +18,6 @@ use robhaz_keys::quantity::{
 use robhaz_keys::reader::Reader;
 use robhaz_keys::source::{Node, Value};
 use robhaz_keys::values::{NAME, SEED, from_stem};
-use robhaz_masses::ModelError;
 use robhaz_sim::sensors::{Grade, ImuPlace};
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
@@ -269,6 +269,15 @@ impl Scene {
         let comment =
             "A scene with every choice written out. SI units. It can be run again as it is.";
         Out::file(comment, version, SCENE, &mut self.clone())
+    }
+
+    /// The files of the scene, each with its name: [`Self::to_toml`] as `scene.toml`, and the copies
+    /// of its tracks.
+    pub fn files(&self, version: &str) -> Vec<(String, Vec<u8>)> {
+        let tracks = self.terrain.tracks.iter();
+        let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
+        let scene = ("scene.toml".to_owned(), self.to_toml(version).into());
+        std::iter::once(scene).chain(tracks).collect()
     }
 }
 

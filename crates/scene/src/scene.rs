@@ -1,12 +1,12 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::estimators::{self, EstimatorChoice};
+use crate::model_error::{ModelError, ModelErrorTooLarge, NominalRobot};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, ControlSettings, FrictionTestPlan};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
-use robhaz_masses::{ModelError, ModelErrorTooLarge, NominalRobot};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;

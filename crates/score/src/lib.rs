@@ -37,6 +37,6 @@ pub use friction::{LEAST_LOAD, estimated_needed_friction, needed_friction};
 pub use ground::{GroundErrors, TrueGround, ground_origin};
 pub use progress::{Progress, ProgressMeter};
 pub use rule::{Compared, Inclusion, Rule};
-pub use score::Score;
+pub use score::{Score, has_forces};
 pub use statistics::{ForceErrors, Statistics, rms_over_wheels};
 pub use sum::{Rms, Sum};

@@ -29,6 +29,12 @@ impl Deref for Score {
     }
 }
 
+/// Whether all forces of an estimate are finite. Others count as missing.
+pub fn has_forces(estimate: &Estimate) -> bool {
+    let mut forces = estimate.normal_force.iter().chain(&estimate.traction);
+    forces.all(|f| f.is_finite())
+}
+
 impl Score {
     /// A score without samples.
     pub fn new(rule: Rule) -> Self {
@@ -58,11 +64,7 @@ impl Score {
             }
             Inclusion::Included(compared) => compared,
         };
-        let usable = |e: &&Estimate| {
-            let mut forces = e.normal_force.iter().chain(&e.traction);
-            forces.all(|f| f.is_finite())
-        };
-        let Some(estimate) = estimate.filter(usable) else {
+        let Some(estimate) = estimate.filter(|e| has_forces(e)) else {
             self.missing += 1;
             return;
         };

@@ -200,7 +200,22 @@ impl Drive {
     /// Largest slope of motor torque less losses over the wheel speed, N m s:
     /// `Kp + B + F/FRICTION_SPEED`.
     pub fn slope(&self) -> f64 {
-        self.kp + self.viscous_damping + self.gear_friction / FRICTION_SPEED
+        // All fields: the step limits of `rapier` follow from this slope.
+        let Self {
+            kp,
+            viscous_damping,
+            gear_friction,
+            // Slower: `largest_integral_gain`.
+            ki: _,
+            tracking_time: _,
+            // They have no slope over the wheel speed.
+            speed: _,
+            torque_limit: _,
+            start_time: _,
+            ramp_time: _,
+            scalings: _,
+        } = self;
+        kp + viscous_damping + gear_friction / FRICTION_SPEED
     }
 }
 

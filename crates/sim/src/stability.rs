@@ -27,7 +27,15 @@ pub(crate) const STABLE_SHARE: f64 = 0.4;
 /// any larger mass that a contact moves, and up to 3.7 m/c if friction makes this mass seem smaller
 /// by 1.14, the most that mu = 0.8 can.
 pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
-    3.0 * robot.mass.wheel / contact.damping
+    // All fields here and below: a new force that grows with a speed may need a limit here.
+    let ContactLaw {
+        stiffness: _,
+        exponent: _,
+        damping,
+        // Softer.
+        damping_ramp: _,
+    } = contact;
+    3.0 * robot.mass.wheel / damping
 }
 
 /// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean
@@ -76,7 +84,8 @@ pub fn rolling_is_stiffer(
 /// Slope of the moment of rolling resistance over the spin for N = 1 N, m s:
 /// `f_r r/FRICTION_SPEED`.
 fn rolling_slope(rolling: &RollingResistance, robot: &Robot) -> f64 {
-    rolling.coefficient * robot.geometry.wheel_radius / FRICTION_SPEED
+    let RollingResistance { coefficient } = rolling;
+    coefficient * robot.geometry.wheel_radius / FRICTION_SPEED
 }
 
 /// Largest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step

@@ -168,19 +168,10 @@ fn check_same(folder: &Path, found: &Identity, wanted: &Identity) -> Result<(), 
     })
 }
 
-/// The name under which a file or folder is written.
-pub fn partial(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".partial");
-    PathBuf::from(name)
-}
-
 /// Writes a small file. It has its name only when all of it is on the disk. Several processes may
 /// write the same content.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
-    let mut temporary = partial(path).into_os_string();
-    temporary.push(format!("-{}", std::process::id()));
-    let temporary = PathBuf::from(temporary);
+    let temporary = path.with_added_extension(format!("partial-{}", std::process::id()));
     let mut file = File::create(&temporary).map_err(io_error("create", &temporary))?;
     file.write_all(content)
         .and_then(|()| file.sync_all())

@@ -6,9 +6,10 @@
 //! another study: it counts as not there, and is reported.
 
 use crate::error::{StudyError, io_error};
-use robhaz_sim::random::Fnv1a;
+use fnv::FnvHasher;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
+use std::hash::Hasher as _;
 use std::io::{BufRead as _, BufReader, Error, ErrorKind, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -91,10 +92,10 @@ const CHECKSUM: &[u8] = br#","fnv1a":""#;
 
 /// Value of [`CHECKSUM`], its closing quote and brace, and the line break.
 fn ending(before: &[u8], study: &str) -> String {
-    let mut hash = Fnv1a::default();
-    hash.add(study.as_bytes());
-    hash.add(before);
-    format!("{:016x}\"}}\n", hash.value())
+    let mut hash = FnvHasher::default();
+    hash.write(study.as_bytes());
+    hash.write(before);
+    format!("{:016x}\"}}\n", hash.finish())
 }
 
 /// The line of a run.

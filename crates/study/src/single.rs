@@ -1,7 +1,7 @@
 //! The truth of a scene, which several runs may share; one run and its scores.
 
 use crate::error::{StudyError, io_error};
-use crate::folder::{partial, settle};
+use crate::folder::settle;
 use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
 use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
@@ -197,7 +197,7 @@ impl Sink for BoundSink {
 
 /// An empty folder for the tables of a run, with its scene and tracks.
 fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, StudyError> {
-    let temporary = partial(folder);
+    let temporary = folder.with_added_extension("partial");
     for old in [folder, &temporary] {
         // Of a run that was killed before its line was in the journal.
         if old.exists() {
@@ -205,11 +205,7 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, Study
         }
     }
     fs::create_dir_all(&temporary).map_err(io_error("create", &temporary))?;
-    let version = &study.identity.version;
-    let text = scene.to_toml(version).into_bytes();
-    let tracks = scene.terrain.tracks.iter();
-    let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
-    for (name, content) in std::iter::once(("scene.toml".to_owned(), text)).chain(tracks) {
+    for (name, content) in scene.files(&study.identity.version) {
         let path = temporary.join(name);
         fs::write(&path, content).map_err(io_error("write", &path))?;
     }

@@ -1,11 +1,13 @@
 //! `summary.json`: how a run went, and the errors of each estimator.
 
+mod means;
 mod parts;
 mod sink;
 
+pub use means::MeanForces;
 pub use parts::{
     BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FrictionSummary,
-    FrictionTestSummary, MeanForces, NominalRobot, SensorErrors,
+    FrictionTestSummary, NominalRobot, SensorErrors,
 };
 pub use sink::SummarySink;
 

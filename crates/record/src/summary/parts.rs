@@ -1,16 +1,18 @@
 //! The parts of a summary, with their units.
 
+use super::means::MeanForces;
 use indexmap::IndexMap;
 use robhaz_control::{FrictionTestEnd, FrictionTestResult};
-use robhaz_estimator::{Estimate, Flags, TorqueScale};
+use robhaz_estimator::TorqueScale;
 use robhaz_model::Pin;
 use robhaz_run::RunDescription;
 use robhaz_scene::Scene;
 use robhaz_score::contact::FlagScores;
 use robhaz_score::events::{Event, EventKind};
-use robhaz_score::{ForceErrors, GroundErrors, estimated_needed_friction};
+use robhaz_score::{ForceErrors, GroundErrors};
 use robhaz_sim::clearance::Clearances;
-use robhaz_sim::friction::FrictionKind;
+use robhaz_sim::friction::{FrictionKind, FrictionLaw, Parameter};
+use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
 
@@ -154,36 +156,58 @@ pub struct FrictionSummary {
     pub v_s: f64,
     /// Slip speed from which the dynamic coefficient holds, m/s.
     pub v_d: f64,
-    /// Slip stiffness C, -; `None` if the law has none.
-    pub slip_stiffness: Option<f64>,
+    /// Parameters that only some laws have, by their names, SI; `None` if this law has not.
+    #[serde(flatten)]
+    pub parameters: IndexMap<String, Option<f64>>,
     /// Coefficient f_r of the rolling resistance, -.
     pub rolling_resistance: f64,
 }
 
 impl FrictionSummary {
     pub(crate) fn of(world: &Scene) -> Self {
-        let law = &world.friction;
+        // All fields, so that none is forgotten; those that not every law has are its parameters.
+        let FrictionLaw {
+            kind,
+            mu_s,
+            mu_d,
+            v_s,
+            v_d,
+            slip_stiffness: _,
+        } = world.friction;
+        let RollingResistance { coefficient } = world.rolling;
+        let own = |kind: FrictionKind| kind.parameters().iter().filter(|p| !p.is_shared);
+        let parameter = |of: FrictionKind, p: &Parameter| {
+            let value = (of == kind).then(|| p.of(&world.friction));
+            (p.name.to_owned(), value)
+        };
+        let of = |of| own(of).map(move |p| parameter(of, p));
         Self {
-            law: law.kind.name().to_owned(),
-            mu_s: law.mu_s,
-            mu_d: law.mu_d,
-            v_s: law.v_s,
-            v_d: law.v_d,
-            slip_stiffness: (law.kind == FrictionKind::Brush).then_some(law.slip_stiffness),
-            rolling_resistance: world.rolling.coefficient,
+            law: kind.name().to_owned(),
+            mu_s,
+            mu_d,
+            v_s,
+            v_d,
+            parameters: FrictionKind::ALL.into_iter().flat_map(of).collect(),
+            rolling_resistance: coefficient,
         }
     }
 
     /// The law in a few words; `None` for the default law without rolling resistance.
     pub(crate) fn in_words(&self) -> Option<String> {
-        let stiffness = self.slip_stiffness.map(|c| format!(" with C = {c}"));
-        let stiffness = stiffness.unwrap_or_default();
+        let stated = FrictionKind::all_parameters().filter_map(|parameter| {
+            let value = (*self.parameters.get(parameter.name)?)?;
+            Some(format!("{} = {value}", parameter.symbol))
+        });
+        let parameters = match stated.collect::<Vec<_>>() {
+            stated if stated.is_empty() => String::new(),
+            stated => format!(" with {}", stated.join(", ")),
+        };
         let rolling = match self.rolling_resistance {
             0.0 => String::new(),
             f_r => format!(", rolling resistance {f_r}"),
         };
         let is_default = self.law == FrictionKind::default().name() && rolling.is_empty();
-        (!is_default).then(|| format!("friction {}{stiffness}{rolling}", self.law))
+        (!is_default).then(|| format!("friction {}{parameters}{rolling}", self.law))
     }
 }
 
@@ -383,142 +407,5 @@ impl ClearanceSummary {
             let first = || (event.time, bar.name().to_owned());
             self.first_touch.get_or_insert_with(first);
         }
-    }
-}
-
-/// Means of one estimator's forces, of records that count: without those that are out of range,
-/// whose forces no weight and no impact explains.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MeanForces {
-    /// Mean N of each wheel, N.
-    pub normal_force: [f64; 3],
-    /// Mean T of each wheel, N.
-    pub traction: [f64; 3],
-    /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states
-    /// none.
-    pub normal_force_sigma: Option<[f64; 3]>,
-    /// The same of T of each wheel, N.
-    pub traction_sigma: Option<[f64; 3]>,
-    /// Mean needed friction T/N of each wheel, -; `None` for a wheel without load.
-    pub needed_friction: [Option<f64>; 3],
-    /// Largest size of the needed friction of each wheel, -.
-    pub largest_needed_friction: [Option<f64>; 3],
-    /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is
-    /// right. `None` if the estimator expects none.
-    pub parity: Option<f64>,
-    /// Records with a wheel without load.
-    pub unloaded: u64,
-    /// Records with the linkage at an end stop.
-    pub at_stop: u64,
-    /// Records with a reading that is missing, or jumps.
-    pub reading_missing: u64,
-    /// Records with a reading that has been missing for long, or with a new start of the filters.
-    pub reading_stale: u64,
-    /// Records with a reading beyond what the robot can do.
-    pub reading_absurd: u64,
-    /// Records with a parity residual beyond five standard deviations, or a force beyond five times
-    /// the weight. They are not in the means.
-    pub out_of_range: u64,
-}
-
-/// Sums over the records of one estimator that count.
-#[derive(Clone, Debug, Default)]
-pub(super) struct ForceSums {
-    /// Records with an estimate.
-    pub samples: u64,
-    /// Records without one.
-    pub missing: u64,
-    /// Records whose forces are in the means.
-    averaged: u64,
-    normal_force: [f64; 3],
-    traction: [f64; 3],
-    /// Of N, and of T.
-    variance: [[f64; 3]; 2],
-    variances: u64,
-    /// Needed friction of each wheel: sum, largest size, number of records.
-    needed: [(f64, f64, u64); 3],
-    parity: f64,
-    parities: u64,
-    /// Unloaded, at a stop, missing, stale, absurd, out of range.
-    flags: [u64; 6],
-}
-
-impl ForceSums {
-    /// Adds a record.
-    pub fn add(&mut self, estimate: Option<&Estimate>) {
-        let usable = |e: &&Estimate| {
-            let mut forces = e.normal_force.iter().chain(&e.traction);
-            forces.all(|f| f.is_finite())
-        };
-        let Some(estimate) = estimate.filter(usable) else {
-            self.missing += 1;
-            return;
-        };
-        self.samples += 1;
-        let has = |flag| estimate.flags.contains(flag);
-        let found = [
-            Flags::WHEEL_UNLOADED.into_iter().any(has),
-            has(Flags::AT_STOP),
-            has(Flags::SENSOR_MISSING),
-            has(Flags::SENSOR_STALE),
-            has(Flags::SENSOR_ABSURD),
-            has(Flags::OUT_OF_RANGE),
-        ];
-        for (count, found) in self.flags.iter_mut().zip(found) {
-            *count += u64::from(found);
-        }
-        if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
-            self.parities += 1;
-            self.parity += (parity.value / parity.sigma).powi(2);
-        }
-        if has(Flags::OUT_OF_RANGE) {
-            return;
-        }
-        self.averaged += 1;
-        for i in 0..3 {
-            self.normal_force[i] += estimate.normal_force[i];
-            self.traction[i] += estimate.traction[i];
-            if let Some((needed, _)) = estimated_needed_friction(estimate, i) {
-                let (sum, largest, count) = &mut self.needed[i];
-                *sum += needed;
-                *largest = largest.max(needed.abs());
-                *count += 1;
-            }
-        }
-        if let Some(covariance) = estimate.kalman.as_ref().map(|k| &k.covariance) {
-            self.variances += 1;
-            for i in 0..3 {
-                self.variance[0][i] += covariance[2 * i + 1][2 * i + 1];
-                self.variance[1][i] += covariance[2 * i][2 * i];
-            }
-        }
-    }
-
-    /// The means; `None` without records that count.
-    pub fn means(&self) -> Option<MeanForces> {
-        // Counts of records.
-        let mean = |sum: f64, of: u64| sum / of as f64;
-        if self.averaged == 0 {
-            return None;
-        }
-        let sigma = |sums: &[f64; 3]| sums.map(|sum| mean(sum.max(0.0), self.variances).sqrt());
-        let stated = (self.variances > 0).then(|| self.variance.each_ref().map(sigma));
-        let needed = self.needed.map(|needed| Some(needed).filter(|n| n.2 > 0));
-        let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
-        Some(MeanForces {
-            normal_force: self.normal_force.map(|sum| mean(sum, self.averaged)),
-            traction: self.traction.map(|sum| mean(sum, self.averaged)),
-            normal_force_sigma: stated.map(|[normal, _]| normal),
-            traction_sigma: stated.map(|[_, traction]| traction),
-            needed_friction: needed.map(|n| n.map(|(sum, _, count)| mean(sum, count))),
-            largest_needed_friction: needed.map(|n| n.map(|(_, largest, _)| largest)),
-            parity: (self.parities > 0).then(|| mean(self.parity, self.parities).sqrt()),
-            unloaded,
-            at_stop,
-            reading_missing: missing,
-            reading_stale: stale,
-            reading_absurd: absurd,
-            out_of_range,
-        })
     }
 }

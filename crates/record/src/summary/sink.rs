@@ -1,10 +1,10 @@
 //! The sink that sums up a run.
 
 use super::Summary;
+use super::means::ForceSums;
 use super::parts::{
     BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FaultyChannels,
-    ForceSums, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
-    TorqueScaleSummary,
+    FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors, TorqueScaleSummary,
 };
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;

@@ -85,7 +85,8 @@ fn another_friction_law_is_named() {
         let mut summary = summary(0);
         if let Some(friction) = &mut summary.friction {
             friction.law = law.to_owned();
-            friction.slip_stiffness = slip_stiffness;
+            let value = friction.parameters.get_mut("slip_stiffness");
+            *value.expect("a parameter of the brush model") = slip_stiffness;
             friction.rolling_resistance = rolling_resistance;
         }
         comparison_table(&[("smooth", &summary)])

@@ -2,11 +2,11 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, PRESETS};
+use crate::model_error::ModelErrorTooLarge;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget, Sides};
 use robhaz_keys::reader::nearest;
-use robhaz_masses::ModelErrorTooLarge;
 use robhaz_sim::sensors::ImuPlace;
 
 /// What is known of a log beside its readings. SI throughout.
@@ -207,10 +207,8 @@ impl LogChoice {
             return Ok(choice);
         }
         let listed = || self.estimators.iter().map(|e| e.name.as_str());
-        let presets = PRESETS
-            .iter()
-            .copied()
-            .filter(|p| listed().all(|e| e != *p));
+        let presets = PRESETS.iter().map(|preset| preset.0);
+        let presets = presets.filter(|p| listed().all(|e| e != *p));
         let allowed: Vec<&str> = listed().chain(presets).collect();
         let near = nearest(name, &allowed);
         let hint = near.map_or(String::new(), |near| format!("; did you mean {near}?"));

@@ -47,6 +47,18 @@ macro_rules! kind {
     };
 }
 
+/// A kind whose profile of the same type has the key `start` beside its own.
+macro_rules! from_start {
+    ($name:literal, $keys:expr, $profile:ident, $field:ident) => {
+        kind!($name, &[START, $keys], |_, it| Profile::$profile(
+            $profile {
+                start: it.start,
+                ..it.$field
+            }
+        ))
+    };
+}
+
 /// All kinds of ground, in the order of the reference. The first and the last are no parts of a
 /// course.
 const KINDS: &[Kind] = &[
@@ -54,28 +66,11 @@ const KINDS: &[Kind] = &[
     kind!(DEFAULT, &[], |_, _| Profile::smooth()),
     kind!("bumps", &[BUMPS], |_, it| Profile::Bumps(it.bumps)),
     kind!("cosbump", &[COSBUMP], |_, it| Profile::CosBump(it.cosbump)),
-    kind!("ramp", &[START, RAMP], |_, it| Profile::Ramp(Ramp {
-        start: it.start,
-        ..it.ramp
-    })),
-    kind!("step", &[START, STEP], |_, it| Profile::Stairs(Stairs {
-        start: it.start,
-        ..it.step
-    })),
-    kind!("stairs", &[START, STAIRS], |_, it| Profile::Stairs(
-        Stairs {
-            start: it.start,
-            ..it.stairs
-        }
-    )),
-    kind!("sine", &[START, SINE], |_, it| Profile::Sine(Sine {
-        start: it.start,
-        ..it.sine
-    })),
-    kind!("ditch", &[START, DITCH], |_, it| Profile::Ditch(Ditch {
-        start: it.start,
-        ..it.ditch
-    })),
+    from_start!("ramp", RAMP, Ramp, ramp),
+    from_start!("step", STEP, Stairs, step),
+    from_start!("stairs", STAIRS, Stairs, stairs),
+    from_start!("sine", SINE, Sine, sine),
+    from_start!("ditch", DITCH, Ditch, ditch),
     kind!("rough", &[START, ROUGH], |site, it| Profile::Rough(
         Rough::new(RoughSettings {
             start: it.start,

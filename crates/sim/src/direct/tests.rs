@@ -1,11 +1,13 @@
 use super::radau::Work;
 use super::*;
-use crate::StartKind;
-use crate::friction::Stretch;
+use crate::contact::ContactLaw;
+use crate::friction::{FrictionKind, FrictionLaw, Stretch};
+use crate::rolling::RollingResistance;
+use crate::{EngineKind, StartKind};
 use nalgebra::SMatrix;
 use radau::{Model, System};
-use robhaz_model::Geometry;
-use robhaz_terrain::{Course, Profile, Ramp, Sine};
+use robhaz_model::{Geometry, PinStop, Robot};
+use robhaz_terrain::{Course, Profile, Ramp, Sine, Terrain};
 use system::Factors;
 
 /// N of the three wheels at each record, and the work that it took.
@@ -124,13 +126,70 @@ fn no_record_errs_where_the_ground_jumps() {
 /// Closed form: a reduced system of seven equations gives the solution of all fourteen with the
 /// Jacobian by difference central difference quotients of the rates. The mechanics take one-sided
 /// quotients over 10 nm, which err by 1e-5 at a penetration of 0.57 mm; ten times that is allowed;
-/// for a real and a complex shift, on a slope in motion.
+/// for a real and a complex shift, on a slope in motion; with the default forces, and with all
+/// forces at work.
 #[test]
 fn the_jacobian_is_that_of_the_rates() {
-    let setup = PlantSetup::on(Profile::smooth());
-    let mut engine = DirectEngine::new(&setup, &Start::new(&setup).unwrap());
+    for setup in [PlantSetup::on(Profile::smooth()), with_every_force()] {
+        the_jacobian_is_right(&setup);
+    }
+}
+
+/// A robot on which every force acts. All fields are named: a new force is one here, too.
+fn with_every_force() -> PlantSetup {
+    let mut robot = Robot::default_a();
+    // Within the range of the angle on the course.
+    robot.geometry.stop = PinStop {
+        lower: 0.0,
+        upper: 0.05,
+        stiffness: 50.0,
+        damping: 0.5,
+    };
+    PlantSetup {
+        robot,
+        terrain: Terrain::new(Profile::smooth()),
+        contact: ContactLaw {
+            stiffness: 1e6,
+            exponent: 1.5,
+            damping: 1e4,
+            damping_ramp: 2e-4,
+        },
+        friction: FrictionLaw {
+            kind: FrictionKind::Brush,
+            mu_s: 0.8,
+            mu_d: 0.6,
+            v_s: 0.01,
+            v_d: 0.05,
+            slip_stiffness: 10.0,
+        },
+        stretches: Vec::new(),
+        rolling: RollingResistance { coefficient: 0.03 },
+        drive: Drive {
+            speed: 0.2,
+            kp: 5.0,
+            ki: 50.0,
+            torque_limit: 10.0,
+            tracking_time: 0.1,
+            viscous_damping: 0.15,
+            gear_friction: 0.3,
+            start_time: 0.1,
+            ramp_time: 0.2,
+            scalings: Vec::new(),
+        },
+        start: StartKind::Settled,
+        engine: EngineKind::Direct,
+        step: 2e-4,
+        tolerance: 1e-5,
+        period: 1e-3,
+        balance: false,
+    }
+}
+
+fn the_jacobian_is_right(setup: &PlantSetup) {
+    let mut engine = DirectEngine::new(setup, &Start::new(setup).unwrap());
     for time in [0.9, 3.0, 6.0] {
         let (y, _) = engine.reach(time).unwrap().at(time);
+        println!("theta_1 - theta_2 = {}", y[2] - y[3]);
         let equations = &mut engine.equations;
         let here = equations.rates(time, &y).unwrap();
         let mut matrix = SMatrix::<f64, SIZE, SIZE>::zeros();

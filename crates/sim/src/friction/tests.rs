@@ -75,7 +75,7 @@ fn laws() -> Vec<FrictionLaw> {
         });
     }
     laws.push(FrictionLaw {
-        v_s: FrictionLaw::RIGID_LEAST,
+        v_s: 0.2e-3,
         mu_d: 0.3,
         ..FrictionLaw::of(FrictionKind::Rigid)
     });

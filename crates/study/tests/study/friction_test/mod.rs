@@ -14,6 +14,7 @@ use robhaz_control::{FrictionTestEnd, FrictionTestResult};
 use robhaz_model::WheelCommand;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
+use robhaz_sim::friction::FrictionKind;
 use std::error::Error;
 use std::path::Path;
 
@@ -21,7 +22,10 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// First seed of all tests and studies here: no constant was chosen by these seeds.
 const FIRST_SEED: u64 = 100;
-const LAWS: [&str; 3] = ["adams", "brush", "rigid"];
+const LAWS: [&str; FrictionKind::ALL.len()] = {
+    let [a, b, c] = FrictionKind::ALL;
+    [a.name(), b.name(), c.name()]
+};
 const MU: [f64; 4] = [0.3, 0.5, 0.7, 0.9];
 /// Name, and the overrides of the ground and the drive.
 const GROUNDS: [(&str, &[&str]); 3] = [

@@ -174,7 +174,8 @@ impl Ground {
     /// (N), N m.
     #[inline]
     pub fn rolling_moment(&self, normal_force: f64, spin: f64) -> f64 {
-        if self.rolling.coefficient > 0.0 {
+        let RollingResistance { coefficient } = self.rolling;
+        if coefficient > 0.0 {
             self.rolling.moment(normal_force, self.wheel_radius, spin)
         } else {
             0.0

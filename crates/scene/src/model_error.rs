@@ -1,13 +1,10 @@
 //! Model errors: how the nominal robot, which the estimators are given, differs from the simulated
 //! one.
 
-use crate::blocks::{Blocks, simulate};
-use crate::error::WeighError;
-use crate::fit::{Weighed, weigh};
-use crate::measurements::{Accuracy, Measurements};
-use crate::parameters::Tolerances;
-use crate::plan::plan;
 use robhaz_estimator::statics::LoadCovariance;
+use robhaz_masses::{
+    Accuracy, Blocks, Measurements, Tolerances, WeighError, Weighed, plan, simulate, weigh,
+};
 use robhaz_model::{Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;

@@ -78,40 +78,109 @@ impl Slip {
     }
 }
 
+/// A parameter of a friction law: one that no other law has, or with a default or limits of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// Its symbol in texts.
+    pub symbol: &'static str,
+    /// Its unit; empty for a number.
+    pub unit: &'static str,
+    /// Its field.
+    pub at: fn(&mut FrictionLaw) -> &mut f64,
+    /// Its value where none is given.
+    pub default: f64,
+    /// The least and the largest value that this law takes, where they are narrower than what such
+    /// a parameter may be.
+    pub limits: Option<[f64; 2]>,
+    /// Whether it also shapes mu(v), so that every law has it.
+    pub is_shared: bool,
+}
+
+impl Parameter {
+    /// Its value in a law.
+    pub fn of(&self, law: &FrictionLaw) -> f64 {
+        let mut law = *law;
+        *(self.at)(&mut law)
+    }
+}
+
+impl FrictionKind {
+    /// The parameters of this law, those that set its steepest slope
+    /// ([`FrictionLaw::steepest_slope`]).
+    pub const fn parameters(self) -> &'static [Parameter] {
+        const V_S: Parameter = Parameter {
+            name: "v_s",
+            symbol: "v_s",
+            unit: "m/s",
+            at: |law| &mut law.v_s,
+            default: 0.02,
+            limits: None,
+            is_shared: true,
+        };
+        match self {
+            Self::Adams => &[V_S],
+            Self::Brush => &[Parameter {
+                name: "slip_stiffness",
+                symbol: "C",
+                unit: "",
+                at: |law| &mut law.slip_stiffness,
+                default: 20.0,
+                limits: None,
+                is_shared: false,
+            }],
+            // At most a tenth of the default of ADAMS's form.
+            Self::Rigid => &[Parameter {
+                default: 1e-3,
+                limits: Some([0.2e-3, 2e-3]),
+                ..V_S
+            }],
+        }
+    }
+
+    /// Whether an explicit step may be cut where the contact is stiff. With a law for implicit
+    /// methods all steps would be cut.
+    pub const fn bears_cut_steps(self) -> bool {
+        match self {
+            Self::Adams | Self::Brush => true,
+            Self::Rigid => false,
+        }
+    }
+
+    /// The parameters of all laws.
+    pub fn all_parameters() -> impl DoubleEndedIterator<Item = &'static Parameter> {
+        Self::ALL.into_iter().flat_map(Self::parameters)
+    }
+}
+
 impl Default for FrictionLaw {
     /// ADAMS's form with mu_s = 0.8, mu_d = 0.7, v_s = 0.02 m/s, v_d = 0.10 m/s; C = 20 for the
     /// brush model.
     fn default() -> Self {
-        Self {
-            kind: FrictionKind::Adams,
-            mu_s: 0.8,
-            mu_d: 0.7,
-            v_s: 0.02,
-            v_d: 0.10,
-            slip_stiffness: 20.0,
-        }
+        Self::of(FrictionKind::default())
     }
 }
 
 impl FrictionLaw {
-    /// Smallest v_s of [`FrictionKind::Rigid`], m/s.
-    pub const RIGID_LEAST: f64 = 0.2e-3;
-    /// Largest v_s of [`FrictionKind::Rigid`], m/s: a tenth of the default of ADAMS's form.
-    pub const RIGID_MOST: f64 = 2e-3;
-    /// Default v_s of [`FrictionKind::Rigid`], m/s.
-    const RIGID_DEFAULT: f64 = 1e-3;
-
     /// The law of a form with its default parameters.
     pub fn of(kind: FrictionKind) -> Self {
-        let default = Self::default();
-        Self {
+        let mut law = Self {
             kind,
-            v_s: match kind {
-                FrictionKind::Adams | FrictionKind::Brush => default.v_s,
-                FrictionKind::Rigid => Self::RIGID_DEFAULT,
-            },
-            ..default
+            mu_s: 0.8,
+            mu_d: 0.7,
+            v_s: 0.0,
+            v_d: 0.10,
+            slip_stiffness: 0.0,
+        };
+        // Its own come last; before them the default of the first law that declares one.
+        for parameter in FrictionKind::all_parameters()
+            .rev()
+            .chain(kind.parameters())
+        {
+            *(parameter.at)(&mut law) = parameter.default;
         }
+        law
     }
 
     /// T/N, -, with the sign of the slip.

@@ -1,6 +1,6 @@
 //! Equation (8) in the estimator, and the needed friction in closed form.
 
-#[path = "../../../estimator/tests/full_system/derivation.rs"]
+#[path = "../../../../estimator/tests/full_system/derivation.rs"]
 #[expect(dead_code, reason = "the least squares are the estimator's")]
 mod derivation;
 mod vertex;

@@ -8,8 +8,8 @@ use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
-use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, plan, simulated_weighing, weigh};
-use robhaz_scene::RobotChoice;
+use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, plan, weigh};
+use robhaz_scene::{RobotChoice, simulated_weighing};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz weigh`.
