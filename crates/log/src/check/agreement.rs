@@ -33,7 +33,7 @@ const BETTER: f64 = 0.7;
 /// stated.
 const AGREE: f64 = 2.0;
 /// Mean NIS of a contradiction that is none of the filters' own where readings are too far apart for
-/// them: there honest logs show up to 9.2 (`tests/check/honest_logs.rs`).
+/// them, or the robot too fast: there honest logs show up to 9.2 (`tests/check/honest_logs.rs`).
 const CERTAIN: f64 = 12.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
@@ -410,7 +410,7 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
             "readings contradict each other from {first:.1} s on (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)"
         );
         if !resolved && largest < CERTAIN {
-            let remedy = "record at a higher rate: between readings of the slowest channel are more than 20 ms, or the wheels turn by more than 0.02 rad, which the filters may show as a contradiction";
+            let remedy = "record at a higher rate, or drive slower: more than 20 ms between readings, a turn of a wheel by more than 0.02 rad, or a speed beyond sqrt(g r/2) may look like a contradiction";
             return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
         }
         let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";

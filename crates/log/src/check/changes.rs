@@ -35,6 +35,8 @@ pub struct Changes {
     /// Of the angle that the encoders' acceleration makes an inclinometer show, rad; none of
     /// inclinometers without it.
     pub forward: Vec<f64>,
+    /// What noise of the inclinometers makes of their changes, rad.
+    pub noise: f64,
     /// Time within which they change, s.
     pub span: f64,
     /// Factor of standard deviations: residuals are correlated over the span.
@@ -79,8 +81,10 @@ impl Changes {
             (read, Some(acceleration)) => subtract(read, acceleration),
         };
         let correlated = (recording.steps(span) as f64).sqrt();
+        let smoothed = recording.steps(SMOOTHING) as f64;
         Self {
             span,
+            noise: log.stated.budget.inclination_noise * (2.0 / smoothed).sqrt(),
             correlated,
             inclination: [0, 1].map(|k| change(&inclination(k))),
             rate: [0, 1].map(|k| change(&integral(&rates[k], recording.dt))),

@@ -232,8 +232,8 @@ fn sign(
             .with("gyro", turned, "deg");
         // Two inclinometers that agree on the ground leave the gyroscope.
         let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
-        let by_robot = rms(&changes.forward);
-        if on_ground == Signs::Equal && !follows && inclination > 2.0 * LEAST_CHANGE.max(by_robot) {
+        let other = LEAST_CHANGE.max(rms(&changes.forward)).hypot(changes.noise);
+        if on_ground == Signs::Equal && !follows && inclination > 2.0 * other {
             let remedy = format!(
                 "{} is wrong: dead, or a column of something else; {} agrees with the other link on the ground",
                 Channel::Gyro(k),

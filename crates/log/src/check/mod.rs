@@ -123,7 +123,9 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.take([ground::distance(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
-    let resolved = log.recording.slowest < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
+    let resolved = log.recording.slowest < LONGEST_STEP
+        && turn < LARGEST_TURN_OF_FILTERS
+        && froude(&log, turn) < LARGEST_FROUDE;
     log.take(agreement::findings(&log, order, resolved));
     log.report()
 }
@@ -179,6 +181,16 @@ const LONGEST_STEP: f64 = 0.0205;
 /// Largest turn of a wheel between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at
 /// 500 Hz.
 const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
+
+/// Froude number `v^2/(g r)` up to which the filters hold: with 1 a wheel leaves ground that is as
+/// curved as itself.
+const LARGEST_FROUDE: f64 = 0.5;
+
+/// That of wheels that turn so far (rad) between readings of the slowest channel.
+fn froude(log: &Readings<'_>, turn: f64) -> f64 {
+    let (robot, spin) = (log.stated.robot, turn / log.recording.slowest);
+    spin * spin * robot.geometry.wheel_radius / robot.gravity
+}
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {
