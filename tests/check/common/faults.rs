@@ -203,10 +203,16 @@ const ACCELERATED: Hidden = &[
 ];
 
 /// On slopes that differ a wheel goes further than the others for some time.
-const BUMPS: Hidden = &[(
-    "smooth",
-    "few slopes, which each wheel passes at another time",
-)];
+const BUMPS: Hidden = &[
+    (
+        "smooth",
+        "few slopes, which each wheel passes at another time",
+    ),
+    (
+        "flat",
+        "torques that do not change: an offset of one looks like slip",
+    ),
+];
 
 /// Only slopes show what the torques lift.
 const ALIKE: Hidden = &[("flat", "level ground asks for no torque")];
