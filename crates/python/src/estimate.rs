@@ -18,6 +18,7 @@ pub struct Estimate {
     body_pitch: f64,
     link_angle: Three,
     flags: Vec<&'static str>,
+    weight: Option<&'static str>,
 }
 
 impl From<robhaz_estimator::Estimate> for Estimate {
@@ -34,6 +35,10 @@ impl From<robhaz_estimator::Estimate> for Estimate {
             body_pitch: found.posture.body,
             link_angle: found.posture.links.into(),
             flags: found.flags.names().collect(),
+            weight: found
+                .kalman
+                .and_then(|k| k.torque_scale)
+                .map(|scale| scale.confirmation.name()),
         }
     }
 }

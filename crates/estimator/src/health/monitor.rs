@@ -103,17 +103,23 @@ impl HealthMonitor {
             return;
         }
         let weight = dt / (WINDOW + dt);
-        let found = sample.innovations;
-        let wheels = self.encoder.iter_mut().zip(&found.encoder);
-        let wheels = wheels.chain(self.slip.iter_mut().zip(&found.slip));
-        let wheels = wheels.chain(self.direction.iter_mut().zip(&found.direction));
+        let Innovations {
+            encoder,
+            slip,
+            direction,
+            inclination,
+            parity,
+        } = sample.innovations;
+        let wheels = self.encoder.iter_mut().zip(encoder);
+        let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
+        let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
         for (mean, nis) in wheels {
             mean.update(*nis, weight);
         }
-        for (mean, nis) in self.inclination.iter_mut().zip(&found.inclination) {
+        for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
             mean.update(*nis, weight);
         }
-        self.parity.update(found.parity, weight);
+        self.parity.update(*parity, weight);
     }
 
     /// The present state. `carriers` names the link of each wheel.

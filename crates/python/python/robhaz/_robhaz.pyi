@@ -263,6 +263,11 @@ class Estimate:
     def flags(self) -> list[str]:
         """Warnings, such as `wheel 1 unloaded`."""
 
+    @property
+    def weight(self) -> str | None:
+        """Whether the torques confirm the described weight: `confirmed`, `unconfirmed` or `contradicts`. The stated
+        deviations hold if they do. `None` from the paper's filters, and for one side of two."""
+
 @final
 class Study:
     """The result of a study. `print(study)` shows the table of `robhaz study`."""

@@ -1,7 +1,7 @@
 //! The columns of `estimate-NAME`.
 
 use super::{Source, Table, WHEEL, pin_force_description};
-use robhaz_estimator::ContactState;
+use robhaz_estimator::{Confirmation, ContactState};
 use robhaz_model::Pin;
 use robhaz_score::estimated_needed_friction;
 
@@ -70,6 +70,12 @@ impl Table {
             "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, \
              32; contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or \
              mass 16384; empty without Kalman filters" => |e| e.kalman.map(|k| f64::from(k.health.faulty.bits()));
+            "weight", "1", "the torques against the described weight: 1 confirmed, 0 unconfirmed, -1 contradicts; empty \
+             without Kalman filters and for one side of two" => |e| Some(match e.kalman?.torque_scale?.confirmation {
+                Confirmation::Confirmed => 1.0,
+                Confirmation::Unconfirmed => 0.0,
+                Confirmation::Contradicts => -1.0,
+            });
         }
         for (i, of) in WHEEL.into_iter().enumerate() {
             columns! { self, estimate index; wheel(i), of;

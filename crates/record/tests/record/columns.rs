@@ -146,7 +146,7 @@ fn names_of_an_estimate_are_fixed() {
         wheel3_needed_friction body_pitch link1_angle link2_angle link3_angle pin_p_from_q_x pin_p_from_q_y \
         pin_r_from_q_x pin_r_from_q_y pin_s_from_q_x pin_s_from_q_y pin_p_force_x pin_p_force_y pin_q_force_x \
         pin_q_force_y pin_r_force_x pin_r_force_y pin_s_force_x pin_s_force_y residual_force_x residual_force_y \
-        residual_moment_link1 residual_moment_link2 parity parity_sigma flags faulty_channels \
+        residual_moment_link1 residual_moment_link2 parity parity_sigma flags faulty_channels weight \
         wheel1_normal_force_sigma wheel1_traction_sigma wheel1_torque_offset wheel1_contact_angle wheel1_contact_angle_sigma \
         wheel1_contact_angle_error \
         wheel2_normal_force_sigma wheel2_traction_sigma wheel2_torque_offset wheel2_contact_angle wheel2_contact_angle_sigma \
