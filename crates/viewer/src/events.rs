@@ -9,7 +9,7 @@ use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{StateChange, StateConfiguration, TextLog};
 use re_sdk_types::components::TextLogLevel;
-use robhaz_estimator::{ContactState, Estimate, Flags};
+use robhaz_estimator::{Confirmation, ContactState, Estimate, Flags};
 use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
@@ -102,6 +102,8 @@ struct EstimatorLanes {
     trust: Lane,
     /// Its flags at the last record, if it had an estimate.
     flags: Option<Option<Flags>>,
+    /// What its torques said of the weight.
+    weight: Confirmation,
 }
 
 impl Events {
@@ -113,6 +115,7 @@ impl Events {
             wheels: (e.settings.states_covariance()).then(|| lanes(&format!("/{}", e.label))),
             trust: Lane::new(format!("trust/{}", e.label)),
             flags: None,
+            weight: Confirmation::Unconfirmed,
         });
         let stop = run.robot.robot.geometry.stop;
         let mut events = Self {
@@ -172,6 +175,7 @@ impl Events {
         for (k, estimate) in frame.estimates.iter().enumerate() {
             if let Ok(estimate) = estimate {
                 self.sample_contacts(k, frame.time, estimate);
+                self.sample_weight(k, frame.time, estimate);
             }
             let flags = estimate.as_ref().ok().map(|e| e.flags);
             let before = self.estimators[k].flags.replace(flags);
@@ -197,6 +201,21 @@ impl Events {
             let text = format!("{}: {text}", self.estimators[k].name);
             self.add(frame.time, text, level, by_index(k));
         }
+    }
+
+    /// Whether the torques confirm the described weight, where that changes.
+    fn sample_weight(&mut self, k: usize, time: f64, estimate: &Estimate) {
+        let scale = estimate.kalman.and_then(|k| k.torque_scale);
+        let now = scale.map(|scale| scale.confirmation).unwrap_or_default();
+        if std::mem::replace(&mut self.estimators[k].weight, now) == now {
+            return;
+        }
+        let level = match now {
+            Confirmation::Contradicts => TextLogLevel::WARN,
+            Confirmation::Confirmed | Confirmation::Unconfirmed => TextLogLevel::INFO,
+        };
+        let text = format!("{}: weight {}", self.estimators[k].name, now.name());
+        self.add(time, text, level, by_index(k));
     }
 
     /// Adds the results of the friction tests at their times, and the event of the end of the run.
