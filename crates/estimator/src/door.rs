@@ -86,6 +86,7 @@ fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         body_cg,
         link_mass,
         load_covariance,
+        wheel_radius,
         cross_slope,
     } = *budget;
     NoiseBudget {
@@ -114,6 +115,7 @@ fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         specific_force,
         contact_angle,
         link_mass,
+        wheel_radius,
         cross_slope,
     }
 }

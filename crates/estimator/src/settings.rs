@@ -152,6 +152,8 @@ pub struct NoiseBudget {
     /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count
     /// in addition to the two above, which are 0 then.
     pub load_covariance: Option<LoadCovariance>,
+    /// Relative error of each wheel's rolling radius.
+    pub wheel_radius: f64,
     /// Standard deviation of the slope across the way, rad, of logs of [`Sides::OneOfTwo`]: it moves
     /// the weight from one side to the other.
     pub cross_slope: f64,
@@ -221,6 +223,7 @@ impl NoiseBudget {
             body_cg: 0.0,
             link_mass: 0.0,
             load_covariance: None,
+            wheel_radius: 0.0,
             cross_slope: 5.0 * DEGREE,
         }
     }

@@ -61,6 +61,9 @@ impl Tolerances {
         }
     }
 
+    /// Relative error of a wheel's rolling radius: a ruler, wear, load.
+    pub const RADIUS: f64 = 0.005;
+
     /// Relative error of the mass of the whole robot: its owner has put it on scales, with
     /// batteries and cables.
     pub const TOTAL: f64 = 0.01;

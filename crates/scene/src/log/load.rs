@@ -160,6 +160,10 @@ keys! {
     /// `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then
     load_covariance: Covariance => budget.load_covariance;
 
+    /// relative error of each wheel's rolling radius
+    wheel_radius ("0.005 of a robot whose errors are not stated, else 0"):
+        number(NONE, at_least(0.0).at_most(0.5)) => budget.wheel_radius;
+
     /// slope across the way, of logs with sides = "one of two": it moves the weight from one side
     /// to the other
     cross_slope: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.cross_slope;
@@ -242,13 +246,17 @@ impl LogChoice {
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(loads.map_err(refused)?);
+        if budget.wheel_radius <= 0.0 {
+            budget.wheel_radius = Tolerances::RADIUS;
+        }
         let millimetres = |length: f64| (1e4 * length).round() / 10.0;
         let notice = format!(
-            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: its mass to {:.0} %, those of its parts to {:.0} %, centres of mass to {} mm, pins to {} mm; state them, or weigh the robot (docs/weighing.md)",
+            "budget.body_cg and budget.link_masses are not stated, so the robot counts as built to usual tolerances: its mass to {:.0} %, those of its parts to {:.0} %, centres of mass to {} mm, pins to {} mm, wheels to {} % of their radius; state them, or weigh the robot (docs/weighing.md)",
             100.0 * Tolerances::TOTAL,
             100.0 * built.mass,
             millimetres(built.centre),
             millimetres(built.pin),
+            100.0 * Tolerances::RADIUS,
         );
         Ok((choice, Some(notice)))
     }

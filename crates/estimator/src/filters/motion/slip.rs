@@ -52,6 +52,7 @@ impl MotionFilter {
         if !shows_creep {
             of_creep = root_sum_square(of_creep, creep_sigma * wheel.ratio);
         }
+        of_creep = root_sum_square(of_creep, wheel.radius_error * rim);
         let beyond = tuning::SLIP.at_speed(self.speed_ratio());
         let nonlinear = robhaz_model::sqrt(variance_factor(wheel.ratio));
         let of_observer = root_sum_square(by_offset * wheel.torque_sigma, wheel.rim_sigma);
