@@ -19,8 +19,10 @@ pub const VELOCITY: usize = 0;
 pub const CREEP: usize = 2;
 /// Speed at which each wheel comes out of the ground, m/s, because its load falls.
 pub const PENETRATION: usize = 5;
+/// Relative error of each wheel's rolling radius, true over nominal less 1.
+pub const RADIUS: usize = 8;
 /// The first of the uncertain inputs.
-pub const INPUTS: usize = 8;
+pub const INPUTS: usize = 11;
 /// Acceleration of Q, m/s^2: x, y.
 pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
 /// Contact-angle errors, reading minus true, rad.
@@ -59,7 +61,8 @@ impl MotionFilter {
         x[CREEP..PENETRATION].fill(tuning::CREEP);
         sigma[VELOCITY..CREEP].fill(tuning::VELOCITY_AT_REST);
         sigma[CREEP..PENETRATION].fill(tuning::CREEP_SIGMA);
-        sigma[PENETRATION..INPUTS].fill(tuning::PENETRATION_SPEED.sigma);
+        sigma[PENETRATION..RADIUS].fill(tuning::PENETRATION_SPEED.sigma);
+        sigma[RADIUS..INPUTS].fill(budget.wheel_radius);
         sigma[ACCELERATION..CONTACT_ANGLE].fill(tuning::ACCELERATION.sigma);
         sigma[CONTACT_ANGLE..TORQUE_OFFSET].fill(angle_sigma(budget, angles));
         sigma[TORQUE_OFFSET..GEAR_FRICTION].fill(budget.torque_offset);
@@ -194,7 +197,7 @@ impl MotionFilter {
         }
         // It makes `sigma` the stationary standard deviation.
         let noise = |sigma: f64, keep: f64| sigma * sigma * (1.0 - keep * keep);
-        for state in PENETRATION..INPUTS {
+        for state in PENETRATION..RADIUS {
             self.filter.p[state][state] += noise(penetration.sigma, keep_penetration);
         }
         for state in ACCELERATION..CONTACT_ANGLE {
@@ -260,7 +263,7 @@ impl MotionFilter {
             }
         }
         let mut keep = [1.0; COUNT];
-        keep[PENETRATION..INPUTS].fill(keep_penetration);
+        keep[PENETRATION..RADIUS].fill(keep_penetration);
         keep[ACCELERATION..CONTACT_ANGLE].fill(keep_acceleration);
         keep[CONTACT_ANGLE..DECAYING.end].fill(keep_angle);
         for i in 0..COUNT {

@@ -42,8 +42,6 @@ pub(crate) struct RollingWheel {
     pub torque: f64,
     /// Standard deviation of the observed r T, N m.
     pub torque_sigma: f64,
-    /// Relative error of its rolling radius.
-    pub radius_error: f64,
     /// Standard deviation of the observed speed of the rim, m/s.
     pub rim_sigma: f64,
 }

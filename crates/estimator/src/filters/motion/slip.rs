@@ -4,13 +4,13 @@
 //! | | |
 //! |---|---|
 //! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
-//! | states | velocity of Q, creep, torque offset, gear friction, torque gain |
+//! | states | velocity of Q, creep, rolling radius, torque offset, gear friction, torque gain |
 //! | noise | white: gyroscope; lasting: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
 
 use super::filter::{
-    CREEP, GEAR_FRICTION, MotionFilter, PENETRATION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+    CREEP, GEAR_FRICTION, MotionFilter, PENETRATION, RADIUS, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use super::measurement::Measurement;
 use super::rolling::{RollingWheel, Sample};
@@ -31,7 +31,7 @@ fn variance_factor(ratio: f64) -> f64 {
 
 impl MotionFilter {
     /// The measurement of one wheel, whose rim has the speed `rim`, m/s.
-    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<6, 4> {
+    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<7, 4> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
         let (creep, slip) = (self.creep(i), self.creep(i) * wheel.ratio);
         // Derivative of the slip with respect to a torque error, which changes T/N.
@@ -52,7 +52,6 @@ impl MotionFilter {
         if !shows_creep {
             of_creep = root_sum_square(of_creep, creep_sigma * wheel.ratio);
         }
-        of_creep = root_sum_square(of_creep, wheel.radius_error * rim);
         let beyond = tuning::SLIP.at_speed(self.speed_ratio());
         let nonlinear = robhaz_model::sqrt(variance_factor(wheel.ratio));
         let of_observer = root_sum_square(by_offset * wheel.torque_sigma, wheel.rim_sigma);
@@ -60,12 +59,13 @@ impl MotionFilter {
             row: [
                 (VELOCITY, velocity.direction.x),
                 (VELOCITY + 1, velocity.direction.y),
+                (RADIUS + i, -rim),
                 (CREEP + i, if shows_creep { on * slip } else { 0.0 }),
                 (TORQUE_OFFSET + i, on * by_offset),
                 (GEAR_FRICTION, on * by_offset * wheel.friction_share),
                 (TORQUE_GAIN + i, on * by_offset * wheel.torque),
             ],
-            innovation: rim - velocity.speed - slip,
+            innovation: rim * (1.0 + self.filter.x[RADIUS + i]) - velocity.speed - slip,
             white: wheel.noise_sigma * wheel.noise_sigma,
             lasting: [
                 GaussMarkov::new(beyond.sigma * nonlinear, beyond.time),

@@ -31,7 +31,6 @@ fn wheel(random: &mut Random) -> RollingWheel {
         noise_time: 5e-3,
         torque_sigma: 0.05,
         rim_sigma: 0.0,
-        radius_error: 0.0,
     }
 }
 
@@ -126,7 +125,6 @@ fn rolling_determines_the_velocity() {
             noise_time: 5e-3,
             torque_sigma: 0.05,
             rim_sigma: 0.0,
-            radius_error: 0.0,
         };
         motion.roll(&budget, &[Some(wheel); 3], DT, true);
     }

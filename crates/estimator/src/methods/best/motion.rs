@@ -165,7 +165,6 @@ impl BestFilters {
             friction_share: wheel.friction_share,
             torque: wheel.steady_torque(settings.viscous_damping),
             torque_sigma: wheel.observer.ground_torque().1,
-            radius_error: settings.budget.wheel_radius,
             rim_sigma: r * wheel.observer.speed().1,
         }
     }
