@@ -125,9 +125,7 @@ pub(super) fn loads(
     };
     let nose_up = -Vec3::y();
     let rocker = [0, 1].map(|side| match rover.coupling {
-        Coupling::Differential => {
-            body.joint(Vec3::zeros(), nose_up * sign(side), &motion.coupling)
-        }
+        Coupling::Differential => body.joint(Vec3::zeros(), nose_up * sign(side), &motion.coupling),
         Coupling::RearBogie => body.joint(Vec3::zeros(), Vec3::x(), &motion.coupling),
     });
     let bogie = [0, 1].map(|side| {

@@ -35,8 +35,6 @@ const DRILLING: f64 = 0.2;
 const ROW: f64 = 0.005;
 /// Axial over normal force: no ground holds more. Guard.
 const STEEPEST: f64 = 1.0;
-/// The weights need N, and N the weights. Guard.
-const PASSES: usize = 2;
 
 /// Normal forces of the six wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,15 +116,11 @@ impl WholeEquilibrium {
         inputs: &InputCovariance,
     ) -> Result<WholeForces, WholeError> {
         let y = self.right_side(traction);
-        // On a plane, however it is tilted, the axial forces that equal loads give are exact.
-        let mut normal = [self.mean_load; 6];
-        let mut found = Err(WholeError::Singular);
-        for _ in 0..PASSES {
-            let forces = self.pass(&y, traction, &normal, inputs)?;
-            normal = forces.normal;
-            found = Ok(forces);
-        }
-        found
+        // Equal loads that carry the force z: on a plane, however tilted, their axial forces are exact.
+        let carried: f64 = self.h_n.iter().map(|column| column[2]).sum();
+        let about = self.fit(&y, traction, &[y[2] / carried; 6], inputs)?.normal;
+        let fit = self.fit(&y, traction, &about, inputs)?;
+        fit.forces().ok_or(WholeError::Singular)
     }
 
     /// Axial force over N, from the row of the force y.
@@ -139,72 +133,112 @@ impl WholeEquilibrium {
         (left / across).clamp(-STEEPEST, STEEPEST)
     }
 
-    /// One weighted least squares, linearised at the forces `normal`, N.
-    fn pass(
+    /// Weighted least squares, linearised at the forces `normal`, N.
+    #[inline(always)]
+    fn fit(
         &self,
         y: &Rows,
         traction: &[f64; 6],
         normal: &[f64; 6],
         inputs: &InputCovariance,
-    ) -> Result<WholeForces, WholeError> {
+    ) -> Result<Fit, WholeError> {
         let axial = self.axial_share(y, normal);
         // What an error of each input does to `f - H_T T - H_N N`.
         let mut effects = [Rows::zeros(); INPUTS];
-        let (forces, others) = effects.split_at_mut(input::CONTACT_ANGLE);
-        forces.copy_from_slice(&self.by_specific_force);
-        for (i, effect) in others.iter_mut().enumerate() {
-            *effect = if i < 6 {
-                -self.by_contact_angle(i, normal[i], traction[i])
-            } else {
-                -self.h_t[i - 6]
+        for (k, effect) in effects.iter_mut().enumerate() {
+            *effect = match k {
+                0..input::CONTACT_ANGLE => self.by_specific_force[k],
+                input::CONTACT_ANGLE..input::TRACTION => {
+                    let i = k - input::CONTACT_ANGLE;
+                    -self.by_contact_angle(i, normal[i], traction[i])
+                }
+                _ => -self.h_t[k - input::TRACTION],
             };
         }
-        // Covariances of the rows with the inputs.
+        // Covariances of the rows with the inputs, and of the rows.
         let mut with = [Rows::zeros(); INPUTS];
         let variance = |share: f64| (share * self.mean_load) * (share * self.mean_load);
-        let mut c = SMatrix::<f64, ROWS, ROWS>::identity() * variance(ROW);
-        for (j, with) in with.iter_mut().enumerate() {
-            for (i, effect) in effects.iter().enumerate() {
-                *with += effect * inputs[(i, j)];
-            }
-            c += *with * effects[j].transpose();
-        }
-        for column in &self.h_a {
-            c += column * column.transpose() * variance(AXIAL);
-        }
+        let mut c = SMatrix::<f64, ROWS, ROWS>::from_diagonal_element(variance(ROW));
         // The lever is twice the radius.
         c[(Self::YAW, Self::YAW)] += 6.0 * variance(0.5 * DRILLING);
-
-        let l = root(&c).ok_or(WholeError::Singular)?;
-        let white: [Rows; 6] =
-            core::array::from_fn(|i| forward(&l, &(self.h_n[i] + self.h_a[i] * axial)));
-        let white_y = forward(&l, y);
-        let information = Matrix6::from_fn(|i, j| white[i].dot(&white[j]));
-        let l_n = root(&information).ok_or(WholeError::Singular)?;
-        let solved = |right: [f64; 6]| backward(&l_n, &forward(&l_n, &Vector6::from(right)));
-        let covariance = Matrix6::from_columns(&core::array::from_fn::<_, 6, _>(|j| {
-            let mut unit = [0.0; 6];
-            unit[j] = 1.0;
-            solved(unit)
-        }));
-        let found = solved(white.map(|column| column.dot(&white_y)));
-        let mut left = white_y;
-        for (column, n) in white.iter().zip(found.iter()) {
-            left -= column * *n;
+        for (j, with) in with.iter_mut().enumerate() {
+            for (i, effect) in effects.iter().enumerate() {
+                with.axpy(inputs[(i, j)], effect, 1.0);
+            }
+            c.ger(1.0, with, &effects[j], 1.0);
         }
-        let with_inputs = SMatrix::from_columns(&with.map(|column| {
-            let column = forward(&l, &column);
-            solved(white.map(|of| of.dot(&column)))
-        }));
-        if !left.norm_squared().is_finite() {
-            return Err(WholeError::Singular);
+        for column in &self.h_a {
+            c.ger(variance(AXIAL), column, column, 1.0);
         }
-        Ok(WholeForces {
-            normal: found.into(),
-            covariance,
-            with_inputs,
+        let root_rows = root(&c).ok_or(WholeError::Singular)?;
+        let columns =
+            core::array::from_fn(|i| forward(&root_rows, &(self.h_n[i] + self.h_a[i] * axial)));
+        let right = forward(&root_rows, y);
+        let information = Matrix6::from_fn(|i, j| columns[i].dot(&columns[j]));
+        let mut fit = Fit {
             axial,
-            misfit: left.norm_squared(),
+            normal: [0.0; 6],
+            root_normal: root(&information).ok_or(WholeError::Singular)?,
+            right,
+            columns,
+            root_rows,
+            with,
+        };
+        fit.normal = fit.solve(&right);
+        Ok(fit)
+    }
+}
+
+/// A weighted least squares. Rows over their root are white.
+struct Fit {
+    axial: f64,
+    /// N.
+    normal: [f64; 6],
+    /// Root of the information of N.
+    root_normal: [[f64; 6]; 6],
+    /// White right-hand side and columns.
+    right: Rows,
+    columns: [Rows; 6],
+    /// Root of the covariance of the rows.
+    root_rows: [[f64; ROWS]; ROWS],
+    /// Covariance of the rows with each input.
+    with: [Rows; INPUTS],
+}
+
+impl Fit {
+    /// N for white rows.
+    fn solve(&self, white: &Rows) -> [f64; 6] {
+        self.by_information(self.columns.map(|column| column.dot(white)))
+    }
+
+    /// The covariance of N times a vector.
+    fn by_information(&self, vector: [f64; 6]) -> [f64; 6] {
+        let half = forward(&self.root_normal, &Vector6::from(vector));
+        backward(&self.root_normal, &half).into()
+    }
+
+    /// N with its covariances. `None` where a number is not finite.
+    fn forces(&self) -> Option<WholeForces> {
+        let mut left = self.right;
+        for (column, n) in self.columns.iter().zip(self.normal) {
+            left -= column * n;
+        }
+        let misfit = left.norm_squared();
+        // Written so that a NaN fails too.
+        if !(misfit < f64::INFINITY) {
+            return None;
+        }
+        let unit = |k: usize| core::array::from_fn(|i| f64::from(u8::from(i == k)));
+        let covariance = core::array::from_fn::<_, 6, _>(|k| self.by_information(unit(k)));
+        let with = self
+            .with
+            .map(|column| self.solve(&forward(&self.root_rows, &column)));
+        Some(WholeForces {
+            normal: self.normal,
+            covariance: covariance.into(),
+            with_inputs: with.into(),
+            axial: self.axial,
+            misfit,
         })
     }
 }
