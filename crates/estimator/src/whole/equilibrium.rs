@@ -149,6 +149,7 @@ impl WholeEquilibrium {
 
     /// Derivative of the rows by the contact angle of wheel `i` with the forces N and T (N), N/rad:
     /// the forces turn and the contact moves along the rim.
+    #[inline(always)]
     pub fn by_contact_angle(&self, i: usize, normal: f64, traction: f64) -> Rows {
         let contact = &self.contacts[i];
         let force = contact.normal * normal + contact.tangent * traction;

@@ -5,7 +5,7 @@
 //! every other error: each row counts for what it knows.
 
 use super::{ROWS, Rows, WholeEquilibrium, WholeError};
-use nalgebra::{Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
 /// What errs in the equations, in the order of their covariance.
 pub mod input {
@@ -53,56 +53,59 @@ pub struct WholeForces {
 }
 
 impl WholeForces {
-    /// Standard deviation of N of wheel `i`, N.
+    /// Standard deviation of N of wheel `i`, N; not a number beyond the sixth.
     pub fn sigma_normal(&self, i: usize) -> f64 {
-        robhaz_model::sqrt(self.covariance[(i, i)].max(0.0))
+        let variance = self.covariance.get((i, i));
+        robhaz_model::sqrt(variance.map_or(f64::NAN, |variance| variance.max(0.0)))
     }
 }
 
-/// Lower root of a positive definite matrix (Cholesky). `None` where a pivot is lost in rounding.
-fn root<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<[[f64; N]; N]> {
-    let mut l = [[0.0; N]; N];
-    for j in 0..N {
-        for i in j..N {
-            let mut sum = matrix[(i, j)];
-            for k in 0..j {
-                sum -= l[i][k] * l[j][k];
-            }
-            if i > j {
-                l[i][j] = sum / l[j][j];
-            } else if sum > 1e-13 * matrix[(j, j)] && sum < f64::INFINITY {
-                // Written so that a NaN fails too.
-                l[j][j] = robhaz_model::sqrt(sum);
-            } else {
-                return None;
-            }
-        }
-    }
-    Some(l)
-}
-
-/// `L^-1 x`.
-fn forward<const N: usize>(l: &[[f64; N]; N], x: &SMatrix<f64, N, 1>) -> SMatrix<f64, N, 1> {
-    let mut y = *x;
+/// Rows of the inverse of the lower root of a positive definite matrix, by its columns: they make
+/// what has this covariance white. `None` where a pivot is lost in rounding.
+fn whitener<const N: usize>(columns: &[SVector<f64, N>; N]) -> Option<[SVector<f64, N>; N]> {
+    let mut rows = [SVector::<f64, N>::zeros(); N];
     for i in 0..N {
-        for k in 0..i {
-            y[i] -= l[i][k] * y[k];
+        let (column, mut row) = (columns[i], SVector::<f64, N>::zeros());
+        let mut pivot = column[i];
+        row[i] = 1.0;
+        for done in &rows[..i] {
+            let along = done.dot(&column);
+            pivot -= along * along;
+            row -= done * along;
         }
-        y[i] /= l[i][i];
+        // Written so that a NaN fails too.
+        if !(pivot > 1e-13 * column[i] && pivot < f64::INFINITY) {
+            return None;
+        }
+        rows[i] = row / robhaz_model::sqrt(pivot);
     }
-    y
+    Some(rows)
 }
 
-/// `L'^-1 x`.
-fn backward<const N: usize>(l: &[[f64; N]; N], x: &SMatrix<f64, N, 1>) -> SMatrix<f64, N, 1> {
-    let mut y = *x;
-    for i in (0..N).rev() {
-        for k in i + 1..N {
-            y[i] -= l[k][i] * y[k];
-        }
-        y[i] /= l[i][i];
+/// `sum_k columns_k x_k`.
+#[inline(always)]
+fn combined<const N: usize>(
+    columns: &[SVector<f64, N>],
+    x: impl IntoIterator<Item = f64>,
+) -> SVector<f64, N> {
+    let mut sum = SVector::<f64, N>::zeros();
+    for (column, x) in columns.iter().zip(x) {
+        sum += column * x;
     }
-    y
+    sum
+}
+
+/// The products of a vector with each of the rows.
+#[inline(always)]
+fn along<const N: usize, const K: usize>(
+    rows: &[SVector<f64, N>; K],
+    vector: &SVector<f64, N>,
+) -> SVector<f64, K> {
+    let mut products = SVector::<f64, K>::zeros();
+    for (product, row) in products.iter_mut().zip(rows) {
+        *product = row.dot(vector);
+    }
+    products
 }
 
 impl WholeEquilibrium {
@@ -119,8 +122,12 @@ impl WholeEquilibrium {
         // Equal loads that carry the force z: on a plane, however tilted, their axial forces are exact.
         let carried: f64 = self.h_n.iter().map(|column| column[2]).sum();
         let about = self.fit(&y, traction, &[y[2] / carried; 6], inputs)?.normal;
-        let fit = self.fit(&y, traction, &about, inputs)?;
-        fit.forces().ok_or(WholeError::Singular)
+        let found = self.fit(&y, traction, &about, inputs)?;
+        if found.misfit < f64::INFINITY {
+            Ok(found)
+        } else {
+            Err(WholeError::Singular)
+        }
     }
 
     /// Axial force over N, from the row of the force y.
@@ -141,104 +148,81 @@ impl WholeEquilibrium {
         traction: &[f64; 6],
         normal: &[f64; 6],
         inputs: &InputCovariance,
-    ) -> Result<Fit, WholeError> {
+    ) -> Result<WholeForces, WholeError> {
         let axial = self.axial_share(y, normal);
         // What an error of each input does to `f - H_T T - H_N N`.
         let mut effects = [Rows::zeros(); INPUTS];
-        for (k, effect) in effects.iter_mut().enumerate() {
-            *effect = match k {
-                0..input::CONTACT_ANGLE => self.by_specific_force[k],
-                input::CONTACT_ANGLE..input::TRACTION => {
-                    let i = k - input::CONTACT_ANGLE;
-                    -self.by_contact_angle(i, normal[i], traction[i])
-                }
-                _ => -self.h_t[k - input::TRACTION],
-            };
+        let (direct, of_wheels) = effects.split_at_mut(input::CONTACT_ANGLE);
+        direct.copy_from_slice(&self.by_specific_force);
+        let (of_angles, of_tractions) = of_wheels.split_at_mut(6);
+        for (i, effect) in of_angles.iter_mut().enumerate() {
+            *effect = -self.by_contact_angle(i, normal[i], traction[i]);
+        }
+        for (effect, column) in of_tractions.iter_mut().zip(&self.h_t) {
+            *effect = -column;
         }
         // Covariances of the rows with the inputs, and of the rows.
         let mut with = [Rows::zeros(); INPUTS];
-        let variance = |share: f64| (share * self.mean_load) * (share * self.mean_load);
-        let mut c = SMatrix::<f64, ROWS, ROWS>::from_diagonal_element(variance(ROW));
-        // The lever is twice the radius.
-        c[(Self::YAW, Self::YAW)] += 6.0 * variance(0.5 * DRILLING);
-        for (j, with) in with.iter_mut().enumerate() {
-            for (i, effect) in effects.iter().enumerate() {
-                with.axpy(inputs[(i, j)], effect, 1.0);
+        let mut covariance = [Rows::zeros(); ROWS];
+        let mut add = |a: &Rows, b: &Rows| {
+            for (column, b) in covariance.iter_mut().zip(b.iter()) {
+                *column += a * *b;
             }
-            c.ger(1.0, with, &effects[j], 1.0);
+        };
+        for (j, with) in with.iter_mut().enumerate() {
+            *with = combined(&effects, inputs.column(j).iter().copied());
+            add(with, &effects[j]);
         }
         for column in &self.h_a {
-            c.ger(variance(AXIAL), column, column, 1.0);
+            let scaled = column * (AXIAL * self.mean_load);
+            add(&scaled, &scaled);
         }
-        let root_rows = root(&c).ok_or(WholeError::Singular)?;
-        let columns =
-            core::array::from_fn(|i| forward(&root_rows, &(self.h_n[i] + self.h_a[i] * axial)));
-        let right = forward(&root_rows, y);
-        let information = Matrix6::from_fn(|i, j| columns[i].dot(&columns[j]));
-        let mut fit = Fit {
+        for (k, column) in covariance.iter_mut().enumerate() {
+            // The lever is twice the radius.
+            let drilling = if k == Self::YAW {
+                6.0 * (0.5 * DRILLING) * (0.5 * DRILLING)
+            } else {
+                0.0
+            };
+            column[k] += (ROW * ROW + drilling) * self.mean_load * self.mean_load;
+        }
+        let white = whitener(&covariance).ok_or(WholeError::Singular)?;
+
+        let mut columns = self.h_n;
+        let mut white_columns = [Rows::zeros(); 6];
+        for (i, column) in columns.iter_mut().enumerate() {
+            *column += self.h_a[i] * axial;
+            white_columns[i] = along(&white, column);
+        }
+        let mut information = [Vector6::zeros(); 6];
+        for (row, column) in information.iter_mut().zip(&white_columns) {
+            *row = along(&white_columns, column);
+        }
+        let white_normal = whitener(&information).ok_or(WholeError::Singular)?;
+        let mut covariance = Matrix6::zeros();
+        for row in &white_normal {
+            covariance += row * row.transpose();
+        }
+        // The gain: covariance of N, columns, weight of the rows.
+        let (mut weighted, mut gain) = ([Rows::zeros(); 6], [Rows::zeros(); 6]);
+        for (weighted, column) in weighted.iter_mut().zip(&white_columns) {
+            *weighted = combined(&white, column.iter().copied());
+        }
+        for (j, row) in gain.iter_mut().enumerate() {
+            *row = combined(&weighted, covariance.column(j).iter().copied());
+        }
+        let normal: [f64; 6] = along(&gain, y).into();
+        let left = y - combined(&columns, normal);
+        let mut with_inputs = SMatrix::<f64, 6, INPUTS>::zeros();
+        for (mut column, with) in with_inputs.column_iter_mut().zip(&with) {
+            column.copy_from(&along(&gain, with));
+        }
+        Ok(WholeForces {
+            normal,
+            covariance,
+            with_inputs,
             axial,
-            normal: [0.0; 6],
-            root_normal: root(&information).ok_or(WholeError::Singular)?,
-            right,
-            columns,
-            root_rows,
-            with,
-        };
-        fit.normal = fit.solve(&right);
-        Ok(fit)
-    }
-}
-
-/// A weighted least squares. Rows over their root are white.
-struct Fit {
-    axial: f64,
-    /// N.
-    normal: [f64; 6],
-    /// Root of the information of N.
-    root_normal: [[f64; 6]; 6],
-    /// White right-hand side and columns.
-    right: Rows,
-    columns: [Rows; 6],
-    /// Root of the covariance of the rows.
-    root_rows: [[f64; ROWS]; ROWS],
-    /// Covariance of the rows with each input.
-    with: [Rows; INPUTS],
-}
-
-impl Fit {
-    /// N for white rows.
-    fn solve(&self, white: &Rows) -> [f64; 6] {
-        self.by_information(self.columns.map(|column| column.dot(white)))
-    }
-
-    /// The covariance of N times a vector.
-    fn by_information(&self, vector: [f64; 6]) -> [f64; 6] {
-        let half = forward(&self.root_normal, &Vector6::from(vector));
-        backward(&self.root_normal, &half).into()
-    }
-
-    /// N with its covariances. `None` where a number is not finite.
-    fn forces(&self) -> Option<WholeForces> {
-        let mut left = self.right;
-        for (column, n) in self.columns.iter().zip(self.normal) {
-            left -= column * n;
-        }
-        let misfit = left.norm_squared();
-        // Written so that a NaN fails too.
-        if !(misfit < f64::INFINITY) {
-            return None;
-        }
-        let unit = |k: usize| core::array::from_fn(|i| f64::from(u8::from(i == k)));
-        let covariance = core::array::from_fn::<_, 6, _>(|k| self.by_information(unit(k)));
-        let with = self
-            .with
-            .map(|column| self.solve(&forward(&self.root_rows, &column)));
-        Some(WholeForces {
-            normal: self.normal,
-            covariance: covariance.into(),
-            with_inputs: with.into(),
-            axial: self.axial,
-            misfit,
+            misfit: along(&white, &left).norm_squared(),
         })
     }
 }
