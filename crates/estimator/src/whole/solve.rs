@@ -25,9 +25,9 @@ pub type InputCovariance = SMatrix<f64, INPUTS, INPUTS>;
 
 /// What no input accounts for, in mean loads of a wheel.
 ///
-/// Axial forces beyond the part that is proportional to N: half of what a friction of 0.6 carries.
-/// Chosen.
-const AXIAL: f64 = 0.3;
+/// Axial forces beyond the part that is proportional to N, where the wheels do not push each other:
+/// half a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook.
+const AXIAL: f64 = 0.1;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
 /// radius. Chosen.
 const DRILLING: f64 = 0.2;
@@ -140,6 +140,20 @@ impl WholeEquilibrium {
         (left / across).clamp(-STEEPEST, STEEPEST)
     }
 
+    /// Variance of an axial force beyond the part that is proportional to N, N^2. Where the wheels
+    /// push each other along, friction, which is the same in all directions, lets them push as much
+    /// across: the spread of T about a common T/N.
+    fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
+        let common = traction.iter().sum::<f64>() / normal.iter().sum::<f64>();
+        let mut sum = 0.0;
+        for (t, n) in traction.iter().zip(normal) {
+            let beyond = t - common * n;
+            sum += beyond * beyond;
+        }
+        let least = AXIAL * self.mean_load;
+        least * least + sum / 6.0
+    }
+
     /// Weighted least squares, linearised at the forces `normal`, N.
     #[inline(always)]
     fn fit(
@@ -173,9 +187,9 @@ impl WholeEquilibrium {
             *with = combined(&effects, inputs.column(j).iter().copied());
             add(with, &effects[j]);
         }
+        let of_axial = self.axial_variance(traction, normal);
         for column in &self.h_a {
-            let scaled = column * (AXIAL * self.mean_load);
-            add(&scaled, &scaled);
+            add(&(column * of_axial), column);
         }
         for (k, column) in covariance.iter_mut().enumerate() {
             // The lever is twice the radius.

@@ -135,7 +135,6 @@ fn rows_hold_on_the_truth() {
         let carried = (0..6).fold(Rows::zeros(), |sum, i| sum + e.of_force(i, at[i], force[i]));
         let error = (carried - e.f) / rover.mean_wheel_load();
         largest = largest.sup(&error.abs());
-        // Without its loads of motion the same rows do not hold: the check sees them.
     }
     println!(
         "largest residual of each row, mean loads: {:.1e}",
@@ -269,18 +268,21 @@ fn by_case(instants: &[Instant]) -> BTreeMap<&str, Vec<&Instant>> {
 }
 
 /// Single samples with typical errors are as good as the statics allow, and what is stated holds:
-/// the in-plane N errs by less than 4 % of the mean load (prototypes of these rows: 1.6 to 3.6 %),
-/// 90 to 99 % within two stated deviations.
+/// the in-plane N errs by less than 4 % of the mean load (prototypes of these rows: 1.6 to 3.6 %).
+/// Within two stated deviations are at least 90 % of each case, and 90 to 98 % of all.
 #[test]
 fn single_samples_are_within_what_is_stated() {
     let instants = committed();
-    let mut random = Normal(1);
+    let (mut random, mut shares) = (Normal(1), Vec::new());
     for (case, of_case) in by_case(&instants) {
         let found = score(&of_case, 60, 1.0, &mut random);
         let [error, _, _, within, _] = found.figures(of_case[0].rover().mean_wheel_load());
         assert!(error < 4.0, "{case}: {error} %");
-        assert!((90.0..99.0).contains(&within), "{case}: {within} %");
+        assert!(within > 90.0, "{case}: {within} %");
+        shares.push(within);
     }
+    let all = shares.iter().sum::<f64>() / shares.len() as f64;
+    assert!((90.0..98.0).contains(&all), "{all} %");
 }
 
 /// Prints the table of `docs/whole-rover.md`, of the committed instants or of the table that
