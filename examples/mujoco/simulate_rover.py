@@ -2,8 +2,8 @@
 
     python simulate_rover.py --case slope5 rough1 --out runs/rover.csv
 
-A row has the case, the motion of body and joints, and for each wheel the force of the ground with its parts, the contact
-point and the contact's angles: SI, in the body frame (`whole_rover.py`). The first two seconds are not written.
+A row has the case, the motion of body and joints, and for each wheel the force of the ground with its parts, the
+contact point and the contact's angles: SI, in the body frame (`whole_rover.py`). The first two seconds are left out.
 """
 
 import argparse

@@ -44,11 +44,19 @@ def flat(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
     return 0 * x, 0 * x, 0 * x
 
 
+BUMPS = (  # height, centre, width, m
+    (0.0375, 0.982, 0.165),
+    (-0.0262, 1.42, 0.15),
+    (0.03, 1.87, 0.128),
+    (0.045, 2.45, 0.21),
+    (-0.0225, 2.9, 0.12),
+)
+
+
 def bumps_left(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
     """The bumps of `robots/open-source-rover.toml` under the left side alone."""
     h, hx = 0 * x, 0 * x
-    bumps = [(0.0375, 0.982, 0.165), (-0.0262, 1.42, 0.15), (0.03, 1.87, 0.128), (0.045, 2.45, 0.21), (-0.0225, 2.9, 0.12)]
-    for height, centre, width in bumps:
+    for height, centre, width in BUMPS:
         bump = height * np.exp(-(((x - centre) / width) ** 2))
         h, hx = h + bump, hx - bump * 2 * (x - centre) / width**2
     across, edge = np.tanh(y / 0.04), 0.04
@@ -61,7 +69,8 @@ def rough(seed: int) -> Callable:
     random = np.random.default_rng(seed)
     length = np.geomspace(0.45, 2.5, 40)
     heading, phase = random.uniform(0, 2 * math.pi, 40), random.uniform(0, 2 * math.pi, 40)
-    kx, ky, height = 2 * math.pi / length * np.cos(heading), 2 * math.pi / length * np.sin(heading), 0.0055 * length**0.9
+    kx, ky = 2 * math.pi / length * np.cos(heading), 2 * math.pi / length * np.sin(heading)
+    height = 0.0055 * length**0.9
 
     def ground(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
         u = np.clip((x - 0.5) / 0.6, 0, 1)
@@ -175,8 +184,9 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
         motors += "".join(f'<position joint="{n}_steering" kp="400" kv="8"/>' for n in NAMES if not n.endswith("2"))
     tilt = math.radians(case.cross_slope)
     roll, yaw = across.body_inertia
-    inertia = _inertial(place(robot.cg["body"], across.body_place), 2 * robot.mass["body"], (roll, 2 * robot.inertia["body"], yaw))
-    rover = f'<freejoint name="root"/>{inertia}{links}'
+    inertia = (roll, 2 * robot.inertia["body"], yaw)
+    inertial = _inertial(place(robot.cg["body"], across.body_place), 2 * robot.mass["body"], inertia)
+    rover = f'<freejoint name="root"/>{inertial}{links}'
     return f"""<mujoco model="rover">
   <compiler angle="radian" autolimits="false"/>
   <option gravity="0 {-robot.gravity * math.sin(tilt):.12g} {-robot.gravity * math.cos(tilt):.12g}" timestep="{step}"
@@ -250,7 +260,7 @@ class World:
         d.mocap_pos[self.planes] = np.stack([at[:, 0], at[:, 1], z], 1)
         d.mocap_quat[self.planes] = turn / np.linalg.norm(turn, axis=1, keepdims=True)
 
-    def _contacts(self) -> tuple[np.ndarray, np.ndarray]:
+    def contacts(self) -> tuple[np.ndarray, np.ndarray]:
         """Force of the ground on each wheel, N, and the point where it acts, m, in the world."""
         d, found = self.data, np.zeros(6)
         force, at = np.zeros((6, 3)), d.xpos[self.wheels] - self.robot.radius * self.normal
@@ -284,7 +294,7 @@ class World:
             j = self.joint[joint]
             row[f"{name}_angle"] = self.qpos[j.qposadr[0]]
             row[f"{name}_rate"], row[f"{name}_acceleration"] = self.qvel[j.dofadr[0]], d.qacc[j.dofadr[0]]
-        (force, at), axle, normal = self._contacts(), self._axles() @ turn, self.normal @ turn
+        (force, at), axle, normal = self.contacts(), self._axles() @ turn, self.normal @ turn
         force, at = force @ turn, (at - origin) @ turn
         for i, name in enumerate(NAMES):
             steering = self.joint.get(f"{name}_steering")

@@ -23,15 +23,20 @@ pub const INPUTS: usize = 15;
 /// Covariance of the errors of the inputs in the order of [`input`], SI.
 pub type InputCovariance = SMatrix<f64, INPUTS, INPUTS>;
 
-/// What no input accounts for, in mean loads of a wheel.
-///
+/// Rows of two sums of forces.
+const FORCE_Y: usize = 1;
+const FORCE_Z: usize = 2;
+
+// What no input accounts for, in mean loads of a wheel.
+
 /// Axial forces beyond the part that is proportional to N, where the wheels do not push each other:
-/// half a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook.
+/// half a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
+/// sensitive.
 const AXIAL: f64 = 0.1;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
-/// radius. Chosen.
+/// radius. Chosen; sensitive.
 const DRILLING: f64 = 0.2;
-/// Error of each row: places, masses, penetration. Chosen.
+/// Error of each row: places, masses, penetration. Chosen; insensitive.
 const ROW: f64 = 0.005;
 /// Axial over normal force: no ground holds more. Guard.
 const STEEPEST: f64 = 1.0;
@@ -120,8 +125,10 @@ impl WholeEquilibrium {
     ) -> Result<WholeForces, WholeError> {
         let y = self.right_side(traction);
         // Equal loads that carry the force z: on a plane, however tilted, their axial forces are exact.
-        let carried: f64 = self.h_n.iter().map(|column| column[2]).sum();
-        let about = self.fit(&y, traction, &[y[2] / carried; 6], inputs)?.normal;
+        let carried: f64 = self.h_n.iter().map(|column| column[FORCE_Z]).sum();
+        let about = self
+            .fit(&y, traction, &[y[FORCE_Z] / carried; 6], inputs)?
+            .normal;
         let found = self.fit(&y, traction, &about, inputs)?;
         if found.misfit < f64::INFINITY {
             Ok(found)
@@ -132,10 +139,10 @@ impl WholeEquilibrium {
 
     /// Axial force over N, from the row of the force y.
     fn axial_share(&self, y: &Rows, normal: &[f64; 6]) -> f64 {
-        let (mut left, mut across) = (y[1], 0.0);
+        let (mut left, mut across) = (y[FORCE_Y], 0.0);
         for i in 0..6 {
-            left -= self.h_n[i][1] * normal[i];
-            across += self.h_a[i][1] * normal[i].max(0.0);
+            left -= self.h_n[i][FORCE_Y] * normal[i];
+            across += self.h_a[i][FORCE_Y] * normal[i].max(0.0);
         }
         (left / across).clamp(-STEEPEST, STEEPEST)
     }

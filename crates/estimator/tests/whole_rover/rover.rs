@@ -10,6 +10,7 @@ use robhaz_model::{
 /// JPL's Open Source Rover: `robots/open-source-rover.toml`, and across it half tracks and place of
 /// the rockers from `osr_bringup/config/osr_params.yaml` of github.com/nasa-jpl/osr-rover-code. The
 /// middle wheels run 72 mm outside the others. The inertias across are derived: boxes and rods.
+#[allow(clippy::approx_constant, reason = "0.318 m is a place")]
 pub fn open_source_rover() -> WholeRover {
     let mut geometry = Geometry {
         wheel_radius: 0.075,
