@@ -5,6 +5,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from simulate_rover import Readings, rows
 from whole_rover import CASES, NAMES, Case, World, rough
 
 # N, level, T = 0: by moments of a bogie about Q and of a rocker about the rear axle.
@@ -67,3 +68,19 @@ def test_rough_ground_has_the_slopes_that_it_says():
     step = 1e-6
     assert (ground(x + step, y)[0] - ground(x - step, y)[0]) / (2 * step) == pytest.approx(zx, abs=1e-6)
     assert (ground(x, y + step)[0] - ground(x, y - step)[0]) / (2 * step) == pytest.approx(zy, abs=1e-6)
+
+
+def test_readings_have_the_signs_of_the_frame():
+    """Left side up is positive roll and pushes the accelerometer to the left; driving forward turns the wheels forward,
+    a turn to the left is positive yaw. Errors within five of their deviations; the same seed repeats them."""
+    slope, turn = Case(cross_slope=8.0, duration=1.0), Case(speed=0.1, radius=1.0, steered=True, duration=4.0)
+    readings = [Readings(1, 0.34, "differential", case.steered) for case in (slope, turn, turn)]
+    *_, at_rest = (readings[0].read(truth) for truth in rows(World(slope), 0.5, 0.0))
+    assert at_rest["body_roll"] == pytest.approx(math.radians(8), abs=math.radians(0.7))
+    assert at_rest["body_specific_force_y"] == pytest.approx(9.81 * math.sin(math.radians(8)), abs=0.1)
+    truth = list(rows(World(turn), 0.5, 2.5))
+    turning, again = ([reader.read(row) for row in truth] for reader in readings[1:])
+    assert turning == again
+    assert np.mean([row["body_yaw_rate"] for row in turning]) == pytest.approx(0.1, rel=0.05)
+    assert turning[0]["left_wheel1_steering"] > 0.2 > -0.1 > turning[0]["left_wheel3_steering"]
+    assert turning[-1]["right_wheel2_angle"] > turning[-1]["left_wheel2_angle"] > 0

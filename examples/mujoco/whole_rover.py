@@ -306,6 +306,7 @@ class World:
             tangent = np.cross(a, in_plane)
             row |= {
                 f"{name}_steering": self.qpos[steering.qposadr[0]] if steering else 0.0,
+                f"{name}_angle": self.qpos[self.joint[name].qposadr[0]],
                 f"{name}_spin_rate": self.qvel[spin],
                 f"{name}_spin_acceleration": d.qacc[spin],
                 f"{name}_motor_torque": self.torque[i],
