@@ -37,6 +37,7 @@
 //! | `health/` | whether the readings agree with each other |
 //! | `torque_scale.rs` | the torques against the weight: a scale, a payload |
 //! | `contact/` | velocity of a wheel relative to the ground, contact state, wheels that spin in place |
+//! | [`whole`] | statics of a rover with both sides: six wheels, nine rows |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
 //! Constants say where they come from. *Definition*, *Data sheet*, *Textbook*: the value follows
@@ -71,6 +72,7 @@ pub mod statics;
 #[cfg(test)]
 mod testing;
 mod torque_scale;
+pub mod whole;
 
 pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};

@@ -12,6 +12,7 @@
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
 //! | command of a wheel's drive | [`WheelCommand`] |
 //! | units in which robots of every size move alike | [`Units`] |
+//! | both sides of a rover, and what lies across | [`WholeRover`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
 //!
 //! The feature `std`: see [`sqrt`].
@@ -30,6 +31,7 @@ mod plane;
 mod posture;
 mod stance;
 mod units;
+mod whole_rover;
 
 pub use body_mount::{BodyMount, BodyReading, LinkReadings};
 pub use command::WheelCommand;
@@ -40,6 +42,7 @@ pub use plane::{cross, direction, perp, rotate, turned};
 pub use posture::{Dyad, Posture, PostureError, corner_s};
 pub use stance::StanceError;
 pub use units::Units;
+pub use whole_rover::{Coupling, WholeRover, WholeRoverError};
 
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

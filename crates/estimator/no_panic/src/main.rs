@@ -1,15 +1,17 @@
 //! A program without the standard library whose panic handler calls a function that does not exist:
 //! it links only if the optimiser has proven that neither update nor save nor restore of the
-//! estimator can panic, nor an update of the control. It prints the stack that an update uses.
+//! estimator can panic, nor an update of the control, nor the statics of a whole rover. It prints
+//! the stack that an update uses.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
-use robhaz_control::{
-    ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan,
+use robhaz_control::{ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan};
+use robhaz_estimator::whole::{
+    InputCovariance, Joints, WholeEquilibrium, WholeMotion, WholePosture,
 };
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
-use robhaz_model::Robot;
+use robhaz_model::{Carrier, Coupling, Robot, Vec2, WholeRover};
 
 #[link(name = "c")]
 unsafe extern "C" {
@@ -106,6 +108,36 @@ fn control(kind: ControlKind, robot: &Robot) {
     }
 }
 
+/// The forces of a rover of both sides, once.
+#[inline(never)]
+fn whole(coupling: Coupling) {
+    let mut side = Robot::default_a();
+    side.geometry.make_bogie(Carrier::Link2);
+    let rover = black_box(WholeRover {
+        side,
+        coupling,
+        pivot: Vec2::new(0.0, 0.3),
+        half_tracks: [0.3; 3],
+        link_places: [0.3; 2],
+        body_place: 0.0,
+        body_inertia: [0.1; 2],
+        link_inertias: [[0.01; 2]; 2],
+        wheel_inertia: 0.01,
+    });
+    let motion = black_box(WholeMotion::at_rest(9.81, 0.1, 0.1));
+    let Ok(posture) = WholePosture::new(&rover, &black_box(Joints::default())) else {
+        return;
+    };
+    let equilibrium = WholeEquilibrium::new(&rover, &posture, &motion, &black_box([0.1; 6]));
+    let forces = equilibrium.and_then(|e| {
+        e.solve(
+            &black_box([0.1; 6]),
+            &black_box(InputCovariance::identity()),
+        )
+    });
+    let _ = black_box(forces.map(|found| (found, found.sigma_normal(black_box(7)))));
+}
+
 #[unsafe(no_mangle)]
 extern "C" fn main() -> core::ffi::c_int {
     for (name, settings) in [
@@ -132,5 +164,6 @@ extern "C" fn main() -> core::ffi::c_int {
     for kind in ControlKind::ALL {
         control(black_box(kind), &black_box(Robot::default_a()));
     }
+    whole(black_box(Coupling::Differential));
     0
 }

@@ -1,0 +1,170 @@
+//! The nine rows of a whole rover's equilibrium.
+
+use super::loads::loads;
+use super::posture::sign;
+use super::{Contact, Link, Vec3, WholeError, WholeMotion, WholePosture};
+use nalgebra::SVector;
+use robhaz_model::{Coupling, WholeRover};
+
+/// Number of rows.
+pub const ROWS: usize = 9;
+
+/// One value a row, N: forces x, y, z; over the lever the moments about O of roll, pitch (nose
+/// down) and yaw, the coupling's moment, the pitch moments of the left and the right bogie about
+/// their Q.
+///
+/// The coupling's row: of a differential the pitch moment about O of the left side less that of
+/// the right one, without the body; of a rear bogie its roll moment about the hinge.
+pub type Rows = SVector<f64, ROWS>;
+
+/// `sum_i N_i h_n,i + T_i h_t,i + A_i h_a,i = f`.
+#[derive(Clone, Copy, Debug)]
+pub struct WholeEquilibrium {
+    /// Columns of the normal forces N in the wheels' planes.
+    pub h_n: [Rows; 6],
+    /// Columns of the tractions T.
+    pub h_t: [Rows; 6],
+    /// Columns of the axial forces A.
+    pub h_a: [Rows; 6],
+    /// Loads, N.
+    pub f: Rows,
+    /// Derivatives of the loads by the specific force x, y, z, kg.
+    pub by_specific_force: [Rows; 3],
+    /// Mean load of a wheel under the specific force, N.
+    pub mean_load: f64,
+    /// Lever of the moment rows, m: twice the wheel radius.
+    pub lever: f64,
+    contacts: [Contact; 6],
+    links: [Link; 6],
+    q: [Vec3; 2],
+    coupling: Coupling,
+    wheel_radius: f64,
+}
+
+/// The rows of a force (N) in the point `at` (m) and a moment (N m) on a part.
+fn rows(
+    (coupling, q, lever): (Coupling, &[Vec3; 2], f64),
+    link: Link,
+    at: Vec3,
+    force: Vec3,
+    moment: Vec3,
+) -> Rows {
+    let about_o = at.cross(&force) + moment;
+    let of_coupling = match (coupling, link) {
+        (Coupling::Differential, Link::Rocker(side) | Link::Bogie(side)) => sign(side) * about_o.y,
+        (Coupling::RearBogie, Link::Rocker(_)) => about_o.x,
+        (Coupling::RearBogie, Link::Bogie(_)) | (_, Link::Body) => 0.0,
+    };
+    let about_q = |side: usize| {
+        if link == Link::Bogie(side) {
+            (at - q[side]).cross(&force).y + moment.y
+        } else {
+            0.0
+        }
+    };
+    let [roll, pitch, yaw, of_coupling, left, right] = [
+        about_o.x,
+        about_o.y,
+        about_o.z,
+        of_coupling,
+        about_q(0),
+        about_q(1),
+    ]
+    .map(|moment| moment / lever);
+    Rows::from([
+        force.x,
+        force.y,
+        force.z,
+        roll,
+        pitch,
+        yaw,
+        of_coupling,
+        left,
+        right,
+    ])
+}
+
+impl WholeEquilibrium {
+    /// The row of the coupling.
+    pub const COUPLING: usize = 6;
+    /// The row of the yaw moment. Contacts over the width of a wheel resist drilling, which this
+    /// row does not know.
+    pub const YAW: usize = 5;
+
+    /// The rows in a posture, with a motion, for contact angles in rad
+    /// ([`WholePosture::contacts`]).
+    ///
+    /// # Errors
+    /// [`WholeError::FourBar`].
+    pub fn new(
+        rover: &WholeRover,
+        posture: &WholePosture,
+        motion: &WholeMotion,
+        contact_angle: &[f64; 6],
+    ) -> Result<Self, WholeError> {
+        let loads = loads(rover, posture, motion)?;
+        let wheel_radius = rover.side.geometry.wheel_radius;
+        let contacts = posture.contacts(wheel_radius, contact_angle);
+        let lever = 2.0 * wheel_radius;
+        let frame = (rover.coupling, &posture.q, lever);
+        let column = |i: usize, direction: Vec3| {
+            let Contact { point, .. } = contacts[i];
+            rows(frame, posture.links[i], point, direction, Vec3::zeros())
+        };
+        let mut f = Rows::zeros();
+        let mut by_specific_force = [Rows::zeros(); 3];
+        let mut mass = 0.0;
+        for load in &loads {
+            f += rows(frame, load.link, load.at, load.force, load.moment);
+            mass += load.mass;
+            for (column, axis) in
+                by_specific_force
+                    .iter_mut()
+                    .zip([Vec3::x(), Vec3::y(), Vec3::z()])
+            {
+                *column += rows(frame, load.link, load.at, axis * load.mass, Vec3::zeros());
+            }
+        }
+        Ok(Self {
+            h_n: core::array::from_fn(|i| column(i, contacts[i].normal)),
+            h_t: core::array::from_fn(|i| column(i, contacts[i].tangent)),
+            h_a: core::array::from_fn(|i| column(i, contacts[i].axial)),
+            f,
+            by_specific_force,
+            mean_load: mass * robhaz_model::sqrt(motion.specific_force.norm_squared()) / 6.0,
+            lever,
+            contacts,
+            links: posture.links,
+            q: posture.q,
+            coupling: rover.coupling,
+            wheel_radius,
+        })
+    }
+
+    /// The rows of a force on wheel `i`, N, in a point relative to O, m.
+    pub fn of_force(&self, i: usize, at: Vec3, force: Vec3) -> Rows {
+        let frame = (self.coupling, &self.q, self.lever);
+        rows(frame, self.links[i], at, force, Vec3::zeros())
+    }
+
+    /// Derivative of the rows by the contact angle of wheel `i` with the forces N and T (N), N/rad:
+    /// the forces turn and the contact moves along the rim.
+    #[inline(always)]
+    pub fn by_contact_angle(&self, i: usize, normal: f64, traction: f64) -> Rows {
+        let contact = &self.contacts[i];
+        let force = contact.normal * normal + contact.tangent * traction;
+        let turned = contact.normal * traction - contact.tangent * normal;
+        let moved = (contact.tangent * self.wheel_radius).cross(&force);
+        let frame = (self.coupling, &self.q, self.lever);
+        rows(frame, self.links[i], contact.point, turned, moved)
+    }
+
+    /// `f - H_T T`, N, for tractions in N.
+    pub fn right_side(&self, traction: &[f64; 6]) -> Rows {
+        let mut y = self.f;
+        for (column, t) in self.h_t.iter().zip(traction) {
+            y -= column * *t;
+        }
+        y
+    }
+}

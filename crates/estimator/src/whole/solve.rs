@@ -1,0 +1,249 @@
+//! Weighted least squares of the nine rows for the six normal forces.
+//!
+//! Axial forces are six more unknowns that no reading shows. They are not solved for: their mean is
+//! proportional to N, as far as the row of the force y asks, and the rest is covariance. So is
+//! every other error: each row counts for what it knows.
+
+use super::{ROWS, Rows, WholeEquilibrium, WholeError};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+
+/// What errs in the equations, in the order of their covariance.
+pub mod input {
+    /// First of the specific force x, y, z, m/s^2.
+    pub const SPECIFIC_FORCE: usize = 0;
+    /// First of the six contact angles, rad.
+    pub const CONTACT_ANGLE: usize = 3;
+    /// First of the six tractions, N.
+    pub const TRACTION: usize = 9;
+}
+
+/// Number of the uncertain inputs.
+pub const INPUTS: usize = 15;
+
+/// Covariance of the errors of the inputs in the order of [`input`], SI.
+pub type InputCovariance = SMatrix<f64, INPUTS, INPUTS>;
+
+/// Rows of two sums of forces.
+const FORCE_Y: usize = 1;
+const FORCE_Z: usize = 2;
+
+// What no input accounts for, in mean loads of a wheel.
+
+/// Axial forces beyond the part that is proportional to N, where the wheels do not push each other:
+/// half a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
+/// sensitive.
+const AXIAL: f64 = 0.1;
+/// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
+/// radius. Chosen; sensitive.
+const DRILLING: f64 = 0.2;
+/// Error of each row: places, masses, penetration. Chosen; insensitive.
+const ROW: f64 = 0.005;
+/// Axial over normal force: no ground holds more. Guard.
+const STEEPEST: f64 = 1.0;
+
+/// Normal forces of the six wheels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WholeForces {
+    /// In the planes of the wheels, N: the ground's tilt across them is not seen.
+    pub normal: [f64; 6],
+    /// Their covariance, N^2.
+    pub covariance: Matrix6<f64>,
+    /// Covariance of the errors of N and of the inputs, in the order of [`input`].
+    pub with_inputs: SMatrix<f64, 6, INPUTS>,
+    /// Axial force over N, by which the force y is carried.
+    pub axial: f64,
+    /// Squared distance of the rows from what their covariance allows: chi-square with three
+    /// degrees of freedom if all that is stated holds.
+    pub misfit: f64,
+}
+
+impl WholeForces {
+    /// Standard deviation of N of wheel `i`, N; not a number beyond the sixth.
+    pub fn sigma_normal(&self, i: usize) -> f64 {
+        let variance = self.covariance.get((i, i));
+        robhaz_model::sqrt(variance.map_or(f64::NAN, |variance| variance.max(0.0)))
+    }
+}
+
+/// Rows of the inverse of the lower root of a positive definite matrix, by its columns: they make
+/// what has this covariance white. `None` where a pivot is lost in rounding.
+fn whitener<const N: usize>(columns: &[SVector<f64, N>; N]) -> Option<[SVector<f64, N>; N]> {
+    let mut rows = [SVector::<f64, N>::zeros(); N];
+    for i in 0..N {
+        let (column, mut row) = (columns[i], SVector::<f64, N>::zeros());
+        let mut pivot = column[i];
+        row[i] = 1.0;
+        for done in &rows[..i] {
+            let along = done.dot(&column);
+            pivot -= along * along;
+            row -= done * along;
+        }
+        // Written so that a NaN fails too.
+        if !(pivot > 1e-13 * column[i] && pivot < f64::INFINITY) {
+            return None;
+        }
+        rows[i] = row / robhaz_model::sqrt(pivot);
+    }
+    Some(rows)
+}
+
+/// `sum_k columns_k x_k`.
+#[inline(always)]
+fn combined<const N: usize>(
+    columns: &[SVector<f64, N>],
+    x: impl IntoIterator<Item = f64>,
+) -> SVector<f64, N> {
+    let mut sum = SVector::<f64, N>::zeros();
+    for (column, x) in columns.iter().zip(x) {
+        sum += column * x;
+    }
+    sum
+}
+
+/// The products of a vector with each of the rows.
+#[inline(always)]
+fn along<const N: usize, const K: usize>(
+    rows: &[SVector<f64, N>; K],
+    vector: &SVector<f64, N>,
+) -> SVector<f64, K> {
+    let mut products = SVector::<f64, K>::zeros();
+    for (product, row) in products.iter_mut().zip(rows) {
+        *product = row.dot(vector);
+    }
+    products
+}
+
+impl WholeEquilibrium {
+    /// The six normal forces for tractions in N and the covariance of the inputs' errors.
+    ///
+    /// # Errors
+    /// [`WholeError::Singular`].
+    pub fn solve(
+        &self,
+        traction: &[f64; 6],
+        inputs: &InputCovariance,
+    ) -> Result<WholeForces, WholeError> {
+        let y = self.right_side(traction);
+        // Equal loads that carry the force z: on a plane, however tilted, their axial forces are exact.
+        let carried: f64 = self.h_n.iter().map(|column| column[FORCE_Z]).sum();
+        let about = self
+            .fit(&y, traction, &[y[FORCE_Z] / carried; 6], inputs)?
+            .normal;
+        let found = self.fit(&y, traction, &about, inputs)?;
+        if found.misfit < f64::INFINITY {
+            Ok(found)
+        } else {
+            Err(WholeError::Singular)
+        }
+    }
+
+    /// Axial force over N, from the row of the force y.
+    fn axial_share(&self, y: &Rows, normal: &[f64; 6]) -> f64 {
+        let (mut left, mut across) = (y[FORCE_Y], 0.0);
+        for i in 0..6 {
+            left -= self.h_n[i][FORCE_Y] * normal[i];
+            across += self.h_a[i][FORCE_Y] * normal[i].max(0.0);
+        }
+        (left / across).clamp(-STEEPEST, STEEPEST)
+    }
+
+    /// Variance of an axial force beyond the part that is proportional to N, N^2. Where the wheels
+    /// push each other along, friction, which is the same in all directions, lets them push as much
+    /// across: the spread of T about a common T/N.
+    fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
+        let common = traction.iter().sum::<f64>() / normal.iter().sum::<f64>();
+        let mut sum = 0.0;
+        for (t, n) in traction.iter().zip(normal) {
+            let beyond = t - common * n;
+            sum += beyond * beyond;
+        }
+        let least = AXIAL * self.mean_load;
+        least * least + sum / 6.0
+    }
+
+    /// Weighted least squares, linearised at the forces `normal`, N.
+    #[inline(always)]
+    fn fit(
+        &self,
+        y: &Rows,
+        traction: &[f64; 6],
+        normal: &[f64; 6],
+        inputs: &InputCovariance,
+    ) -> Result<WholeForces, WholeError> {
+        let axial = self.axial_share(y, normal);
+        // What an error of each input does to `f - H_T T - H_N N`.
+        let mut effects = [Rows::zeros(); INPUTS];
+        let (direct, of_wheels) = effects.split_at_mut(input::CONTACT_ANGLE);
+        direct.copy_from_slice(&self.by_specific_force);
+        let (of_angles, of_tractions) = of_wheels.split_at_mut(6);
+        for (i, effect) in of_angles.iter_mut().enumerate() {
+            *effect = -self.by_contact_angle(i, normal[i], traction[i]);
+        }
+        for (effect, column) in of_tractions.iter_mut().zip(&self.h_t) {
+            *effect = -column;
+        }
+        // Covariances of the rows with the inputs, and of the rows.
+        let mut with = [Rows::zeros(); INPUTS];
+        let mut covariance = [Rows::zeros(); ROWS];
+        let mut add = |a: &Rows, b: &Rows| {
+            for (column, b) in covariance.iter_mut().zip(b.iter()) {
+                *column += a * *b;
+            }
+        };
+        for (j, with) in with.iter_mut().enumerate() {
+            *with = combined(&effects, inputs.column(j).iter().copied());
+            add(with, &effects[j]);
+        }
+        let of_axial = self.axial_variance(traction, normal);
+        for column in &self.h_a {
+            add(&(column * of_axial), column);
+        }
+        for (k, column) in covariance.iter_mut().enumerate() {
+            // The lever is twice the radius.
+            let drilling = if k == Self::YAW {
+                6.0 * (0.5 * DRILLING) * (0.5 * DRILLING)
+            } else {
+                0.0
+            };
+            column[k] += (ROW * ROW + drilling) * self.mean_load * self.mean_load;
+        }
+        let white = whitener(&covariance).ok_or(WholeError::Singular)?;
+
+        let mut columns = self.h_n;
+        let mut white_columns = [Rows::zeros(); 6];
+        for (i, column) in columns.iter_mut().enumerate() {
+            *column += self.h_a[i] * axial;
+            white_columns[i] = along(&white, column);
+        }
+        let mut information = [Vector6::zeros(); 6];
+        for (row, column) in information.iter_mut().zip(&white_columns) {
+            *row = along(&white_columns, column);
+        }
+        let white_normal = whitener(&information).ok_or(WholeError::Singular)?;
+        let mut covariance = Matrix6::zeros();
+        for row in &white_normal {
+            covariance += row * row.transpose();
+        }
+        // The gain: covariance of N, columns, weight of the rows.
+        let (mut weighted, mut gain) = ([Rows::zeros(); 6], [Rows::zeros(); 6]);
+        for (weighted, column) in weighted.iter_mut().zip(&white_columns) {
+            *weighted = combined(&white, column.iter().copied());
+        }
+        for (j, row) in gain.iter_mut().enumerate() {
+            *row = combined(&weighted, covariance.column(j).iter().copied());
+        }
+        let normal: [f64; 6] = along(&gain, y).into();
+        let left = y - combined(&columns, normal);
+        let mut with_inputs = SMatrix::<f64, 6, INPUTS>::zeros();
+        for (mut column, with) in with_inputs.column_iter_mut().zip(&with) {
+            column.copy_from(&along(&gain, with));
+        }
+        Ok(WholeForces {
+            normal,
+            covariance,
+            with_inputs,
+            axial,
+            misfit: along(&white, &left).norm_squared(),
+        })
+    }
+}

@@ -1,0 +1,165 @@
+//! A rover with both sides: what lies across, beside the pitch plane of one side.
+
+use crate::{Robot, Suspension, Vec2};
+
+/// What joins the two sides besides the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coupling {
+    /// The link that the body is fixed to in the plane is a rocker, pivoted to the body on an axis
+    /// across. A differential turns both rockers against each other: the body's pitch is the mean
+    /// of theirs, and both get the same moment.
+    Differential,
+    /// That link is one half of a rear bogie, which both sides have in common and which rolls about
+    /// a longitudinal hinge on the body. The other link is the side's bogie, pivoted to the body at
+    /// Q: a triple bogie.
+    RearBogie,
+}
+
+/// A rover with six wheels: one side, which the other mirrors, and the dimensions across.
+///
+/// Wheels are left 1 to 3, then right 1 to 3. Body frame: origin O on [`Self::pivot`] in the middle
+/// plane, x forward, y left, z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WholeRover {
+    /// One side, of [`Suspension::Bogie`], with half of the body's mass and half of a rear bogie's.
+    /// Its inertias are those of pitch.
+    pub side: Robot,
+    /// What joins the sides.
+    pub coupling: Coupling,
+    /// The rockers' pivot axis, or a point of the rear bogie's hinge: x and height in the nominal
+    /// pose of the side, m.
+    pub pivot: Vec2,
+    /// Distances of wheels 1 to 3 from the middle plane, m; they may differ.
+    pub half_tracks: [f64; 3],
+    /// Distances of the centres of mass of links 1 and 2 from the middle plane, m.
+    pub link_places: [f64; 2],
+    /// Lateral place of the body's centre of mass, m, left positive.
+    pub body_place: f64,
+    /// Roll and yaw inertia of the whole body, kg m^2.
+    pub body_inertia: [f64; 2],
+    /// Roll and yaw inertia of links 1 and 2 of a side, kg m^2.
+    pub link_inertias: [[f64; 2]; 2],
+    /// Inertia of a wheel about a diameter, kg m^2.
+    pub wheel_inertia: f64,
+}
+
+/// Reason why a rover is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WholeRoverError {
+    /// The side is a four-bar. How two of them share the body's moment is left to tyres and frame.
+    FourBar,
+    /// An entry is not finite, a distance not above 0, or an inertia below 0.
+    Entry {
+        /// Its name.
+        entry: &'static str,
+        /// Its value.
+        found: f64,
+    },
+}
+
+impl core::fmt::Display for WholeRoverError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::FourBar => write!(
+                f,
+                "the side is a four-bar; allowed: a rocker-bogie or triple bogie (suspension kind \"bogie\")"
+            ),
+            Self::Entry { entry, found } => write!(
+                f,
+                "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for WholeRoverError {}
+
+impl WholeRover {
+    /// Checks what lies across, and that the side has a bogie. The side has checks of its own.
+    ///
+    /// # Errors
+    /// The first [`WholeRoverError`] found.
+    pub fn check(&self) -> Result<(), WholeRoverError> {
+        if self.side.geometry.suspension == Suspension::FourBar {
+            return Err(WholeRoverError::FourBar);
+        }
+        let at = |entry, found: f64, allowed: bool| {
+            if allowed && found.is_finite() {
+                Ok(())
+            } else {
+                Err(WholeRoverError::Entry { entry, found })
+            }
+        };
+        for found in self.half_tracks {
+            at("half_tracks", found, found > 0.0)?;
+        }
+        for (entry, found) in [
+            ("pivot.x", self.pivot.x),
+            ("pivot.y", self.pivot.y),
+            ("link_places[0]", self.link_places[0]),
+            ("link_places[1]", self.link_places[1]),
+            ("body_place", self.body_place),
+        ] {
+            at(entry, found, true)?;
+        }
+        let [link1, link2] = self.link_inertias;
+        for (entry, inertias) in [
+            ("body_inertia", self.body_inertia),
+            ("link_inertias[0]", link1),
+            ("link_inertias[1]", link2),
+            ("wheel_inertia", [self.wheel_inertia; 2]),
+        ] {
+            for found in inertias {
+                at(entry, found, found >= 0.0)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Mean static load of a wheel, N: a sixth of the weight.
+    pub fn mean_wheel_load(&self) -> f64 {
+        self.side.mean_wheel_load()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Carrier;
+
+    /// Each kind of fault is refused by its name, and the rover without one is not.
+    #[test]
+    fn faults_across_are_refused_by_name() {
+        let mut side = Robot::default_a();
+        side.geometry.make_bogie(Carrier::Link1);
+        let rover = WholeRover {
+            side,
+            coupling: Coupling::Differential,
+            pivot: Vec2::new(0.0, 0.3),
+            half_tracks: [0.3; 3],
+            link_places: [0.25; 2],
+            body_place: 0.0,
+            body_inertia: [0.1, 0.2],
+            link_inertias: [[0.0; 2]; 2],
+            wheel_inertia: 0.0,
+        };
+        assert_eq!(rover.check(), Ok(()));
+        let refused = |change: fn(&mut WholeRover), name: &str| {
+            let mut rover = rover.clone();
+            change(&mut rover);
+            match rover.check() {
+                Err(WholeRoverError::Entry { entry, .. }) => assert_eq!(entry, name),
+                other => panic!("{name}: {other:?}"),
+            }
+        };
+        refused(|r| r.half_tracks[1] = 0.0, "half_tracks");
+        refused(|r| r.half_tracks[2] = f64::NAN, "half_tracks");
+        refused(|r| r.pivot.y = f64::INFINITY, "pivot.y");
+        refused(|r| r.link_inertias[1][0] = -1.0, "link_inertias[1]");
+        let four_bar = WholeRover {
+            side: Robot::default_a(),
+            ..rover.clone()
+        };
+        assert_eq!(four_bar.check(), Err(WholeRoverError::FourBar));
+    }
+}
