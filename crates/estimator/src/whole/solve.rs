@@ -124,7 +124,9 @@ impl WholeEquilibrium {
         inputs: &InputCovariance,
     ) -> Result<WholeForces, WholeError> {
         let y = self.right_side(traction);
-        // Equal loads that carry the force z: on a plane, however tilted, their axial forces are exact.
+        // Equal loads that carry the force z: on a plane, however tilted, their axial forces are
+        // exact. From them alone N errs as little, but what is stated of a contact angle is that of
+        // the mean load.
         let carried: f64 = self.h_n.iter().map(|column| column[FORCE_Z]).sum();
         let about = self
             .fit(&y, traction, &[y[FORCE_Z] / carried; 6], inputs)?
