@@ -192,7 +192,7 @@ def test_errors_have_the_text_of_the_command(tmp_path):
 
 def test_a_robot_whose_errors_are_not_stated_counts_as_people_build_them(run, tmp_path):
     """The same default as that of the command on a log: the same deviations. A stated budget is silent."""
-    with pytest.warns(UserWarning, match="^best: budget.body_cg and budget.link_masses are not stated, .* masses to 3 %"):
+    with pytest.warns(UserWarning, match="^best: budget.body_cg and budget.link_masses are not stated, .* parts to 3 %"):
         found = robhaz.Estimator("best").estimate(run.sensors)
     names = run.sensors.columns
     rows = zip(*(run.sensors[name] for name in names))
