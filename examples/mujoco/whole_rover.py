@@ -84,7 +84,7 @@ def rough(seed: int) -> Callable:
 
 @dataclass
 class Case:
-    """A rover, its ground and what it is told to do."""
+    """A rover, its ground and its commands."""
 
     ground: Callable = flat
     cross_slope: float = 0.0  # deg, left side up: gravity is tilted

@@ -127,7 +127,7 @@ fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A wheel of 4 % more radius is told from one that slips on level and on rough ground; on few slopes,
+/// A wheel of 4 % more radius is distinguished from one that slips on level and on rough ground; on few slopes,
 /// where each wheel drives some of the way further than the others, `check` says that it cannot tell.
 #[test]
 fn a_wheel_of_another_radius_is_told_from_slip() -> Result<(), Failure> {

@@ -299,7 +299,7 @@ impl WorkBalance {
     }
 
     /// Whether more independent passages than stand behind the prior have shown how far they
-    /// scatter: fewer accuse nobody, because they show their own errors no better than the ratio.
+    /// scatter: fewer raise no alarm, because they show their own errors no better than the ratio.
     pub fn shows_scatter(&self) -> bool {
         let [_, count] = self.left;
         count > Self::PRIOR_COUNT * Passage::OVERLAP
@@ -417,7 +417,7 @@ mod tests {
         assert!(passages[0] > 40 && passages[1] == 0, "{passages:?}");
     }
 
-    /// A passage or two accuse no torques, however exact their ratio looks; more do.
+    /// A passage or two raise no alarm, however exact their ratio looks; more do.
     #[test]
     fn few_passages_are_no_proof() {
         let mut scale = ScaleFilter::new(BETWEEN, 90.0, 0.0);

@@ -95,7 +95,7 @@ impl BestFilters {
 
     /// Time since the last frame by the wheels, s, if all of them have turned further than they can
     /// in the `dt` (s) of the time stamps: the clock was set back. A robot that stops cannot be
-    /// told from a clock that was set forward.
+    /// distinguished from a clock that was set forward.
     pub fn time_of_wheels(
         &self,
         nominal: &Nominal,

@@ -14,7 +14,7 @@ const IMPROVEMENT: f64 = 4.0;
 const LEAST_LENGTH: f64 = 20.0;
 
 /// A fault is beyond the allowed delays by its deviation, and fits significantly better than they
-/// do. A delay that is neither a fault nor allowed cannot be told.
+/// do. A delay that is neither a fault nor allowed cannot be judged.
 fn judge(allowed: &Allowed, delay: &Delay) -> Verdict {
     let beyond = (delay.seconds - allowed.late).max(-allowed.early - delay.seconds);
     let is_certain = delay.improvement > IMPROVEMENT

@@ -27,9 +27,9 @@ const CORNER: f64 = 0.3;
 const OF_MEDIAN: f64 = 1.4826;
 /// Standard deviations that a spike is beyond: none by chance.
 const GATE: f64 = 10.0;
-/// Angle (rad) or rate (rad/s) by ground and impacts with which a spike cannot be told.
+/// Angle (rad) or rate (rad/s) by ground and impacts from which a spike cannot be distinguished.
 const MOST: f64 = 4.0;
-/// Fewest readings with which noise is told.
+/// Fewest readings from which noise is determined.
 const LEAST: usize = 50;
 
 /// All findings; nothing of a log that does not drive.

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | innovation | acceleration that both show in the mean, less the estimated one after the same low pass, m/s^2 |
 //! | states | acceleration of Q |
-//! | noise | white: inclinometers; lasting: the links' angles, what both differ beyond [`WITHIN`], place and lag while the link turns |
+//! | noise | white: inclinometers; correlated: the links' angles, what both differ beyond [`WITHIN`], place and lag while the link turns |
 //! | gate | none: an impact is an acceleration, too |
 //! | channels | inclinometers, gyroscopes |
 
@@ -38,7 +38,7 @@ impl MotionFilter {
     /// it does to the filtered rates of the links would pass for an acceleration.
     ///
     /// Both links measure the same acceleration of Q. Half of the excess of their difference over
-    /// [`WITHIN`] deviations is added to the lasting noise: otherwise a gyroscope with a wrong sign
+    /// [`WITHIN`] deviations is added to the correlated noise: otherwise a gyroscope with a wrong sign
     /// would pass for an acceleration, and no inclination would contradict it.
     pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
         self.since_acceleration += dt;
@@ -71,12 +71,12 @@ impl MotionFilter {
             row: [(ACCELERATION, 1.0)],
             innovation,
             white,
-            lasting: [
+            correlated: [
                 GaussMarkov::new(of_angle, tuning::ANGLE_TIME),
                 GaussMarkov::new(excess, tuning::ANGLE_TIME),
                 GaussMarkov::new(of_turning, tuning::FILTER_TIME),
             ],
-            doubt: 0.0,
+            inflation: 0.0,
             gate: f64::INFINITY,
         };
         let expected = self.expect(&measurement);

@@ -59,8 +59,8 @@ impl MotionFilter {
             row,
             innovation,
             white: variance,
-            lasting: [],
-            doubt: 0.0,
+            correlated: [],
+            inflation: 0.0,
             gate: GATE,
         };
         let expected = self.expect(&measurement);

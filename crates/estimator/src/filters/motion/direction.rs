@@ -5,7 +5,7 @@
 //! |---|---|
 //! | innovation | 0 less the speed away from the ground, `n(gamma_i) . v_i`, and that of penetration, m/s |
 //! | states | velocity of Q, contact angle (or its error), speed of penetration |
-//! | noise | white: gyroscope; lasting: its bias |
+//! | noise | gyroscope, averaged over some way where the angle is unknown; its bias; given angle: penetration |
 //! | gate | [`GATE`]; unknown angles: beyond [`SIGNIFICANT`] the wheel has met an edge |
 //! | channels | gyroscope, given contact angle, the other wheels' encoders |
 
@@ -26,8 +26,8 @@ impl MotionFilter {
     /// Guard.
     const LEAST_TURN: f64 = 0.5;
 
-    /// The measurement of one wheel. Without `of_angle` its row does not contain the contact angle,
-    /// whose error is then one of the measurement, as the `budget` has it.
+    /// The measurement of one wheel. With a `budget` its row does not contain the contact angle, whose
+    /// error is then one of the measurement, as correlated as the budget has it.
     fn direction(&self, sample: &Sample<'_>, budget: Option<&NoiseBudget>) -> Measurement<4, 4> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
         let speed = velocity.smooth_speed;
@@ -56,20 +56,20 @@ impl MotionFilter {
             ],
             innovation: -velocity.away - self.filter.x[PENETRATION + i],
             white: 0.0,
-            lasting: [
+            correlated: [
                 wheel.noise(sample.dt),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
                 penetration,
                 unknown,
             ],
-            doubt: self.doubt_of_rolling(sample.dt),
+            inflation: self.inflation_of_rolling(sample.dt),
             gate: GATE,
         }
     }
 
     /// Variance by which both rolling constraints count less after an impact or at an edge, at
     /// samples every `dt` (s), m^2/s^2.
-    pub(super) fn doubt_of_rolling(&self, dt: f64) -> f64 {
+    pub(super) fn inflation_of_rolling(&self, dt: f64) -> f64 {
         let noise = match self.angles {
             ContactAngles::Given => tuning::IMPACT_NOISE,
             ContactAngles::Unknown => tuning::EDGE_NOISE,
@@ -103,7 +103,7 @@ impl MotionFilter {
         let found = self.away(i, &velocity, &measurement, &expected);
         if correct && !given && found.nis() > SIGNIFICANT * SIGNIFICANT {
             self.meet_edge(i, &velocity);
-            measurement.doubt = self.doubt_of_rolling(dt);
+            measurement.inflation = self.inflation_of_rolling(dt);
             expected = self.expect(&measurement);
         }
         if correct {

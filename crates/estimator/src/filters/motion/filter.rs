@@ -166,7 +166,7 @@ impl MotionFilter {
     }
 
     /// Amount of the velocity of Q, m/s.
-    fn speed(&self) -> f64 {
+    pub fn speed(&self) -> f64 {
         robhaz_model::sqrt(self.velocity().norm_squared())
     }
 

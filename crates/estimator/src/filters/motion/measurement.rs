@@ -20,10 +20,10 @@ pub(super) struct Measurement<const K: usize, const L: usize> {
     /// Variance of the error that is new at every sample.
     pub white: f64,
     /// Errors that last: deviation at one sample, correlation time.
-    pub lasting: [GaussMarkov; L],
-    /// Variance by which it counts less while its model is in doubt. Not expected of good readings:
+    pub correlated: [GaussMarkov; L],
+    /// Variance by which it counts less while its model may not hold. Not expected of good readings:
     /// it is no part of the predicted variance of the innovation.
-    pub doubt: f64,
+    pub inflation: f64,
     /// Deviations beyond which the innovation's variance is inflated: [`crate::deviation`].
     pub gate: f64,
 }
@@ -39,14 +39,17 @@ pub(super) struct Expected {
 impl<const K: usize, const L: usize> Measurement<K, L> {
     /// Variance of its error at one sample.
     pub(super) fn at_once(&self) -> f64 {
-        let lasting = self.lasting.iter().map(|error| error.sigma * error.sigma);
-        self.white + lasting.sum::<f64>()
+        let correlated = self
+            .correlated
+            .iter()
+            .map(|error| error.sigma * error.sigma);
+        self.white + correlated.sum::<f64>()
     }
 
     /// R of samples every `dt`, s.
     fn noise(&self, dt: f64) -> f64 {
-        let lasting = self.lasting.iter().map(|error| error.white(dt));
-        self.white + self.doubt + lasting.sum::<f64>()
+        let correlated = self.correlated.iter().map(|error| error.white(dt));
+        self.white + self.inflation + correlated.sum::<f64>()
     }
 }
 

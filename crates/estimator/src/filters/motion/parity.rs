@@ -5,7 +5,7 @@
 //! |---|---|
 //! | innovation | 0 less the residual `w' (F' - H_T T)`, N |
 //! | states | all uncertain inputs of eq. (8) |
-//! | noise | lasting: observers, errors of loads, push of the other side; in doubt: unmodelled load |
+//! | noise | correlated: observers, errors of loads, push of the other side; in inflation: unmodelled load |
 //! | gate | [`GATE`]: beyond it the residual shows an impact or an external load, and corrects nothing |
 //! | channels | motor torques, encoders, gyroscopes, inclinometers |
 
@@ -52,11 +52,11 @@ impl MotionFilter {
             }),
             innovation: -parity.value,
             white: 0.0,
-            lasting: [
+            correlated: [
                 GaussMarkov::new(passing, tuning::FILTER_TIME),
                 GaussMarkov::new(robhaz_model::sqrt(parity.of_push), PushFilter::LASTS),
             ],
-            doubt: 0.0,
+            inflation: 0.0,
             // Tested here.
             gate: f64::INFINITY,
         };
@@ -75,7 +75,7 @@ impl MotionFilter {
         let within_gate = square <= gate;
         if correct && within_gate {
             let of_load = GaussMarkov::new(robhaz_model::sqrt(load), tuning::FILTER_TIME);
-            measurement.doubt = of_load.white(dt);
+            measurement.inflation = of_load.white(dt);
             self.correct(&measurement, &expected, dt);
         }
         (found, within_gate)

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
 //! | states | velocity of Q, creep, rolling radius, torque offset, gear friction, torque gain |
-//! | noise | white: gyroscope; lasting: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
+//! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
 
@@ -67,13 +67,13 @@ impl MotionFilter {
             ],
             innovation: rim * (1.0 + self.filter.x[RADIUS + i]) - velocity.speed - slip,
             white: wheel.noise_sigma * wheel.noise_sigma,
-            lasting: [
+            correlated: [
                 GaussMarkov::new(beyond.sigma * nonlinear, beyond.time),
                 GaussMarkov::new(of_creep, tuning::SLIP.time),
                 GaussMarkov::new(of_observer, tuning::FILTER_TIME),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
             ],
-            doubt: self.doubt_of_rolling(sample.dt),
+            inflation: self.inflation_of_rolling(sample.dt),
             gate: GATE,
         }
     }

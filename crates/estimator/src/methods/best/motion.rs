@@ -93,7 +93,7 @@ impl BestFilters {
         } else if dt > 0.0 && self.method.rolling {
             self.correct_acceleration(nominal, inclination, dt);
         }
-        let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
+        let speed = self.motion.speed();
         for link in &mut self.links {
             link.follow_ground(speed, dt);
         }
@@ -122,7 +122,7 @@ impl BestFilters {
     fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> [f64; 2] {
         let geometry = &robot.geometry;
         let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
-        let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
+        let speed = self.motion.speed();
         let mut links = 0.0_f64;
         for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
             let link = &self.links[carrier.index()];
@@ -146,7 +146,7 @@ impl BestFilters {
         let (rate, noise_time) = match self.method.contact_angles {
             ContactAngles::Given => (link.rate, 0.0),
             ContactAngles::Unknown => {
-                let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
+                let speed = self.motion.speed();
                 (link.ground_rate, LinkAngleKalman::ground_time(speed))
             }
         };
