@@ -158,14 +158,14 @@ fn frames(count: usize) -> Vec<SensorFrame> {
     frames
 }
 
-/// Updates of the paper's estimator and of `best` with 4000 consecutive frames. Goals: 0.5 us and 3
+/// Updates of the paper's estimator and of `kalman` with 4000 consecutive frames. Goals: 0.5 us and 3
 /// us per update.
 fn estimate(c: &mut Criterion) {
     let frames = frames(4000);
     let mut group = c.benchmark_group("estimator: 4000 updates");
     for (name, settings) in [
         ("paper-wheels", EstimatorSettings::paper_wheels()),
-        ("best", EstimatorSettings::best()),
+        ("kalman", EstimatorSettings::kalman()),
     ] {
         let new = Estimator::new(&Robot::default_a(), settings);
         group.throughput(Throughput::Elements(frames.len() as u64));

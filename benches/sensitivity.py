@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Half and double of every constant of the estimator: what each does to the errors of `best`.
+"""Half and double of every constant of the estimator: what each does to the errors of `kalman`.
 
     python3 benches/sensitivity.py [--cases smooth,course] [--seeds 2] [--only contact/]
 

@@ -9,7 +9,7 @@ kind = "flat"
 duration = 1
 compare_from = 0.5
 [[estimator]]
-name = "best"
+name = "kalman"
 """
 STUDY = """
 scene = "scene.toml"

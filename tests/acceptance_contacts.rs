@@ -1,4 +1,4 @@
-//! Acceptance of the contact states of `best`: in the air, two contacts, sliding. The judge is
+//! Acceptance of the contact states of `kalman`: in the air, two contacts, sliding. The judge is
 //! `robhaz_score::contact`.
 //!
 //! With `--nocapture` each test prints its table. Engine direct, typical sensors.
@@ -13,12 +13,12 @@ use robhaz_study::TruthRun;
 const SOFT: &[&str] = &["drive.kp=2", "drive.ki=0"];
 const SEEDS: u64 = 3;
 
-/// The scores of `best` for each seed.
+/// The scores of `kalman` for each seed.
 fn scores(name: &str, overrides: &[&str]) -> Vec<FlagScores> {
     let best = [
         "engine.kind=direct",
         "sensors.grade=typical",
-        "estimator=[{name='best'}]",
+        "estimator=[{name='kalman'}]",
     ];
     let scene = scene(name, &[&best, overrides].concat());
     let truth = TruthRun::of(&scene).unwrap();
@@ -112,14 +112,14 @@ fn two_contacts_are_found_at_corners() {
 }
 
 /// Equivalence: on `stairs` the middle wheel of geometry A stands on tread and edge for seconds.
-/// With exact readings `best` estimates N and T of its equivalent contact, not the vector sum of
+/// With exact readings `kalman` estimates N and T of its equivalent contact, not the vector sum of
 /// its normal forces.
 #[test]
 fn an_estimate_at_two_contacts_is_that_of_the_equivalent_contact() {
     let overrides = [
         "engine.kind=direct",
         "sensors.grade=ideal",
-        "estimator=[{name='best'}]",
+        "estimator=[{name='kalman'}]",
         "record.duration=12",
         "record.rate=100",
         "robot.geometry=A",

@@ -1,4 +1,4 @@
-//! Acceptance of `best`: its error, the consistency of its covariance, and its error relative to
+//! Acceptance of `kalman`: its error, the consistency of its covariance, and its error relative to
 //! the Cramer-Rao bound of one sample.
 //!
 //! With `--nocapture` each test prints its table. All runs use the engine direct. Figures are means
@@ -14,7 +14,7 @@ use robhaz_study::{
 };
 use std::sync::OnceLock;
 
-/// The scores of `best` on `smooth` over ten seeds, by drive and case: several tests judge them.
+/// The scores of `kalman` on `smooth` over ten seeds, by drive and case: several tests judge them.
 fn on_smooth() -> &'static [Vec<SeedScores>; 2] {
     static SCORES: OnceLock<[Vec<SeedScores>; 2]> = OnceLock::new();
     SCORES.get_or_init(|| DRIVES.map(|(_, drive)| scores("smooth", &[], drive, 10, |_| true)))
@@ -61,8 +61,8 @@ const CASES: [(&str, &[&str], [f64; 2]); 6] = [
     ("poor", &["sensors.grade=poor"], [2.9, 2.4]),
 ];
 
-fn with_best(name: &str, overrides: &[&[&str]]) -> Scene {
-    let best = ["engine.kind=direct", "estimator=[{name='best'}]"];
+fn with_kalman(name: &str, overrides: &[&[&str]]) -> Scene {
+    let best = ["engine.kind=direct", "estimator=[{name='kalman'}]"];
     scene(name, &[&best, overrides.concat().as_slice()].concat())
 }
 
@@ -103,7 +103,7 @@ fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) 
     (100.0 * nrmse.mean, consistency)
 }
 
-/// Asserts that the covariance of `best` holds: NEES and NIS are not above the 95 % bounds of
+/// Asserts that the covariance of `kalman` holds: NEES and NIS are not above the 95 % bounds of
 /// chi-squared, the NEES is at least 0.5 (the stated sigma is at most 2.5 times too large: it
 /// covers harder and softer wheels than the simulated ones, and a rolling resistance, which these
 /// have not), and the coverage is at least 85 %. It should be 95.4 %, but errors are correlated
@@ -141,10 +141,10 @@ fn scores(
     seeds: usize,
     included: impl Fn(&str) -> bool,
 ) -> Vec<SeedScores> {
-    let alike = TruthRun::of(&with_best(name, &[overrides, drive])).unwrap();
+    let alike = TruthRun::of(&with_kalman(name, &[overrides, drive])).unwrap();
     let cases = CASES.iter().filter(|(case, ..)| included(case));
     let of = |(_, keys, _): &(&str, &[&str], [f64; 2])| {
-        let scene = with_best(name, &[overrides, drive, keys]);
+        let scene = with_kalman(name, &[overrides, drive, keys]);
         let truth = match keys.iter().any(|key| key.starts_with("drive.")) {
             true => TruthRun::of(&scene).unwrap(),
             false => alike.clone(),
@@ -154,7 +154,7 @@ fn scores(
     cases.map(of).collect()
 }
 
-/// Asserts that `best` stays within `factor` times the levels of the included cases, with a
+/// Asserts that `kalman` stays within `factor` times the levels of the included cases, with a
 /// consistent covariance.
 fn assert_levels(
     what: &str,
@@ -193,7 +193,7 @@ fn assert_levels_elsewhere(
 
 /// Acceptance on the main scene: every case is within its level, with a consistent covariance.
 #[test]
-fn best_meets_its_levels_on_smooth_ground() {
+fn kalman_meets_its_levels_on_smooth_ground() {
     let [pi, soft] = on_smooth();
     assert_levels("smooth", [pi, soft], 1.0, |_, _| true);
 }
@@ -206,9 +206,9 @@ fn best_meets_its_levels_on_smooth_ground() {
 /// sensors are ideal, and hardly any where they are not.
 #[test]
 fn model_errors_dominate_the_error_that_is_left() {
-    let truth = TruthRun::of(&with_best("smooth", &[DRIVES[1].1])).unwrap();
+    let truth = TruthRun::of(&with_kalman("smooth", &[DRIVES[1].1])).unwrap();
     let [_, _, _, _, (_, keys, _), _] = CASES;
-    let scene = with_best("smooth", &[DRIVES[1].1, &keys[2..]]);
+    let scene = with_kalman("smooth", &[DRIVES[1].1, &keys[2..]]);
     let alone = study(&scene, &truth, &SEEDS).unwrap();
     let [_, _, friction, _, all, _] = on_smooth()[1].as_slice() else {
         panic!("six cases")
@@ -222,10 +222,10 @@ fn model_errors_dominate_the_error_that_is_left() {
     assert!(all <= 1.3 * model.hypot(friction), "{all}");
 }
 
-/// Acceptance: one tuning serves all scenes. On other terrain and with geometry B, `best` is within
+/// Acceptance: one tuning serves all scenes. On other terrain and with geometry B, `kalman` is within
 /// 1.3 times the levels. Every case has both drives, and every ground two cases in turn.
 #[test]
-fn best_meets_its_levels_on_other_terrain_and_geometry() {
+fn kalman_meets_its_levels_on_other_terrain_and_geometry() {
     let grounds: [(&str, &[&str]); 5] = [
         ("cosbump", &[]),
         ("sine", &[]),
@@ -245,10 +245,10 @@ fn best_meets_its_levels_on_other_terrain_and_geometry() {
 }
 
 /// Acceptance: one tuning serves all speeds. At 0.3 m/s, where the wheels of the PI drive slide for
-/// part of the way, and at 0.1 m/s `best` is within 1.3 times the levels, with a consistent
+/// part of the way, and at 0.1 m/s `kalman` is within 1.3 times the levels, with a consistent
 /// covariance.
 #[test]
-fn best_meets_its_levels_at_other_speeds() {
+fn kalman_meets_its_levels_at_other_speeds() {
     let speeds = [
         ("drive.speed=0.3", ["typical", "poor"]),
         // The slower, the less viscous damping beside the friction of the gears.
@@ -262,11 +262,11 @@ fn best_meets_its_levels_at_other_speeds() {
 /// Acceptance on the ramp, whose concave corner causes impacts: within 1.3 times the levels, and
 /// its covariance holds. Friction is part of the CAD errors.
 #[test]
-fn best_meets_its_levels_on_the_ramp() {
+fn kalman_meets_its_levels_on_the_ramp() {
     assert_levels_elsewhere("ramp", &[], |_, case| !case.starts_with("friction"));
 }
 
-/// At corners the errors of `best` are several percent, more than on rolling ground, but the
+/// At corners the errors of `kalman` are several percent, more than on rolling ground, but the
 /// coverage stays above 90 %. A wheel that touches riser and tread for seconds does not roll along
 /// the contact angle that is given to the estimator.
 #[test]
@@ -276,7 +276,7 @@ fn at_corners_errors_are_larger_but_mostly_covered() {
         for (name, most) in [("step", 4.2), ("ditch", 4.2), ("stairs", 11.0)] {
             // On the stairs this robot is stuck, with a wheel on two contacts for seconds.
             let keys = ["sensors.grade=typical", "robot.geometry=A"];
-            let scene = with_best(name, &[drive_keys, &keys]);
+            let scene = with_kalman(name, &[drive_keys, &keys]);
             let truth = TruthRun::of(&scene).unwrap();
             let what = format!("{name} {drive} typical");
             let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
@@ -289,13 +289,13 @@ fn at_corners_errors_are_larger_but_mostly_covered() {
 }
 
 /// The tuning does not depend on one friction law: with a tenth and with twice the default's creep,
-/// the error of `best` is less than twice as large, and the coverage is at least 90 %.
+/// the error of `kalman` is less than twice as large, and the coverage is at least 90 %.
 #[test]
 fn creep_other_than_the_defaults_is_tolerated() {
     // Less than twice the 0.83 and 0.61 % of the default's creep.
     for ((drive, drive_keys), most) in DRIVES.into_iter().zip([1.65, 1.2]) {
         for v_s in ["contact.v_s=0.002", "contact.v_s=0.04"] {
-            let scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
+            let scene = with_kalman("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
             let truth = TruthRun::of(&scene).unwrap();
             let what = format!("smooth {drive} typical {v_s}");
             let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
@@ -312,7 +312,7 @@ fn creep_other_than_the_defaults_is_tolerated() {
 #[test]
 fn gear_friction_is_not_estimated_at_standstill() {
     for name in ["flat", "smooth"] {
-        let scene = with_best(name, &[&["sensors.grade=typical", "drive.start_time=60"]]);
+        let scene = with_kalman(name, &[&["sensors.grade=typical", "drive.start_time=60"]]);
         let truth = TruthRun::of(&scene).unwrap();
         for seed in &SEEDS[..5] {
             let scene = Scene {
@@ -343,7 +343,7 @@ fn the_cramer_rao_bound_is_that_of_the_independent_implementation() {
             "sensors.torque_noise=0.1",
             "sensors.contact_angle_error='2 deg'",
         ];
-        let scene = with_best("smooth", &[drive_keys, &errors]);
+        let scene = with_kalman("smooth", &[drive_keys, &errors]);
         let truth = TruthRun::of(&scene).unwrap();
         let found = floor(&scene, &truth).unwrap();
         println!("{drive}: bound {:.3} %", 100.0 * found);
@@ -353,12 +353,12 @@ fn the_cramer_rao_bound_is_that_of_the_independent_implementation() {
 
 /// `whitening` uses one sample, except that its observer averages the white noise of the torque:
 /// its error is within 1.2 times the Cramer-Rao bound of one sample, and not below the bound
-/// without that noise. `best` estimates offsets and angle errors over time: its error is below half
+/// without that noise. `kalman` estimates offsets and angle errors over time: its error is below half
 /// of the bound.
 #[test]
-fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
+fn whitening_reaches_the_bound_of_one_sample_and_kalman_beats_it() {
     for (d, (drive, drive_keys)) in DRIVES.into_iter().enumerate() {
-        let mut scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical"]]);
+        let mut scene = with_kalman("smooth", &[drive_keys, &["sensors.grade=typical"]]);
         let of = |name: &str| {
             ladder()
                 .unwrap()
@@ -376,7 +376,7 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
         // The case of typical sensors.
         let [whitening, best] = [&summaries[0], &on_smooth()[d][1]].map(|s| s.nrmse().unwrap());
         println!(
-            "{drive}: bound {:.3} %, without white noise {:.3} %; whitening {:.3} %, best {:.3} %",
+            "{drive}: bound {:.3} %, without white noise {:.3} %; whitening {:.3} %, kalman {:.3} %",
             100.0 * all,
             100.0 * noiseless,
             100.0 * whitening.mean,
@@ -392,12 +392,12 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
 }
 
 /// Ablation: with typical sensors, every step of the ladder reduces the error or increases it by at
-/// most 2 % (the benefit of a step can depend on a later one), and `best` errs by less than a tenth
+/// most 2 % (the benefit of a step can depend on a later one), and `kalman` errs by less than a tenth
 /// of `paper-wheels`. Without contact angles the parity residual reduces the error, too, below that
 /// of every ablation step that is given them but corrects nothing over time.
 #[test]
 fn every_step_of_the_ladder_carries() {
-    let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
+    let mut scene = with_kalman("smooth", &[&["sensors.grade=typical"]]);
     scene.estimators = ladder().unwrap();
     let truth = TruthRun::of(&scene).unwrap();
     let summaries = study(&scene, &truth, &SEEDS[..5]).unwrap();
@@ -413,7 +413,10 @@ fn every_step_of_the_ladder_carries() {
         }
     }
     assert!(10.0 * errors[best] < errors[1], "{errors:?}");
-    assert!(errors[place("no-angles")] < errors[whitening], "{errors:?}");
+    assert!(
+        errors[place("kalman-no-angles")] < errors[whitening],
+        "{errors:?}"
+    );
 }
 
 /// Determinism and equivalence: on one thread and on three a study gives the bits of the plain loop
@@ -421,7 +424,7 @@ fn every_step_of_the_ladder_carries() {
 #[test]
 fn a_study_does_not_depend_on_threads() {
     let short = ["record.duration=3", "sensors.grade=poor", "record.rate=500"];
-    let scene = with_best("smooth", &[&short]);
+    let scene = with_kalman("smooth", &[&short]);
     let study_of = |jobs| {
         let study = Study::of_scene(&scene, 7, true).unwrap();
         let data = compute_dataset(&study, jobs, &Watch::SILENT).unwrap();

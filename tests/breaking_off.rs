@@ -287,14 +287,14 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let truth = format!("runs/long.partial/truth.{format}");
         assert!(!dir.path().join(format!("{truth}.partial")).exists());
         let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
-        let rest = ["--estimator", "best", "--rerun", "off", "--out", "again"];
+        let rest = ["--estimator", "kalman", "--rerun", "off", "--out", "again"];
         let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
         let output = { estimate }.output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
         let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
         // Records with a truth, from 0.1 s on: at least one group.
-        let samples = summary["estimators"]["best"]["samples"].as_u64();
+        let samples = summary["estimators"]["kalman"]["samples"].as_u64();
         assert!(samples > Some(16_384 - 100), "{samples:?}");
     }
 }

@@ -10,7 +10,7 @@ const COMMANDS: [&str; 5] = [
     "robhaz check drive.csv",
     "robhaz check drive.csv --sensors mine.toml",
     "robhaz check drive.csv --sensors mine.toml --json",
-    "robhaz estimate drive.csv --sensors mine.toml --estimator best",
+    "robhaz estimate drive.csv --sensors mine.toml --estimator kalman",
     "robhaz export runs/drive-estimate --to csv",
 ];
 
@@ -213,7 +213,7 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     assert!(exported.status.success(), "{}", text(&exported.stderr));
     let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let means = &summary["estimators"]["best"]["means"]["normal_force"];
+    let means = &summary["estimators"]["kalman"]["means"]["normal_force"];
     let sum: f64 = (0..3).map(|i| means[i].as_f64().unwrap()).sum();
     // More than the weight: wheels that work against each other press on slopes. Within 1 % of the
     // simulation's.
@@ -235,7 +235,7 @@ fn an_estimate_tells_a_contradiction() {
     assert!(said.contains("gyroscope 2 from"), "{said}");
     let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let faulty = &summary["estimators"]["best"]["faulty_channels"]["gyroscope 2"];
+    let faulty = &summary["estimators"]["kalman"]["faulty_channels"]["gyroscope 2"];
     assert!(faulty["records"].as_u64().unwrap() > 1000, "{faulty}");
 }
 
@@ -261,7 +261,7 @@ fn the_default_budget_of_a_robot_is_named() {
     let notice = "those of its parts to 3 %, centres of mass to 5 mm, pins to 1 mm";
     for command in [
         "robhaz check drive.csv",
-        "robhaz estimate drive.csv --force --rerun off --estimator best",
+        "robhaz estimate drive.csv --force --rerun off --estimator kalman",
     ] {
         for (description, is_said) in [
             ("--sensors mine.toml", true),

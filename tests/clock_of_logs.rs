@@ -50,7 +50,7 @@ fn fault<'a>(lines: &'a [String], test: &str) -> &'a str {
         .unwrap_or_else(|| panic!("{test}: {lines:#?}"))
 }
 
-/// A clock that is set back by 0.2 s: `check` names it before all else; `best` states no force
+/// A clock that is set back by 0.2 s: `check` names it before all else; `kalman` states no force
 /// beyond five times the weight, 687 N, and starts anew once, with the flag.
 #[test]
 fn a_clock_that_is_set_back_is_named_and_survived() {
@@ -73,7 +73,7 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
         "estimate",
         "log.csv",
         "--estimator",
-        "best",
+        "kalman",
         "--rerun",
         "off",
     ]);
@@ -83,7 +83,7 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
         .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("set back by 0.200 s"));
-    let estimate = columns(&folder.join("out/estimate-best.csv"));
+    let estimate = columns(&folder.join("out/estimate-kalman.csv"));
     for wheel in 1..=3 {
         let forces = &estimate[&format!("wheel{wheel}_normal_force")];
         let largest = forces.iter().fold(0.0_f64, |a, b| a.max(*b));

@@ -25,7 +25,7 @@ fn a_new_scene_runs_with_the_defaults() {
     let made = robhaz_scene::Scene::load(&dir.path().join("mine.toml"), &[]).unwrap();
     assert!(made.warnings().is_empty());
     let labels: Vec<&str> = made.estimators.iter().map(|e| e.name.as_str()).collect();
-    assert_eq!(labels, ["paper-wheels", "best", "no-angles"]);
+    assert_eq!(labels, ["paper-wheels", "kalman", "kalman-no-angles"]);
     let default = robhaz_scene::Scene {
         name: made.name.clone(),
         estimators: made.estimators.clone(),

@@ -118,7 +118,7 @@ fn the_table_of_the_readme_is_printed() {
     let mut command = robhaz(dir.path());
     command.arg("run").arg(root().join("scenes/smooth.toml"));
     let output = command.output().unwrap();
-    assert!(table.contains("no-angles"), "{table}");
+    assert!(table.contains("kalman-no-angles"), "{table}");
     let shown = text(&output.stdout);
     assert!(shown.contains(table), "README:\n{table}\nprinted:\n{shown}");
 }

@@ -1,4 +1,4 @@
-//! The rovers of `robots/`: their truth in both engines, and `best` on ground, speed and sensors
+//! The rovers of `robots/`: their truth in both engines, and `kalman` on ground, speed and sensors
 //! that are those of robot A in the rover's own units (Froude: length, mass, gravity).
 
 use crate::support::{Kept, keep, root};
@@ -92,10 +92,10 @@ fn mean_error(name: &str, low_gain: bool, imu: &str, seeds: u64) -> f64 {
     mean
 }
 
-/// Acceptance: N of `best` without contact angles within 1 %, of sensors on the links; with both
+/// Acceptance: N of `kalman` without contact angles within 1 %, of sensors on the links; with both
 /// drives.
 #[test]
-fn best_holds_on_every_rover() {
+fn kalman_holds_on_every_rover() {
     for name in ROVERS {
         for low_gain in [false, true] {
             assert!(mean_error(name, low_gain, "links", 3) < 1.0);
@@ -106,16 +106,16 @@ fn best_holds_on_every_rover() {
 /// Acceptance: within 2 %, of an IMU in the body and the angle of pin Q. What the rate of the pin
 /// lacks, a filter of its angle, costs up to 0.9 % of N.
 #[test]
-fn best_holds_with_an_imu_in_the_body() {
+fn kalman_holds_with_an_imu_in_the_body() {
     for name in ROVERS {
         assert!(mean_error(name, false, "body", 1) < 2.0);
     }
 }
 
-/// Acceptance: with the sensors that these rovers have, at their rates of 8 to 50 Hz, `best` errs
+/// Acceptance: with the sensors that these rovers have, at their rates of 8 to 50 Hz, `kalman` errs
 /// by at most 3 %, states no less than it errs, and raises no alarm.
 #[test]
-fn best_holds_with_the_sensors_of_each_rover() {
+fn kalman_holds_with_the_sensors_of_each_rover() {
     for name in ROVERS {
         for imu in ["links", "body"] {
             let keys = [
@@ -147,7 +147,7 @@ fn the_truth_of_every_rover_holds() {
 }
 
 /// NRMSE of N (%), RMSE of T over the mean load (%), share within two sigma (%), mean stated sigma
-/// (%) and alarms of `best`, means over seeds.
+/// (%) and alarms of `kalman`, means over seeds.
 fn row(scenes: impl Iterator<Item = Scene>) -> String {
     let (mut sums, mut count, mut alarms) = ([0.0; 4], 0.0, 0);
     for scene in scenes {
@@ -175,7 +175,7 @@ fn row(scenes: impl Iterator<Item = Scene>) -> String {
     format!("{n:.2} | {t:.2} | {stated:.2} | {within:.0} | {alarms}")
 }
 
-/// What `best` reaches without contact angles, with sensors as of a research robot and as these
+/// What `kalman` reaches without contact angles, with sensors as of a research robot and as these
 /// rovers have them.
 #[test]
 #[ignore = "a study of some minutes"]

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 /// A scene of a few milliseconds of computing.
 const SCENE: &str = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"rapier\"\n[sensors]\ngrade = \"typical\"\n\
-    [record]\nduration = 0.04\ncompare_from = 0.02\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"best\"\n";
+    [record]\nduration = 0.04\ncompare_from = 0.02\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"kalman\"\n";
 
 /// A folder with that scene and a study of it.
 fn study(axes: &str) -> tempfile::TempDir {
@@ -117,7 +117,7 @@ fn kills_and_shards_leave_the_same_dataset() {
     // The tables of run 3 came along.
     for folder in ["alone", "killed", "parts"] {
         let tables = dir.path().join(folder).join("tables/run-000003");
-        for name in ["scene.toml", "truth.parquet", "estimate-best.parquet"] {
+        for name in ["scene.toml", "truth.parquet", "estimate-kalman.parquet"] {
             assert!(tables.join(name).is_file(), "{folder}: {name}");
         }
         assert_eq!(
@@ -433,7 +433,7 @@ fn runs_that_differ_in_sensors_alone_share_their_truth() {
     let seen = [
         axis("sensors.torque_gain", "[0, 0.02]"),
         axis("model_error.link_masses", "[0, 0.1]"),
-        axis("estimator.1.name", "[\"best\", \"true-mass\"]"),
+        axis("estimator.1.name", "[\"kalman\", \"true-mass\"]"),
         axis("record.compare_from", "[0.01, 0.02]"),
         axis("seed", "[1, 2, 3]"),
     ]
@@ -447,7 +447,7 @@ fn runs_that_differ_in_sensors_alone_share_their_truth() {
     assert!(plan(&(seen.clone() + &speeds), "").contains("96 runs of 0.04 s; 2 simulated"));
     let rates = axis("sensors.rate", "[1000, 2000]");
     assert!(plan(&(seen + &rates), "").contains("96 runs of 0.04 s; 2 simulated"));
-    let closed = "set = [\"drive.kind=shared\", \"drive.estimator=best\"]\n";
+    let closed = "set = [\"drive.kind=shared\", \"drive.estimator=kalman\"]\n";
     let said = plan(&axis("seed", "[1, 2, 3]"), closed);
     assert!(said.contains("3 runs of 0.04 s; each simulated."), "{said}");
 }

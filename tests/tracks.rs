@@ -58,7 +58,7 @@ fn a_run_with_a_track_runs_again_to_the_bit() {
         "scene.toml",
         "truth.csv",
         "terrain.csv",
-        "estimate-best.csv",
+        "estimate-kalman.csv",
     ] {
         assert!(
             fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap(),

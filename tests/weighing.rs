@@ -116,14 +116,14 @@ fn the_example_leads_from_a_nominal_to_a_weighed_robot() {
 
 /// Acceptance: six robots that differ from their nominal values by 10 mm (centre of mass), 10 %
 /// (link masses) and 2 mm (pins), typical sensors, friction that the estimator does not know.
-/// Weighed on scales good to 0.2 N in six postures, `best` errs by at most 1.0 % of N, in place of
+/// Weighed on scales good to 0.2 N in six postures, `kalman` errs by at most 1.0 % of N, in place of
 /// more than 2 % with the nominal values, and its covariance is not overconfident.
 #[test]
 fn weighing_reduces_the_error_of_the_nominal_masses() {
     let seeds: Vec<u64> = (0..6).collect();
     let nominal = [
         "engine.kind=direct",
-        "estimator=[{name='best'}]",
+        "estimator=[{name='kalman'}]",
         "sensors.grade=typical",
         "sensors.torque_friction=0.5",
         "model_error.body_cg='10 mm'",

@@ -198,7 +198,7 @@ class Rates:
     def text(self, seeds):
         cases = {f"`{scene}`, {rate}": (scene, [*TYPICAL, *keys]) for scene in ("cosbump", "sine", "smooth")
                  for rate, keys in self.RATES.items() if "kHz" not in rate or scene == "smooth"}
-        return Cases(cases, "paper-wheels", "best", "no-angles").text(seeds)
+        return Cases(cases, "paper-wheels", "kalman", "kalman-no-angles").text(seeds)
 
 
 class Command:
@@ -250,15 +250,15 @@ STEPS = {"ideal": ["sensors.grade=ideal"], "typical": TYPICAL, "typical, 0.5 N m
 FIXED = "those that the tests name"
 # Name of a page: title, seeds ({seeds} of a recipe that takes a number), default number, parts.
 PAGES = {
-    "levels": ("Errors and consistency of `best` with given contact angles, against the required levels",
+    "levels": ("Errors and consistency of `kalman` with given contact angles, against the required levels",
                "0 to 9 on `smooth`, 0 to 4 elsewhere", 10, [Tests(TRUTH, "acceptance_estimators")]),
     "ablation": ("What each step of the method brings",
                  "0 to {last} on `smooth`; 0 to 3 on the other grounds (`studies/ladder.toml`)", 10,
                  [Cases({name: ("smooth", keys) for name, keys in STEPS.items()}, options=["--ladder"]),
                   Dataset("ladder", "estimator", "terrain.kind", ("nrmse", "nrmse_at_one_contact"))]),
-    "no-angles": ("`best` without contact angles: samples with one contact a wheel, then all", "0 to {last}", 10,
+    "kalman-no-angles": ("`kalman` without contact angles: samples with one contact a wheel, then all", "0 to {last}", 10,
                   [Tests(STUDY, "no_angles::study_of_all", ignored=True, ROBHAZ_SEEDS="{seeds}")]),
-    "edges": ("Errors at edges", "0 to {last}", 10, [Cases(EDGES, "paper-wheels", "best")]),
+    "edges": ("Errors at edges", "0 to {last}", 10, [Cases(EDGES, "paper-wheels", "kalman")]),
     "contact-states": ("Contact states: events found; shares of the time falsely stated and missed (NaN: there is none)", "0 to 2", 3,
                        [Tests(TRUTH, "acceptance_contacts")]),
     "ground": ("Errors of the estimated terrain", "0 to 9", 10, [Tests("-p robhaz-run --test run", "ground::")]),
@@ -286,9 +286,9 @@ PAGES = {
                             for scale in (0.2, 1, 2)},
                          "ideal sensors, nominal robot": ("smooth", NOMINAL),
                          "ideal sensors, weighed to 0.2 N": ("smooth", [*NOMINAL, "model_error.scales=0.2"])},
-                        "best", "no-angles")]),
-    "mujoco": ("`best` without contact angles in MuJoCo", "1 to {seeds}", 10, [Mujoco()]),
-    "rovers": ("Rovers: `best` without contact angles, friction tests, go or no-go",
+                        "kalman", "kalman-no-angles")]),
+    "mujoco": ("`kalman` without contact angles in MuJoCo", "1 to {seeds}", 10, [Mujoco()]),
+    "rovers": ("Rovers: `kalman` without contact angles, friction tests, go or no-go",
                "0 to 3; {seeds} random paths of series 301", 301,
                [Tests(TRUTH, "rovers::study", ignored=True),
                 *[Tests(STUDY, "path_verdict::study", ignored=True, ROBHAZ_ROVER=rover, ROBHAZ_SERIES="301", ROBHAZ_PATHS="{seeds}",

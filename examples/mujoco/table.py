@@ -69,7 +69,7 @@ def simulate(options: list[str], folder: Path, seeds: range) -> None:
 
 
 def estimate(command: Path, folder: Path, seed: int) -> dict:
-    """The summary of `best` without contact angles on one log."""
+    """The summary of `kalman` without contact angles on one log."""
     out = folder / f"estimate-{seed}"
     arguments = [command, "estimate", folder / f"log-{seed}.csv", "--sensors", folder / "SENSORS.toml"]
     arguments += ["--truth", folder / "truth.csv", "--contact-angles", "none", "--out", out]
@@ -77,7 +77,7 @@ def estimate(command: Path, folder: Path, seed: int) -> dict:
     if robot.exists():
         arguments += ["--robot", robot]
     subprocess.run(arguments, check=True, capture_output=True)
-    summary = json.loads((out / "summary.json").read_text())["estimators"]["no-angles"]
+    summary = json.loads((out / "summary.json").read_text())["estimators"]["kalman-no-angles"]
     shutil.rmtree(out)
     return summary
 

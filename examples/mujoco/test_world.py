@@ -94,7 +94,7 @@ def test_the_same_seed_gives_the_same_log(tmp_path):
 
 
 def test_the_estimator_finds_the_forces_of_another_engine(tmp_path):
-    """Acceptance: `best` without contact angles on 6 s of the ramp. 6 %: three times what 20 s of it have."""
+    """Acceptance: `kalman` without contact angles on 6 s of the ramp. 6 %: three times what 20 s of it have."""
     command = os.environ.get("ROBHAZ")
     if not command:
         pytest.skip("the variable ROBHAZ does not name the command")
@@ -105,6 +105,6 @@ def test_the_estimator_finds_the_forces_of_another_engine(tmp_path):
     options = ["--contact-angles", "none", "--rerun", "off", "--out", tmp_path / "out"]
     subprocess.run([command, "estimate", *files, *options], check=True)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    errors = summary["estimators"]["no-angles"]
+    errors = summary["estimators"]["kalman-no-angles"]
     assert errors["samples"] > 3900
     assert errors["normal_force"]["nrmse"] < 0.06

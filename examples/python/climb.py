@@ -139,7 +139,7 @@ def drive(geometry, control, mu, rise, tread):
     """
     keys = {"robot.geometry": geometry, "engine.kind": "direct", "contact.mu_s": mu, "contact.mu_d": 0.875 * mu,
             "terrain.rise": rise, "terrain.run": tread, "drive.start_time": START_TIME, "sensors.rate": 100,
-            "record.rate": 100, "estimator": [{"name": "best", "contact_angles": "none"}], **CONTROLS[control]}
+            "record.rate": 100, "estimator": [{"name": "kalman", "contact_angles": "none"}], **CONTROLS[control]}
     goal = 0.7 + 3 * tread - geometry["axles"][2][0] + 0.15
     # Most drives end in 15 s.
     for duration in (15, LONGEST):

@@ -25,7 +25,7 @@ ROBHAZ = shutil.which(os.environ.get("ROBHAZ", "robhaz"))
 SCENE = """
 engine.kind = "direct"
 sensors.grade = "typical"
-estimator = [{ name = "paper-body" }, { name = "best" }]
+estimator = [{ name = "paper-body" }, { name = "kalman" }]
 [terrain]
 kind = "flat"
 [record]
@@ -87,7 +87,7 @@ def test_bands_have_the_quantiles_of_the_runs(studies):
     figure = draw(studies / "listed")
     (axis,) = figure.axes
     scores = dataset(studies / "listed").groupby(["estimator", "drive.speed"]).nrmse
-    assert [line.get_label() for line in axis.lines] == ["paper-body", "best"]
+    assert [line.get_label() for line in axis.lines] == ["paper-body", "kalman"]
     bands = iter(axis.collections)
     for line in axis.lines:
         speeds, medians = line.get_data()
@@ -106,15 +106,15 @@ def test_bands_have_the_quantiles_of_the_runs(studies):
 def test_drawn_values_are_in_groups_and_failures_are_counted(studies):
     """Each run is in one group; the axis of a logarithm that was drawn is logarithmic."""
     runs = dataset(studies / "drawn")
-    failed, complete = runs.error.notna().sum(), runs[runs.estimator == "best"].nrmse.count()
+    failed, complete = runs.error.notna().sum(), runs[runs.estimator == "kalman"].nrmse.count()
     assert failed > 0 and complete >= 20
-    figure = draw(studies / "drawn", "--estimator", "best")
+    figure = draw(studies / "drawn", "--estimator", "kalman")
     (axis,) = figure.axes
     assert len(axis.lines[0].get_xdata()) == complete // 10 and axis.get_xscale() == "log"
     assert f"40 runs, one seed; {failed} of them failed and are not drawn" in caption(figure)
     assert "runs of each group of neighbouring drive.kp" in caption(figure)
     # Every run is in a cell of the map, and the map has a median wherever a run is.
-    map_ = draw(studies / "drawn", "--kind", "heat", "--estimator", "best").axes[0].collections[0].get_array()
+    map_ = draw(studies / "drawn", "--kind", "heat", "--estimator", "kalman").axes[0].collections[0].get_array()
     assert map_.shape == (3, 3) and 0 < map_.count() <= complete
 
 
@@ -139,26 +139,26 @@ def test_a_ladder_has_boxes_and_points(studies):
     runs = dataset(studies / "listed")
     figure = draw(studies / "listed", "--kind", "ladder")
     (axis,) = figure.axes
-    for place, name in enumerate(["paper-body", "best"]):
+    for place, name in enumerate(["paper-body", "kalman"]):
         scores = runs[runs.estimator == name].nrmse
         assert axis.get_yticklabels()[place].get_text() == f"{name}  {scores.median():.3g}"
     medians = runs.groupby(["estimator", "drive.speed"]).nrmse.median()
     points = axis.lines[-1].get_xdata()
-    np.testing.assert_allclose(points, [*medians["paper-body"], *medians["best"]])
+    np.testing.assert_allclose(points, [*medians["paper-body"], *medians["kalman"]])
     grounds = draw(studies / "listed", "--kind", "ladder", "--x2", "terrain.kind")
-    assert [axis.get_title("left") for axis in grounds.axes] == ["paper-body", "best"]
-    median = runs[(runs.estimator == "best") & (runs["terrain.kind"] == "cosbump")].nrmse.median()
+    assert [axis.get_title("left") for axis in grounds.axes] == ["paper-body", "kalman"]
+    median = runs[(runs.estimator == "kalman") & (runs["terrain.kind"] == "cosbump")].nrmse.median()
     assert grounds.axes[1].get_yticklabels()[1].get_text() == f"cosbump  {median:.3g}"
     # Bands over words are the same figure.
     same = draw(studies / "listed", "--x", "terrain.kind")
-    assert [axis.get_title("left") for axis in same.axes] == ["paper-body", "best"]
+    assert [axis.get_title("left") for axis in same.axes] == ["paper-body", "kalman"]
 
 
 def test_calibration_has_each_stated_deviation(studies):
     """A point for each run of an estimator that states a standard deviation; the other one is named."""
     figure = draw(studies / "listed", "--kind", "calibration")
     runs = dataset(studies / "listed")
-    best = runs[runs.estimator == "best"]
+    best = runs[runs.estimator == "kalman"]
     (points,) = figure.axes[0].collections
     np.testing.assert_allclose(points.get_offsets(), best[["stated", "nrmse"]])
     assert "state no standard deviation: paper-body." in caption(figure)
@@ -193,8 +193,8 @@ def test_files_are_whole_and_equal(studies):
         (["--x", "speed"], "no column speed; nearest: drive.speed"),
         (["--y", "nrms"], "no column nrms; nearest: nrmse"),
         (["--y", "terrain.kind"], "the column terrain.kind holds words; a score needs numbers"),
-        (["--estimator", "bst"], "no estimator bst; nearest: best"),
-        (["--estimator", "xyz"], "no estimator xyz; allowed: paper-body, best"),
+        (["--estimator", "kalmn"], "no estimator kalmn; nearest: kalman"),
+        (["--estimator", "xyz"], "no estimator xyz; allowed: paper-body, kalman"),
         (["--x", "duration"], "duration is 1.0 in all rows; these keys vary: drive.speed, terrain.kind, seed"),
         (["--x", "seed", "--scale-x", "log"], "seed has the value 0; a logarithmic axis needs values above zero"),
         (["--y", "friction_test_mu_max"], "no row has a value of friction_test_mu_max; 0 runs failed"),

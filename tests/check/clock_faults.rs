@@ -1,4 +1,4 @@
-//! Clocks that are set, and gaps: what `best` states as trusted stays within what it states.
+//! Clocks that are set, and gaps: what `kalman` states as trusted stays within what it states.
 //!
 //! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture`
 //! runs the study.
@@ -101,7 +101,7 @@ fn count(scene: &Scene, estimator: usize, log: &[(SensorFrame, &Truth)]) -> Resu
             let t = (estimate.traction[i] - contact.traction).abs();
             let sigmas = (estimate.sigma_normal(i), estimate.sigma_traction(i));
             let (Some(sn), Some(st)) = sigmas else {
-                return Err("best states its deviations".into());
+                return Err("kalman states its deviations".into());
             };
             // Forces that are held at zero have no deviation.
             off = off.max(n / sn.max(1e-3)).max(t / st.max(1e-3));
@@ -209,7 +209,7 @@ fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A clock that is set forward by years while wheels work against each other: `best` starts anew in
+/// A clock that is set forward by years while wheels work against each other: `kalman` starts anew in
 /// motion.
 #[test]
 fn a_clock_that_is_set_forward_is_survived() -> Result<(), Failure> {

@@ -1,4 +1,4 @@
-//! How long `best` takes to report faults, on every ground on which the robot rolls; and starts on
+//! How long `kalman` takes to report faults, on every ground on which the robot rolls; and starts on
 //! uneven ground, which must not look like late torques.
 
 use super::common::faults::change_of;
@@ -46,7 +46,7 @@ fn reported(
             Ok(estimate) => {
                 let faulty = estimate
                     .kalman
-                    .ok_or("best states its health")?
+                    .ok_or("kalman states its health")?
                     .health
                     .faulty;
                 faulty.contains(channels) || estimate.flags.contains(Flags::SENSOR_ABSURD)

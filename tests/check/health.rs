@@ -1,4 +1,4 @@
-//! Health of `best` on honest and faulty readings: a contradiction must be reported soon, and
+//! Health of `kalman` on honest and faulty readings: a contradiction must be reported soon, and
 //! honest sensors must raise none.
 //!
 //! A flag that honest sensors raise is soon ignored.
@@ -41,7 +41,7 @@ fn run(scene: &Scene, estimator: usize, frames: &[SensorFrame]) -> Result<Raised
             }
             Err(_) => continue,
         };
-        let health = estimate.kalman.ok_or("best states its health")?.health;
+        let health = estimate.kalman.ok_or("kalman states its health")?.health;
         let tests = health.encoder.iter().chain(&health.slip);
         let tests = tests.chain(&health.direction).chain(&health.inclination);
         let largest = tests.chain([&health.parity]);

@@ -311,7 +311,7 @@ fn a_heavy_rover_that_settles_has_no_fault() -> Result<(), Failure> {
                 &format!("contact.damping={damping}"),
                 &format!("sensors.rate={rate}"),
                 &format!("record.rate={rate}"),
-                "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
+                "estimator=[{name='kalman',label='kalman-no-angles',contact_angles='none'}]",
             ]
             .map(str::to_owned);
             let scene = Scene::load(&path, &keys)?;

@@ -19,7 +19,7 @@ fn drive(rover: &str, imu: &str, speed: f64) -> Result<(Scene, Vec<SensorFrame>)
         "record.duration=36",
         "sensors.encoder_counts=160000",
         "sensors.torque_gain=0.02",
-        "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
+        "estimator=[{name='kalman',label='kalman-no-angles',contact_angles='none'}]",
         &format!("sensors.imu={imu}"),
         &format!("drive.speed={speed}"),
     ];

@@ -16,7 +16,7 @@ use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 use std::path::Path;
 
-/// What `best` makes of a log.
+/// What `kalman` makes of a log.
 struct Outcome {
     scale: TorqueScale,
     /// Whether health has named the scale.
@@ -49,7 +49,7 @@ fn estimate(
         }
         for (i, wheel) in true_sample.wheels.iter().enumerate() {
             let error = estimate.normal_force[i] - wheel.normal_force;
-            let sigma = estimate.sigma_normal(i).ok_or("best states deviations")?;
+            let sigma = estimate.sigma_normal(i).ok_or("kalman states deviations")?;
             squares += error * error;
             sum += wheel.normal_force;
             count += 1.0;
@@ -60,7 +60,7 @@ fn estimate(
         }
     }
     Ok(Outcome {
-        scale: scale.ok_or("best states the scale")?,
+        scale: scale.ok_or("kalman states the scale")?,
         alarm,
         error: f64::sqrt(squares / count) / (sum / count),
         within: within / shown,
@@ -88,7 +88,7 @@ const TYPICAL: &[&str] = &[
     "record.rate=200",
 ];
 
-/// Torques of half their size and of 1.6 times their size: a fault in `check`, an alarm of `best`,
+/// Torques of half their size and of 1.6 times their size: a fault in `check`, an alarm of `kalman`,
 /// the ratio within 15 % of the factor (three of its deviations), and errors of N within what is
 /// stated from then on: 90 % within two deviations.
 #[test]
@@ -296,7 +296,7 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
 }
 
 /// Torques of 1.6 times their size of rovers with their own sensors: `check` names the scale, or says
-/// that the log cannot show it; it never calls it right. What `best` states holds them
+/// that the log cannot show it; it never calls it right. What `kalman` states holds them
 /// (`check::trusted`).
 #[test]
 fn torques_of_rovers_are_not_called_right() -> Result<(), Failure> {

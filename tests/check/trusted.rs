@@ -21,14 +21,14 @@ const LARGEST: f64 = 0.01;
 /// Least deviation that counts, N: the rounding of exact sensors is below it.
 const LEAST: f64 = 1e-3;
 
-/// A robot or a scene with overrides, `best` without contact angles.
+/// A robot or a scene with overrides, `kalman` without contact angles.
 fn scene(file: &str, overrides: &[&str]) -> Result<Scene, Failure> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
         .join(file);
     let fixed = [
         "engine.kind=direct",
-        "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
+        "estimator=[{name='kalman',label='kalman-no-angles',contact_angles='none'}]",
     ];
     let overrides = fixed.iter().chain(overrides).map(|s| (*s).to_owned());
     Ok(Scene::load(&path, &overrides.collect::<Vec<_>>())?)

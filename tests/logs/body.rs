@@ -104,12 +104,12 @@ fn a_log_of_the_body_gives_forces() {
         "--truth",
         "run/truth.csv",
         "--estimator",
-        "best",
+        "kalman",
         "--out",
         "log",
     ]);
     estimated(folder, &args);
-    let found = &summary(&folder.join("log"))["estimators"]["best"];
+    let found = &summary(&folder.join("log"))["estimators"]["kalman"];
     let [error, coverage] = [&found["normal_force"]["nrmse"], &found["coverage"]];
     println!("NRMSE {error}, coverage {coverage}");
     assert!(error.as_f64().unwrap() < 0.03 && coverage.as_f64().unwrap() > 0.9);

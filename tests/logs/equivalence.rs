@@ -71,7 +71,7 @@ fn truth_gives_the_errors_of_the_run() {
 
     estimated(folder.path(), &["run", "--force"]);
     let found = summary(&folder.path().join("runs/run-estimate"));
-    let best = &found["estimators"]["best"];
+    let best = &found["estimators"]["kalman"];
     assert!(best["normal_force"].is_null());
     // 1 s to 2.5 s at 1 kHz.
     assert_eq!(best["samples"], 1501);
@@ -125,7 +125,7 @@ fn an_exported_log_carries_its_robot() {
     assert_same_files(
         &at.join("run"),
         &at.join("mcap"),
-        &["estimate-best.parquet"],
+        &["estimate-kalman.parquet"],
     );
     let [ours, theirs] = ["run.mcap", "run.csv"].map(|log| {
         let output = robhaz(at).args(["check", log]).output().unwrap();
@@ -189,7 +189,7 @@ fn the_results_of_a_log_show_needed_friction_flags_and_health() {
     let column = |name: &str| names.iter().position(|n| n == name).unwrap();
     let [force, traction, needed] = ["normal_force", "traction", "needed_friction"]
         .map(|c| column(&format!("paper-body.wheel2_{c}")));
-    column("best.wheel2_needed_friction_sigma");
+    column("kalman.wheel2_needed_friction_sigma");
     for row in exported.records() {
         let row = row.unwrap();
         let number = |k: usize| row[k].parse::<f64>().ok();
@@ -204,7 +204,7 @@ fn the_results_of_a_log_show_needed_friction_flags_and_health() {
     let page = std::fs::read_to_string(folder.path().join("log/report.html")).unwrap();
     assert!(!page.contains("Errors of the estimators"));
     let found = summary(&folder.path().join("log"));
-    let means = &found["estimators"]["best"]["means"];
+    let means = &found["estimators"]["kalman"]["means"];
     let number = |key: &str| means[key][1].as_f64().unwrap();
     let [normal, sigma] = ["normal_force", "normal_force_sigma"].map(number);
     let [needed, most] = ["needed_friction", "largest_needed_friction"].map(number);
@@ -240,7 +240,7 @@ fn a_cut_table_of_forces_is_left_out_of_an_export() {
         );
         let printed = text(&output.stdout);
         assert!(
-            printed.contains("2501 rows") && printed.contains("best"),
+            printed.contains("2501 rows") && printed.contains("kalman"),
             "{printed}"
         );
         assert!(!printed.contains("truth"), "{printed}");

@@ -75,7 +75,8 @@ fn the_head_of_a_table_is_checked() {
     for log in ["commented", "plain"] {
         estimated(folder.path(), &[&format!("{log}.csv"), "--format", "csv"]);
     }
-    let [a, b] = ["commented", "plain"].map(|log| format!("runs/{log}-estimate/estimate-best.csv"));
+    let [a, b] =
+        ["commented", "plain"].map(|log| format!("runs/{log}-estimate/estimate-kalman.csv"));
     let read = |name: String| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read(a) == read(b));
     commented[800] = "abc".to_owned() + &commented[800];
@@ -198,7 +199,7 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
 #[test]
 fn a_faulty_table_is_left_out_of_an_export() {
     let (folder, run) = recorded("csv", &[]);
-    let path = run.join("estimate-best.csv");
+    let path = run.join("estimate-kalman.csv");
     let text = std::fs::read_to_string(&path).unwrap();
     let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
     let column = rows[0].split(',').position(|n| n == "wheel2_normal_force");
@@ -212,11 +213,11 @@ fn a_faulty_table_is_left_out_of_an_export() {
         let output = output.unwrap();
         let said = crate::support::text(&output.stderr);
         assert!(output.status.success(), "{said}");
-        let place = "left out: run/estimate-best.csv, line 1001, column wheel2_normal_force: found \"suspect";
+        let place = "left out: run/estimate-kalman.csv, line 1001, column wheel2_normal_force: found \"suspect";
         assert!(said.contains(place), "{said}");
         let parts = crate::support::text(&output.stdout);
         assert!(
-            parts.contains("2501 rows") && parts.contains("truth") && !parts.contains("best"),
+            parts.contains("2501 rows") && parts.contains("truth") && !parts.contains("kalman"),
             "{parts}"
         );
     }

@@ -12,16 +12,16 @@ fn exported(folder: &Path, run: &str, out: &str) {
     assert!(export.status().unwrap().success());
 }
 
-/// `summary.json` of an estimate with `best`, compared with the truth of the run.
+/// `summary.json` of an estimate with `kalman`, compared with the truth of the run.
 fn compared(folder: &Path, log: &str, out: &str, args: &[&str]) -> serde_json::Value {
-    let truth = ["--truth", "run/truth.csv", "--estimator", "best"];
+    let truth = ["--truth", "run/truth.csv", "--estimator", "kalman"];
     let fixed: [&[&str]; 3] = [&[log, "--out", out], &truth, args];
     estimated(folder, &fixed.concat());
     summary(&folder.join(out))
 }
 
 fn nrmse(summary: &serde_json::Value) -> f64 {
-    summary["estimators"]["best"]["normal_force"]["nrmse"]
+    summary["estimators"]["kalman"]["normal_force"]["nrmse"]
         .as_f64()
         .unwrap()
 }
@@ -52,7 +52,7 @@ fn lost_rows_cost_no_accuracy_in_any_format() {
         assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
     }
     // To the last digit: the rows that are left are the same bits.
-    let errors = |summary: &serde_json::Value| summary["estimators"]["best"].clone();
+    let errors = |summary: &serde_json::Value| summary["estimators"]["kalman"].clone();
     assert_eq!(errors(&of_csv), errors(&of_mcap));
     assert_eq!(errors(&of_csv), errors(&of_parquet));
 }

@@ -77,7 +77,7 @@ fn standard_messages_give_nearly_the_same_estimates() {
         "--sensors",
         "SENSORS.toml",
         "--estimator",
-        "best",
+        "kalman",
         "--format",
         "csv",
     ];
@@ -108,7 +108,7 @@ fn standard_messages_give_nearly_the_same_estimates() {
         folder.path(),
         &[&["run.mcap", "--out", "mcap"], &common[..]].concat(),
     );
-    let [a, b] = ["direct", "mcap"].map(|f| folder.path().join(f).join("estimate-best.csv"));
+    let [a, b] = ["direct", "mcap"].map(|f| folder.path().join(f).join("estimate-kalman.csv"));
     let largest = difference(&a, &b, "normal_force", 0.0);
     // Ten times what was found over 20 s; a wrong sign or a lost reading changes N by 0.01 N and
     // more.
@@ -150,14 +150,14 @@ fn topics_with_two_clocks_are_brought_onto_one_time() {
     let estimate = |log: &str, offset: &str, out: &str| {
         let sensors = format!("{out}.toml");
         std::fs::write(folder.join(&sensors), example.replace("\"-2 ms\"", offset)).unwrap();
-        let args = [log, "--sensors", &sensors, "--estimator", "best"];
+        let args = [log, "--sensors", &sensors, "--estimator", "kalman"];
         let out = ["--format", "csv", "--out", out];
         estimated(folder, &[&args[..], &out].concat());
     };
     estimate("run.mcap", "0", "one");
     estimate("two.mcap", "\"-100 s\"", "header");
     estimate("two.mcap", "\"-200 s\"\ntime = \"log\"", "log");
-    let table = |out: &str| folder.join(out).join("estimate-best.csv");
+    let table = |out: &str| folder.join(out).join("estimate-kalman.csv");
     for out in ["header", "log"] {
         let largest = difference(&table("one"), &table(out), "normal_force", 0.0);
         // As above; a reading that goes to the next frame changes N by 1e-4 N and more.
@@ -232,7 +232,7 @@ fn joints_in_messages_of_their_own_are_read() {
     let estimate = |log: &str, sensors: &str| {
         let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
         let out = ["--format", "csv", "--out", &out];
-        let args = [&log, "--sensors", sensors, "--estimator", "best"];
+        let args = [&log, "--sensors", sensors, "--estimator", "kalman"];
         estimated(folder, &[&args[..], &out].concat())
     };
     estimate("run", "one.toml");
@@ -246,7 +246,7 @@ fn joints_in_messages_of_their_own_are_read() {
         let rows = format!("{channel}: 2501 rows at 1000 Hz");
         assert!(printed.contains(&rows), "{printed}");
     }
-    let table = |log: &str| folder.join(format!("of-{log}/estimate-best.csv"));
+    let table = |log: &str| folder.join(format!("of-{log}/estimate-kalman.csv"));
     for log in ["split", "apart"] {
         // `apart`: offsets are rounded as any time in seconds; a reading in another frame changes N
         // by 1e-4 N and more.
@@ -319,7 +319,7 @@ fn two_clocks_are_brought_onto_one_time() {
     // Half of the frames have no new inclination.
     assert_eq!(found["log"]["missing"]["link1_inclination"], 1250);
     assert_eq!(found["log"]["missing"]["wheel1_angle"], 0);
-    let nrmse = found["estimators"]["no-angles"]["normal_force"]["nrmse"].as_f64();
+    let nrmse = found["estimators"]["kalman-no-angles"]["normal_force"]["nrmse"].as_f64();
     // The run's own figure without contact angles is 2 to 4 % at the start of the course; wrong
     // signs give 20 % and more.
     assert!(nrmse.unwrap() < 0.06, "{nrmse:?}");

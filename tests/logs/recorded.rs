@@ -64,4 +64,4 @@ pub fn assert_same_files(a: &Path, b: &Path, names: &[&str]) {
     }
 }
 
-pub const ESTIMATES: [&str; 3] = ["paper-body", "true-mass", "best"];
+pub const ESTIMATES: [&str; 3] = ["paper-body", "true-mass", "kalman"];

@@ -144,7 +144,7 @@ fn drives_with_stamps_of_their_own_give_the_forces() {
         "--sensors",
         "d.toml",
         "--estimator",
-        "best",
+        "kalman",
         "--contact-angles",
         "none",
     ]);

@@ -121,7 +121,7 @@ pub fn check(folder: &Path) -> Output {
     robhaz(folder).args(arguments).output().unwrap()
 }
 
-/// Output of `robhaz estimate log.csv --sensors d.toml`, with `best` without contact angles, into the folder `out`.
+/// Output of `robhaz estimate log.csv --sensors d.toml`, with `kalman` without contact angles, into the folder `out`.
 pub fn estimate(folder: &Path) -> Output {
     let mut command = robhaz(folder);
     command.args([
@@ -130,7 +130,7 @@ pub fn estimate(folder: &Path) -> Output {
         "--sensors",
         "d.toml",
         "--estimator",
-        "best",
+        "kalman",
     ]);
     command.args([
         "--contact-angles",
@@ -149,7 +149,7 @@ pub fn estimate(folder: &Path) -> Output {
 /// Largest error of N in the steady part, N: the estimate in `out` against the static loads.
 pub fn largest_error(folder: &Path) -> f64 {
     let loads = Robot::default_a().static_loads().unwrap();
-    let table = columns(&folder.join("out/estimate-best.csv"));
+    let table = columns(&folder.join("out/estimate-kalman.csv"));
     let mut largest = 0.0_f64;
     for (i, load) in loads.iter().enumerate() {
         let forces = &table[&format!("wheel{}_normal_force", i + 1)];

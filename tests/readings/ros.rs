@@ -46,7 +46,7 @@ fn command(folder: &Path, command: &str, log: &str) -> Output {
     if command == "estimate" {
         robhaz.args([
             "--estimator",
-            "best",
+            "kalman",
             "--contact-angles",
             "none",
             "--out",

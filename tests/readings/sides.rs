@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// RMS of the stated deviation of N after 2 s, N.
 fn stated(folder: &Path) -> f64 {
-    let table = columns(&folder.join("out/estimate-best.csv"));
+    let table = columns(&folder.join("out/estimate-kalman.csv"));
     let (mut squares, mut count) = (0.0, 0.0);
     for i in 1..=3 {
         let sigma = &table[&format!("wheel{i}_normal_force_sigma")];

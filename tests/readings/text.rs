@@ -224,7 +224,7 @@ fn stamps_are_read_as_they_are_written() {
         fs::write(folder.join("log.csv"), table).unwrap();
         let output = estimate(folder);
         assert!(output.status.success(), "{head}: {}", text(&output.stderr));
-        fs::read_to_string(folder.join("out/estimate-best.csv")).unwrap()
+        fs::read_to_string(folder.join("out/estimate-kalman.csv")).unwrap()
     };
     let seconds = |ms: u64| format!("{}.{:03}", ms / 1000, ms % 1000);
     let expected = written("time", ",", &seconds);

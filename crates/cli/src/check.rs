@@ -16,14 +16,17 @@ pub struct Args {
 }
 
 /// The estimator that runs on the log.
-const BEST: &str = "best";
+const KALMAN: &str = "kalman";
 
 /// Checks the log and prints the findings. An error if one is a fault.
 pub fn run(args: &Args) -> Result<()> {
     let mut place = args.log.place()?;
     let is_of_unknown = !place.choice.states_robot && !place.is_described;
     // Others may need contact angles.
-    place.choice.select(&[BEST.to_owned()]).into_diagnostic()?;
+    place
+        .choice
+        .select(&[KALMAN.to_owned()])
+        .into_diagnostic()?;
     let options = LogOptions {
         named_estimators: true,
         allows_empty: true,

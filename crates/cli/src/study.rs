@@ -40,7 +40,7 @@ pub struct Args {
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
-    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`.
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `kalman`.
     /// From the fourth on each has one method more than the one above. The last two are given no
     /// contact angles.
     #[arg(long)]

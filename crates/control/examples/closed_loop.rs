@@ -106,7 +106,7 @@ fn climb(robot: &Robot, shared: bool) -> Result<f64, Box<dyn std::error::Error>>
         friction_test: FrictionTestPlan::default(),
     };
     let mut controller = Controller::new(&settings);
-    let mut estimator = Estimator::new(robot, EstimatorSettings::best());
+    let mut estimator = Estimator::new(robot, EstimatorSettings::kalman());
     let weight = robot.mass.total() * robot.gravity * SLOPE.sin();
     // At rest the motors hold the robot.
     let holding = weight * robot.geometry.wheel_radius / 3.0;

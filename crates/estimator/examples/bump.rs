@@ -44,7 +44,7 @@ fn frame(row: &[f64; COLUMNS]) -> SensorFrame {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let robot = Robot::default_a();
-    let mut estimator = Estimator::new(&robot, EstimatorSettings::best_without_angles());
+    let mut estimator = Estimator::new(&robot, EstimatorSettings::kalman_without_angles());
     let (mut squares, mut within, mut count) = (0.0, 0, 0);
     println!("    s   N of front, middle and rear wheel, N, +- two standard deviations (true)");
     for (k, line) in READINGS.lines().skip(1).enumerate() {

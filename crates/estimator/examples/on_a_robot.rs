@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p robhaz-estimator --example on_a_robot`
 //!
-//! With the argument `paper-wheels` it runs this estimator of the paper instead of `best`:
+//! With the argument `paper-wheels` it runs this estimator of the paper instead of `kalman`:
 //! `.ci/instructions` compares their cost.
 
 use robhaz_estimator::{
@@ -83,7 +83,7 @@ fn frame(raw: &Raw) -> SensorFrame {
 fn main() {
     let preset = match std::env::args().nth(1).as_deref() {
         Some("paper-wheels") => EstimatorSettings::paper_wheels(),
-        _ => EstimatorSettings::best(),
+        _ => EstimatorSettings::kalman(),
     };
     let settings = EstimatorSettings {
         // A robot has two; a test rig of one side, or a simulated robot, is Sides::Plane.
@@ -108,7 +108,7 @@ fn main() {
                 if k % 500 == 499 {
                     print!("{:.3} s: N =", estimate.time);
                     for (i, n) in estimate.normal_force.iter().enumerate() {
-                        // `best` always states a standard deviation, the paper's estimators none.
+                        // `kalman` always states a standard deviation, the paper's estimators none.
                         let sigma = estimate.sigma_normal(i).unwrap_or(f64::NAN);
                         print!(" {n:.1} +- {:.1} N,", 2.0 * sigma);
                     }

@@ -134,7 +134,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let budget = NoiseBudget::typical();
     let settings = EstimatorSettings {
         budget: budget.of_body_sensors(&robot, [pin_noise, pin_noise], 0.2, 0.02),
-        ..EstimatorSettings::best()
+        ..EstimatorSettings::kalman()
     };
     let mut estimator = Estimator::new(&robot, settings);
     for k in 0..100 {

@@ -115,7 +115,7 @@ impl Parity {
     }
 }
 
-/// Errors of the readings as `best` estimates them: pairs of value and standard deviation.
+/// Errors of the readings as `kalman` estimates them: pairs of value and standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadingErrors {
     /// Offsets of the torque readings, N m.

@@ -5,7 +5,7 @@ use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Gate, Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
 use crate::ground::{FrictionBounds, GroundPoint};
-use crate::methods::{BestFilters, PaperFilters};
+use crate::methods::{KalmanFilters, PaperFilters};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
 use robhaz_model::{Robot, Units};
@@ -32,7 +32,7 @@ const UNKNOWN_TIME: f64 = 2.0 * LONGEST_GAP;
 #[expect(clippy::large_enum_variant, reason = "no allocator to box one")]
 enum Filters {
     Paper(PaperFilters),
-    Best(BestFilters),
+    Kalman(KalmanFilters),
 }
 
 impl Filters {
@@ -42,7 +42,7 @@ impl Filters {
         match &settings.method {
             Method::Paper(method) => Self::Paper(PaperFilters::new(robot, method, settings)),
             Method::Kalman(method) => {
-                Self::Best(BestFilters::new(robot, *method, &settings.budget))
+                Self::Kalman(KalmanFilters::new(robot, *method, &settings.budget))
             }
         }
     }
@@ -51,7 +51,7 @@ impl Filters {
     /// paper's filters do not assume rest.
     fn start_anew(&mut self, nominal: &Nominal) {
         let mut fresh = Self::new(nominal);
-        if let (Self::Best(fresh), Self::Best(before)) = (&mut fresh, &*self) {
+        if let (Self::Kalman(fresh), Self::Kalman(before)) = (&mut fresh, &*self) {
             fresh.take_over(before);
         }
         *self = fresh;
@@ -74,10 +74,10 @@ impl Estimator {
         }
     }
 
-    /// The filters of `best`.
-    pub(crate) fn best_filters(&self) -> Option<&BestFilters> {
+    /// The filters of `kalman`.
+    pub(crate) fn kalman_filters(&self) -> Option<&KalmanFilters> {
         match &self.filters {
-            Filters::Best(filters) => Some(filters),
+            Filters::Kalman(filters) => Some(filters),
             Filters::Paper(_) => None,
         }
     }
@@ -88,7 +88,7 @@ impl Estimator {
     /// has them times sqrt(r/g) over A's. The last good value stands in for a missing reading, and
     /// a flag says so. After a gap of more than 0.5 s the filters start anew; after a step back of
     /// more than 0.5 s (a clock that was set) everything does. Where all wheels have turned further
-    /// than they can since the last frame, the clock was set back by less: `best` takes the time
+    /// than they can since the last frame, the clock was set back by less: `kalman` takes the time
     /// from their speeds, as for lost frames, and a flag says so.
     ///
     /// # Errors
@@ -111,7 +111,7 @@ impl Estimator {
         let nominal = &self.nominal;
         // Where it contradicts the time stamps. The paper's filters use these.
         let by_wheels = self
-            .best_filters()
+            .kalman_filters()
             .and_then(|filters| filters.time_of_wheels(nominal, &self.inputs, frame, dt));
         if let Some(time) = by_wheels {
             flags |= Flags::SENSOR_STALE;
@@ -140,7 +140,7 @@ impl Estimator {
         };
         match &mut self.filters {
             Filters::Paper(filters) => filters.estimate(&instant),
-            Filters::Best(filters) => filters.estimate(&instant),
+            Filters::Kalman(filters) => filters.estimate(&instant),
         }
     }
 
@@ -153,7 +153,7 @@ impl Estimator {
     /// touched, such as the foot of a kerb, have none.
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let points = self
-            .best_filters()
+            .kalman_filters()
             .into_iter()
             .flat_map(|f| f.ground.points());
         points.map(|point| door::point_out(&self.units, point))
@@ -166,7 +166,7 @@ impl Estimator {
     /// A robot that comes back to a place gives its points again.
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let points = self
-            .best_filters()
+            .kalman_filters()
             .into_iter()
             .flat_map(|f| f.ground.completed());
         points.map(|point| door::point_out(&self.units, point))
@@ -175,20 +175,22 @@ impl Estimator {
     /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
     /// wheel that comes to that place now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
-        self.best_filters()?.ground.slope_at(x / self.units.length)
+        self.kalman_filters()?
+            .ground
+            .slope_at(x / self.units.length)
     }
 
     /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
     /// `None` from the paper's methods.
     pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
-        let memory = &self.best_filters()?.ground;
+        let memory = &self.kalman_filters()?.ground;
         Some(memory.friction_at(x / self.units.length))
     }
 
     /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of
     /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
-        let places = self.best_filters()?.ground.wheel_places()?;
+        let places = self.kalman_filters()?.ground.wheel_places()?;
         Some(places.map(|place| place * self.units.length))
     }
 
@@ -206,7 +208,7 @@ impl Estimator {
             if !(now.is_finite() && dt >= SHORTEST_STEP) {
                 return Err(EstimateError::Time { last, now });
             }
-            if let Filters::Best(filters) = &mut self.filters {
+            if let Filters::Kalman(filters) = &mut self.filters {
                 filters.ground.drop_left();
             }
         } else if !now.is_finite() {

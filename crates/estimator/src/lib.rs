@@ -16,7 +16,7 @@
 //! `tests/full_system` derives eq. (8) as the paper does. It is a reference for
 //! [`statics::Equilibrium`], which the estimators use.
 //!
-//! | beyond the paper: [`EstimatorSettings::best`] | here |
+//! | beyond the paper: [`EstimatorSettings::kalman`] | here |
 //! |---|---|
 //! | inertial loads | [`statics::Loads::moving`] |
 //! | eq. (8) with its redundancy, the parity residual | [`statics::Equilibrium::parity_direction`] |
@@ -38,7 +38,7 @@
 //! | `torque_scale.rs` | the torques against the weight: a scale, a payload |
 //! | `contact/` | velocity of a wheel relative to the ground, contact state, wheels that spin in place |
 //! | [`whole`] | statics of a rover with both sides: six wheels, nine rows |
-//! | `methods/` | the paper's method and `best`: filters and statics put together |
+//! | `methods/` | the paper's method and `kalman`: filters and statics put together |
 //!
 //! Constants say where they come from. *Definition*, *Data sheet*, *Textbook*: the value follows
 //! from it. *Chosen*: an assumption of the stated size; *sensitive* if half or double of it changes

@@ -242,7 +242,7 @@ mod tests {
     #[test]
     fn rolling_resistance_moves_the_normal_forces() {
         let robot = Robot::default_a();
-        let nominal = Nominal::new(&robot, EstimatorSettings::best());
+        let nominal = Nominal::new(&robot, EstimatorSettings::kalman());
         let arms = Arms::new(&robot.geometry, 0.0, 0.0).expect("the nominal pose");
         let [x1, x2, x3] = arms.axles.map(|axle| axle.x);
         let loads = Loads::at_rest(&nominal.masses);
@@ -265,7 +265,7 @@ mod tests {
     /// the weight where N is not: at a third of the mean load each three deviations reach it.
     #[test]
     fn a_wheel_is_in_the_air_only_where_its_load_is_known() {
-        let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+        let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::kalman());
         let mean = nominal.mean_load;
         for (load, sigma, carries) in [
             (1.0, 0.02, true),

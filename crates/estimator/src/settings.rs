@@ -89,7 +89,7 @@ impl KalmanMethod {
     /// The filters alone.
     pub const FILTERS_ONLY: Self = Self::with_steps(false);
     /// Every step.
-    pub const ALL_STEPS: Self = Self::with_steps(true);
+    pub const DEFAULT: Self = Self::with_steps(true);
 
     const fn with_steps(all: bool) -> Self {
         Self {
@@ -104,7 +104,7 @@ impl KalmanMethod {
 
 /// Standard deviations of the readings' errors, from data sheets or measured at rest.
 ///
-/// Errors that are not white are drawn once (offset, gain, bias) or are random walks; `best`
+/// Errors that are not white are drawn once (offset, gain, bias) or are random walks; `kalman`
 /// estimates them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseBudget {
@@ -290,24 +290,24 @@ impl EstimatorSettings {
         }
     }
 
-    /// `best`: true masses, Kalman filters with every step, N >= 0.
-    pub const fn best() -> Self {
+    /// `kalman`: true masses, Kalman filters with every step, N >= 0.
+    pub const fn kalman() -> Self {
         Self {
-            method: Method::Kalman(KalmanMethod::ALL_STEPS),
+            method: Method::Kalman(KalmanMethod::DEFAULT),
             moment_lever: 0.2,
             nonnegative: true,
             ..Self::true_mass()
         }
     }
 
-    /// `best` on a robot that does not know its contact angles.
-    pub const fn best_without_angles() -> Self {
+    /// `kalman` on a robot that does not know its contact angles.
+    pub const fn kalman_without_angles() -> Self {
         Self {
             method: Method::Kalman(KalmanMethod {
                 contact_angles: ContactAngles::Unknown,
-                ..KalmanMethod::ALL_STEPS
+                ..KalmanMethod::DEFAULT
             }),
-            ..Self::best()
+            ..Self::kalman()
         }
     }
 

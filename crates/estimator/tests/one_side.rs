@@ -139,7 +139,7 @@ fn drive(sides: Sides, push: f64, truth: impl Fn(f64) -> [f64; 3]) -> Result {
         viscous_damping: 0.044,
         budget,
         sides,
-        ..EstimatorSettings::best_without_angles()
+        ..EstimatorSettings::kalman_without_angles()
     };
     let mut estimator = Estimator::new(&robot, settings);
     let mean_load = robot.mean_wheel_load();

@@ -111,8 +111,8 @@ fn faulty() -> impl Strategy<Value = Vec<(f64, [Fault; 13])>> {
 fn presets() -> [EstimatorSettings; 3] {
     [
         EstimatorSettings::paper_wheels(),
-        EstimatorSettings::best(),
-        EstimatorSettings::best_without_angles(),
+        EstimatorSettings::kalman(),
+        EstimatorSettings::kalman_without_angles(),
     ]
 }
 
@@ -225,7 +225,7 @@ proptest! {
     }
 
     /// Some time after faults (missing and implausible readings, false times) the estimator agrees
-    /// with an undisturbed one: 4 s for the paper's filters, eight crossover times; for `best` a
+    /// with an undisturbed one: 4 s for the paper's filters, eight crossover times; for `kalman` a
     /// second beyond the parity gate before it discards its states, and three to estimate them
     /// anew. 1 N is 2 % of a wheel's load, and what an offset of 0.1 N m makes of a traction.
     #[test]
@@ -262,7 +262,7 @@ proptest! {
 /// and flags say so.
 #[test]
 fn missing_readings_degrade_the_covariance() {
-    let mut settled = Estimator::new(&Robot::default_a(), EstimatorSettings::best());
+    let mut settled = Estimator::new(&Robot::default_a(), EstimatorSettings::kalman());
     feed(&mut settled, 0.0, 2.0);
     type Sigma = fn(&Estimate) -> Option<f64>;
     // Number of the reading in `readings`, and what must grow.

@@ -159,7 +159,7 @@ fn forces_in(folder: &Path) -> Result<BTreeMap<String, (PathBuf, TableFormat)>, 
             None if stem == "truth" => "truth",
             None => continue,
         };
-        // `estimate-best.parquet.partial` has another stem and no format.
+        // `estimate-kalman.parquet.partial` has another stem and no format.
         if let Some(format) = TableFormat::of(&path) {
             found.entry(name.to_owned()).or_insert((path, format));
         }

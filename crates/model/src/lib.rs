@@ -65,7 +65,7 @@ pub struct Robot {
 ///
 /// Without it the root is libm's, which on x86-64 is an SSE instruction of its own. Among code that
 /// is compiled for AVX (`-C target-cpu=native`) each of these costs a change of state: an update of
-/// `best` then takes more than twice as long.
+/// `kalman` then takes more than twice as long.
 #[must_use]
 #[inline]
 pub fn sqrt(x: f64) -> f64 {

@@ -54,7 +54,7 @@ impl Estimator {
 #[pymethods]
 impl Estimator {
     #[new]
-    #[pyo3(signature = (name="best", *, robot=None, sensors=None, contact_angles=None))]
+    #[pyo3(signature = (name="kalman", *, robot=None, sensors=None, contact_angles=None))]
     fn new(
         py: Python<'_>,
         name: &str,

@@ -67,7 +67,7 @@ impl Scene {
         Run::of(py, &self.checked)
     }
 
-    #[pyo3(signature = (name="best", *, contact_angles=None))]
+    #[pyo3(signature = (name="kalman", *, contact_angles=None))]
     fn estimator(&self, name: &str, contact_angles: Option<&str>) -> PyResult<Estimator> {
         let choice = LogChoice::of_scene(&self.checked);
         let choice = choice.map_err(|e| of_run("model_error", &e))?;

@@ -50,8 +50,8 @@ def test_static_forces_on_level_ground():
 
 def test_a_table_has_the_columns_and_units_of_a_run(run):
     assert list(run.tables)[:2] == ["truth", "sensors"]
-    assert list(run.estimates) == ["paper-body", "paper-wheels", "true-mass", "best", "no-angles"]
-    assert set(run.ground) == {"best", "no-angles"}
+    assert list(run.estimates) == ["paper-body", "paper-wheels", "true-mass", "kalman", "kalman-no-angles"]
+    assert set(run.ground) == {"kalman", "kalman-no-angles"}
     truth = run.truth
     assert truth.units["wheel1_normal_force"] == "N" and truth.units["time"] == "s"
     assert len(truth) == len(truth["time"]) == 3001
@@ -62,14 +62,14 @@ def test_a_table_has_the_columns_and_units_of_a_run(run):
 
 
 def test_the_summary_is_that_of_the_tables(run):
-    """Equivalence: RMS error of N of `best` from the tables against the summary. 1e-9: another order of summation."""
+    """Equivalence: RMS error of N of `kalman` from the tables against the summary. 1e-9: another order of summation."""
     counted = run.truth["time"] >= 2.0 - 1e-9
-    estimate = run.estimates["best"]
+    estimate = run.estimates["kalman"]
     names = [f"wheel{i}_normal_force" for i in (1, 2, 3)]
     errors = np.array([(estimate[n] - run.truth[n])[counted] for n in names])
-    expected = run.summary["estimators"]["best"]["normal_force"]["rmse_all"]
+    expected = run.summary["estimators"]["kalman"]["normal_force"]["rmse_all"]
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(expected, rel=1e-9)
-    assert "no-angles" in str(run)
+    assert "kalman-no-angles" in str(run)
 
 
 def test_the_table_is_that_of_the_command(run, tmp_path):
@@ -95,7 +95,7 @@ def _sources(table):
     yield polars.DataFrame(table)
 
 
-@pytest.mark.parametrize("name", ["best", "no-angles", "paper-wheels"])
+@pytest.mark.parametrize("name", ["kalman", "kalman-no-angles", "paper-wheels"])
 def test_a_whole_table_gives_the_estimates_of_the_run(scene, run, name):
     """Equivalence: the estimator on the readings of the run, to the bit, whatever library holds them."""
     expected = run.estimates[name]
@@ -110,8 +110,8 @@ def test_frame_by_frame_gives_the_same(scene, run):
     """Equivalence: one frame at a time against the whole table, to the bit; NaN and None are both a missing reading."""
     readings = {name: run.sensors[name].copy() for name in run.sensors}
     readings["wheel2_motor_torque"][500:520] = np.nan
-    table = scene.estimator("best").estimate(readings)
-    estimator = scene.estimator("best")
+    table = scene.estimator("kalman").estimate(readings)
+    estimator = scene.estimator("kalman")
     wheels = [[readings[f"wheel{i}_{r}"] for i in (1, 2, 3)] for r in ("angle", "motor_torque", "contact_angle")]
     links = [[readings[f"link{i}_{r}"] for i in (1, 2)] for r in ("inclination", "rate")]
     for row in range(1000):
@@ -177,8 +177,8 @@ def test_errors_have_the_text_of_the_command(tmp_path):
         "did you mean speed?"
     )
     assert issubclass(robhaz.SceneError, ValueError)
-    with pytest.raises(ValueError, match='^estimator: found "bset", allowed: .*did you mean best'):
-        robhaz.Estimator("bset")
+    with pytest.raises(ValueError, match='^estimator: found "klaman", allowed: .*did you mean kalman'):
+        robhaz.Estimator("klaman")
     with pytest.raises(ValueError, match='contact_angles: found "no", allowed: "given", "none"'):
         robhaz.Estimator(contact_angles="no")
     with pytest.raises(ValueError, match="paper-body cannot estimate without contact angles"):
@@ -192,26 +192,26 @@ def test_errors_have_the_text_of_the_command(tmp_path):
 
 def test_a_robot_whose_errors_are_not_stated_counts_as_people_build_them(run, tmp_path):
     """The same default as that of the command on a log: the same deviations. A stated budget is silent."""
-    with pytest.warns(UserWarning, match="^best: budget.body_cg and budget.link_masses are not stated, .* parts to 3 %"):
-        found = robhaz.Estimator("best").estimate(run.sensors)
+    with pytest.warns(UserWarning, match="^kalman: budget.body_cg and budget.link_masses are not stated, .* parts to 3 %"):
+        found = robhaz.Estimator("kalman").estimate(run.sensors)
     names = run.sensors.columns
     rows = zip(*(run.sensors[name] for name in names))
     lines = [",".join(repr(float(value)) for value in row) for row in rows]
     (tmp_path / "log.csv").write_text("\n".join([",".join(names), *lines]) + "\n")
-    arguments = ["--estimator", "best", "--format", "csv", "--rerun", "off", "--out", "out"]
+    arguments = ["--estimator", "kalman", "--format", "csv", "--rerun", "off", "--out", "out"]
     _command(tmp_path, "estimate", "log.csv", *arguments)
-    table = np.genfromtxt(tmp_path / "out" / "estimate-best.csv", delimiter=",", names=True)
+    table = np.genfromtxt(tmp_path / "out" / "estimate-kalman.csv", delimiter=",", names=True)
     for column in ("wheel1_normal_force", "wheel1_normal_force_sigma", "wheel3_traction_sigma"):
         np.testing.assert_array_equal(found[column], table[column])
     (tmp_path / "stated.toml").write_text("[budget]\nbody_cg = 0.001\n")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        robhaz.Estimator("best", sensors=tmp_path / "stated.toml")
+        robhaz.Estimator("kalman", sensors=tmp_path / "stated.toml")
 
 
 def test_readings_that_cannot_be_taken(run):
     readings = dict(run.sensors)
-    estimator = robhaz.Estimator("best", contact_angles="none")
+    estimator = robhaz.Estimator("kalman", contact_angles="none")
     with pytest.raises(KeyError, match='no column "link2_rate", found: time, '):
         estimator.estimate({k: v for k, v in readings.items() if k != "link2_rate"})
     with pytest.raises(ValueError, match="found a column of 10 rows, allowed: 3001"):
@@ -222,9 +222,9 @@ def test_readings_that_cannot_be_taken(run):
     with pytest.raises(robhaz.EstimateError, match="^row 17: time must increase by at least 0.5 us"):
         estimator.estimate(twice)
     without = {k: v for k, v in readings.items() if "contact" not in k}
-    assert len(robhaz.Estimator("best", contact_angles="none").estimate(without)) == 3001
+    assert len(robhaz.Estimator("kalman", contact_angles="none").estimate(without)) == 3001
     with pytest.raises(robhaz.EstimateError, match="no frame so far has the reading wheel_angle"):
-        robhaz.Estimator("best").update(0, [None] * 3, [0] * 3, [0, 0], [0, 0], [0] * 3)
+        robhaz.Estimator("kalman").update(0, [None] * 3, [0] * 3, [0, 0], [0, 0], [0] * 3)
 
 
 def test_a_study_is_that_of_the_command(scene, tmp_path):
@@ -254,7 +254,7 @@ def test_other_threads_go_on(run):
     thread = threading.Thread(target=count_up)
     thread.start()
     before = count
-    robhaz.Estimator("best").estimate(run.sensors)
+    robhaz.Estimator("kalman").estimate(run.sensors)
     during = count - before
     done.set()
     thread.join()
@@ -339,12 +339,12 @@ def test_time_stamps_are_times(scene, run):
     arrays = {name: run.sensors[name] for name in run.sensors}
     # The stamps have whole microseconds.
     seconds = np.round(arrays["time"] * 1e6) * 1e3 / 1e9
-    expected = scene.estimator("no-angles").estimate(arrays | {"time": seconds})
+    expected = scene.estimator("kalman-no-angles").estimate(arrays | {"time": seconds})
     found = 0
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for name, readings in _stamped(run):
-            table = scene.estimator("no-angles").estimate(readings)
+            table = scene.estimator("kalman-no-angles").estimate(readings)
             for column in ("time", "wheel1_normal_force", "wheel2_traction", "wheel3_normal_force_sigma"):
                 assert np.array_equal(table[column], expected[column], equal_nan=True), (name, column)
             found += 1
@@ -353,7 +353,7 @@ def test_time_stamps_are_times(scene, run):
 
 def test_what_is_no_number_is_refused(scene, run):
     arrays = {name: run.sensors[name] for name in run.sensors}
-    estimator = scene.estimator("no-angles")
+    estimator = scene.estimator("kalman-no-angles")
     rows = len(arrays["time"])
     stamps = np.datetime64("2024-05-01", "ns") + np.arange(rows)
     for column, values, error, match in (

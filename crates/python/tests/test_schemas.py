@@ -87,7 +87,7 @@ RIGHT = [
     '[terrain]\nkind = "heights"\npoints = [[-1, 0], [1, "5 cm"], [2, 0]]\ninterpolation = "corners"',
     '[terrain]\nkind = "parts"\n[[terrain.part]]\nkind = "ramp"\nangle = "10 deg"\nstart = 1\nlength = 1',
     '[[terrain.stretch]]\nfrom = 0\nto = "50 cm"\nmu_s = 0.5\nmu_d = 0.4',
-    '[[estimator]]\nname = "best"\nlabel = "mine"\nparity = false\n[[estimator]]\nname = "best"',
+    '[[estimator]]\nname = "kalman"\nlabel = "mine"\nparity = false\n[[estimator]]\nname = "kalman"',
     '[drive]\nscaling = [{ wheels = [1, 3], from = 2, to = "3 s", factor = 0 }]',
     'estimator = []\nseed = 7\nname = "a-b_c"',
 ]
@@ -114,7 +114,7 @@ WRONG = [
     "[robot.mass]\nbody = 5",
     '[[estimator]]\nlabel = "mine"',
     '[[estimator]]\nname = "worst"',
-    '[estimator]\nname = "best"',
+    '[estimator]\nname = "kalman"',
     "[record]\nduration = 0",
     "seed = -1",
     'name = "My Scene"',

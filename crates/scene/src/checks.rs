@@ -140,7 +140,7 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
             named("drive.kind", control.kind.name()),
             named("drive.estimator", &estimator.name),
         ];
-        let rule = "an estimator with Kalman filters: drive.estimator of the preset \"best\"";
+        let rule = "an estimator with Kalman filters: drive.estimator of the preset \"kalman\"";
         found.push(conflict(keys, rule));
     }
     found

@@ -52,7 +52,7 @@ keys! {
     kind: word(&ControlKind::ALL, ControlKind::name) => control.kind;
 
     /// the estimator that a control with readings gets
-    estimator ("no-angles if the scene has it, else best"): LABEL => control.estimator;
+    estimator ("kalman-no-angles if the scene has it, else kalman"): LABEL => control.estimator;
 
     /// what kind friction-test does
     friction_test ("each wheel in turn"): Table {
@@ -139,7 +139,7 @@ fn checked(scaling: &SpeedScaling, others: &[SpeedScaling]) -> Result<(), (&'sta
 /// The estimators that a control gets if none is named, the first one that the scene has.
 const DEFAULTS: [&str; 2] = [
     estimators::WITHOUT_ANGLES,
-    estimators::PRESETS[estimators::BEST].0,
+    estimators::PRESETS[estimators::KALMAN].0,
 ];
 
 /// Checks the estimator of the control, or chooses the default one. A control without readings

@@ -37,7 +37,7 @@ pub(crate) const PRESETS: [(&str, EstimatorSettings); 4] = [
     ("paper-body", EstimatorSettings::paper_body()),
     ("paper-wheels", EstimatorSettings::paper_wheels()),
     ("true-mass", EstimatorSettings::true_mass()),
-    ("best", EstimatorSettings::best()),
+    ("kalman", EstimatorSettings::kalman()),
 ];
 
 /// The indices of a table.
@@ -170,20 +170,20 @@ keys! {
     rolling: SWITCH => kalman.rolling;
 }
 
-/// Index of the preset `best`.
-pub(crate) const BEST: usize = PRESETS.len() - 1;
+/// Index of the preset `kalman`.
+pub(crate) const KALMAN: usize = PRESETS.len() - 1;
 
 /// The preset that settings come from: presets differ in masses and filters.
 fn preset_of(found: &EstimatorSettings) -> usize {
     let key = |s: &EstimatorSettings| (!s.states_covariance()).then_some(s.masses);
     let is_it = |preset: &(_, EstimatorSettings)| key(&preset.1) == key(found);
-    PRESETS.iter().position(is_it).unwrap_or(BEST)
+    PRESETS.iter().position(is_it).unwrap_or(KALMAN)
 }
 
 /// Label of the default estimator that is given no contact angles.
-pub(crate) const WITHOUT_ANGLES: &str = "no-angles";
+pub(crate) const WITHOUT_ANGLES: &str = "kalman-no-angles";
 
-/// The estimators of a scene that lists none: all presets under their own names, and `best` without
+/// The estimators of a scene that lists none: all presets under their own names, and `kalman` without
 /// contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
     let origin = Origin::new(&Source::set(""), 0..0);
@@ -200,8 +200,8 @@ pub(crate) fn default_node(origin: &Origin) -> Node {
         Node::new(origin, Value::Table(entries))
     };
     let preset = |name| table(&[("name", name)]);
-    let (best, label) = (("name", PRESETS[BEST].0), ("label", WITHOUT_ANGLES));
-    let without_angles = table(&[best, label, ("contact_angles", "none")]);
+    let (name, label) = (("name", PRESETS[KALMAN].0), ("label", WITHOUT_ANGLES));
+    let without_angles = table(&[name, label, ("contact_angles", "none")]);
     let list = PRESETS.iter().map(|p| preset(p.0)).chain([without_angles]);
     Node::new(origin, Value::Array(list.collect()))
 }

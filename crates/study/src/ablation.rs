@@ -1,24 +1,24 @@
-//! The ablation ladder: what each method between the paper's estimators and `best` contributes.
+//! The ablation ladder: what each method between the paper's estimators and `kalman` contributes.
 
 use robhaz_scene::{EstimatorChoice, FileError, Scene};
 use std::path::Path;
 
-/// The paper's two estimators, then from true masses to `best`: every estimator adds one method to
-/// the one before. After `best` (`rolling`) the same without given contact angles: from the rolling
+/// The paper's two estimators, then from true masses to `kalman`: every estimator adds one method to
+/// the one before. After `kalman` (`rolling`) the same without given contact angles: from the rolling
 /// constraints alone, then with the parity residual.
 pub(crate) const LADDER: &str = r#"estimator=[
     { name = "paper-body" },
     { name = "paper-wheels" },
     { name = "true-mass" },
     { name = "true-mass", label = "lever", moment_lever = 0.2 },
-    { name = "best", label = "kalman", inertia = "off", whitening = "off", nonnegative = "off", parity = "off", rolling = "off" },
-    { name = "best", label = "inertia", whitening = "off", nonnegative = "off", parity = "off", rolling = "off" },
-    { name = "best", label = "whitening", nonnegative = "off", parity = "off", rolling = "off" },
-    { name = "best", label = "nonnegative", parity = "off", rolling = "off" },
-    { name = "best", label = "parity", rolling = "off" },
-    { name = "best", label = "rolling" },
-    { name = "best", label = "unknown-angles", contact_angles = "none", parity = "off" },
-    { name = "best", label = "no-angles", contact_angles = "none" },
+    { name = "kalman", label = "kalman", inertia = "off", whitening = "off", nonnegative = "off", parity = "off", rolling = "off" },
+    { name = "kalman", label = "inertia", whitening = "off", nonnegative = "off", parity = "off", rolling = "off" },
+    { name = "kalman", label = "whitening", nonnegative = "off", parity = "off", rolling = "off" },
+    { name = "kalman", label = "nonnegative", parity = "off", rolling = "off" },
+    { name = "kalman", label = "parity", rolling = "off" },
+    { name = "kalman", label = "rolling" },
+    { name = "kalman", label = "unknown-angles", contact_angles = "none", parity = "off" },
+    { name = "kalman", label = "kalman-no-angles", contact_angles = "none" },
   ]"#;
 
 /// The estimators of the ladder.
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
     use robhaz_estimator::{ContactAngles, EstimatorSettings, KalmanMethod, Method};
 
-    /// Every step has one method more than the one before, from the paper's estimators to `best`,
+    /// Every step has one method more than the one before, from the paper's estimators to `kalman`,
     /// with and without contact angles.
     #[test]
     fn every_step_adds_one_method() -> Result<(), FileError> {
@@ -81,9 +81,12 @@ mod tests {
             ("whitening", kalman(whitening)),
             ("nonnegative", bounded(whitening)),
             ("parity", bounded(parity)),
-            ("rolling", EstimatorSettings::best()),
+            ("rolling", EstimatorSettings::kalman()),
             ("unknown-angles", bounded(unknown)),
-            ("no-angles", EstimatorSettings::best_without_angles()),
+            (
+                "kalman-no-angles",
+                EstimatorSettings::kalman_without_angles(),
+            ),
         ];
         let expected = steps.map(|(name, settings)| EstimatorChoice {
             name: name.to_owned(),

@@ -210,7 +210,7 @@ mod tests {
     use std::fs::{self, File};
 
     const SCENE: &str = "[terrain]\nkind = \"flat\"\n[sensors]\ngrade = \"typical\"\n[record]\nduration = 0.1\n\
-        compare_from = 0.05\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"best\"\n";
+        compare_from = 0.05\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"kalman\"\n";
     const STUDY: &str = "scene = \"scene.toml\"\n[[axis]]\nkey = \"record.duration\"\nvalues = [0.1, 0.04]\n\
         [[axis]]\nkeys = [\"drive.speed\", \"drive.kp\"]\nvalues = [[\"20 cm/s\", 2], [0.3, 2.5]]\n\
         [[axis]]\nkey = \"seed\"\nfirst = 4\ncount = 2\n";

@@ -202,7 +202,7 @@ mod tests {
             run,
             error: None,
             rows: vec![Row {
-                estimator: Some("best".to_owned()),
+                estimator: Some("kalman".to_owned()),
                 scores: vec![Some(0.1 + 0.2), None, Some(1e-300)],
             }],
         }

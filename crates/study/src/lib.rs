@@ -1,6 +1,6 @@
 //! Many runs: a scene with many seeds, or a study file that varies anything; on all cores or many
 //! machines, into one dataset and one report. How exact the estimators are, whether their stated
-//! covariance is right, and what each step from the paper's estimator to `best` contributes.
+//! covariance is right, and what each step from the paper's estimator to `kalman` contributes.
 //!
 //! A [`Study`] knows the settings of every run by its index alone, so that any process computes any
 //! run without asking another. [`compute`] computes the runs of one [`Shard`] on several threads.

@@ -21,7 +21,7 @@ pub fn scene(name: &str, overrides: &[&str]) -> Result<Scene, Failure> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let fixed = [
         "engine.kind=direct",
-        "estimator=[{name='best'},{name='best',label='no-angles',contact_angles='none'}]",
+        "estimator=[{name='kalman'},{name='kalman',label='kalman-no-angles',contact_angles='none'}]",
     ];
     let overrides = fixed.iter().chain(overrides);
     let overrides: Vec<String> = overrides.map(|s| (*s).to_owned()).collect();

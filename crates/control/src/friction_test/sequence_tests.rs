@@ -57,7 +57,7 @@ struct World {
 
 impl World {
     fn new() -> Option<Self> {
-        let settings = EstimatorSettings::best_without_angles();
+        let settings = EstimatorSettings::kalman_without_angles();
         let mut estimator = Estimator::new(&Robot::default_a(), settings);
         Some(Self {
             estimate: estimator.update(&frame(0.0)).ok()?,

@@ -17,7 +17,7 @@ fn estimate(friction: [WheelFriction; 3]) -> Estimate {
     };
     let mut estimator = Estimator::new(
         &Robot::default_a(),
-        EstimatorSettings::best_without_angles(),
+        EstimatorSettings::kalman_without_angles(),
     );
     let frame = SensorFrame {
         time: 0.0,

@@ -95,7 +95,7 @@ fn control(kind: ControlKind, robot: &Robot) {
         tracking_time: 0.1,
         friction_test: FrictionTestPlan::default(),
     }));
-    let mut estimator = Estimator::new(robot, black_box(EstimatorSettings::best()));
+    let mut estimator = Estimator::new(robot, black_box(EstimatorSettings::kalman()));
     for k in 0..10 {
         let frame = frame(k);
         let estimate = estimator.update(&frame).ok().filter(|_| k % 3 == 0);
@@ -142,7 +142,7 @@ fn whole(coupling: Coupling) {
 extern "C" fn main() -> core::ffi::c_int {
     for (name, settings) in [
         (c"paper-wheels", EstimatorSettings::paper_wheels()),
-        (c"best", EstimatorSettings::best()),
+        (c"kalman", EstimatorSettings::kalman()),
     ] {
         // The optimiser must not know robot and settings.
         let mut estimator = Estimator::new(&black_box(Robot::default_a()), black_box(settings));

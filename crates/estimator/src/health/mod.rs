@@ -1,4 +1,4 @@
-//! Whether the readings agree with each other, from the innovations of the filters of `best`.
+//! Whether the readings agree with each other, from the innovations of the filters of `kalman`.
 //!
 //! A filter whose model and noise budget are right has normalised innovations squared (NIS) with a
 //! mean of at most 1. A wrong sign, a wrong unit or exchanged channels make the mean of some of

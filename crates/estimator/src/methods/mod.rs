@@ -1,9 +1,9 @@
-//! The two methods: the paper's filters and those of `best`. Each turns the inputs of one instant
+//! The two methods: the paper's filters and those of `kalman`. Each turns the inputs of one instant
 //! into an estimate.
 
-mod best;
+mod kalman;
 mod paper;
 mod wheel;
 
-pub(crate) use best::BestFilters;
+pub(crate) use kalman::KalmanFilters;
 pub(crate) use paper::PaperFilters;

@@ -275,7 +275,7 @@ mod tests {
 
     /// Eq. (8) at rest, for angles of links 1 and 2 and contact angles, rad.
     fn equations(robot: &Robot, theta: [f64; 2], slopes: &[f64; 3]) -> Equations {
-        let nominal = Nominal::new(robot, EstimatorSettings::best());
+        let nominal = Nominal::new(robot, EstimatorSettings::kalman());
         let arms = Arms::new(&robot.geometry, theta[0], theta[1]).expect("inside the stops");
         let loads = Loads::at_rest(&nominal.masses);
         let equations = nominal.equations(arms, theta, loads, slopes);

@@ -1,9 +1,9 @@
-//! The estimator's own judgement: [`robhaz_estimator::Health`] of `best` over the whole log, and
+//! The estimator's own judgement: [`robhaz_estimator::Health`] of `kalman` over the whole log, and
 //! over the same log with its wheels and links wired otherwise.
 //!
 //! Which torque belongs to which encoder, the speed control shows ([`crate::check::drive`]). That
 //! leaves the wheel to which both belong, and the link of gyroscope and inclinometer: 12 wirings,
-//! 72 if the torques show nothing. `best` runs with each; the one with the least mean NIS fits
+//! 72 if the torques show nothing. `kalman` runs with each; the one with the least mean NIS fits
 //! best.
 
 use crate::check::readings::Readings;
@@ -130,13 +130,13 @@ impl Case {
     }
 }
 
-/// What `best` says of a log.
+/// What `kalman` says of a log.
 #[derive(Default)]
 struct Judgement {
     faulty: Channels,
     /// Time of the first contradiction, s.
     first: Option<f64>,
-    /// What `best` has found of the torques' scale.
+    /// What `kalman` has found of the torques' scale.
     scale: Option<TorqueScale>,
     /// Largest mean NIS of any test, and of which.
     largest: f64,
@@ -231,12 +231,12 @@ fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
     &frames[begin..end.max(begin)]
 }
 
-/// `best` with what is stated; with contact angles if each wheel has some.
+/// `kalman` with what is stated; with contact angles if each wheel has some.
 fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
     let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
     let best = match (0..3).all(has_angle) {
-        true => EstimatorSettings::best(),
-        false => EstimatorSettings::best_without_angles(),
+        true => EstimatorSettings::kalman(),
+        false => EstimatorSettings::kalman_without_angles(),
     };
     EstimatorSettings {
         viscous_damping: stated.viscous_damping,
@@ -352,7 +352,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     vec![torque_scale(&rewired, log.stated), finding, contradiction]
 }
 
-/// The torques against the weight, as `best` has found them.
+/// The torques against the weight, as `kalman` has found them.
 fn torque_scale(own: &Judgement, stated: &Stated<'_>) -> Finding {
     const TEST: &str = "scale of torques, mass";
     const CHANNEL: &str = "torques 1 to 3";

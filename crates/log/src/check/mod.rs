@@ -18,8 +18,8 @@
 //! | `course`, `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
-//! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
-//! | `agreement` | Does `best` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
+//! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `kalman` |
+//! | `agreement` | Does `kalman` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot
 //! answer says so.

@@ -50,7 +50,7 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
 
 /// What inclinometers show beside the integral of their gyroscopes while the robot drives: noise,
 /// accelerations, and vibration of the links. It is no fault, but with a budget that states much
-/// less `best` names channels whose wiring is right.
+/// less `kalman` names channels whose wiring is right.
 fn beside_gyros(log: &Readings<'_>) -> Vec<Finding> {
     let recording = &log.recording;
     let half = recording.steps(HALF_TIME);

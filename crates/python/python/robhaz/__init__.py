@@ -4,7 +4,7 @@
     >>> scene = robhaz.Scene.load("scenes/smooth.toml", {"sensors.grade": "typical"})
     >>> run = scene.run()
     >>> print(run)                                    # the table of `robhaz run`
-    >>> run.estimates["best"]["wheel1_normal_force"]  # a NumPy array; run.estimates["best"].units has its unit
+    >>> run.estimates["kalman"]["wheel1_normal_force"]  # a NumPy array; run.estimates["kalman"].units has its unit
 
 A `Table` goes as it is into `pyarrow.table`, `polars.DataFrame` and other libraries that take Arrow.
 """

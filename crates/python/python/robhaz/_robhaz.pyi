@@ -80,7 +80,7 @@ class Scene:
         Other Python threads go on meanwhile; Ctrl-C stops it. Raises `RunError`.
         """
 
-    def estimator(self, name: str = "best", *, contact_angles: _Angles | None = None) -> Estimator:
+    def estimator(self, name: str = "kalman", *, contact_angles: _Angles | None = None) -> Estimator:
         """An estimator of the scene or a preset, with the nominal robot and the noise budget of the scene."""
 
 @final
@@ -160,7 +160,7 @@ class Estimator:
 
     def __init__(
         self,
-        name: str = "best",
+        name: str = "kalman",
         *,
         robot: _Path | None = None,
         sensors: _Path | None = None,
@@ -168,7 +168,7 @@ class Estimator:
     ) -> None:
         """As `robhaz estimate --estimator NAME --robot ROBOT.toml --sensors SENSORS.toml --contact-angles ...`.
 
-        `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `best`) or an estimator that `sensors` lists.
+        `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `kalman`) or an estimator that `sensors` lists.
         `sensors` states the noise budget, the damping and whether the readings are of one side of two, the default, or of
         a robot in the plane (`sides`, docs/logs.md); its columns have no effect here. Without
         `robot` it is robot A. A robot whose errors neither file states (`body_cg`, `link_masses`, `load_covariance`) counts

@@ -69,7 +69,7 @@ pub fn scene() -> Scene {
         estimators: vec![
             estimator("paper-body", EstimatorSettings::paper_body()),
             estimator("true-mass", EstimatorSettings::true_mass()),
-            estimator("mine", EstimatorSettings::best()),
+            estimator("mine", EstimatorSettings::kalman()),
         ],
         record: RecordChoice {
             duration: 2.0,

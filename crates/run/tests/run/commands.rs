@@ -125,7 +125,7 @@ fn every_loop_gives_the_same_truth() {
         assert!(open.commands.iter().all(Option::is_none));
         scene.control = ControlChoice {
             kind: ControlKind::Shared,
-            estimator: Some("no-angles".to_owned()),
+            estimator: Some("kalman-no-angles".to_owned()),
             ..ControlChoice::default()
         };
         let mut closed = Kept::default();

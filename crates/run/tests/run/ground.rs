@@ -110,8 +110,8 @@ fn coverage(errors: &[Error]) -> [f64; 2] {
 /// mean is between 0.32 and 2.05 in 95 % of the cases if the stated deviation is right.
 #[test]
 fn the_profile_is_known_to_three_millimetres() {
-    let none = "estimator=[{name='best', contact_angles='none'}]";
-    let (given, soft) = ("estimator=[{name='best'}]", ["drive.kp=2", "drive.ki=0"]);
+    let none = "estimator=[{name='kalman', contact_angles='none'}]";
+    let (given, soft) = ("estimator=[{name='kalman'}]", ["drive.kp=2", "drive.ki=0"]);
     let cases: [(&str, &[&str]); 3] = [
         ("angles given", &[given]),
         ("no angles", &[none]),
@@ -174,7 +174,7 @@ fn a_run_hands_over_every_point() -> Result<(), RunError> {
             Ok(())
         }
     }
-    let best = "estimator=[{name='best'}]";
+    let best = "estimator=[{name='kalman'}]";
     let mut found = Vec::new();
     for rate in ["record.rate=1000", "record.rate=100"] {
         let mut kept = Kept::default();

@@ -69,7 +69,7 @@ impl Default for LogChoice {
             pin: [0.1_f64.to_radians(); 2],
             states_damping: false,
             viscous_damping: scene.drive.viscous_damping,
-            compression: EstimatorSettings::best().compression,
+            compression: EstimatorSettings::kalman().compression,
             budget: NoiseBudget::typical(),
             compare_from: scene.record.compare_from,
             estimators: estimators::defaults(),
@@ -222,6 +222,6 @@ impl LogChoice {
 fn needs_contact_angles(names: &str) -> EstimatorError {
     EstimatorError(format!(
         "{names} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
-         --estimator best"
+         --estimator kalman"
     ))
 }

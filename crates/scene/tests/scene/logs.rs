@@ -22,7 +22,7 @@ fn problems(text: &str) -> Vec<String> {
 /// errors, an estimator of its own damping and one without contact angles.
 #[test]
 fn resolved_descriptions_read_back() {
-    let text = "[sensors]\ngrade = \"typical\"\n[model_error]\npins = 0.002\n[[estimator]]\nname = \"best\"\n\
+    let text = "[sensors]\ngrade = \"typical\"\n[model_error]\npins = 0.002\n[[estimator]]\nname = \"kalman\"\n\
                 contact_angles = \"none\"\n[[estimator]]\nname = \"true-mass\"\nviscous_damping = 0.2\n";
     let scene = Scene::parse(text, "s.toml", Path::new(""), &[]).unwrap();
     let choice = LogChoice::of_scene(&scene).unwrap();
@@ -149,16 +149,16 @@ fn problems_name_line_key_and_remedy() {
 fn estimators_are_chosen_by_name() {
     let mut choice = LogChoice::default();
     let error = choice.select(&["bets".to_owned()]).unwrap_err().to_string();
-    assert!(error.contains("did you mean best?"), "{error}");
+    assert!(error.contains("did you mean kalman?"), "{error}");
     choice
-        .select(&["best".to_owned(), "paper-body".to_owned()])
+        .select(&["kalman".to_owned(), "paper-body".to_owned()])
         .unwrap();
     let mut given = choice.clone();
     assert!(given.without_contact_angles(false).is_err());
     let error = choice.without_contact_angles(true).unwrap_err();
     assert!(error.to_string().contains("paper-body"), "{error}");
     let mut best = LogChoice::default();
-    best.select(&["best".to_owned()]).unwrap();
+    best.select(&["kalman".to_owned()]).unwrap();
     assert_eq!(best.without_contact_angles(true), Ok(Vec::new()));
     assert!(best.needing_contact_angles().is_empty());
 }

@@ -1,4 +1,4 @@
-//! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, continuous
+//! Acceptance of `kalman` without any contact angle: other grounds, friction laws, speeds, continuous
 //! slip.
 //!
 //! The study behind `docs/measurements/no-angles.md`:
@@ -227,7 +227,7 @@ fn load(case: &Case, drive: &[&str]) -> Scene {
     let fixed = [
         "engine.kind=direct",
         "sensors.grade=typical",
-        "estimator=[{name='best',contact_angles='none'}]",
+        "estimator=[{name='kalman',contact_angles='none'}]",
     ];
     let all = [&fixed, case.overrides, drive].concat();
     let overrides: Vec<String> = all.iter().map(|s| (*s).to_owned()).collect();

@@ -1,4 +1,4 @@
-//! `best` on robots of other sizes and on other planets.
+//! `kalman` on robots of other sizes and on other planets.
 
 use robhaz_estimator::{
     Estimate, EstimateError, Estimator, EstimatorSettings, Flags, LinkReading, Method, NoiseBudget,
@@ -133,7 +133,7 @@ fn estimates(
 
 /// Property: robots that differ by Froude's scale alone have the same estimates over that scale: no
 /// constant of the estimator has a dimension that the robot does not scale. A third and three times
-/// the size, on the Moon and on Mars; `best` with and without contact angles and `paper-wheels`.
+/// the size, on the Moon and on Mars; `kalman` with and without contact angles and `paper-wheels`.
 /// The poor grade has every kind of error. Rounding of 1e-16 in each of some thousand samples,
 /// which the filters converge: 1e-9 of the load.
 #[test]
@@ -143,7 +143,7 @@ fn estimates_scale_with_the_robot() {
         "engine.kind=direct",
         "sensors.grade=poor",
         "record.duration=8",
-        "estimator=[{name='best'},{name='best',label='none',contact_angles='none'},{name='paper-wheels'}]",
+        "estimator=[{name='kalman'},{name='kalman',label='none',contact_angles='none'},{name='paper-wheels'}]",
     ];
     let scene = Scene::load(&path, &overrides.map(str::to_owned)).expect("a shipped scene");
     let truth = TruthRun::of(&scene).expect("a run");

@@ -230,7 +230,7 @@ fn estimated_contact_states_have_lanes() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
     let mut sink = Stated(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&common::with_best(0.3), &mut [&mut sink]).expect("a run");
+    robhaz_run::run(&common::with_kalman(0.3), &mut [&mut sink]).expect("a run");
     let chunks = chunks(&path);
     let lane = |entity: &str| {
         let component = StateChange::descriptor_state().component;
@@ -245,8 +245,8 @@ fn estimated_contact_states_have_lanes() {
         (160, "two contacts, slips"),
     ];
     let expected = expected.map(|(ms, state)| (ms, state.to_owned()));
-    assert_eq!(lane("/wheels/front/best"), expected);
-    assert_eq!(lane("/wheels/rear/best"), [(0, "grips".to_owned())]);
+    assert_eq!(lane("/wheels/front/kalman"), expected);
+    assert_eq!(lane("/wheels/rear/kalman"), [(0, "grips".to_owned())]);
     assert_eq!(lane("/wheels/front"), [(0, "grips".to_owned())]);
 }
 

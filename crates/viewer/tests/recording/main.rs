@@ -108,7 +108,7 @@ fn a_run_is_recorded_with_its_layout() {
 fn twenty_seconds_take_less_than_five_megabytes() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
-    let mut scene = common::with_best(20.0);
+    let mut scene = common::with_kalman(20.0);
     scene.engine.kind = robhaz_scene::EngineKind::Direct;
     record(&scene, &path);
     let size = std::fs::metadata(&path).expect("a file").len();
@@ -116,13 +116,13 @@ fn twenty_seconds_take_less_than_five_megabytes() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
 }
 
-/// The ground that `best` has found is drawn where the true ground is, level here: from behind the
+/// The ground that `kalman` has found is drawn where the true ground is, level here: from behind the
 /// rear wheel to the front wheel, with both bounds beside it. Exact readings leave less than 1 mm.
 #[test]
 fn the_ground_that_was_found_is_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
-    let mut scene = common::with_best(4.0);
+    let mut scene = common::with_kalman(4.0);
     scene.terrain.profile = robhaz_terrain::Profile::Flat;
     scene.engine.kind = robhaz_scene::EngineKind::Direct;
     record(&scene, &path);
@@ -381,7 +381,7 @@ impl Sink for OfLog {
 fn of_log_and_run(has_truth: bool) -> [BTreeMap<String, Vec<Chunk>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
-    let scene = common::with_best(0.6);
+    let scene = common::with_kalman(0.6);
     let sink = RecordingSink::save(&log).expect("a file");
     let mut sink = OfLog { sink, has_truth };
     robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
@@ -398,7 +398,7 @@ fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
     for entity in [
         "/series/normal_force/wheel1/actual",
         "/series/error_of_normal_force/wheel2/error",
-        "/series/error_of_normal_force/wheel3/band/best",
+        "/series/error_of_normal_force/wheel3/band/kalman",
         "/series/error_of_normal_force/rms",
         "/series/traction/wheel1",
         "/series/contact_angle",
@@ -433,14 +433,14 @@ fn without_truth_the_estimates_are_recorded_alone() {
     for entity in log.keys() {
         let unknown = ["/world", "/wheels", "/series/error", "/series/slip_margin"];
         // The states of the wheels that an estimator states are known.
-        let stated = entity.starts_with("/wheels/") && entity.ends_with("/best");
+        let stated = entity.starts_with("/wheels/") && entity.ends_with("/kalman");
         let unknown = unknown.iter().any(|u| entity.starts_with(u));
         assert!(stated || !unknown, "{entity}");
         assert!(!entity.ends_with("/actual"), "{entity}");
     }
     for entity in [
         "/series/normal_force/wheel1/estimated",
-        "/series/parity/best",
+        "/series/parity/kalman",
         "/series/residual/force",
     ] {
         let rows = scalars(&log, entity);
@@ -453,8 +453,8 @@ fn without_truth_the_estimates_are_recorded_alone() {
     // The bands that the errors have with truth are around N and T, and the angle that is found is
     // beside the given one.
     for (entity, lines) in [
-        ("/series/normal_force/wheel2/band/best", 2),
-        ("/series/traction/wheel3/band/best", 2),
+        ("/series/normal_force/wheel2/band/kalman", 2),
+        ("/series/traction/wheel3/band/kalman", 2),
         ("/series/contact_angle/estimated", 3),
         ("/series/contact_angle/estimated/band", 6),
     ] {
@@ -463,10 +463,10 @@ fn without_truth_the_estimates_are_recorded_alone() {
         assert!(rows.iter().all(|(_, row)| row.len() == lines), "{entity}");
     }
     let middle = scalars(&log, "/series/normal_force/wheel2/estimated");
-    for (time, band) in scalars(&log, "/series/normal_force/wheel2/band/best") {
+    for (time, band) in scalars(&log, "/series/normal_force/wheel2/band/kalman") {
         let at = middle.iter().find(|(at, _)| (at - time).abs() < 1e-9);
         let (_, forces) = at.expect("forces of that time");
-        // `best` is the last of four estimators.
+        // `kalman` is the last of four estimators.
         let centre = 0.5 * (band[0] + band[1]);
         assert!(
             band[0] > band[1] && (centre - forces[3]).abs() < 1e-9,

@@ -68,13 +68,13 @@ fn wrong_controls_are_refused() {
     );
     one(
         "estimator = []\ndrive.kind = 'shared'",
-        "x.toml:2: drive.kind: found 'shared', allowed: \"speed\" without one of the estimators \"no-angles\", \"best\"; \
+        "x.toml:2: drive.kind: found 'shared', allowed: \"speed\" without one of the estimators \"kalman-no-angles\", \"kalman\"; \
          or drive.estimator: one of the scene's estimators, which has none",
     );
     one(
-        "drive.estimator = 'bset'",
-        "x.toml:1: drive.estimator: found 'bset', allowed: \"paper-body\", \"paper-wheels\", \"true-mass\", \"best\", \
-         \"no-angles\"; did you mean \"best\"?",
+        "drive.estimator = 'klaman'",
+        "x.toml:1: drive.estimator: found 'klaman', allowed: \"paper-body\", \"paper-wheels\", \"true-mass\", \"kalman\", \
+         \"kalman-no-angles\"; did you mean \"kalman\"?",
     );
     one(
         "[drive]\nkind = 'shared'\n[[drive.scaling]]\nwheels = [1]\nfrom = 1\nto = 5\nfactor = 2",
@@ -103,7 +103,7 @@ fn shared_gains_are_those_that_the_rate_bears() {
     assert_eq!(gains("[drive]\nkp = 20\nki = 1000"), (20.0, 1000.0));
 }
 
-/// The control gets the estimator without contact angles, else `best`, else the one that is named.
+/// The control gets the estimator without contact angles, else `kalman`, else the one that is named.
 #[test]
 fn a_control_finds_its_estimator() {
     let estimator = |text: &str| {
@@ -112,11 +112,11 @@ fn a_control_finds_its_estimator() {
         index.map(|k| scene.estimators[k].name.clone())
     };
     assert_eq!(estimator(""), None);
-    assert_eq!(estimator("drive.estimator = 'best'"), None);
+    assert_eq!(estimator("drive.estimator = 'kalman'"), None);
     let found = estimator("drive.kind = 'shared'");
-    assert_eq!(found.as_deref(), Some("no-angles"));
-    let found = estimator("drive.kind = 'shared'\n[[estimator]]\nname = 'best'");
-    assert_eq!(found.as_deref(), Some("best"));
+    assert_eq!(found.as_deref(), Some("kalman-no-angles"));
+    let found = estimator("drive.kind = 'shared'\n[[estimator]]\nname = 'kalman'");
+    assert_eq!(found.as_deref(), Some("kalman"));
     let found = estimator("[drive]\nkind = 'shared'\nestimator = 'true-mass'");
     assert_eq!(found.as_deref(), Some("true-mass"));
 }

@@ -166,12 +166,12 @@ fn rules_over_several_keys() {
     );
     // The Kalman filters have no observer pole: another one than the default would have no effect.
     one(
-        "[[estimator]]\nname = 'best'\nobserver_pole = 30",
+        "[[estimator]]\nname = 'kalman'\nobserver_pole = 30",
         "x.toml:3: estimator[0].observer_pole: found 30, allowed: 50 unless filters = \"paper\"",
     );
     assert!(
         Scene::parse(
-            "[[estimator]]\nname = 'best'\nobserver_pole = 50",
+            "[[estimator]]\nname = 'kalman'\nobserver_pole = 50",
             "x.toml",
             Path::new(""),
             &[]

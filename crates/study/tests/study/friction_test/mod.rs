@@ -55,7 +55,7 @@ fn scene(law: &str, mu: f64, ground: &[&str], seed: u64) -> Outcome<Scene> {
     let fixed = [
         "engine.kind=direct",
         "sensors.grade=typical",
-        "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
+        "estimator=[{name='kalman',label='kalman-no-angles',contact_angles='none'}]",
         "drive.kind=friction-test",
     ];
     let mut overrides: Vec<String> = fixed
@@ -250,7 +250,7 @@ fn onsets(name: &str, drive: &[&str], seeds: u64) -> Outcome<(usize, usize)> {
             let fixed = [
                 "engine.kind=direct",
                 "sensors.grade=typical",
-                "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
+                "estimator=[{name='kalman',label='kalman-no-angles',contact_angles='none'}]",
                 &seed,
             ];
             let overrides: Vec<String> =

@@ -114,7 +114,8 @@ pub fn random_path(
             format!("sensors.torque_offset={torque}"),
             format!("sensors.torque_noise={torque}"),
             "record.rate=100".to_owned(),
-            "estimator=[{name=\"best\", contact_angles=\"none\", label=\"no-angles\"}]".to_owned(),
+            "estimator=[{name=\"kalman\", contact_angles=\"none\", label=\"kalman-no-angles\"}]"
+                .to_owned(),
         ]);
     }
     let scene = Scene::parse(&text, "random path", Path::new(""), &keys)

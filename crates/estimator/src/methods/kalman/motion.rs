@@ -1,7 +1,7 @@
 //! Motion of the robot from the rolling wheels and its acceleration in the readings of the
 //! inclinometers, or its standstill.
 
-use super::BestFilters;
+use super::KalmanFilters;
 use crate::contact::{RollingResiduals, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
 use crate::filters::motion::{RollingWheel, SensedAcceleration};
@@ -13,7 +13,7 @@ use crate::settings::ContactAngles;
 use crate::statics::Arms;
 use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
 
-impl BestFilters {
+impl KalmanFilters {
     /// Least vertical specific force whose direction is that of gravity, m/s^2: half of gravity.
     /// Guard.
     const LEAST_UPWARD: f64 = 0.5 * GRAVITY;

@@ -1,4 +1,4 @@
-//! Tests of `best` as a whole.
+//! Tests of `kalman` as a whole.
 
 use super::*;
 use crate::filters::WheelParameters;
@@ -20,14 +20,14 @@ proptest! {
         states in prop::collection::vec(-0.1_f64..0.1, input::COUNT), torques in prop::array::uniform3(-3.0_f64..3.0),
         speeds in prop::array::uniform3(-0.02_f64..0.02),
     ) {
-        let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+        let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::kalman());
         let parameters = WheelParameters {
             wheel_inertia: 0.0075, rotor_inertia: 0.0864, viscous_damping: 0.15,
             encoder_sigma: 1e-5, torque_sigma: 0.1, rim_speed: 0.0,
             unread_walk: 0.0,
         };
-        let method = KalmanMethod::ALL_STEPS;
-        let mut filters = BestFilters::new(&nominal.robot, method, &nominal.settings.budget);
+        let method = KalmanMethod::DEFAULT;
+        let mut filters = KalmanFilters::new(&nominal.robot, method, &nominal.settings.budget);
         for i in 0..3 {
             filters.wheels[i] = Wheel::observed(&parameters, torques[i], speeds[i]);
         }
@@ -38,7 +38,7 @@ proptest! {
         for i in 0..3 {
             inputs.contact_angle[i].value = slopes[i];
         }
-        let at = |filters: &BestFilters| {
+        let at = |filters: &KalmanFilters| {
             let arms = Arms::new(&nominal.robot.geometry, theta[0], theta[1]).expect("inside the stops");
             let equations = filters.equations(&nominal, &inputs, arms, theta).expect("regular");
             let mut about = *filters;
@@ -95,11 +95,11 @@ fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Rando
 fn only_observable_errors_are_estimated() {
     let method = KalmanMethod {
         rolling: false,
-        ..KalmanMethod::ALL_STEPS
+        ..KalmanMethod::DEFAULT
     };
     let settings = EstimatorSettings {
         method: Method::Kalman(method),
-        ..EstimatorSettings::best()
+        ..EstimatorSettings::kalman()
     };
     let budget = &settings.budget;
     let mut estimator = Estimator::new(&Robot::default_a(), settings);
@@ -114,7 +114,7 @@ fn only_observable_errors_are_estimated() {
     }
     let errors = last
         .and_then(|e| e.kalman)
-        .expect("best estimates errors")
+        .expect("kalman estimates errors")
         .reading_errors;
     let found = errors.torque_offset;
     let sum: f64 = found.iter().map(|f| f.0).sum();
@@ -153,9 +153,9 @@ fn only_observable_errors_are_estimated() {
     );
 }
 
-/// Covariance of the torque offsets of an estimator `best`.
+/// Covariance of the torque offsets of an estimator `kalman`.
 fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
-    let motion = &estimator.best_filters().expect("best").motion;
+    let motion = &estimator.kalman_filters().expect("kalman").motion;
     let offset = |i| input::TORQUE_OFFSET + i;
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
 }
@@ -166,10 +166,10 @@ fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
 /// Rounding.
 #[test]
 fn unmodelled_turning_counts_with_the_whole_mass() {
-    let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+    let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::kalman());
     let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
-    let still = BestFilters::new(robot, KalmanMethod::ALL_STEPS, budget);
-    let variance_of_sum = |filters: &BestFilters| {
+    let still = KalmanFilters::new(robot, KalmanMethod::DEFAULT, budget);
+    let variance_of_sum = |filters: &KalmanFilters| {
         let arms = Arms::new(&robot.geometry, 0.0, 0.0).expect("the nominal pose");
         let equations = filters.equations(&nominal, &Inputs::default(), arms, [0.0; 2]);
         let equations = equations.expect("regular");

@@ -1,4 +1,4 @@
-//! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the
+//! The filters of `kalman`: Kalman filters for link angles, ground torques, and motion with the
 //! readings' errors.
 
 mod checks;
@@ -27,7 +27,7 @@ use robhaz_model::{Robot, Vec2};
 
 /// Filters of links, wheels and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BestFilters {
+pub(crate) struct KalmanFilters {
     /// Enabled stages. Not part of the filter state.
     method: KalmanMethod,
     links: [LinkAngleKalman; 2],
@@ -56,7 +56,7 @@ pub(crate) struct BestFilters {
     push: PushFilter,
 }
 
-impl BestFilters {
+impl KalmanFilters {
     /// Time beyond the parity gate after which the estimated motion and errors are discarded, s:
     /// longer than any impact. Errors that were estimated from false readings would otherwise make
     /// the gate reject correct readings for ever.

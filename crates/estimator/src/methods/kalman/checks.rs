@@ -1,6 +1,6 @@
 //! Whether the readings agree with each other, and the torques with the weight.
 
-use super::BestFilters;
+use super::KalmanFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::flags::{Channels, Flags};
 use crate::frame::{Held, Inputs};
@@ -29,7 +29,7 @@ pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
     ScaleFilter::new(between, resisted, budget.torque_gain)
 }
 
-impl BestFilters {
+impl KalmanFilters {
     /// Health after the innovations of this sample. They count while the robot drives and every
     /// wheel rolls on one contact: elsewhere the constraints do not hold.
     pub(super) fn check_health(

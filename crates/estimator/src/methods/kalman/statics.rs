@@ -1,7 +1,7 @@
 //! Eq. (8) with the estimated loads, contact angles and tractions; its parity residual; and what a
 //! linkage costs that turns faster than its filters follow, as on facets and corners.
 
-use super::BestFilters;
+use super::KalmanFilters;
 use crate::estimate::{EstimateError, Parity};
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
@@ -14,7 +14,7 @@ use crate::statics::{
 };
 use nalgebra::Matrix4;
 
-impl BestFilters {
+impl KalmanFilters {
     /// Eq. (8) for the estimated loads and contact angles.
     #[inline(always)]
     pub(super) fn equations(
