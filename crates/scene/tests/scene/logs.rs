@@ -148,7 +148,10 @@ fn problems_name_line_key_and_remedy() {
 #[test]
 fn estimators_are_chosen_by_name() {
     let mut choice = LogChoice::default();
-    let error = choice.select(&["bets".to_owned()]).unwrap_err().to_string();
+    let error = choice
+        .select(&["kalmn".to_owned()])
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("did you mean kalman?"), "{error}");
     choice
         .select(&["kalman".to_owned(), "paper-body".to_owned()])
