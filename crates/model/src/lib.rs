@@ -9,6 +9,7 @@
 //! | W1 to W3 (front, middle, rear) | [`Geometry::axles`], [`Geometry::carriers`] |
 //! | theta_1, theta_2 given, theta_3 and theta_body found | [`Posture::close`] |
 //! | angles of the links from those of the body and of pin Q | [`BodyMount`] |
+//! | rate of a joint from its angle along the path | [`PathAngle`] |
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
 //! | command of a wheel's drive | [`WheelCommand`] |
 //! | units in which robots of every size move alike | [`Units`] |
@@ -27,6 +28,7 @@ mod geometry;
 mod mass;
 mod named;
 mod outline;
+mod path_angle;
 mod plane;
 mod posture;
 mod stance;
@@ -38,6 +40,7 @@ pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, Suspension};
 pub use mass::{MassError, MassSet, PointMasses};
 pub use outline::Outline;
+pub use path_angle::PathAngle;
 pub use plane::{cross, direction, perp, rotate, turned};
 pub use posture::{Dyad, Posture, PostureError, corner_s};
 pub use stance::StanceError;

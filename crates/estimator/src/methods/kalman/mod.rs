@@ -11,7 +11,7 @@ use super::wheel::Wheel;
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
-use crate::estimate::{Estimate, EstimateError, KalmanReport, ReadingErrors};
+use crate::estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};
 use crate::filters::motion::MotionFilter;
 use crate::filters::{Innovation, LinkAngleKalman, PushFilter};
 use crate::flags::Flags;
@@ -21,7 +21,7 @@ use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{ContactAngles, KalmanMethod, NoiseBudget};
-use crate::statics::{Arms, Forces, input, solve};
+use crate::statics::{Arms, Equations, Forces, RightSide, input, solve};
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Robot, Vec2};
 
@@ -54,6 +54,15 @@ pub(crate) struct KalmanFilters {
     health: HealthMonitor,
     scale: ScaleFilter,
     push: PushFilter,
+}
+
+/// What an instant brings before its forces are known.
+pub(crate) struct Step {
+    pub equations: Equations,
+    pub right: RightSide,
+    rolling: [Option<RollingResiduals>; 3],
+    innovations: Innovations,
+    parity: Option<(Parity, Flags)>,
 }
 
 impl KalmanFilters {
@@ -138,8 +147,24 @@ impl KalmanFilters {
     /// # Errors
     /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
     pub fn estimate(&mut self, instant: &Instant<'_>) -> Result<Estimate, EstimateError> {
+        let step = self.advance(instant)?;
+        let inputs = |a, b| self.motion.input_covariance(a, b);
+        let (nominal, equations, right) = (instant.nominal, &step.equations, &step.right);
+        let direction = equations.parity_direction.as_ref();
+        let weighted = direction.filter(|_| self.method.whitening);
+        let mut forces = solve(equations, weighted, right, inputs);
+        forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
+        self.consider_unmodelled_turning(nominal, equations, &right.sensitivity, &mut forces);
+        Ok(self.conclude(instant, step, forces))
+    }
+
+    /// Advances all filters to one instant, up to the equations of the forces.
+    ///
+    /// # Errors
+    /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
+    #[inline(always)]
+    pub fn advance(&mut self, instant: &Instant<'_>) -> Result<Step, EstimateError> {
         let nominal = instant.nominal;
-        let settings = &nominal.settings;
         let mut innovations = Innovations::default();
         let (link_angles, inclination) = self.update_links(instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
@@ -151,12 +176,33 @@ impl KalmanFilters {
         let mut right = self.right_side(nominal, &equations);
         let of_push = self.consider_push(instant, &equations, &mut right);
         let parity = self.check_parity(instant, &equations, &mut right, of_push);
-        let direction = equations.parity_direction.as_ref();
-        let weighted = direction.filter(|_| self.method.whitening);
-        let inputs = |a, b| self.motion.input_covariance(a, b);
-        let mut forces = solve(&equations, weighted, &right, inputs);
-        forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
-        self.consider_unmodelled_turning(nominal, &equations, &right.sensitivity, &mut forces);
+        innovations.parity = parity.map(|(parity, _)| parity.nis());
+        Ok(Step {
+            equations,
+            right,
+            rolling,
+            innovations,
+            parity,
+        })
+    }
+
+    /// Contact, health, friction and the estimate, for the forces that the equations of `step` give.
+    #[inline(always)]
+    pub fn conclude(
+        &mut self,
+        instant: &Instant<'_>,
+        step: Step,
+        mut forces: Forces,
+    ) -> Estimate {
+        let nominal = instant.nominal;
+        let settings = &nominal.settings;
+        let Step {
+            equations,
+            right,
+            rolling,
+            innovations,
+            parity,
+        } = step;
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
@@ -175,13 +221,12 @@ impl KalmanFilters {
             };
             *contact = self.contact[i].update(&evidence, instant.dt);
         }
-        innovations.parity = parity.map(|(parity, _)| parity.nis());
         self.find_scale(instant, &equations.arms, &contact);
         let health = self.check_health(instant, &innovations, &contact);
 
         let mut flags = instant.flags | Nominal::unloaded(self.loaded);
         flags |= Flags::SPINS_IN_PLACE.when(self.standing.stands);
-        flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
+        flags |= nominal.at_stop(equations.link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
         flags |= Flags::CONTRADICTION.when(!health.faulty.is_empty());
         if settings.nonnegative {
             forces.bound();
@@ -210,7 +255,7 @@ impl KalmanFilters {
             torque_scale: nominal.other_side.is_none().then_some(found),
         });
         estimate.scale_forces(1.0 / self.scale.applied, self.scale.deviation);
-        Ok(estimate)
+        estimate
     }
 
     /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles,
