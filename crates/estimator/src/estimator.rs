@@ -2,12 +2,14 @@
 
 use crate::door;
 use crate::estimate::{Estimate, EstimateError};
+use crate::filters::motion::MotionFilter;
 use crate::flags::Flags;
 use crate::frame::{Gate, Inputs, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
 use crate::ground::{FrictionBounds, GroundPoint};
-use crate::methods::{KalmanFilters, PaperFilters};
+use crate::methods::{Across, KalmanFilters, PaperFilters, SideState, Step};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
+use crate::statics::Forces;
 use robhaz_model::{Robot, Units};
 
 /// An estimator for one robot. It takes one frame of readings after the other.
@@ -22,6 +24,16 @@ pub struct Estimator {
     complete: bool,
     inputs: Inputs,
     filters: Filters,
+}
+
+/// An instant of a side of a whole rover, before its forces are known.
+pub(crate) struct SideStep {
+    pub state: SideState,
+    step: Step,
+    time: f64,
+    /// In the filters' units.
+    pub dt: f64,
+    flags: Flags,
 }
 
 /// Time that counts as passed when it is not known, s: a gap.
@@ -107,6 +119,22 @@ impl Estimator {
     }
 
     fn update_in_units(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
+        let (dt, flags) = self.read(frame)?;
+        let instant = Instant {
+            nominal: &self.nominal,
+            dt,
+            inputs: &self.inputs,
+            flags,
+        };
+        match &mut self.filters {
+            Filters::Paper(filters) => filters.estimate(&instant),
+            Filters::Kalman(filters) => filters.estimate(&instant),
+        }
+    }
+
+    /// Takes the readings of a frame. Returns the time since the last one (s; 0 where filters start)
+    /// and the flags of the readings.
+    fn read(&mut self, frame: &SensorFrame) -> Result<(f64, Flags), EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
         let nominal = &self.nominal;
         // Where it contradicts the time stamps. The paper's filters use these.
@@ -132,16 +160,78 @@ impl Estimator {
             flags |= Flags::SENSOR_STALE;
             dt = 0.0;
         }
+        Ok((dt, flags))
+    }
+
+    /// For a side of a whole rover: advances the filters of `kalman` to a frame (SI), up to the
+    /// equations of the forces. `across` is in SI; `joint_noise` is what the rate of each link errs
+    /// by in addition to the gyroscope's noise, rad/s.
+    pub(crate) fn advance(
+        &mut self,
+        frame: &SensorFrame,
+        across: &Across,
+        joint_noise: [f64; 2],
+    ) -> Result<SideStep, EstimateError> {
+        self.inputs.joint_noise = joint_noise.map(|sigma| sigma * self.units.time);
+        let (dt, flags) = self.read(&door::frame_in(&self.units, frame))?;
         let instant = Instant {
-            nominal,
+            nominal: &self.nominal,
             dt,
             inputs: &self.inputs,
             flags,
         };
+        let Filters::Kalman(filters) = &mut self.filters else {
+            return Err(EstimateError::Singular);
+        };
+        let (speed, length) = (self.units.speed(), self.units.length);
+        filters.across = Across {
+            velocity: across.velocity.map(|velocity| velocity / speed),
+            place: across.place.map(|place| place / length),
+            dragged: across.dragged.map(|sideways| sideways / speed),
+        };
+        let step = filters.advance(&instant)?;
+        let budget = &self.nominal.settings.budget;
+        Ok(SideStep {
+            state: filters.side_state(&self.units, budget, &self.inputs, &step),
+            step,
+            time: frame.time,
+            dt,
+            flags,
+        })
+    }
+
+    /// The motion filter of a side of a whole rover.
+    pub(crate) fn motion(&mut self) -> Option<&mut MotionFilter> {
         match &mut self.filters {
-            Filters::Paper(filters) => filters.estimate(&instant),
-            Filters::Kalman(filters) => filters.estimate(&instant),
+            Filters::Kalman(filters) => Some(&mut filters.motion),
+            Filters::Paper(_) => None,
         }
+    }
+
+    /// Takes the state of a side anew, after its motion filter was corrected.
+    pub(crate) fn retake(&self, side: &mut SideStep) {
+        if let Some(filters) = self.kalman_filters() {
+            filters.retake(&self.nominal, &mut side.step);
+            let budget = &self.nominal.settings.budget;
+            side.state = filters.side_state(&self.units, budget, &self.inputs, &side.step);
+        }
+    }
+
+    /// The estimate of a side after [`Self::advance`], for the forces (N) of the whole rover.
+    pub(crate) fn conclude(&mut self, side: SideStep, mut forces: Forces) -> Option<Estimate> {
+        let Filters::Kalman(filters) = &mut self.filters else {
+            return None;
+        };
+        forces.scale(1.0 / self.units.force());
+        let instant = Instant {
+            nominal: &self.nominal,
+            dt: side.dt,
+            inputs: &self.inputs,
+            flags: side.flags,
+        };
+        let mut estimate = filters.conclude(&instant, side.step, forces);
+        door::estimate_out(&self.units, &mut estimate, side.time);
+        Some(estimate)
     }
 
     /// The ground in memory, from rear to front: what the wheels have passed since they were about

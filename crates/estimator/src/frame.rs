@@ -1,6 +1,6 @@
 //! Readings of one instant, checked. The last good value is held where a reading is missing.
 
-use crate::deviation::GATE;
+use crate::deviation::{GATE, root_sum_square};
 use crate::flags::Flags;
 use crate::settings::NoiseBudget;
 use robhaz_model::Robot;
@@ -256,6 +256,9 @@ pub(crate) struct Inputs {
     pub inclination: [Held; 2],
     pub rate: [Held; 2],
     pub contact_angle: [Held; 3],
+    /// What rates of links that follow from the angle of a joint err by in addition to a gyroscope's
+    /// noise, rad/s.
+    pub joint_noise: [f64; 2],
 }
 
 /// By how much readings may change: the gate of the jumps.
@@ -342,7 +345,8 @@ impl Inputs {
             let reach = Gate::reach(noise, Gate::INCLINATION);
             let held = &mut self.inclination[i];
             flags |= held.take(link.inclination, dt, limit::ANGLE, reach);
-            let reach = Gate::reach(budget.rate_noise, Gate::RATE);
+            let noise_of_rate = root_sum_square(budget.rate_noise, self.joint_noise[i]);
+            let reach = Gate::reach(noise_of_rate, Gate::RATE);
             flags |= self.rate[i].take(link.rate, dt, limit::RATE, reach);
         }
         flags

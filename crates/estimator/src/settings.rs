@@ -173,8 +173,15 @@ impl NoiseBudget {
     /// mass are from each other.
     #[must_use]
     pub fn of_body_sensors(self, robot: &Robot, pin: [f64; 2], speed: f64, period: f64) -> Self {
-        let [noise, bias] = pin;
-        let rate = BodyMount::new(&robot.geometry, noise).rate_sigma(speed, period);
+        let rate = BodyMount::new(&robot.geometry, pin[0]).rate_sigma(speed, period);
+        Self {
+            rate_noise: root_sum_square(self.rate_noise, rate),
+            ..self.of_joint(robot, pin)
+        }
+    }
+
+    /// The same without what the joint adds to the rates.
+    pub(crate) fn of_joint(self, robot: &Robot, [noise, bias]: [f64; 2]) -> Self {
         let links = &robot.geometry.link_cg[..2];
         let away = |link: &Vec2| robhaz_model::sqrt((link - robot.geometry.body_cg).norm_squared());
         let place = links.iter().map(away).fold(0.0, f64::max);
@@ -182,7 +189,6 @@ impl NoiseBudget {
             inclination_noise: root_sum_square(self.inclination_noise, noise),
             inclination_bias: root_sum_square(self.inclination_bias, bias),
             inclination_place: root_sum_square(self.inclination_place, place),
-            rate_noise: root_sum_square(self.rate_noise, rate),
             ..self
         }
     }

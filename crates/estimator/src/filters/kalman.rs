@@ -39,6 +39,15 @@ impl Innovation {
     pub fn nis(&self) -> f64 {
         self.value * self.value / self.variance
     }
+
+    /// The variance with which it corrects: beyond `gate` standard deviations inflated until it lies
+    /// there. `None` where a number is not finite.
+    pub fn inflated(&self, gate: f64) -> Option<f64> {
+        let nis = self.nis();
+        // Written so that a NaN is rejected too.
+        let finite = self.variance > 0.0 && nis < f64::INFINITY;
+        finite.then(|| self.variance * (nis / (gate * gate)).max(1.0))
+    }
 }
 
 /// States that are exactly zero.
@@ -135,11 +144,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
             value: innovation,
             variance: projection.variance + r,
         };
-        let nis = found.nis();
-        // Written so that a NaN is rejected too.
-        if found.variance > 0.0 && nis < f64::INFINITY {
-            let beyond = nis / (gate * gate);
-            let s = found.variance * beyond.max(1.0);
+        if let Some(s) = found.inflated(gate) {
             self.apply(estimated, &projection.ph, innovation, s);
         }
         found
@@ -147,7 +152,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
 
     /// `x += K innovation` and `P -= K S K'` with the gain `K = P h/S`, zero for all but the first
     /// `estimated` states.
-    fn apply(&mut self, estimated: usize, ph: &[f64; N], innovation: f64, s: f64) {
+    pub fn apply(&mut self, estimated: usize, ph: &[f64; N], innovation: f64, s: f64) {
         let estimated = estimated.min(N - CONSIDERED);
         let root = 1.0 / robhaz_model::sqrt(s);
         // K S K' as k k' is symmetric to the bit.

@@ -36,6 +36,9 @@ pub struct LinkAngleKalman {
     expected: f64,
     /// Time since the gyroscope was last read, s.
     unread: f64,
+    /// What a rate that follows from the angle of a joint errs by in addition to the gyroscope's
+    /// noise, rad/s.
+    pub joint_noise: f64,
     /// Whether it has had its first reading.
     pub started: bool,
 }
@@ -81,6 +84,11 @@ impl LinkAngleKalman {
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
+    /// Standard deviation of a rate at one sample, rad/s.
+    fn rate_noise(&self, budget: &NoiseBudget) -> f64 {
+        root_sum_square(budget.rate_noise, self.joint_noise)
+    }
+
     /// Jumps of the gyroscope: the turn (rad) that readings have shown that were left out, and the
     /// change (rad/s) of one that is left out now. It can be an impact that no reading has confirmed
     /// yet: the link's acceleration errs by it.
@@ -89,7 +97,7 @@ impl LinkAngleKalman {
             self.filter.x[ANGLE] += turn;
             self.unread = 0.0;
         }
-        let smoothing = smoothing_time(budget.rate_noise / TYPICAL.rate_noise);
+        let smoothing = smoothing_time(self.rate_noise(budget) / TYPICAL.rate_noise);
         self.unconfirmed = left_out / smoothing;
     }
 
@@ -126,7 +134,7 @@ impl LinkAngleKalman {
         self.predict(budget, dt, readings.rate);
         // The low-pass filtered rate takes over a change that only an impact can cause.
         let change = self.rate - last;
-        let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
+        let noise = GATE * core::f64::consts::SQRT_2 * self.rate_noise(budget);
         if !held && readings.rate.is_some() && change.abs() > noise.max(IMPACT * dt) {
             self.smooth_rate += change;
             self.followed += change;
@@ -153,7 +161,7 @@ impl LinkAngleKalman {
     /// Integrates the rate over `dt` (s) by the trapezoidal rule.
     fn predict(&mut self, budget: &NoiseBudget, dt: f64, rate: Option<f64>) {
         let last = self.rate;
-        let mut walk = budget.rate_noise * dt;
+        let mut walk = self.rate_noise(budget) * dt;
         match rate {
             Some(rate) => {
                 self.rate = rate - self.filter.x[BIAS];
@@ -179,9 +187,10 @@ impl LinkAngleKalman {
     /// Low-pass filtered rate and its derivative, and what they miss.
     fn smooth(&mut self, budget: &NoiseBudget, dt: f64) {
         if dt > 0.0 {
-            let smoothing = smoothing_time(budget.rate_noise / TYPICAL.rate_noise);
+            let noise = self.rate_noise(budget);
+            let smoothing = smoothing_time(noise / TYPICAL.rate_noise);
             let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
-            let of_jump = if ahead.abs() > GATE * budget.rate_noise {
+            let of_jump = if ahead.abs() > GATE * noise {
                 ahead * ahead / (smoothing * smoothing)
             } else {
                 0.0

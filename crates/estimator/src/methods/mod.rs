@@ -5,5 +5,5 @@ mod kalman;
 mod paper;
 mod wheel;
 
-pub(crate) use kalman::KalmanFilters;
+pub(crate) use kalman::{Across, KalmanFilters, SideState, Step};
 pub(crate) use paper::PaperFilters;

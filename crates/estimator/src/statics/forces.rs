@@ -27,6 +27,14 @@ impl Forces {
         }
     }
 
+    /// Multiplies all forces by a factor.
+    pub fn scale(&mut self, factor: f64) {
+        let forces = self.normal.iter_mut().chain(&mut self.traction);
+        forces.for_each(|force| *force *= factor);
+        let entries = self.covariance.iter_mut().flatten();
+        entries.for_each(|entry| *entry *= factor * factor);
+    }
+
     /// Standard deviation of N of wheel `i`, N.
     pub fn sigma_normal(&self, i: usize) -> f64 {
         let k = 2 * i + 1;

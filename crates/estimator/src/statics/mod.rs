@@ -32,4 +32,6 @@ pub use load_parameters::{
 };
 pub use loads::{LinkageMotion, Load, Loads};
 pub(crate) use other_side::OtherSide;
-pub(crate) use solve::{RightSide, Sensitivity, Traction, input, sensitivity, solve};
+pub(crate) use solve::{
+    CAUSES, RightSide, Sensitivity, Traction, causes, input, sensitivity, solve,
+};

@@ -223,11 +223,11 @@ impl Joint {
 /// through the tractions.
 const DIRECT: usize = input::TORQUE_OFFSET;
 /// What errs in the equations: direct inputs and the three tractions.
-const CAUSES: usize = DIRECT + 3;
+pub(crate) const CAUSES: usize = DIRECT + 3;
 
 /// Covariance of direct inputs and tractions, SI: the inputs' part, and the observers' noise of the
 /// tractions.
-fn causes(
+pub(crate) fn causes(
     tractions: &[Traction; 3],
     inputs: &impl Fn(usize, usize) -> f64,
 ) -> [[f64; CAUSES]; CAUSES] {

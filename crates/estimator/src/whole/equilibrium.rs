@@ -141,6 +141,22 @@ impl WholeEquilibrium {
         })
     }
 
+    /// The rows of a load on a link: force (N) in a point relative to O (m), and moment (N m).
+    pub fn of_load(&self, link: Link, at: Vec3, force: Vec3, moment: Vec3) -> Rows {
+        let frame = (self.coupling, &self.q, self.lever);
+        rows(frame, link, at, force, moment)
+    }
+
+    /// What moving a normal force N along its wheel's tangent by a distance (m) adds to the rows;
+    /// zero beyond the sixth wheel.
+    pub(crate) fn of_shift(&self, i: usize, distance: f64, normal: f64) -> Rows {
+        let (Some(contact), Some(link)) = (self.contacts.get(i), self.links.get(i)) else {
+            return Rows::zeros();
+        };
+        let moment = (contact.tangent * distance).cross(&(contact.normal * normal));
+        self.of_load(*link, Vec3::zeros(), Vec3::zeros(), moment)
+    }
+
     /// The rows of a force on wheel `i`, N, in a point relative to O, m.
     pub fn of_force(&self, i: usize, at: Vec3, force: Vec3) -> Rows {
         let frame = (self.coupling, &self.q, self.lever);

@@ -6,6 +6,8 @@
 //! | weight and inertia of the parts | `loads.rs` |
 //! | the nine rows: forces, moments, coupling, bogies | `equilibrium.rs` |
 //! | weighted least squares for six N, with covariance | `solve.rs` |
+//! | from both sides' filters to the inputs of the rows | `inputs.rs` |
+//! | readings of both sides in, forces of six wheels out | `estimator.rs` |
 //!
 //! Vectors are in the body frame: origin O on [`WholeRover::pivot`] in the middle plane, x forward,
 //! y left, z up. Links turn nose up, which is about -y; roll is about x, left side up; yaw about z,
@@ -16,11 +18,14 @@
 //! [`WholeRover::pivot`]: robhaz_model::WholeRover::pivot
 
 mod equilibrium;
+mod estimator;
+mod inputs;
 mod loads;
 mod posture;
 mod solve;
 
 pub use equilibrium::{ROWS, Rows, WholeEquilibrium};
+pub use estimator::{TipLine, WholeEstimate, WholeEstimator, WholeFrame};
 pub use loads::{JointMotion, WholeMotion};
 pub use posture::{Contact, Joints, Link, WholePosture};
 pub use solve::{INPUTS, InputCovariance, WholeForces, input};

@@ -30,9 +30,9 @@ const FORCE_Z: usize = 2;
 // What no input accounts for, in mean loads of a wheel.
 
 /// Axial forces beyond the part that is proportional to N, where the wheels do not push each other:
-/// half a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
+/// a third of a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
 /// sensitive.
-const AXIAL: f64 = 0.1;
+const AXIAL: f64 = 0.05;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
 /// radius. Chosen; sensitive.
 const DRILLING: f64 = 0.2;
@@ -50,6 +50,8 @@ pub struct WholeForces {
     pub covariance: Matrix6<f64>,
     /// Covariance of the errors of N and of the inputs, in the order of [`input`].
     pub with_inputs: SMatrix<f64, 6, INPUTS>,
+    /// Derivatives of N by the right side of the rows.
+    pub gain: [Rows; 6],
     /// Axial force over N, by which the force y is carried.
     pub axial: f64,
     /// Squared distance of the rows from what their covariance allows: chi-square with three
@@ -57,7 +59,23 @@ pub struct WholeForces {
     pub misfit: f64,
 }
 
+/// A combination of the rows in which no normal force occurs, over the deviation of its error.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Parity {
+    /// Zero of exact inputs.
+    pub value: f64,
+    /// Derivatives by the inputs, in the order of [`input`].
+    pub gradient: [f64; INPUTS],
+}
+
 impl WholeForces {
+    /// Adds an error of the rows with the deviation `constant`, N, to the covariance of N: one that
+    /// lasts, or that no row shows. It changes no estimate.
+    pub fn consider(&mut self, constant: &Rows) {
+        let moved: Vector6<f64> = along(&self.gain, constant);
+        self.covariance += moved * moved.transpose();
+    }
+
     /// Standard deviation of N of wheel `i`, N; not a number beyond the sixth.
     pub fn sigma_normal(&self, i: usize) -> f64 {
         let variance = self.covariance.get((i, i));
@@ -85,6 +103,21 @@ fn whitener<const N: usize>(columns: &[SVector<f64, N>; N]) -> Option<[SVector<f
         rows[i] = row / robhaz_model::sqrt(pivot);
     }
     Some(rows)
+}
+
+/// The unit vector along the part of `vector` that is orthogonal to the `base`. `None` where there is
+/// none.
+#[inline(always)]
+fn beside(base: &[Rows], vector: Rows) -> Option<Rows> {
+    let mut left = vector;
+    // Twice: once leaves rounding of the parts that are taken out.
+    for _ in 0..2 {
+        for done in base {
+            left -= done * done.dot(&left);
+        }
+    }
+    let square = left.norm_squared();
+    (square > 1e-20 * vector.norm_squared()).then(|| left / robhaz_model::sqrt(square))
 }
 
 /// `sum_k columns_k x_k`.
@@ -163,17 +196,8 @@ impl WholeEquilibrium {
         least * least + sum / 6.0
     }
 
-    /// Weighted least squares, linearised at the forces `normal`, N.
-    #[inline(always)]
-    fn fit(
-        &self,
-        y: &Rows,
-        traction: &[f64; 6],
-        normal: &[f64; 6],
-        inputs: &InputCovariance,
-    ) -> Result<WholeForces, WholeError> {
-        let axial = self.axial_share(y, normal);
-        // What an error of each input does to `f - H_T T - H_N N`.
+    /// What an error of each input does to `f - H_T T - H_N N`.
+    fn effects(&self, traction: &[f64; 6], normal: &[f64; 6]) -> [Rows; INPUTS] {
         let mut effects = [Rows::zeros(); INPUTS];
         let (direct, of_wheels) = effects.split_at_mut(input::CONTACT_ANGLE);
         direct.copy_from_slice(&self.by_specific_force);
@@ -184,7 +208,18 @@ impl WholeEquilibrium {
         for (effect, column) in of_tractions.iter_mut().zip(&self.h_t) {
             *effect = -column;
         }
-        // Covariances of the rows with the inputs, and of the rows.
+        effects
+    }
+
+    /// Covariance of the rows, by columns, and of the rows with the inputs.
+    #[inline(always)]
+    fn row_covariance(
+        &self,
+        effects: &[Rows; INPUTS],
+        traction: &[f64; 6],
+        normal: &[f64; 6],
+        inputs: &InputCovariance,
+    ) -> ([Rows; ROWS], [Rows; INPUTS]) {
         let mut with = [Rows::zeros(); INPUTS];
         let mut covariance = [Rows::zeros(); ROWS];
         let mut add = |a: &Rows, b: &Rows| {
@@ -193,7 +228,7 @@ impl WholeEquilibrium {
             }
         };
         for (j, with) in with.iter_mut().enumerate() {
-            *with = combined(&effects, inputs.column(j).iter().copied());
+            *with = combined(effects, inputs.column(j).iter().copied());
             add(with, &effects[j]);
         }
         let of_axial = self.axial_variance(traction, normal);
@@ -209,6 +244,67 @@ impl WholeEquilibrium {
             };
             column[k] += (ROW * ROW + drilling) * self.mean_load * self.mean_load;
         }
+        (covariance, with)
+    }
+
+    /// The three combinations of the rows in which no normal force occurs, about the solution
+    /// `found`: each with its value and its derivatives by the inputs, over the deviation of its
+    /// error by axial forces, drilling, places, and by `noise`, a covariance of the inputs. Their
+    /// errors are independent.
+    #[inline(always)]
+    pub(crate) fn parities(
+        &self,
+        traction: &[f64; 6],
+        found: &WholeForces,
+        noise: &InputCovariance,
+    ) -> Option<[Parity; 3]> {
+        let effects = self.effects(traction, &found.normal);
+        let (covariance, _) = self.row_covariance(&effects, traction, &found.normal, noise);
+        let white = whitener(&covariance)?;
+        // An orthonormal base of what the normal forces reach.
+        let mut base = [Rows::zeros(); ROWS];
+        for i in 0..6 {
+            let column = self.h_n[i] + self.h_a[i] * found.axial;
+            base[i] = beside(&base[..i], along(&white, &column))?;
+        }
+        let y = along(&white, &self.right_side(traction));
+        let mut parities = [Parity::default(); 3];
+        for (k, parity) in parities.iter_mut().enumerate() {
+            // The axis that is farthest from what is there already.
+            let left = |axis: usize| {
+                let row = |done: &Rows| done.get(axis).copied().unwrap_or(0.0);
+                1.0 - base[..6 + k]
+                    .iter()
+                    .map(|done| row(done) * row(done))
+                    .sum::<f64>()
+            };
+            let farthest = (1..ROWS).fold(0, |a, b| if left(b) > left(a) { b } else { a });
+            let mut unit = Rows::zeros();
+            if let Some(entry) = unit.get_mut(farthest) {
+                *entry = 1.0;
+            }
+            let direction = beside(&base[..6 + k], unit)?;
+            base[6 + k] = direction;
+            parity.value = direction.dot(&y);
+            for (derivative, effect) in parity.gradient.iter_mut().zip(&effects) {
+                *derivative = direction.dot(&along(&white, effect));
+            }
+        }
+        Some(parities)
+    }
+
+    /// Weighted least squares, linearised at the forces `normal`, N.
+    #[inline(always)]
+    fn fit(
+        &self,
+        y: &Rows,
+        traction: &[f64; 6],
+        normal: &[f64; 6],
+        inputs: &InputCovariance,
+    ) -> Result<WholeForces, WholeError> {
+        let axial = self.axial_share(y, normal);
+        let effects = self.effects(traction, normal);
+        let (covariance, with) = self.row_covariance(&effects, traction, normal, inputs);
         let white = whitener(&covariance).ok_or(WholeError::Singular)?;
 
         let mut columns = self.h_n;
@@ -244,6 +340,7 @@ impl WholeEquilibrium {
             normal,
             covariance,
             with_inputs,
+            gain,
             axial,
             misfit: along(&white, &left).norm_squared(),
         })

@@ -7,6 +7,7 @@
     reason = "a test stops at the first surprise; one index for several arrays"
 )]
 
+mod drives;
 mod rover;
 mod truth;
 

@@ -55,7 +55,7 @@ impl MotionFilter {
                 (CONTACT_ANGLE + i, of_angle),
             ],
             innovation: -velocity.away - self.filter.x[PENETRATION + i],
-            white: 0.0,
+            white: wheel.joint_noise * wheel.joint_noise,
             correlated: [
                 wheel.noise(sample.dt),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),

@@ -3,6 +3,7 @@
 //!
 //! From [`INPUTS`] on the states are the uncertain inputs of eq. (8), in the order of [`input`].
 
+use super::coupled::Guests;
 use super::modes::Modes;
 use super::tuning::{self, GaussMarkov};
 use crate::deviation::GATE;
@@ -50,6 +51,8 @@ pub(crate) struct MotionFilter {
     pub(super) modes: Modes,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
+    /// Covariance with the other side's states: of a side of a whole rover (`coupled.rs`).
+    pub(super) guests: Option<Guests>,
 }
 
 impl MotionFilter {
@@ -78,6 +81,19 @@ impl MotionFilter {
             filter,
             modes: Modes::default(),
             since_acceleration: 0.0,
+            guests: None,
+        }
+    }
+
+    /// Sets a state, independent of all others.
+    pub(super) fn set(&mut self, state: usize, value: f64, sigma: f64) {
+        self.filter.set(state, value, sigma);
+        if let Some(row) = self
+            .guests
+            .as_mut()
+            .and_then(|guests| guests.get_mut(state))
+        {
+            *row = [0.0; COUNT];
         }
     }
 
@@ -278,6 +294,19 @@ impl MotionFilter {
                 }
             }
         }
+        if let Some(guests) = &mut self.guests {
+            for i in 0..2 {
+                let of_acceleration = guests[ACCELERATION + i];
+                for (entry, added) in guests[VELOCITY + i].iter_mut().zip(of_acceleration) {
+                    *entry += dt * added;
+                }
+            }
+            for (row, keep) in guests.iter_mut().zip(keep) {
+                for entry in row {
+                    *entry *= keep;
+                }
+            }
+        }
     }
 
     /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (rad) the stationary standard deviation of
@@ -314,13 +343,12 @@ impl MotionFilter {
     /// loads.
     pub fn discard_errors(&mut self, budget: &NoiseBudget) {
         for i in 0..3 {
-            self.filter
-                .set(TORQUE_OFFSET + i, 0.0, budget.torque_offset);
+            self.set(TORQUE_OFFSET + i, 0.0, budget.torque_offset);
             let angle = self.filter.x[CONTACT_ANGLE + i];
             let sigma = angle_sigma(budget, self.angles);
-            self.filter.set(CONTACT_ANGLE + i, angle, sigma);
+            self.set(CONTACT_ANGLE + i, angle, sigma);
         }
-        self.filter.set(GEAR_FRICTION, 0.0, budget.gear_friction);
+        self.set(GEAR_FRICTION, 0.0, budget.gear_friction);
     }
 
     /// The robot stands at this sample: velocity and acceleration are zero.
@@ -335,14 +363,13 @@ impl MotionFilter {
     /// unmodelled load is at least that.
     pub fn stand(&mut self, mean_load: f64) {
         for i in 0..2 {
-            self.filter.set(VELOCITY + i, 0.0, tuning::VELOCITY_AT_REST);
-            self.filter
-                .set(ACCELERATION + i, 0.0, tuning::ACCELERATION.sigma);
+            self.set(VELOCITY + i, 0.0, tuning::VELOCITY_AT_REST);
+            self.set(ACCELERATION + i, 0.0, tuning::ACCELERATION.sigma);
         }
         if self.angles == ContactAngles::Unknown {
             for state in CONTACT_ANGLE..CONTACT_ANGLE + 3 {
                 let angle = self.filter.x[state];
-                self.filter.set(state, angle, tuning::HELD_ANGLE);
+                self.set(state, angle, tuning::HELD_ANGLE);
             }
             // The root of three times 3/4.
             let second_order = 1.5 * mean_load * tuning::HELD_ANGLE * tuning::HELD_ANGLE;

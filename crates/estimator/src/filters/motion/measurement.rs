@@ -83,12 +83,14 @@ impl MotionFilter {
         expected: &Expected,
         dt: f64,
     ) {
-        self.filter.correct(
-            COUNT,
-            &expected.projection,
-            measurement.innovation,
-            measurement.noise(dt),
-            measurement.gate,
-        );
+        let Expected { projection, .. } = expected;
+        let found = Innovation {
+            value: measurement.innovation,
+            variance: projection.variance + measurement.noise(dt),
+        };
+        if let Some(s) = found.inflated(measurement.gate) {
+            self.correct_guests(&measurement.row, &projection.ph, s);
+            self.filter.apply(COUNT, &projection.ph, found.value, s);
+        }
     }
 }

@@ -24,6 +24,7 @@
 
 mod acceleration;
 mod closure;
+mod coupled;
 mod direction;
 mod filter;
 mod measurement;
@@ -36,6 +37,7 @@ mod tests;
 mod tuning;
 
 pub(crate) use acceleration::SensedAcceleration;
+pub(crate) use coupled::JointMeasurement;
 pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use rolling::RollingWheel;

@@ -22,6 +22,11 @@ pub(crate) struct RollingWheel {
     pub noise_sigma: f64,
     /// Time over which that noise is averaged in `relative`, s; 0 where it is not.
     pub noise_time: f64,
+    /// Part of the standard deviation of `relative` that the angle of a joint causes which gives the
+    /// rate of its link, m/s.
+    pub joint_noise: f64,
+    /// Sideways speed of a wheel that is dragged across, m/s: its slip along is not that of its T/N.
+    pub dragged: f64,
     /// Given contact angle, rad.
     pub angle: f64,
     /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega
@@ -59,11 +64,22 @@ impl RollingWheel {
         GaussMarkov::new(self.noise_sigma * left, self.noise_time)
     }
 
+    /// Standard deviation of `relative`, m/s.
+    pub(super) fn turning_sigma(&self) -> f64 {
+        let of_gyroscope = root_sum_square(self.bias_sigma, self.noise_sigma);
+        root_sum_square(of_gyroscope, self.joint_noise)
+    }
+
+    /// Variance of `relative` that is new at each sample, m^2/s^2.
+    pub(super) fn white(&self) -> f64 {
+        self.noise_sigma * self.noise_sigma + self.joint_noise * self.joint_noise
+    }
+
     /// Density of the noise of the wheel's slip at low frequencies, m^2/s, at samples every `dt`
     /// (s): white noise of the gyroscope, and what the observer of the rim's speed leaves.
     pub(super) fn slip_density(&self, dt: f64) -> f64 {
         let rim = GaussMarkov::new(self.rim_sigma, tuning::FILTER_TIME);
-        (self.noise_sigma * self.noise_sigma + rim.white(dt)) * dt
+        (self.white() + rim.white(dt)) * dt
     }
 }
 
@@ -129,7 +145,7 @@ impl MotionFilter {
     /// nothing: all of the rim's speed is slip.
     pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel, dt: f64) -> RollingResiduals {
         let creep = self.creep(i) * wheel.ratio;
-        let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
+        let noise = wheel.turning_sigma();
         RollingResiduals {
             away: 0.0,
             away_sigma: noise,

@@ -31,7 +31,7 @@ fn variance_factor(ratio: f64) -> f64 {
 
 impl MotionFilter {
     /// The measurement of one wheel, whose rim has the speed `rim`, m/s.
-    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<7, 4> {
+    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<7, 5> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
         let (creep, slip) = (self.creep(i), self.creep(i) * wheel.ratio);
         // Derivative of the slip with respect to a torque error, which changes T/N.
@@ -39,7 +39,8 @@ impl MotionFilter {
         // The derivatives by the torque errors are those at the estimated N. Where N is not beyond
         // its own deviation, T/N has no slope that the torques could be found from.
         let load_known = wheel.load_sigma < 1.0;
-        let on = if sample.correct && velocity.rolls() && load_known {
+        let free = sample.correct && wheel.dragged <= 0.0;
+        let on = if free && velocity.rolls() && load_known {
             1.0
         } else {
             0.0
@@ -66,12 +67,13 @@ impl MotionFilter {
                 (TORQUE_GAIN + i, on * by_offset * wheel.torque),
             ],
             innovation: rim * (1.0 + self.filter.x[RADIUS + i]) - velocity.speed - slip,
-            white: wheel.noise_sigma * wheel.noise_sigma,
+            white: wheel.white(),
             correlated: [
                 GaussMarkov::new(beyond.sigma * nonlinear, beyond.time),
                 GaussMarkov::new(of_creep, tuning::SLIP.time),
                 GaussMarkov::new(of_observer, tuning::FILTER_TIME),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
+                GaussMarkov::new(wheel.dragged, tuning::SLIP.time),
             ],
             inflation: self.inflation_of_rolling(sample.dt),
             gate: GATE,
@@ -88,7 +90,7 @@ impl MotionFilter {
             beyond_creep: found.value,
             creep: self.creep(i) * wheel.ratio,
             variance: found.variance,
-            noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
+            noise: wheel.turning_sigma(),
             density: wheel.slip_density(sample.dt),
         };
         if found.nis() > GATE * GATE {

@@ -28,6 +28,8 @@ fn wheel(random: &mut Random) -> RollingWheel {
         torque: random.normal(),
         bias_sigma: 1e-3,
         noise_sigma: 1e-3,
+        joint_noise: 0.0,
+        dragged: 0.0,
         noise_time: 5e-3,
         torque_sigma: 0.05,
         rim_sigma: 0.0,
@@ -122,6 +124,8 @@ fn rolling_determines_the_velocity() {
             torque: 0.0,
             bias_sigma: 0.0,
             noise_sigma: 0.0,
+            joint_noise: 0.0,
+            dragged: 0.0,
             noise_time: 5e-3,
             torque_sigma: 0.05,
             rim_sigma: 0.0,
@@ -164,6 +168,8 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
                 rim_speed: None,
                 bias_sigma: 0.0,
                 noise_sigma: 2e-3,
+                joint_noise: 0.0,
+                dragged: 0.0,
                 ..wheel(&mut random)
             })
         });

@@ -3,9 +3,12 @@
 
 mod checks;
 mod motion;
+mod side;
 mod statics;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use side::SideState;
 
 use super::wheel::Wheel;
 use crate::contact::{
@@ -54,6 +57,27 @@ pub(crate) struct KalmanFilters {
     health: HealthMonitor,
     scale: ScaleFilter,
     push: PushFilter,
+    pub across: Across,
+}
+
+/// What lies across does to a side of a whole rover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Across {
+    /// Velocity of each axle relative to Q by turning about other axes than that of the links, m/s.
+    pub velocity: [Vec2; 3],
+    /// Place of each axle relative to that in the plane of the side, m.
+    pub place: [Vec2; 3],
+    /// Sideways speed of each wheel that is dragged across, m/s; 0 of one that rolls.
+    pub dragged: [f64; 3],
+}
+
+impl Across {
+    /// Of a robot in the plane.
+    pub const NONE: Self = Self {
+        velocity: [Vec2::new(0.0, 0.0); 3],
+        place: [Vec2::new(0.0, 0.0); 3],
+        dragged: [0.0; 3],
+    };
 }
 
 /// What an instant brings before its forces are known.
@@ -99,6 +123,7 @@ impl KalmanFilters {
             health: HealthMonitor::default(),
             scale: checks::scale_filter(robot, budget),
             push: PushFilter::new(3.0 * mean_load),
+            across: Across::NONE,
         }
     }
 
@@ -188,12 +213,7 @@ impl KalmanFilters {
 
     /// Contact, health, friction and the estimate, for the forces that the equations of `step` give.
     #[inline(always)]
-    pub fn conclude(
-        &mut self,
-        instant: &Instant<'_>,
-        step: Step,
-        mut forces: Forces,
-    ) -> Estimate {
+    pub fn conclude(&mut self, instant: &Instant<'_>, step: Step, mut forces: Forces) -> Estimate {
         let nominal = instant.nominal;
         let settings = &nominal.settings;
         let Step {
@@ -226,7 +246,8 @@ impl KalmanFilters {
 
         let mut flags = instant.flags | Nominal::unloaded(self.loaded);
         flags |= Flags::SPINS_IN_PLACE.when(self.standing.stands);
-        flags |= nominal.at_stop(equations.link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
+        flags |=
+            nominal.at_stop(equations.link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
         flags |= Flags::CONTRADICTION.when(!health.faulty.is_empty());
         if settings.nonnegative {
             forces.bound();
@@ -275,6 +296,7 @@ impl KalmanFilters {
             };
             let force_angle = self.last_force_angle[i];
             let link = &mut self.links[i];
+            link.joint_noise = instant.inputs.joint_noise[i];
             if link.started {
                 link.jump(budget, rate.late, rate.left_out());
                 let innovation = link.update(budget, instant.dt, &readings, force_angle);
@@ -305,7 +327,7 @@ impl KalmanFilters {
             dt: instant.dt,
             velocity: self.motion.velocity() * scale,
             velocity_covariance: self.motion.velocity_covariance(),
-            axles: arms.axles,
+            axles: [0, 1, 2].map(|i| arms.axles[i] + self.across.place[i]),
             contact_angle: [angle(0), angle(1), angle(2)],
             touches: self.loaded,
         };

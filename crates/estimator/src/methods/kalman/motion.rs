@@ -152,10 +152,12 @@ impl KalmanFilters {
         };
         let read = inputs.encoder[i].angle.age <= Inputs::STALE_AFTER;
         RollingWheel {
-            relative: across * rate,
-            smooth_relative: across * link.smooth_rate,
+            relative: across * rate + self.across.velocity[i],
+            smooth_relative: across * link.smooth_rate + self.across.velocity[i],
             bias_sigma: arm * link.rate_bias().1,
             noise_sigma: arm * settings.budget.rate_noise,
+            joint_noise: arm * link.joint_noise,
+            dragged: self.across.dragged[i],
             noise_time,
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),

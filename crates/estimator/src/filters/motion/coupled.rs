@@ -1,0 +1,145 @@
+//! Two motion filters as one: those of both sides of a whole rover. What a measurement of both ties
+//! together is their covariance, which each filter keeps while it takes its own measurements.
+//!
+//! A side's own measurements do not correct the other side's states: these are considered (Schmidt),
+//! which keeps what is stated right and loses little, since what ties the sides are errors that last.
+
+use super::filter::{CONSIDERED, COUNT, INPUTS, MotionFilter};
+use super::tuning::GaussMarkov;
+use crate::deviation::GATE;
+use crate::filters::{Innovation, Projection};
+use crate::statics::input;
+
+/// Covariance of each state of a filter with each of another's.
+pub(crate) type Guests = [[f64; COUNT]; COUNT];
+
+/// A measurement of the uncertain inputs of both sides.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointMeasurement {
+    /// Measured minus predicted.
+    pub innovation: f64,
+    /// Derivatives by the uncertain inputs of both sides, in the order of [`input`].
+    pub gradient: [[f64; input::COUNT]; 2],
+    /// Deviation of its error at one sample, which lasts for [`Self::LASTS`].
+    pub sigma: f64,
+}
+
+impl JointMeasurement {
+    /// Correlation time of what its equations do not know, s: axial forces last for some tenths of
+    /// a metre of ground.
+    /// Chosen; insensitive.
+    const LASTS: f64 = 1.0;
+}
+
+impl MotionFilter {
+    /// The covariance with the other side, as that side's filter has it.
+    pub fn guests_of_other(&self) -> Guests {
+        let mut turned = [[0.0; COUNT]; COUNT];
+        if let Some(guests) = &self.guests {
+            for (i, row) in guests.iter().enumerate() {
+                for (column, entry) in turned.iter_mut().zip(row) {
+                    column[i] = *entry;
+                }
+            }
+        }
+        turned
+    }
+
+    /// Takes over the covariance with the other side.
+    pub fn set_guests(&mut self, guests: Guests) {
+        self.guests = Some(guests);
+    }
+
+    /// The guests' part of a correction with the row `h`, the covariances `ph` and the variance `s`.
+    pub(super) fn correct_guests(&mut self, h: &[(usize, f64)], ph: &[f64; COUNT], s: f64) {
+        let Some(guests) = &mut self.guests else {
+            return;
+        };
+        let mut with = [0.0; COUNT];
+        for &(state, value) in h {
+            if let Some(row) = guests.get(state) {
+                for (with, entry) in with.iter_mut().zip(row) {
+                    *with += value * entry;
+                }
+            }
+        }
+        for (row, ph) in guests.iter_mut().zip(ph).take(COUNT - CONSIDERED) {
+            let gain = ph / s;
+            for (entry, with) in row.iter_mut().zip(&with) {
+                *entry -= gain * with;
+            }
+        }
+    }
+
+    /// Corrects both sides by a measurement of both, `dt` (s) after the last: `left` keeps the
+    /// covariance of both. One beyond its gate shows what the equations do not hold for, and
+    /// corrects nothing. Returns the innovation with its predicted variance.
+    pub fn correct_both(
+        left: &mut Self,
+        right: &mut Self,
+        measurement: &JointMeasurement,
+        dt: f64,
+    ) -> Innovation {
+        let rows = measurement.gradient.map(|gradient| {
+            core::array::from_fn::<_, { input::COUNT }, _>(|k| (INPUTS + k, gradient[k]))
+        });
+        let mut projections = [
+            left.filter.project(&rows[0]),
+            right.filter.project(&rows[1]),
+        ];
+        let mut variance = projections[0].variance + projections[1].variance;
+        if let Some(guests) = &left.guests {
+            let [of_left, of_right] = &mut projections;
+            for (ph, row) in of_left.ph.iter_mut().zip(guests) {
+                for (k, value) in rows[1] {
+                    *ph += row.get(k).map_or(0.0, |entry| entry * value);
+                }
+            }
+            for (k, value) in rows[0] {
+                if let Some(row) = guests.get(k) {
+                    for (ph, entry) in of_right.ph.iter_mut().zip(row) {
+                        *ph += entry * value;
+                    }
+                    for (other, of_other) in rows[1] {
+                        variance += 2.0 * value * of_other * row.get(other).copied().unwrap_or(0.0);
+                    }
+                }
+            }
+        }
+        let found = Innovation {
+            value: measurement.innovation,
+            variance: variance + measurement.sigma * measurement.sigma,
+        };
+        let lasting = GaussMarkov::new(measurement.sigma, JointMeasurement::LASTS);
+        let s = variance + lasting.white(dt);
+        if found.inflated(GATE) == Some(found.variance) && s > 0.0 {
+            Self::apply_both(left, right, &projections, found.value, s);
+        }
+        found
+    }
+
+    fn apply_both(
+        left: &mut Self,
+        right: &mut Self,
+        [of_left, of_right]: &[Projection<COUNT>; 2],
+        innovation: f64,
+        s: f64,
+    ) {
+        left.filter.apply(COUNT, &of_left.ph, innovation, s);
+        right.filter.apply(COUNT, &of_right.ph, innovation, s);
+        let guests = left.guests.get_or_insert([[0.0; COUNT]; COUNT]);
+        for (i, (row, a)) in guests.iter_mut().zip(&of_left.ph).enumerate() {
+            let gain = a / s;
+            let considered = i >= COUNT - CONSIDERED;
+            // Considered states keep what they have among themselves.
+            let corrected = if considered {
+                COUNT - CONSIDERED
+            } else {
+                COUNT
+            };
+            for (entry, b) in row.iter_mut().zip(&of_right.ph).take(corrected) {
+                *entry -= gain * b;
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! What the filters of one side give to the equations of a whole rover.
+
+use super::{KalmanFilters, Step};
+use crate::frame::Inputs;
+use crate::nominal::Nominal;
+use crate::settings::NoiseBudget;
+use crate::statics::{CAUSES, causes, input};
+use robhaz_model::{Units, Vec2};
+
+/// State of one side, SI. Angles are against the horizontal, in the plane of the side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SideState {
+    /// Angles of links 1 and 2, rad, their rates, rad/s, and accelerations, rad/s^2.
+    pub links: [[f64; 3]; 2],
+    /// Standard deviation of the links' angles, rad.
+    pub angle_sigma: [f64; 2],
+    /// Velocity of Q, m/s.
+    pub velocity: Vec2,
+    /// Acceleration of Q, m/s^2.
+    pub acceleration: Vec2,
+    /// Spin of the wheels relative to their links, rad/s and rad/s^2.
+    pub spin: [[f64; 2]; 3],
+    /// Contact angles, rad.
+    pub contact_angle: [f64; 3],
+    /// Tractions, N.
+    pub traction: [f64; 3],
+    /// Covariance of the errors of acceleration x, y, contact angles and tractions.
+    pub covariance: [[f64; CAUSES]; CAUSES],
+    /// Standard deviations of the observers' part of the tractions, N.
+    pub observed: [f64; 3],
+    /// Derivatives of acceleration x, y, contact angles and tractions by the filters' uncertain
+    /// inputs.
+    by_inputs: [[f64; input::COUNT]; CAUSES],
+}
+
+impl SideState {
+    /// Derivatives by the filters' uncertain inputs of what has these derivatives by acceleration x,
+    /// y, contact angles and tractions.
+    pub fn gradient(&self, by_causes: &[f64; CAUSES]) -> [f64; input::COUNT] {
+        let mut gradient = [0.0; input::COUNT];
+        for (by_inputs, by_cause) in self.by_inputs.iter().zip(by_causes) {
+            for (entry, by_input) in gradient.iter_mut().zip(by_inputs) {
+                *entry += by_cause * by_input;
+            }
+        }
+        gradient
+    }
+}
+
+impl KalmanFilters {
+    /// Takes the tractions anew, after the motion's states were corrected.
+    pub fn retake(&self, nominal: &Nominal, step: &mut Step) {
+        step.right.tractions = self.tractions(nominal);
+    }
+
+    /// The state after `step`.
+    pub fn side_state(
+        &self,
+        units: &Units,
+        budget: &NoiseBudget,
+        inputs: &Inputs,
+        step: &Step,
+    ) -> SideState {
+        let (time, force) = (units.time, units.force());
+        let acceleration = units.length / (time * time);
+        let links = self.links.each_ref().map(|link| {
+            let (rate, turning) = (link.smooth_rate / time, link.acceleration / (time * time));
+            [link.angle(), rate, turning]
+        });
+        let mut covariance = causes(&step.right.tractions, &|a, b| {
+            self.motion.input_covariance(a, b)
+        });
+        // An estimated contact angle is less the error that the filter's state has.
+        let unit = |k: usize| match k {
+            0..input::CONTACT_ANGLE => acceleration,
+            input::CONTACT_ANGLE..input::TORQUE_OFFSET => -1.0,
+            _ => force,
+        };
+        for (a, row) in covariance.iter_mut().enumerate() {
+            for (b, entry) in row.iter_mut().enumerate() {
+                *entry *= unit(a) * unit(b);
+            }
+        }
+        let mut by_inputs = [[0.0; input::COUNT]; CAUSES];
+        for (cause, row) in by_inputs.iter_mut().enumerate() {
+            if cause < input::TORQUE_OFFSET {
+                row[cause] = unit(cause);
+            }
+        }
+        for (i, traction) in step.right.tractions.iter().enumerate() {
+            for (k, derivative) in traction.gradient(i) {
+                by_inputs[input::TORQUE_OFFSET + i][k] += derivative * force;
+            }
+        }
+        SideState {
+            links,
+            angle_sigma: (self.links.each_ref()).map(|link| link.angle_sigma(budget)),
+            velocity: self.motion.velocity() * units.speed(),
+            acceleration: self.motion.acceleration() * acceleration,
+            spin: (self.wheels.each_ref()).map(|wheel| {
+                let spin = wheel.settled_speed().unwrap_or(0.0);
+                [spin / time, wheel.acceleration / (time * time)]
+            }),
+            contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, inputs)),
+            traction: (step.right.tractions.each_ref()).map(|t| t.value * force),
+            covariance,
+            observed: (step.right.tractions.each_ref()).map(|t| t.sigma * force),
+            by_inputs,
+        }
+    }
+}

@@ -1,0 +1,588 @@
+//! The estimator of a whole rover: readings of both sides in, forces of six wheels out.
+//!
+//! Each side has the filters of `kalman` for its links, wheels, motion and contact angles. What they
+//! find is the input of the nine rows, and the forces of the rows are those of both sides.
+
+use super::inputs::{SideInputs, consider, level_loads};
+use super::{Joints, WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
+use crate::deviation::root_sum_square;
+use crate::estimate::{Estimate, EstimateError};
+use crate::estimator::{Estimator, SideStep};
+use crate::filters::LinkAngleKalman;
+use crate::filters::motion::{JointMeasurement, MotionFilter};
+use crate::flags::Flags;
+use crate::frame::{LinkReading, SensorFrame};
+use crate::methods::{Across, SideState};
+use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
+use crate::statics::Forces;
+use robhaz_model::{
+    BodyMount, BodyReading, Coupling, PathAngle, Suspension, Units, Vec2, WholeRover,
+    WholeRoverError,
+};
+
+/// All readings of one instant, SI; `None` where one is missing. Wheels are left 1 to 3, then right
+/// 1 to 3.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WholeFrame {
+    /// Time of the sample, s; must increase from frame to frame.
+    pub time: f64,
+    /// Turn of each wheel relative to its link, rad, forward positive.
+    pub wheel_angle: [Option<f64>; 6],
+    /// Motor torque at each wheel after the gear, N m, forward positive.
+    pub motor_torque: [Option<f64>; 6],
+    /// Steering of each wheel, rad, to the left; 0 of a wheel that has had none so far.
+    pub steering: [Option<f64>; 6],
+    /// Angles of the bogies against the links that they are pivoted to, rad, nose up: left, right.
+    pub pins: [Option<f64>; 2],
+    /// Angle of the left rocker against the body, rad, nose up; of a rear bogie its roll against the
+    /// body's, left side up.
+    pub coupling: Option<f64>,
+    /// Inclination of the body, rad, nose up: `atan2(f_x, hypot(f_y, f_z))` of the specific force f
+    /// at rest.
+    pub inclination: Option<f64>,
+    /// Roll of the body, rad, left side up: `atan2(f_y, f_z)` at rest.
+    pub roll: Option<f64>,
+    /// Rates of the body, rad/s: roll (left side up), pitch (nose up), yaw (to the left).
+    pub rates: [Option<f64>; 3],
+}
+
+/// The line about which a rover would tip over first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TipLine {
+    /// Through the contacts of the left wheels.
+    #[default]
+    Left,
+    /// Through those of the right wheels.
+    Right,
+    /// Through those of the front wheels.
+    Front,
+    /// Through those of the rear wheels.
+    Rear,
+}
+
+impl TipLine {
+    /// All lines.
+    pub const ALL: [Self; 4] = [Self::Left, Self::Right, Self::Front, Self::Rear];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Front => "front",
+            Self::Rear => "rear",
+        }
+    }
+
+    /// Whether wheel `i` stands off the line: it has no load where the rover tips about it.
+    fn is_off(self, i: usize) -> bool {
+        match self {
+            Self::Left => i >= 3,
+            Self::Right => i < 3,
+            Self::Front => !i.is_multiple_of(3),
+            Self::Rear => i % 3 != 2,
+        }
+    }
+}
+
+/// Forces of the ground on the six wheels at one instant. Wheels are left 1 to 3, then right 1 to 3.
+#[derive(Clone, Copy, Debug)]
+pub struct WholeEstimate {
+    /// Time of the frame, s.
+    pub time: f64,
+    /// Normal forces in the planes of the wheels, N.
+    pub normal_force: [f64; 6],
+    /// Covariance of the normal forces, N^2. It contains what the ground's tilt across a wheel does
+    /// to the force along the ground's normal, which no reading shows.
+    pub covariance: [[f64; 6]; 6],
+    /// Tractions, N.
+    pub traction: [f64; 6],
+    /// Angle of the body, rad, nose up, and its roll, left side up.
+    pub attitude: [f64; 2],
+    /// The force of the ground on all wheels across the body, N, to the left.
+    pub lateral_force: f64,
+    /// Mean axial force of a wheel over its normal force, -: the share of the friction that a cross
+    /// slope or a turn needs. A wheel needs `hypot(T/N, axial_share)`.
+    pub axial_share: f64,
+    /// Load of the wheels off [`Self::tip_line`] over their load on level ground, -: at 0 the rover
+    /// tips over.
+    pub tip_margin: f64,
+    /// The line with the least margin.
+    pub tip_line: TipLine,
+    /// Whether wheels are dragged across, as in a skid turn: their axial forces are not known, and
+    /// what is stated is large.
+    pub dragged: bool,
+    /// Squared distance of the nine rows from what their covariance allows: chi-square with three
+    /// degrees of freedom if all that is stated holds.
+    pub misfit: f64,
+    /// What each side's filters state, with the forces above: left, right.
+    pub sides: [Estimate; 2],
+}
+
+impl WholeEstimate {
+    /// Standard deviation of N of wheel `i` (0 to 5), N.
+    pub fn sigma_normal(&self, i: usize) -> Option<f64> {
+        let variance: &f64 = self.covariance.get(i)?.get(i)?;
+        Some(robhaz_model::sqrt(variance.max(0.0)))
+    }
+
+    /// Standard deviation of T of wheel `i` (0 to 5), N.
+    pub fn sigma_traction(&self, i: usize) -> Option<f64> {
+        self.sides.get(i / 3)?.sigma_traction(i % 3)
+    }
+
+    /// Friction that wheel `i` (0 to 5) needs: `hypot(T, A)/N` with its mean axial force A. `None`
+    /// without load.
+    pub fn needed_friction(&self, i: usize) -> Option<f64> {
+        let (t, n) = (self.traction.get(i)?, self.normal_force.get(i)?);
+        let axial = self.axial_share * n;
+        (*n > 0.0).then(|| robhaz_model::sqrt(t * t + axial * axial) / n)
+    }
+
+    /// Warnings of both sides.
+    pub fn flags(&self) -> Flags {
+        let [left, right] = &self.sides;
+        left.flags | right.flags
+    }
+}
+
+/// An estimator for one rover with both sides. It takes one frame of readings after the other.
+#[derive(Clone, Debug)]
+pub struct WholeEstimator {
+    rover: WholeRover,
+    settings: EstimatorSettings,
+    units: Units,
+    sides: [Estimator; 2],
+    mounts: [BodyMount; 2],
+    coupling: PathAngle<6>,
+    /// Coupling's angle of the last frame that had one, rad, its rate, rad/s.
+    coupled: (f64, f64),
+    roll: LinkAngleKalman,
+    /// Rate of yaw, rad/s, and steering, rad: the last readings.
+    yaw_rate: f64,
+    steering: [f64; 6],
+    /// Velocities of both sides' Q, m/s, as of the last frame.
+    velocity: [Vec2; 2],
+    /// Mean square of the contact angles' differences from their mean, rad^2.
+    roughness: f64,
+    /// Normal forces at rest on level ground, N.
+    level: [f64; 6],
+    time: Option<f64>,
+}
+
+/// Time over which the roughness of the ground is averaged, s.
+/// Chosen; insensitive.
+const ROUGHNESS_TIME: f64 = 5.0;
+
+impl WholeEstimator {
+    /// An estimator for a rover at rest, from its nominal geometry and masses. Of the `settings`
+    /// method and sides do not count: it is `kalman` without contact angles; inclination and
+    /// rate of the noise budget are those of the body's sensor. `joint` has white noise (rad a
+    /// sample) and constant error (rad) of the angles of pins and coupling.
+    ///
+    /// # Errors
+    /// [`WholeRoverError`].
+    pub fn new(
+        rover: &WholeRover,
+        settings: EstimatorSettings,
+        joint: [f64; 2],
+    ) -> Result<Self, WholeRoverError> {
+        rover.check()?;
+        let method = match settings.method {
+            Method::Kalman(method) => method,
+            Method::Paper(_) => KalmanMethod::DEFAULT,
+        };
+        let [joint_noise, _] = joint;
+        let settings = EstimatorSettings {
+            method: Method::Kalman(KalmanMethod {
+                contact_angles: ContactAngles::Unknown,
+                // It is the rover's, not a side's.
+                parity: false,
+                ..method
+            }),
+            sides: Sides::OneOfTwo,
+            budget: settings.budget.of_joint(&rover.side, joint),
+            ..settings
+        };
+        let side = &rover.side;
+        let level = level_loads(rover).map_err(|_| WholeRoverError::FourBar)?;
+        let radius = side.geometry.wheel_radius;
+        let side_estimator = || Estimator::new(side, settings);
+        let mount = || BodyMount::new(&side.geometry, joint_noise);
+        Ok(Self {
+            units: Units::of(side),
+            sides: [side_estimator(), side_estimator()],
+            mounts: [mount(), mount()],
+            coupling: PathAngle::new(radius, joint_noise),
+            coupled: (0.0, 0.0),
+            roll: LinkAngleKalman::new(&settings.budget),
+            yaw_rate: 0.0,
+            steering: [0.0; 6],
+            velocity: [Vec2::zeros(); 2],
+            roughness: 0.0,
+            level,
+            time: None,
+            rover: rover.clone(),
+            settings,
+        })
+    }
+
+    /// Takes the readings of one instant and estimates the forces of that instant. A reading that is
+    /// missing is held, with a flag, as [`Estimator::update`] does.
+    ///
+    /// # Errors
+    /// [`EstimateError`].
+    pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
+        let dt = self.time.map_or(0.0, |last| frame.time - last);
+        let frames = self.side_frames(frame);
+        let joint_noise = self.joint_noise();
+        let roll = self.update_roll(frame, dt);
+        let across = self.across();
+        let [left, right] = &mut self.sides;
+        // Both take the frame, also where one has no estimate.
+        let of_left = left.advance(&frames[0], &across[0], joint_noise[0]);
+        hand_over(left, right);
+        let of_right = right.advance(&frames[1], &across[1], joint_noise[1]);
+        hand_over(right, left);
+        let mut steps = [of_left?, of_right?];
+        self.time = Some(frame.time);
+
+        // Axial forces of wheels that are dragged last as long as the turn, and are no offsets.
+        if steps[0].dt > 0.0 && across[0].dragged[0] <= 0.0 {
+            self.impose_parities(&mut steps, roll)
+                .map_err(|_| EstimateError::Singular)?;
+        }
+        let states = steps.each_ref().map(|step| &step.state);
+        self.velocity = states.map(|state| state.velocity);
+        let found = self.solve(states, roll, dt);
+        let (forces, inclination, lateral_force) = found.map_err(|_| EstimateError::Singular)?;
+        let [forces0, forces1] = [0, 1].map(|side| side_forces(side, states, &forces));
+        let [step0, step1] = steps;
+        let [left, right] = &mut self.sides;
+        let left = left.conclude(step0, forces0);
+        let right = right.conclude(step1, forces1);
+        let (Some(left), Some(right)) = (left, right) else {
+            return Err(EstimateError::Singular);
+        };
+        let (tip_margin, tip_line) = self.tip_over(&forces.normal);
+        Ok(WholeEstimate {
+            time: frame.time,
+            normal_force: both(left.normal_force, right.normal_force),
+            covariance: forces.covariance.into(),
+            traction: both(left.traction, right.traction),
+            attitude: [inclination, roll[0]],
+            lateral_force,
+            axial_share: forces.axial,
+            tip_margin,
+            tip_line,
+            dragged: across[0].dragged[0] > 0.0,
+            misfit: forces.misfit,
+            sides: [left, right],
+        })
+    }
+
+    /// The readings of both sides as those of links.
+    fn side_frames(&mut self, frame: &WholeFrame) -> [SensorFrame; 2] {
+        let coupling = (self.coupling).update(frame.time, frame.coupling, &frame.wheel_angle);
+        if let Some(coupled) = coupling {
+            self.coupled = coupled;
+        }
+        for (held, read) in self.steering.iter_mut().zip(frame.steering) {
+            *held = read.filter(|angle| angle.is_finite()).unwrap_or(*held);
+        }
+        if let [_, _, Some(rate)] = frame.rates
+            && rate.is_finite()
+        {
+            self.yaw_rate = rate;
+        }
+        let [_, pitch_rate, _] = frame.rates;
+        let bogie_first = self.bogie_link() == 0;
+        let turns = |turns: &[Option<f64>; 6], side: usize| [0, 1, 2].map(|i| turns[3 * side + i]);
+        let coupling_of = self.rover.coupling;
+        [0, 1].map(|side: usize| {
+            let sign = super::posture::sign(side);
+            // The link that the body is fixed to in the plane.
+            let (inclination, rate) = match coupling_of {
+                Coupling::Differential => (
+                    frame
+                        .inclination
+                        .zip(coupling)
+                        .map(|(body, (angle, _))| body + sign * angle),
+                    pitch_rate
+                        .zip(coupling)
+                        .map(|(body, (_, rate))| body + sign * rate),
+                ),
+                Coupling::RearBogie => (frame.inclination, pitch_rate),
+            };
+            let reading = BodyReading {
+                inclination,
+                rate,
+                pin: frame.pins[side].map(|pin| if bogie_first { pin } else { -pin }),
+                wheels: turns(&frame.wheel_angle, side),
+            };
+            let links = self.mounts[side].links(frame.time, &reading);
+            let [link1, link2] = [0, 1].map(|k: usize| LinkReading {
+                inclination: links.inclination[k],
+                rate: links.rate[k],
+            });
+            SensorFrame {
+                time: frame.time,
+                wheel_angle: turns(&frame.wheel_angle, side),
+                motor_torque: turns(&frame.motor_torque, side),
+                link1,
+                link2,
+                contact_angle: [None; 3],
+            }
+        })
+    }
+
+    /// What the rates of links 1 and 2 of both sides err by, as the angles of the joints give them,
+    /// rad/s.
+    fn joint_noise(&self) -> [[f64; 2]; 2] {
+        let of_rocker = match self.rover.coupling {
+            Coupling::Differential => self.coupling.rate_error(),
+            Coupling::RearBogie => 0.0,
+        };
+        let bogie = self.bogie_link();
+        [0, 1].map(|side: usize| {
+            let of_bogie = root_sum_square(self.mounts[side].rate_error(), of_rocker);
+            if bogie == 0 {
+                [of_bogie, of_rocker]
+            } else {
+                [of_rocker, of_bogie]
+            }
+        })
+    }
+
+    /// Index of the link that is the bogie.
+    fn bogie_link(&self) -> usize {
+        match self.rover.side.geometry.suspension {
+            Suspension::Bogie { body } => 1 - body.index(),
+            Suspension::FourBar => 0,
+        }
+    }
+
+    /// Advances the roll. Returns its angle (rad), rate (rad/s) and acceleration (rad/s^2).
+    fn update_roll(&mut self, frame: &WholeFrame, dt: f64) -> [f64; 3] {
+        let (budget, time) = (&self.settings.budget, self.units.time);
+        let [rate, ..] = frame.rates;
+        let readings = LinkReading {
+            inclination: frame.roll,
+            rate: rate.map(|rate| rate * time),
+        };
+        if self.roll.started {
+            let [left, right] = self.velocity;
+            let across = 0.5 * (left.x + right.x) * self.yaw_rate / self.rover.side.gravity;
+            self.roll.update(budget, dt / time, &readings, across);
+        } else if let Some(roll) = frame.roll {
+            self.roll.start(roll, 0.0, readings.rate.unwrap_or(0.0));
+        }
+        let roll = &self.roll;
+        [
+            roll.angle(),
+            roll.smooth_rate / time,
+            roll.acceleration / (time * time),
+        ]
+    }
+
+    /// What roll, yaw, steering and the roll of a rear bogie do to the axles of both sides, in the
+    /// planes of the wheels.
+    fn across(&self) -> [Across; 2] {
+        /// Sideways over forward speed of a wheel that is dragged: beyond what steering and toe err
+        /// by, and what a tyre's elasticity takes.
+        /// Chosen; insensitive.
+        const DRAGGED: f64 = 0.05;
+        let [left, right] = self.velocity;
+        let speed = 0.5 * (left.x + right.x);
+        let (rover, geometry) = (&self.rover, &self.rover.side.geometry);
+        let bogie = self.bogie_link();
+        let bogie_place = rover.link_places[bogie];
+        let roll_rate = self.roll.smooth_rate / self.units.time;
+        let middle = geometry.axles[1].x;
+        let rear_bogie = rover.coupling == Coupling::RearBogie;
+        let mut dragged = 0.0_f64;
+        let mut both = [0, 1].map(|k: usize| {
+            let sign = super::posture::sign(k);
+            let mut across = Across::NONE;
+            for i in 0..3 {
+                let y = sign * rover.half_tracks[i];
+                let beside = y - sign * bogie_place;
+                let (s, c) = libm::sincos(self.steering[3 * k + i]);
+                let ahead = speed - self.yaw_rate * y;
+                let sideways = self.yaw_rate * (geometry.axles[i].x - middle);
+                let steered = (c - 1.0) * ahead + s * sideways;
+                let slides = libm::fabs(c * sideways - s * ahead);
+                if slides > DRAGGED * libm::fabs(speed) {
+                    dragged = dragged.max(slides);
+                }
+                let (mut up, mut raised) = (roll_rate * beside, 0.0);
+                if rear_bogie && geometry.carriers[i].index() != bogie {
+                    (up, raised) = (up + self.coupled.1 * y, self.coupled.0 * y);
+                }
+                across.velocity[i] = Vec2::new(steered - self.yaw_rate * beside, up);
+                across.place[i] = Vec2::new(0.0, raised);
+            }
+            across
+        });
+        // Wheels that are dragged hold the others back.
+        for across in &mut both {
+            across.dragged = [dragged; 3];
+        }
+        both
+    }
+
+    /// Corrects both sides' filters by the combinations of the rows without normal forces.
+    fn impose_parities(
+        &mut self,
+        steps: &mut [SideStep; 2],
+        roll: [f64; 3],
+    ) -> Result<(), WholeError> {
+        let rover = &self.rover;
+        let states = steps.each_ref().map(|step| &step.state);
+        let (inputs, _, equations) = self.equations(states, roll)?;
+        let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
+        let traction = inputs.traction();
+        let found = equations.solve(&traction, &inputs.covariance(rover, roll_sigma))?;
+        let noise = inputs.noise(rover, roll_sigma);
+        let parities = equations
+            .parities(&traction, &found, &noise)
+            .ok_or(WholeError::Singular)?;
+        let measurements = parities.map(|parity| JointMeasurement {
+            innovation: -parity.value,
+            gradient: inputs.gradient(&parity.gradient),
+            sigma: 1.0,
+        });
+        let dt = steps[0].dt;
+        let [left, right] = &mut self.sides;
+        if let (Some(left), Some(right)) = (left.motion(), right.motion()) {
+            let before = [left.inputs(), right.inputs()];
+            for mut measurement in measurements {
+                // What those before have corrected is no innovation any more.
+                let after = [left.inputs(), right.inputs()];
+                for side in 0..2 {
+                    for (k, derivative) in measurement.gradient[side].iter().enumerate() {
+                        measurement.innovation -= derivative * (after[side][k] - before[side][k]);
+                    }
+                }
+                MotionFilter::correct_both(left, right, &measurement, dt);
+            }
+        }
+        let [left, right] = &mut self.sides;
+        let [of_left, of_right] = steps;
+        left.retake(of_left);
+        right.retake(of_right);
+        Ok(())
+    }
+
+    /// The inputs of the rows, the motion and the rows.
+    fn equations<'a>(
+        &self,
+        states: [&'a SideState; 2],
+        roll: [f64; 3],
+    ) -> Result<
+        (
+            SideInputs<'a>,
+            (WholePosture, WholeMotion),
+            WholeEquilibrium,
+        ),
+        WholeError,
+    > {
+        let rover = &self.rover;
+        let inputs = SideInputs::new(rover, states, self.coupled)?;
+        let joints = Joints {
+            steering: self.steering,
+            ..inputs.joints
+        };
+        let posture = WholePosture::new(rover, &joints)?;
+        let motion = inputs.motion(rover, &posture, roll, self.yaw_rate);
+        let equations = WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
+        Ok((inputs, (posture, motion), equations))
+    }
+
+    /// Forces of the nine rows, the inclination of the body (rad), and the ground's force across
+    /// the body, N.
+    fn solve(
+        &mut self,
+        states: [&SideState; 2],
+        roll: [f64; 3],
+        dt: f64,
+    ) -> Result<(WholeForces, f64, f64), WholeError> {
+        let rover = &self.rover;
+        let (inputs, (posture, motion), equations) = self.equations(states, roll)?;
+        let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
+        let covariance = inputs.covariance(rover, roll_sigma);
+        let mut forces = equations.solve(&inputs.traction(), &covariance)?;
+        consider(
+            rover,
+            &posture,
+            &self.settings.budget,
+            motion.specific_force,
+            &equations,
+            &mut forces,
+        );
+        let weight = dt.clamp(0.0, ROUGHNESS_TIME) / ROUGHNESS_TIME;
+        self.roughness += weight * (inputs.roughness() - self.roughness);
+        for i in 0..6 {
+            // The ground tilts across the wheel as much as along it.
+            let across = forces.axial * forces.normal[i];
+            let of_tilt = self.roughness
+                * (across * across + 0.75 * self.roughness * forces.normal[i] * forces.normal[i]);
+            forces.covariance[(i, i)] += of_tilt;
+        }
+        Ok((forces, inputs.inclination, equations.f[FORCE_Y]))
+    }
+
+    /// Least margin and its line.
+    fn tip_over(&self, normal: &[f64; 6]) -> (f64, TipLine) {
+        let mut least = (f64::INFINITY, TipLine::Left);
+        for line in TipLine::ALL {
+            let (mut now, mut level) = (0.0, 0.0);
+            for (i, (n, at_rest)) in normal.iter().zip(&self.level).enumerate() {
+                if line.is_off(i) {
+                    now += n;
+                    level += at_rest;
+                }
+            }
+            if now / level < least.0 {
+                least = (now / level, line);
+            }
+        }
+        least
+    }
+}
+
+/// Gives a side the covariance of both sides' states as the other one has it.
+fn hand_over(from: &mut Estimator, to: &mut Estimator) {
+    if let (Some(from), Some(to)) = (from.motion(), to.motion()) {
+        to.set_guests(from.guests_of_other());
+    }
+}
+
+/// Of the left wheels, then of the right ones.
+fn both([a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 6] {
+    [a, b, c, d, e, f]
+}
+
+/// Row of the sum of forces across.
+const FORCE_Y: usize = 1;
+
+/// The forces of one side, with their covariance.
+fn side_forces(side: usize, states: [&SideState; 2], forces: &WholeForces) -> Forces {
+    let state = states[side];
+    let mut covariance = [[0.0; 6]; 6];
+    for i in 0..3 {
+        for j in 0..3 {
+            let (a, b) = (3 * side + i, 3 * side + j);
+            covariance[2 * i][2 * j] = state.covariance[5 + i][5 + j];
+            covariance[2 * i + 1][2 * j + 1] = forces.covariance[(a, b)];
+            let with = forces.with_inputs[(a, input::TRACTION + b)];
+            covariance[2 * i + 1][2 * j] = with;
+            covariance[2 * j][2 * i + 1] = with;
+        }
+    }
+    Forces {
+        normal: [0, 1, 2].map(|i| forces.normal[3 * side + i]),
+        traction: state.traction,
+        covariance,
+    }
+}

@@ -1,0 +1,302 @@
+//! From the states of both sides to the inputs of the nine rows, with their covariance; and what
+//! errs in the rows beside the inputs.
+
+use super::posture::bogie_index;
+use super::solve::{INPUTS, InputCovariance, WholeForces, input};
+use super::{
+    JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeMotion, WholePosture,
+};
+use crate::methods::SideState;
+use crate::settings::NoiseBudget;
+use crate::statics::CAUSES;
+use nalgebra::SVector;
+use robhaz_model::{Coupling, Vec2, WholeRover, perp};
+
+/// What both sides' states say of the rover, SI.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SideInputs<'a> {
+    states: [&'a SideState; 2],
+    /// Index of the link that carries the bogie's wheels.
+    bogie: usize,
+    /// Inclination of the body, rad, nose up, and its standard deviation.
+    pub inclination: f64,
+    inclination_sigma: f64,
+    /// Without the steering.
+    pub joints: Joints,
+    coupling: JointMotion,
+    pins: [JointMotion; 2],
+    /// Pitch rate (rad/s) and acceleration (rad/s^2) of the body, nose up.
+    pitch: JointMotion,
+}
+
+impl<'a> SideInputs<'a> {
+    /// `coupled` are angle (rad) and rate (rad/s) of a rear bogie's roll.
+    ///
+    /// The body of a differential has the mean angle of both rockers, and half of their difference
+    /// is the differential's.
+    pub fn new(
+        rover: &WholeRover,
+        states: [&'a SideState; 2],
+        coupled: (f64, f64),
+    ) -> Result<Self, WholeError> {
+        let bogie = bogie_index(rover)?;
+        let [left, right] = states.map(|state| state.links);
+        let (rocker_l, rocker_r) = if bogie == 0 {
+            (left[1], right[1])
+        } else {
+            (left[0], right[0])
+        };
+        let half = |f: fn(f64, f64) -> f64| {
+            core::array::from_fn::<f64, 3, _>(|k| 0.5 * f(rocker_l[k], rocker_r[k]))
+        };
+        let [inclination, pitch_rate, pitching] = half(|a, b| a + b);
+        let motion = |[_, rate, acceleration]: [f64; 3]| JointMotion { rate, acceleration };
+        let (coupling, angle) = match rover.coupling {
+            Coupling::Differential => {
+                let differential = half(|a, b| a - b);
+                (motion(differential), differential[0])
+            }
+            Coupling::RearBogie => (
+                JointMotion {
+                    rate: coupled.1,
+                    acceleration: 0.0,
+                },
+                coupled.0,
+            ),
+        };
+        // Rear halves turn with the body in pitch.
+        let parents = match rover.coupling {
+            Coupling::Differential => [rocker_l, rocker_r],
+            Coupling::RearBogie => [[inclination, pitch_rate, pitching]; 2],
+        };
+        let bogies = [left, right].map(|links| if bogie == 0 { links[0] } else { links[1] });
+        let pin =
+            |side: usize| core::array::from_fn::<f64, 3, _>(|k| bogies[side][k] - parents[side][k]);
+        let pins = [pin(0), pin(1)];
+        let sigma = |side: usize| {
+            let [s1, s2] = states[side].angle_sigma;
+            if bogie == 0 { s2 } else { s1 }
+        };
+        Ok(Self {
+            states,
+            bogie,
+            inclination,
+            // Both are those of the one inclinometer.
+            inclination_sigma: 0.5 * (sigma(0) + sigma(1)),
+            joints: Joints {
+                coupling: angle,
+                pins: pins.map(|pin| pin[0]),
+                steering: [0.0; 6],
+            },
+            coupling,
+            pins: pins.map(motion),
+            pitch: JointMotion {
+                rate: pitch_rate,
+                acceleration: pitching,
+            },
+        })
+    }
+
+    /// Contact angles against the body's x-y plane, rad.
+    pub fn contact_angles(&self) -> [f64; 6] {
+        core::array::from_fn(|i| self.states[i / 3].contact_angle[i % 3] - self.inclination)
+    }
+
+    /// Mean square of the contact angles about their mean, rad^2.
+    pub fn roughness(&self) -> f64 {
+        let angles = self.contact_angles();
+        let mean = angles.iter().sum::<f64>() / 6.0;
+        angles
+            .iter()
+            .map(|angle| (angle - mean) * (angle - mean))
+            .sum::<f64>()
+            / 6.0
+    }
+
+    /// Tractions, N.
+    pub fn traction(&self) -> [f64; 6] {
+        core::array::from_fn(|i| self.states[i / 3].traction[i % 3])
+    }
+
+    /// Mean forward speed of both sides, m/s.
+    pub fn speed(&self) -> f64 {
+        0.5 * (self.states[0].velocity.x + self.states[1].velocity.x)
+    }
+
+    /// Motion of the rover in a posture, for the roll's angle (rad), rate (rad/s) and acceleration
+    /// (rad/s^2), and the yaw rate, rad/s.
+    pub fn motion(
+        &self,
+        rover: &WholeRover,
+        posture: &WholePosture,
+        [roll, roll_rate, rolling]: [f64; 3],
+        yaw_rate: f64,
+    ) -> WholeMotion {
+        let (sp, cp) = libm::sincos(self.inclination);
+        let (sr, cr) = libm::sincos(roll);
+        let mut specific_force = Vec3::new(sp, cp * sr, cp * cr) * rover.side.gravity;
+        specific_force.y += self.speed() * yaw_rate;
+        for (side, state) in self.states.into_iter().enumerate() {
+            // Of Q, in the body's plane; less what the turning of its link adds.
+            let a = state.acceleration;
+            let of_q = Vec2::new(cp * a.x + sp * a.y, cp * a.y - sp * a.x);
+            let arm = Vec2::new(posture.q[side].x, posture.q[side].z);
+            let [_, rate, turning] = state.links[1 - self.bogie];
+            let of_o = of_q - perp(arm) * turning + arm * (rate * rate);
+            specific_force += Vec3::new(0.5 * of_o.x, 0.0, 0.5 * of_o.y);
+        }
+        WholeMotion {
+            specific_force,
+            rate: Vec3::new(roll_rate, -self.pitch.rate, yaw_rate),
+            acceleration: Vec3::new(rolling, -self.pitch.acceleration, 0.0),
+            coupling: self.coupling,
+            pins: self.pins,
+            spin: core::array::from_fn(|i| {
+                let [rate, acceleration] = self.states[i / 3].spin[i % 3];
+                JointMotion { rate, acceleration }
+            }),
+        }
+    }
+
+    /// Covariance of the inputs, for the standard deviation of the roll, rad. The sides' errors are
+    /// independent but for those of the body's attitude, which turn gravity and all contacts.
+    pub fn covariance(&self, rover: &WholeRover, roll_sigma: f64) -> InputCovariance {
+        let mut covariance = self.attitude(rover, roll_sigma);
+        for (side, state) in self.states.into_iter().enumerate() {
+            let effects: [_; CAUSES] = core::array::from_fn(|cause| self.effect(side, cause));
+            for (a, row) in effects.iter().zip(&state.covariance) {
+                let mut combined = SVector::<f64, INPUTS>::zeros();
+                for (b, entry) in effects.iter().zip(row) {
+                    combined += b * *entry;
+                }
+                covariance += a * combined.transpose();
+            }
+        }
+        covariance
+    }
+
+    /// Covariance of the part of the inputs' errors that is no state of the filters: of attitude and
+    /// torque observers.
+    pub fn noise(&self, rover: &WholeRover, roll_sigma: f64) -> InputCovariance {
+        let mut covariance = self.attitude(rover, roll_sigma);
+        for i in 0..6 {
+            let k = input::TRACTION + i;
+            let sigma = self.states[i / 3].observed[i % 3];
+            covariance[(k, k)] += sigma * sigma;
+        }
+        covariance
+    }
+
+    /// The body's attitude errs with gravity and all contacts.
+    fn attitude(&self, rover: &WholeRover, roll_sigma: f64) -> InputCovariance {
+        let gravity = rover.side.gravity;
+        let mut of_inclination = SVector::<f64, INPUTS>::zeros();
+        of_inclination[0] = gravity * self.inclination_sigma;
+        for angle in of_inclination.iter_mut().skip(input::CONTACT_ANGLE).take(6) {
+            *angle = -self.inclination_sigma;
+        }
+        let mut covariance = of_inclination * of_inclination.transpose();
+        let of_roll = gravity * roll_sigma;
+        covariance[(1, 1)] += of_roll * of_roll;
+        covariance
+    }
+
+    /// Derivatives of the inputs by acceleration x, y, contact angles and tractions of a side.
+    fn effect(&self, side: usize, cause: usize) -> SVector<f64, INPUTS> {
+        let (sp, cp) = libm::sincos(self.inclination);
+        let mut column = SVector::<f64, INPUTS>::zeros();
+        let at = match cause {
+            0 => {
+                (column[0], column[2]) = (0.5 * cp, -0.5 * sp);
+                return column;
+            }
+            1 => {
+                (column[0], column[2]) = (0.5 * sp, 0.5 * cp);
+                return column;
+            }
+            2..5 => input::CONTACT_ANGLE + 3 * side + cause - 2,
+            _ => input::TRACTION + 3 * side + cause - 5,
+        };
+        if let Some(entry) = column.get_mut(at) {
+            *entry = 1.0;
+        }
+        column
+    }
+
+    /// Derivatives by the uncertain inputs of each side's filters of what has these by the inputs of
+    /// the rows.
+    pub fn gradient(&self, by_inputs: &[f64; INPUTS]) -> [[f64; crate::statics::input::COUNT]; 2] {
+        let by_inputs = SVector::from(*by_inputs);
+        [0, 1].map(|side: usize| {
+            let by_causes: [f64; CAUSES] =
+                core::array::from_fn(|cause| self.effect(side, cause).dot(&by_inputs));
+            self.states[side].gradient(&by_causes)
+        })
+    }
+}
+
+/// Normal forces at rest on level ground, N.
+pub(super) fn level_loads(rover: &WholeRover) -> Result<[f64; 6], WholeError> {
+    let posture = WholePosture::new(rover, &Joints::default())?;
+    let motion = WholeMotion::at_rest(rover.side.gravity, 0.0, 0.0);
+    let equations = WholeEquilibrium::new(rover, &posture, &motion, &[0.0; 6])?;
+    let exact = InputCovariance::zeros();
+    Ok(equations.solve(&[0.0; 6], &exact)?.normal)
+}
+
+/// Adds to the covariance of N what no reading shows and lasts: places and masses of the parts, and
+/// rolling resistance, by the budget.
+pub(super) fn consider(
+    rover: &WholeRover,
+    posture: &WholePosture,
+    budget: &NoiseBudget,
+    specific_force: Vec3,
+    equations: &WholeEquilibrium,
+    forces: &mut WholeForces,
+) {
+    let mass = &rover.side.mass;
+    let body = 2.0 * mass.body;
+    if budget.body_cg > 0.0 {
+        // A force through a point that is off by the deviation along each axis.
+        for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
+            let moment = (axis * budget.body_cg).cross(&(specific_force * body));
+            forces.consider(&equations.of_load(Link::Body, Vec3::zeros(), Vec3::zeros(), moment));
+        }
+    }
+    let parts = [
+        (Link::Rocker(0), posture.rocker_centres[0]),
+        (Link::Rocker(1), posture.rocker_centres[1]),
+        (Link::Bogie(0), posture.bogie_centres[0]),
+        (Link::Bogie(1), posture.bogie_centres[1]),
+    ];
+    if budget.link_mass > 0.0 {
+        let [m1, m2, _] = mass.links;
+        let (of_bogie, of_rocker) = if matches!(bogie_index(rover), Ok(0)) {
+            (m1, m2)
+        } else {
+            (m2, m1)
+        };
+        for (link, at) in parts {
+            let of_link = if matches!(link, Link::Bogie(_)) {
+                of_bogie
+            } else {
+                of_rocker
+            };
+            let force = specific_force * (budget.link_mass * of_link);
+            forces.consider(&equations.of_load(link, at, force, Vec3::zeros()));
+        }
+    }
+    if let Some(weighed) = &budget.load_covariance {
+        let total = weighed.rows()[0][0].max(0.0);
+        forces.consider(&(equations.f * (robhaz_model::sqrt(total) / mass.total())));
+    }
+    if budget.rolling_resistance > 0.0 {
+        // As if N acted ahead of the axle.
+        let ahead = budget.rolling_resistance * rover.side.geometry.wheel_radius;
+        let mut rows = Rows::zeros();
+        for (i, n) in forces.normal.iter().enumerate() {
+            rows += equations.of_shift(i, ahead, *n);
+        }
+        forces.consider(&rows);
+    }
+}
