@@ -7,8 +7,8 @@ write them (github.com/spaceuma/baseprod). Writes log.csv (default names of a lo
 of each wheel) and robot.toml (`robots/marta.toml` with the weight that the sensors show), and prints what it found.
 
 A force sensor sits above its wheel and steers with it: x forward, y right, z down, force of the wheel on the leg. With
-the weight below the sensor, w, and the inclination of the leg: T = Fx + w sin, N = -Fz + w cos, wheel torque = Ty - h Fx.
-N and T are along the leg's axes: where the ground is steeper than the leg by an angle, they turn by it.
+the weight below the sensor, w, and the inclination of the leg: T = Fx + w sin, N = -Fz + w cos. The wheel's torque is
+Ty - h Fx. N and T are along the leg's axes: where the ground is steeper than the leg by an angle, they turn by it.
 """
 
 import argparse
@@ -66,7 +66,7 @@ def joint_angles(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         matrix = turn.as_matrix()
         if (worst := matrix[:, 2, 2].min()) < 0.99:
             tilt = np.degrees(np.arccos(worst))
-            message = f"{frame} turns by {tilt:.0f} deg about another axis; allowed: about the z axis of its joint alone"
+            message = f"{frame} turns by {tilt:.0f} deg about another axis; allowed: about the z axis alone"
             raise Problem(f"{folder / name}: QX to QW: {message}")
         found[frame] = tf["Timestamp"][rows], np.unwrap(np.arctan2(matrix[:, 1, 0], matrix[:, 0, 0]))
     return found

@@ -1,5 +1,5 @@
-"""The way from the dataset's files to a log and a table of truth, on a made-up traverse in their format whose forces are
-known. Its sensors are computed with vectors and the joints' frames, not with the formulas of the script.
+"""The way from the dataset's files to a log and a table of truth, on a made-up traverse in their format with known
+forces. Its sensors are computed with vectors and the joints' frames, not with the formulas of the script.
 
     pytest examples/baseprod
 """
@@ -257,7 +257,7 @@ def test_sensors_are_zeroed_on_level_ground_alone(traverse, tmp_path):
 
 @pytest.mark.parametrize("slope", [0.0, 3.0])
 def test_loads_at_rest_are_those_of_mujoco(slope):
-    """Another engine, from the same file, left side up. 0.5 %: there each wheel has another share of the push across."""
+    """Another engine, from the same file, left side up. 0.5 %: there wheels share the push across in another way."""
     pytest.importorskip("mujoco", reason="pip install mujoco")
     sys.path.insert(0, str(Path(__file__).parents[1] / "mujoco"))
     import robot
