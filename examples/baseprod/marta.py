@@ -68,8 +68,8 @@ class Marta:
         return sum(part.mass for parts in self.groups.values() for part in parts)
 
     def loads_at_rest(self, pitch: float, roll: float) -> np.ndarray:
-        """Vertical forces on the six wheels, N, in the nominal pose on ground that is inclined as the body (nose up, left
-        side up, rad). Wheels do not push each other: each force is vertical."""
+        """Vertical forces on the six wheels, N, in the nominal pose on ground inclined as the body (nose up, left side
+        up, rad). Wheels do not push each other: each force is vertical."""
         up = up_in_body(pitch, roll)
         fore, across = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
         hinge = np.array([self.pivot[0], 0, self.pivot[1]])

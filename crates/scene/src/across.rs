@@ -1,7 +1,7 @@
 //! `[robot.across]`: what lies across in a rover with both sides.
 
 use crate::inertias::too_large_across;
-use crate::robot::POINT;
+use crate::values::{FARTHEST, POINT};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{Array, Maybe, array, word};
 use robhaz_keys::key::keys;
@@ -9,9 +9,6 @@ use robhaz_keys::quantity::{INERTIA, LENGTH, Number, above, at_least, number};
 use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::Node;
 use robhaz_model::{Bar, Coupling, Robot, Suspension, Vec2, WholeRover};
-
-/// Farthest place across, m.
-const FARTHEST: f64 = 10.0;
 
 /// What a file states; the rest follows from the side.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 use crate::across::{self, Across};
 use crate::inertias::too_large;
 use crate::steering::Steering;
+use crate::values::{FARTHEST, POINT};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{
     About, Array, Form, KeyReference, Maybe, Out, Plain, array, did_you_mean, quoted, word,
@@ -10,7 +11,6 @@ use robhaz_keys::form::{
 use robhaz_keys::key::{self, Key, Table, keys, section};
 use robhaz_keys::quantity::{
     ANGLE, INERTIA, LENGTH, MASS, Number, STOP_DAMPING, STOP_STIFFNESS, above, at_least, number,
-    point,
 };
 use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::{self, Entry, Node, Origin, Source, Value};
@@ -491,9 +491,6 @@ fn check(geometry: &Geometry) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Largest coordinate of the robot, m.
-const FARTHEST: f64 = 10.0;
-
 /// Values of links 1 to 3, or of links 1 and 2 of a bogie.
 const fn links<F: Form>(
     words: &'static str,
@@ -513,9 +510,6 @@ fn is_four_bar(robot: &RobotChoice) -> bool {
     robot.suspension == SuspensionKind::FourBar
 }
 
-/// A point of the robot in its nominal pose.
-pub(crate) const POINT: Array<Number, Vec2> =
-    point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
 /// Up to two points of a link.
 const THROUGH: Array<Maybe<Array<Number, Vec2>>, [Option<Vec2>; 2]> = Array {
     count: [0, 2],
