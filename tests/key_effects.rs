@@ -15,10 +15,13 @@ const SECTIONS: [&str; 6] = [
     "engine.",
 ];
 /// Keys of these that change something else, or none alone: names; what the viewer and the clearance
-/// use; items of lists; what other keys must go with.
-const OTHERS: [&str; 8] = [
+/// use; what lies across, outside of the plane; steering, which a resolved scene has in its links;
+/// items of lists; what other keys must go with.
+const OTHERS: [&str; 10] = [
     ".name",
     "robot.geometry.outline.",
+    "robot.across.",
+    ".steering",
     "[]",
     "robot.geometry.wheel_radius",
     "robot.geometry.carriers",

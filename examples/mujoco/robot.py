@@ -81,7 +81,7 @@ def load(geometry: str = "geometry-a", mass: str = "mass-caption") -> Robot:
     for i, (link, names) in enumerate(ends.items()):
         points = [pins[n] for n in names] + [a for a, c in zip(axles, g["carriers"], strict=True) if c == link]
         cg[link] = np.array(g["link_cg"][i]) if "link_cg" in g else np.mean(points, axis=0)
-    return Robot(
+    robot = Robot(
         radius=g["wheel_radius"],
         axles=axles,
         carriers=g["carriers"],
@@ -96,6 +96,18 @@ def load(geometry: str = "geometry-a", mass: str = "mass-caption") -> Robot:
         gravity=gravity,
         body_on=suspension.get("body"),
     )
+    height = g.get("steering_height", 3 * robot.radius)
+    for axle, link, steering in zip(axles, robot.carriers, m.get("steering", ()), strict=False):
+        _add(robot, link, steering, np.array([axle[0], height]))
+    return robot
+
+
+def _add(robot: Robot, link: str, mass: float, at: np.ndarray) -> None:
+    """A point mass becomes a part of a link."""
+    own, apart = robot.mass[link], at - robot.cg[link]
+    robot.mass[link] = own + mass
+    robot.cg[link] = robot.cg[link] + apart * mass / (own + mass)
+    robot.inertia[link] += own * mass / (own + mass) * (apart @ apart)
 
 
 def _angle(value: float | str) -> float:

@@ -10,33 +10,46 @@ plane of the ground where the wheel touches it: one exact contact a wheel, witho
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-from robot import Robot, load
+import tomllib
+from robot import ROBOTS, Robot, load
 
 SIDES = ("left", "right")
 NAMES = [f"{side}_wheel{k}" for side in SIDES for k in (1, 2, 3)]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Across:
-    """What lies across: `robhaz_model::WholeRover`, with its names. The default is the Open Source Rover; half tracks
-    and the rockers' place are d1, d4 and d2 of its `osr_params.yaml`, inertias are derived (boxes and rods)."""
+    """What lies across: `[robot.across]` of a robot file, with its names."""
 
-    coupling: str = "differential"  # or "rear-bogie"
-    pivot: tuple[float, float] = (-0.019, 0.261)  # x, height, m
-    half_tracks: tuple[float, ...] = (0.184, 0.2556, 0.184)  # m
-    link_place: float = 0.181  # m
+    coupling: str  # "differential" or "rear-bogie"
+    pivot: tuple[float, float]  # x, height, m
+    half_tracks: tuple[float, ...]  # m
+    link_places: tuple[float, float]  # m
+    body_inertia: tuple[float, float]  # roll, yaw, kg m^2
+    link_inertias: tuple[tuple[float, float], ...]  # roll, yaw of links 1 and 2, kg m^2
+    wheel_inertia: float  # about a diameter, kg m^2
     body_place: float = 0.0  # m
-    body_inertia: tuple[float, float] = (0.041, 0.083)  # roll, yaw, kg m^2
-    link_inertias: dict = field(default_factory=lambda: {"link1": (0.0006, 0.0022), "link2": (0.0006, 0.006)})
-    wheel_inertia: float = 0.0006  # about a diameter, kg m^2
     half_width: float = 0.03  # of a wheel, m
 
 
-TRIPLE_BOGIE = Across("rear-bogie", (-0.25, 0.12), (0.3, 0.3, 0.3), 0.3)
+def load_across(rover: str) -> Across:
+    """Reads `[robot.across]` of a file of the folder `robots`."""
+    return Across(**tomllib.loads((ROBOTS / f"{rover}.toml").read_text())["robot"]["across"])
+
+
+OPEN_SOURCE_ROVER = load_across("open-source-rover")
+# The same parts, with a hinge at the rear, and all wheels of a side in one plane.
+TRIPLE_BOGIE = replace(
+    OPEN_SOURCE_ROVER,
+    coupling="rear-bogie",
+    pivot=(-0.25, 0.12),
+    half_tracks=(0.3, 0.3, 0.3),
+    link_places=(0.3, 0.3),
+)
 
 
 def flat(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -93,7 +106,7 @@ class Case:
     steered: bool = False  # the corner wheels steer; else the rover skids
     gains: tuple[float, float] = (1.5, 17.0)  # of the speed control, N m s and N m
     duration: float = 14.0  # s
-    across: Across = field(default_factory=Across)
+    across: Across = OPEN_SOURCE_ROVER
 
 
 LOW_GAIN = (0.6, 0.0)
@@ -123,6 +136,9 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
     differential = across.coupling == "differential"
     rocker = robot.body_on
     bogie = "link1" if rocker == "link2" else "link2"
+    links = ("link1", "link2")
+    link_place = dict(zip(links, across.link_places, strict=True))
+    link_inertia = dict(zip(links, across.link_inertias, strict=True))
     soft = 'solref="0.06 0.15" solimp="0.1 0.1 0.001 0.5 2"'  # 0.3 mm under the weight
 
     def place(at: np.ndarray, y: float) -> np.ndarray:
@@ -150,29 +166,29 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
 
     def link(name: str, side: int, origin: np.ndarray) -> str:
         """Inertia and wheels of a link of one side, about `origin`."""
-        roll, yaw = across.link_inertias[name]
-        at = place(robot.cg[name], (1 - 2 * side) * across.link_place) - origin
+        roll, yaw = link_inertia[name]
+        at = place(robot.cg[name], (1 - 2 * side) * link_place[name]) - origin
         wheels = [3 * side + k for k in range(3) if robot.carriers[k] == name]
         inertial = _inertial(at, robot.mass[name], (roll, robot.inertia[name], yaw))
         return inertial + "".join(wheel(i, origin) for i in wheels)
 
     def bogie_of(side: int, parent: np.ndarray) -> str:
-        q = place(robot.pins["q"], (1 - 2 * side) * across.link_place)
+        q = place(robot.pins["q"], (1 - 2 * side) * link_place[bogie])
         hinge = f'<joint name="{SIDES[side]}_pin" axis="0 -1 0" limited="true" range="-0.5 0.5"/>'
         return body(f"{SIDES[side]}_bogie", q - parent, hinge + link(bogie, side, q))
 
     if differential:
-        links = ""
+        tree = ""
         for side, name in enumerate(SIDES):
-            at = np.array([0, (1 - 2 * side) * across.link_place, 0])
+            at = np.array([0, (1 - 2 * side) * link_place[rocker], 0])
             hinge = f'<joint name="{name}_rocker" axis="0 -1 0"/>'
-            links += body(f"{name}_rocker", at, hinge + link(rocker, side, at) + bogie_of(side, at))
+            tree += body(f"{name}_rocker", at, hinge + link(rocker, side, at) + bogie_of(side, at))
         stiff = f'solref="{2 * step} 1" solimp="0.999 0.9999 0.001 0.5 2"'
         closed = f'<joint joint1="left_rocker" joint2="right_rocker" polycoef="0 -1 0 0 0" {stiff}/>'
     else:
         halves = "".join(body(f"rear_{n}", np.zeros(3), link(rocker, s, np.zeros(3))) for s, n in enumerate(SIDES))
         hinge = '<joint name="rear" axis="1 0 0"/>' + _inertial(np.zeros(3), 1e-6, (1e-6,) * 3)
-        links = body("rear", np.zeros(3), hinge + halves) + bogie_of(0, np.zeros(3)) + bogie_of(1, np.zeros(3))
+        tree = body("rear", np.zeros(3), hinge + halves) + bogie_of(0, np.zeros(3)) + bogie_of(1, np.zeros(3))
         closed = ""
     planes = "".join(
         f'<body name="ground{i}" mocap="true"><geom name="ground{i}" type="plane" size="0 0 .1" contype="{1 << i}"'
@@ -186,7 +202,7 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
     roll, yaw = across.body_inertia
     inertia = (roll, 2 * robot.inertia["body"], yaw)
     inertial = _inertial(place(robot.cg["body"], across.body_place), 2 * robot.mass["body"], inertia)
-    rover = f'<freejoint name="root"/>{inertial}{links}'
+    rover = f'<freejoint name="root"/>{inertial}{tree}'
     return f"""<mujoco model="rover">
   <compiler angle="radian" autolimits="false"/>
   <option gravity="0 {-robot.gravity * math.sin(tilt):.12g} {-robot.gravity * math.cos(tilt):.12g}" timestep="{step}"

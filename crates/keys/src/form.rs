@@ -202,6 +202,20 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
         self.0.schema(None)
     }
+
+    fn is_section(&self) -> bool {
+        self.0.is_section()
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut Self::Value) {
+        if let Some(value) = value {
+            self.0.tables(out, path, meaning, value);
+        }
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Self::Value) {
+        self.0.rows(rows, path, &mut F::Value::default());
+    }
 }
 
 /// An array of values.

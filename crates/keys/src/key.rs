@@ -304,8 +304,8 @@ pub struct Table<T: 'static> {
     pub keys: &'static [Key<T>],
     /// In words; empty for a section, of which tables of keys list the keys alone.
     pub words: &'static str,
-    /// Checks a table whose keys have no problem.
-    pub check: fn(&mut Reader, &Node, &T),
+    /// Completes and checks a table whose keys have no problem.
+    pub check: fn(&mut Reader, &Node, &mut T),
 }
 
 /// A table of which tables of keys list the keys alone.

@@ -1,26 +1,20 @@
 //! Inertias that no part of a robot can have: in another unit, such as kg cm^2.
 
 use robhaz_keys::quantity::rounded;
-use robhaz_model::Robot;
+use robhaz_model::{Robot, WholeRover};
+
+/// A key, the inertia found there, mass and size of its part, and the part.
+type Inertia = (&'static str, f64, f64, f64, &'static str);
 
 /// The key under `robot.mass` of an inertia beyond the mass of its part times the square of its size, and why.
 pub(crate) fn too_large(robot: &Robot) -> Option<(&'static str, String)> {
-    let (mass, geometry) = (&robot.mass, &robot.geometry);
-    let radius = geometry.wheel_radius;
-    // No part reaches farther than from wheel to wheel and as high as the highest pin or centre.
-    let pins = &geometry.pins;
-    let points = [pins.p, pins.q, pins.r, pins.s, geometry.body_cg];
-    let points = points.iter().chain(&geometry.axles);
-    let [mut low, mut high] = [geometry.axles[0]; 2];
-    for point in points {
-        (low, high) = (low.inf(point), high.sup(point));
-    }
-    let size = (high - low).norm() + 2.0 * radius;
+    let (mass, size) = (&robot.mass, size(robot));
+    let radius = robot.geometry.wheel_radius;
     let links = mass.links.into_iter().zip(mass.link_inertias);
-    let parts = links.map(|(mass, inertia)| ("link_inertias", inertia, mass, size, "a link"));
+    let links = links.map(|(mass, inertia)| ("link_inertias", inertia, mass, size, "a link"));
     // The rotors, through their gears, resist as a mass of inertia over radius squared at the rims would: that of the
     // whole robot is far above what a motor has.
-    let drives = [
+    let [body, wheel, rotor] = [
         (
             "body_inertia",
             mass.body_inertia,
@@ -43,17 +37,66 @@ pub(crate) fn too_large(robot: &Robot) -> Option<(&'static str, String)> {
             "the robot",
         ),
     ];
-    let (key, found, mass, size, part) = drives
+    [body, wheel, rotor]
         .into_iter()
-        .chain(parts)
-        .find(|(_, inertia, mass, size, _)| *inertia > mass * size * size)?;
-    let most = rounded(mass * size * size);
-    let message = format!(
-        "{found} kg m^2 is beyond {most} kg m^2, the mass of {part}, {mass} kg, times {} m squared; the unit is kg m^2: {found} kg cm^2 are {}",
-        rounded(size),
-        rounded(found * 1e-4),
+        .chain(links)
+        .find_map(beyond)
+}
+
+/// The same of a key under `robot.across`.
+pub(crate) fn too_large_across(rover: &WholeRover) -> Option<(&'static str, String)> {
+    let mass = &rover.side.mass;
+    let width = 2.0 * rover.half_tracks.into_iter().fold(0.0, f64::max);
+    let size = size(&rover.side).hypot(width);
+    let body = rover
+        .body_inertia
+        .map(|inertia| ("body_inertia", inertia, 2.0 * mass.body, size, "the body"));
+    let links = rover
+        .link_inertias
+        .into_iter()
+        .zip(mass.links)
+        .flat_map(|(inertias, mass)| {
+            inertias.map(|inertia| ("link_inertias", inertia, mass, size, "a link"))
+        });
+    let radius = rover.side.geometry.wheel_radius;
+    let wheel = (
+        "wheel_inertia",
+        rover.wheel_inertia,
+        mass.wheel,
+        radius,
+        "a wheel",
     );
-    Some((key, message))
+    body.into_iter()
+        .chain(links)
+        .chain([wheel])
+        .find_map(beyond)
+}
+
+/// No part of a side reaches farther than from wheel to wheel and as high as the highest pin or centre, m.
+fn size(robot: &Robot) -> f64 {
+    let geometry = &robot.geometry;
+    let pins = &geometry.pins;
+    let points = [pins.p, pins.q, pins.r, pins.s, geometry.body_cg];
+    let points = points.iter().chain(&geometry.axles);
+    let [mut low, mut high] = [geometry.axles[0]; 2];
+    for point in points {
+        (low, high) = (low.inf(point), high.sup(point));
+    }
+    (high - low).norm() + 2.0 * geometry.wheel_radius
+}
+
+/// The key of an inertia that is too large, and why.
+fn beyond((key, found, mass, size, part): Inertia) -> Option<(&'static str, String)> {
+    let most = mass * size * size;
+    (found > most).then(|| {
+        let message = format!(
+            "{found} kg m^2 is beyond {} kg m^2, the mass of {part}, {mass} kg, times {} m squared; the unit is kg m^2: {found} kg cm^2 are {}",
+            rounded(most),
+            rounded(size),
+            rounded(found * 1e-4),
+        );
+        (key, message)
+    })
 }
 
 #[cfg(test)]

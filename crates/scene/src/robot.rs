@@ -1,6 +1,9 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
+use crate::across::{self, Across};
 use crate::inertias::too_large;
+use crate::steering::Steering;
+use crate::values::{FARTHEST, POINT};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{
     About, Array, Form, KeyReference, Maybe, Out, Plain, array, did_you_mean, quoted, word,
@@ -8,14 +11,13 @@ use robhaz_keys::form::{
 use robhaz_keys::key::{self, Key, Table, keys, section};
 use robhaz_keys::quantity::{
     ANGLE, INERTIA, LENGTH, MASS, Number, STOP_DAMPING, STOP_STIFFNESS, above, at_least, number,
-    point,
 };
 use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::{self, Entry, Node, Origin, Source, Value};
 use robhaz_keys::values::TEXT;
 use robhaz_model::{
     Bar, Carrier, GRAVITY, Geometry, GeometryError, Outline, Pin, Robot, StanceError, Suspension,
-    Vec2, named,
+    Vec2, WholeRover, named,
 };
 use serde_json::{Value as Json, json};
 use std::f64::consts::PI;
@@ -103,6 +105,9 @@ keys! {
     /// masses and inertias; a path is relative to the scene file
     mass ("caption"): MASS_PART => self;
 
+    /// a rover with both sides: what lies across
+    across: Maybe(section(across::KEYS)) => across;
+
     /// acceleration of free fall, m/s^2: "earth" is 9.81, "mars" 3.71, "moon" 1.62
     gravity: Plain {
         words: "\"earth\", \"mars\", \"moon\", or a number above 0.01 and at most 100",
@@ -141,6 +146,10 @@ pub struct RobotChoice {
     suspension: SuspensionKind,
     /// `suspension.body`: the link that the body of a bogie is fixed to.
     body: Option<Carrier>,
+    /// Steering as a file states it; the links of [`Self::robot`] have it.
+    steering: Steering,
+    /// `[robot.across]`
+    across: Option<Across>,
 }
 
 named! {
@@ -167,7 +176,26 @@ impl RobotChoice {
             robot,
             suspension,
             body,
+            steering: Steering::default(),
+            across: None,
         }
+    }
+
+    /// The robot after a weighing.
+    #[must_use]
+    pub fn weighed(&self, robot: Robot) -> Self {
+        let names = [&self.geometry_name, &self.mass_name];
+        let [geometry, mass] = names.map(|name| format!("{name}, weighed"));
+        Self {
+            across: self.across.clone(),
+            ..Self::new(geometry, mass, robot)
+        }
+    }
+
+    /// The rover with both sides, of a file that says what lies across. Its side is
+    /// [`Self::robot`].
+    pub fn whole_rover(&self) -> Option<WholeRover> {
+        Some(self.across.as_ref()?.rover(&self.robot))
     }
 }
 
@@ -181,7 +209,13 @@ impl Default for RobotChoice {
 
 /// `[robot]`
 pub(crate) const ROBOT: Table<RobotChoice> = Table {
-    check: check_stance,
+    check: |reader, section, robot| {
+        robot.steering.mount(&mut robot.robot);
+        check_stance(reader, section, robot);
+        if let Some(across) = &robot.across {
+            across.report(reader, section, &robot.robot);
+        }
+    },
     ..section(KEYS)
 };
 
@@ -457,9 +491,6 @@ fn check(geometry: &Geometry) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Largest coordinate of the robot, m.
-const FARTHEST: f64 = 10.0;
-
 /// Values of links 1 to 3, or of links 1 and 2 of a bogie.
 const fn links<F: Form>(
     words: &'static str,
@@ -479,8 +510,6 @@ fn is_four_bar(robot: &RobotChoice) -> bool {
     robot.suspension == SuspensionKind::FourBar
 }
 
-/// A point of the robot in its nominal pose.
-const POINT: Array<Number, Vec2> = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
 /// Up to two points of a link.
 const THROUGH: Array<Maybe<Array<Number, Vec2>>, [Option<Vec2>; 2]> = Array {
     count: [0, 2],
@@ -512,12 +541,16 @@ keys! {
     /// centre of mass of the body
     body_cg (required): POINT => robot.geometry.body_cg;
 
-    /// centres of mass of the links without wheels; by default the mean of the link's own pins and
-    /// axles
+    /// centres of mass of the links without wheels and steering; by default the mean of the link's
+    /// own pins and axles
     link_cg ("mean of own pins and axles"): links(
         "[[x, y], [x, y], [x, y]], of a bogie two points, each {}", POINT,
         |robot| &mut robot.robot.geometry.link_cg,
     ) => self;
+
+    /// height of robot.mass.steering over the ground, above the axle
+    steering_height ("3 wheel radii"): Maybe(number(LENGTH, above(0.0).at_most(FARTHEST)))
+        => steering.height if |_| false;
 
     /// how the body hangs on links 1 and 2
     suspension: section(SUSPENSION) => self;
@@ -607,14 +640,19 @@ keys! {
     /// the body: half of the real one
     body (required): MASS_OF => robot.mass.body;
 
-    /// the links without wheels
+    /// the links without wheels and steering, which robot.mass.steering states
     links (required): links(
         "[a, b, c], of a bogie [a, b], each {}", MASS_OF,
         |robot| &mut robot.robot.mass.links,
     ) => self;
 
-    /// each wheel module
+    /// each wheel module: what all three have, at their axles
     wheel (required): MASS_OF => robot.mass.wheel;
+
+    /// steering of the front, middle and rear wheel, 0 where there is none. It does not roll, so it
+    /// is a part of the wheel's link: a resolved scene has it in links, link_inertias and link_cg
+    steering ("none"): array("[a, b, c], each {}", number(MASS, at_least(0.0).at_most(1e6)))
+        => steering.masses if |_| false;
 
     /// of the body about its centre of mass
     body_inertia (required): INERTIA_OF => robot.mass.body_inertia;

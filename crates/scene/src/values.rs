@@ -4,10 +4,17 @@ use robhaz_estimator::Sides;
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{About, Array, Form, Plain, Word, array, word};
-use robhaz_keys::quantity::{NONE, Number, at_least, number};
+use robhaz_keys::quantity::{LENGTH, NONE, Number, at_least, number, point};
 use robhaz_keys::reader::Reader;
 use robhaz_keys::source::{Node, Value};
+use robhaz_model::Vec2;
 use serde_json::{Value as Json, json};
+
+/// Largest coordinate of a robot, m.
+pub(crate) const FARTHEST: f64 = 10.0;
+/// A point of a robot in its nominal pose.
+pub(crate) const POINT: Array<Number, Vec2> =
+    point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
 
 /// Longest time of a run, s.
 pub(crate) const LONGEST_RUN: f64 = 1e6;

@@ -119,9 +119,7 @@ fn weigh_robot(
     let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy).into_diagnostic();
     let weighed = weighed.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
-    let names = [&nominal.geometry_name, &nominal.mass_name];
-    let [geometry, mass] = names.map(|name| format!("{name}, weighed"));
-    let robot = RobotChoice::new(geometry, mass, weighed.robot);
+    let robot = nominal.weighed(weighed.robot);
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let text = robot.weighed_to_toml(&weighed.covariance, &version);
     write(file, &text, "the weighed robot and its budget")

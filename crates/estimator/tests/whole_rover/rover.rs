@@ -7,46 +7,61 @@ use robhaz_model::{
     Carrier, Coupling, GRAVITY, Geometry, MassSet, PinStop, Robot, Vec2, WholeRover,
 };
 
-/// JPL's Open Source Rover: `robots/open-source-rover.toml`, and across it half tracks and place of
-/// the rockers from `osr_bringup/config/osr_params.yaml` of github.com/nasa-jpl/osr-rover-code. The
-/// middle wheels run 72 mm outside the others. The inertias across are derived: boxes and rods.
-#[allow(clippy::approx_constant, reason = "0.318 m is a place")]
+/// JPL's Open Source Rover: `robots/open-source-rover.toml`. The middle wheels run 72 mm outside the
+/// others.
 pub fn open_source_rover() -> WholeRover {
+    let file = include_str!("../../../../robots/open-source-rover.toml");
+    let file: toml::Value = toml::from_str(file).expect("TOML");
+    let robot = &file["robot"];
+    let [g, m, across] = ["geometry", "mass", "across"].map(|part| &robot[part]);
+    let axles: [[f64; 2]; 3] = of(&g["axles"]);
     let mut geometry = Geometry {
-        wheel_radius: 0.075,
-        axles: [0.271, 0.0, -0.318].map(|x| Vec2::new(x, 0.075)),
+        wheel_radius: of(&g["wheel_radius"]),
+        axles: axles.map(Vec2::from),
         carriers: [Carrier::Link1, Carrier::Link1, Carrier::Link2],
-        body_cg: Vec2::new(-0.02, 0.265),
+        body_cg: point(&g["body_cg"]),
         stop: PinStop::standard(),
         ..Geometry::a()
     };
-    geometry.pins.q = Vec2::new(0.095, 0.169);
+    geometry.pins.q = point(&g["pins"]["q"]);
     geometry.make_bogie(Carrier::Link2);
-    geometry.link_cg[0] = Vec2::new(0.122, 0.106);
-    geometry.link_cg[1] = Vec2::new(-0.105, 0.19);
+    let [bogie, rocker]: [[f64; 2]; 2] = of(&g["link_cg"]);
+    geometry.link_cg[..2].copy_from_slice(&[bogie.into(), rocker.into()]);
+    let of_links = |key: &str| {
+        let [bogie, rocker]: [f64; 2] = of(&m[key]);
+        [bogie, rocker, 0.0]
+    };
     WholeRover {
         side: Robot {
             geometry,
             mass: MassSet {
-                body: 2.9,
-                links: [0.25, 0.35, 0.0],
-                wheel: 0.95,
-                body_inertia: 0.032,
-                link_inertias: [0.0022, 0.006, 0.0],
-                wheel_inertia: 0.0009,
-                rotor_inertia: 0.0029,
+                body: of(&m["body"]),
+                links: of_links("links"),
+                wheel: of(&m["wheel"]),
+                body_inertia: of(&m["body_inertia"]),
+                link_inertias: of_links("link_inertias"),
+                wheel_inertia: of(&m["wheel_inertia"]),
+                rotor_inertia: of(&m["rotor_inertia"]),
             },
             gravity: GRAVITY,
         },
         coupling: Coupling::Differential,
-        pivot: Vec2::new(-0.019, 0.261),
-        half_tracks: [0.184, 0.2556, 0.184],
-        link_places: [0.181; 2],
-        body_place: 0.0,
-        body_inertia: [0.041, 0.083],
-        link_inertias: [[0.0006, 0.0022], [0.0006, 0.006]],
-        wheel_inertia: 0.0006,
+        pivot: point(&across["pivot"]),
+        half_tracks: of(&across["half_tracks"]),
+        link_places: of(&across["link_places"]),
+        body_place: of(&across["body_place"]),
+        body_inertia: of(&across["body_inertia"]),
+        link_inertias: of(&across["link_inertias"]),
+        wheel_inertia: of(&across["wheel_inertia"]),
     }
+}
+
+fn of<T: serde::de::DeserializeOwned>(value: &toml::Value) -> T {
+    value.clone().try_into().expect("a value of this kind")
+}
+
+fn point(value: &toml::Value) -> Vec2 {
+    of::<[f64; 2]>(value).into()
 }
 
 /// The same parts as a triple bogie: the rear wheels on a rear bogie, whose hinge is at `height`

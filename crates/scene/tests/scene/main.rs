@@ -7,3 +7,4 @@ mod logs;
 mod overrides;
 mod resolved;
 mod tracks;
+mod whole_rovers;
