@@ -41,16 +41,12 @@ const SCENES: [&[&str]; 4] = [
         "sensors.grade=poor",
         "sensors.imu=body",
     ],
-    &[
-        "engine.kind=rapier",
-        "sensors.grade=poor",
-        "model_error.scales=1",
-    ],
     // Wheels slide, the linkage is at its stops.
     &[
         "robot.geometry.stop.upper=0.00005",
         "robot.geometry.stop.lower=-0.00005",
         "record.duration=6",
+        "engine.kind=direct",
         "engine.start=raw",
         "contact.mu_s=0.1",
         "contact.mu_d=0.05",
@@ -58,6 +54,12 @@ const SCENES: [&[&str]; 4] = [
         "drive.ramp_time=0.05",
     ],
     &[
+        "engine.kind=rapier",
+        "sensors.grade=poor",
+        "model_error.scales=1",
+    ],
+    &[
+        "engine.kind=direct",
         "drive.kind=friction-test",
         "drive.friction_test.start=1.5",
         "sensors.grade=typical",
@@ -69,6 +71,7 @@ const SCENES: [&[&str]; 4] = [
 fn short(overrides: &[&str], set: &str) -> Option<Scene> {
     let short = [
         "record.duration=2.5",
+        "sensors.rate=200",
         "record.rate=200",
         "record.compare_from=1",
     ];
