@@ -101,7 +101,12 @@ fn each_command_prints_one_document() {
         let output = run(at, &arguments);
         assert_eq!(output.status.code(), Some(2), "{refused:?}");
         assert!(text(&output.stderr).contains("no result in JSON"));
+        let help = run(at, &[refused[0], "--help"]);
+        assert!(!text(&help.stdout).contains("--json"), "{refused:?}");
     }
+    #[cfg(feature = "viewer")]
+    assert!(!text(&run(at, &["view", "--help"]).stdout).contains("--json"));
+    assert!(text(&run(at, &["run", "--help"]).stdout).contains("--json"));
 }
 
 /// 0: done; 1: an error or a bad verdict, of which a document is printed all the same; 2: a wrong

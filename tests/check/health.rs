@@ -7,6 +7,7 @@
 
 use super::common::faults::change_of;
 use super::common::{Failure, SOFT, readings, scene};
+use crate::support::keep;
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
@@ -242,6 +243,38 @@ fn typical_sensors_raise_no_alarm_on_a_high_kerb() -> Result<(), Failure> {
             let raised = run(&scene, estimator, &frames)?;
             let channels = names(raised.channels);
             assert!(raised.first.is_none(), "{seed} {estimator}: {channels}");
+        }
+    }
+    Ok(())
+}
+
+/// Nor while wheels are commanded apart on purpose: torque ramps on one wheel after the other, and
+/// one control that shares its torque. No torque answers its own wheel's speed as a control does
+/// there.
+#[test]
+fn wheels_commanded_apart_raise_no_alarm() -> Result<(), Failure> {
+    let friction_test = ["drive.kind=friction-test", "record.duration=30"];
+    for (name, control) in [
+        ("flat", &friction_test[..]),
+        ("smooth", &["drive.kind=shared"]),
+    ] {
+        for seed in ["seed=0", "seed=1"] {
+            let sensors = [
+                "sensors.grade=typical",
+                "sensors.rate=200",
+                "record.rate=200",
+                seed,
+            ];
+            let kept = keep(&scene(name, &[&sensors[..], control].concat())?);
+            for estimate in kept.estimates.iter().flatten().flatten() {
+                let health = estimate.kalman.ok_or("kalman states its health")?.health;
+                let channels = names(health.faulty);
+                assert!(
+                    health.faulty.is_empty(),
+                    "{name} {seed} {} {channels}",
+                    estimate.time
+                );
+            }
         }
     }
     Ok(())

@@ -110,13 +110,13 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
 }
 
 /// Each kind of fault that the readings show is found on the main scene with typical sensors;
-/// honest readings have no fault. The study below in small, at its 200 Hz.
+/// honest readings have no fault. The study below in small, at half its rate: readings show less.
 #[test]
 fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
     let fixed = [
         "sensors.grade=typical",
-        "sensors.rate=200",
-        "record.rate=200",
+        "sensors.rate=100",
+        "record.rate=100",
     ];
     let table = table("smooth", &fixed, 0..1)?;
     for (fault, (channel, exact)) in FAULTS.iter().zip(&table.found) {
@@ -236,28 +236,35 @@ fn honest_readings_of_all_scenes_have_no_fault() -> Result<(), Failure> {
         "smooth", "flat", "cosbump", "sine", "rough", "heights", "course", "ramp", "ditch", "step",
         "stairs",
     ];
-    have_no_fault(&scenes, &["ideal"], 1)?;
-    have_no_fault(&scenes, &["typical", "poor"], seeds())
+    have_no_fault(&scenes, &["ideal"], &[], 1)?;
+    have_no_fault(&scenes, &["typical", "poor"], &[], seeds())
 }
 
 /// On stairs wheels roll and spin further than the robot goes: that is no fault of the encoders.
 /// Errors of the distance on ground with slopes are no offset of an inclinometer, also where the
-/// budget has none.
+/// budget has none. The latter at 200 Hz; the study of all scenes has 1 kHz.
 #[test]
 fn stairs_and_ideal_sensors_have_no_fault() -> Result<(), Failure> {
-    have_no_fault(&["stairs"], &["typical"], 1)?;
-    have_no_fault(&["smooth", "ramp"], &["ideal"], 1)
+    have_no_fault(&["stairs"], &["typical"], &[], 1)?;
+    let sampling = ["sensors.rate=200", "record.rate=200"];
+    have_no_fault(&["smooth", "ramp"], &["ideal"], &sampling, 1)
 }
 
 /// Checks honest readings of scenes with both drives; prints each fault, and fails for one.
-fn have_no_fault(scenes: &[&str], grades: &[&str], seeds: u64) -> Result<(), Failure> {
+fn have_no_fault(
+    scenes: &[&str],
+    grades: &[&str],
+    sampling: &[&str],
+    seeds: u64,
+) -> Result<(), Failure> {
     let mut alarms = 0;
     for name in scenes {
-        for drive in [&[] as &[&str], &SOFT] {
+        for gains in [&[] as &[&str], &SOFT] {
+            let drive = &[gains, sampling].concat();
             let truth = TruthRun::of(&scene(name, drive)?)?;
             for grade in grades {
                 let set = format!("sensors.grade={grade}");
-                let scene = scene(name, &[drive, &[&set]].concat())?;
+                let scene = scene(name, &[drive.as_slice(), &[&set]].concat())?;
                 let found: Vec<Vec<String>> = (FRESH..FRESH + seeds)
                     .into_par_iter()
                     .map(|seed| Ok(words(&report(&scene, &readings(&scene, &truth, seed))?)))

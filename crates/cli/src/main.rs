@@ -26,7 +26,7 @@ mod view;
 mod weigh;
 
 use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use interrupt::Interrupt;
 use std::io::Write;
 use std::process::ExitCode;
@@ -110,24 +110,26 @@ enum Command {
     Completions(shell::Args),
 }
 
-impl Command {
-    /// Whether its result has a form in JSON.
-    const fn has_json(&self) -> bool {
-        match self {
-            Self::Weigh(_) | Self::Completions(_) => false,
-            #[cfg(feature = "viewer")]
-            Self::View(_) => false,
-            _ => true,
-        }
-    }
+/// Commands whose result has no form in JSON.
+const WITHOUT_JSON: [&str; 3] = ["weigh", "view", "completions"];
+
+/// The command line: no command shows a flag that it refuses.
+fn command_line() -> clap::Command {
+    let all = Cli::command();
+    let json = all.get_arguments().find(|a| a.get_id() == "json").cloned();
+    let hidden = json.map(|json| json.hide(true));
+    all.mut_subcommands(|command| match &hidden {
+        Some(json) if WITHOUT_JSON.contains(&command.get_name()) => command.arg(json),
+        _ => command,
+    })
 }
 
 impl OutputArgs {
-    /// Sets what the process prints. Ends it where the command has no form in JSON.
-    fn apply(&self, command: &Command) {
-        if self.output.json && !command.has_json() {
+    /// Sets what the process prints. Ends it where the command, `name`, has no form in JSON.
+    fn apply(&self, name: Option<&str>) {
+        if self.output.json && name.is_some_and(|name| WITHOUT_JSON.contains(&name)) {
             let text = "this command has no result in JSON";
-            Cli::command()
+            command_line()
                 .error(ErrorKind::ArgumentConflict, text)
                 .exit();
         }
@@ -173,9 +175,11 @@ fn absent(error: clap::Error) -> clap::Error {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::try_parse().unwrap_or_else(|error| absent(error).exit());
+    let given = command_line().try_get_matches();
+    let given = given.unwrap_or_else(|error| absent(error).exit());
+    let cli = Cli::from_arg_matches(&given).unwrap_or_else(|error| error.exit());
     errors::install();
-    cli.output.apply(&cli.command);
+    cli.output.apply(given.subcommand_name());
     let interrupt = Interrupt::default();
     let done = match cli.command {
         Command::New(args) => new::run(&args, &interrupt),
@@ -193,7 +197,7 @@ fn main() -> ExitCode {
         Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
         Command::Weigh(args) => weigh::run(&args, &interrupt),
-        Command::Completions(args) => shell::completions(&args, Cli::command()),
+        Command::Completions(args) => shell::completions(&args, command_line()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

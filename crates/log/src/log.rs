@@ -14,10 +14,10 @@ use crate::readings::Reading;
 use crate::survey::{Survey, survey};
 use crate::wrap;
 use fnv::FnvHasher;
-use robhaz_estimator::DRIVING_SPEED;
+use robhaz_estimator::{DRIVING_SPEED, Method};
 use robhaz_model::{BodyMount, Robot, Units};
 use robhaz_run::{Run, RunDescription, Source as Samples};
-use robhaz_scene::{ChannelChoice, LogChoice, RecordChoice, is_wheel_angle};
+use robhaz_scene::{ChannelChoice, EstimatorChoice, LogChoice, RecordChoice, is_wheel_angle};
 use robhaz_score::signals::median;
 use std::fs::File;
 use std::hash::Hasher as _;
@@ -324,10 +324,19 @@ fn use_contact_angles(
         return Ok(None);
     }
     plan.drop_contact_angles();
+    let could = |e: &&EstimatorChoice| {
+        matches!(e.settings.method, Method::Kalman(method) if method.rolling)
+            && e.settings.needs_contact_angles()
+    };
+    let could = choice.estimators.iter().filter(could);
+    let could: Vec<String> = could.map(|e| format!("--estimator {}", e.name)).collect();
     let left_out = choice.without_contact_angles(options.named_estimators);
     let left_out = left_out.map_err(|error| LogError::whole(&plan.source, error))?;
     let names = left_out.join(", ");
-    let notice = format!("without contact angles {names} cannot estimate and are left out");
+    let mut notice = format!("no contact angles: {names} take them from the log and are left out");
+    if !could.is_empty() {
+        notice += &format!("; {} runs without them", could.join(" or "));
+    }
     Ok((!left_out.is_empty()).then_some(notice))
 }
 

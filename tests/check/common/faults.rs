@@ -187,6 +187,12 @@ const NEVER: Hidden = &[
 const LATE: Hidden = &[
     ("flat", "the torques do not differ"),
     ("soft", "the torques hardly differ"),
+    // With unknown gains the bound of Cramer and Rao is 3 ms at 200 Hz, with known ones 0.4 ms. Found
+    // are 9 of 10: 20 ms are three deviations beyond what is allowed.
+    (
+        "sine PI",
+        "on waves of one length other gains of the control look the same",
+    ),
 ];
 const EDGES: Hidden = &[
     ("flat", "the links do not turn"),

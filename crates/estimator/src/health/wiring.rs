@@ -10,6 +10,10 @@ use super::start::{RollingRobot, Start};
 /// ([`Answer`]). Nothing is said while the torques hardly differ, as on flat ground, or do not
 /// answer the wheels' speeds.
 ///
+/// Where wheels are commanded apart on purpose, as in a friction test, a greater torque makes its
+/// own wheel creep ahead. The stated pairing may explain that, too: any sign counts for it, for the
+/// others only a control most of whose answer brakes.
+///
 /// Torques are late if the robot's motion is ahead of them when it starts ([`Start`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Wiring {
@@ -90,7 +94,7 @@ impl Wiring {
 /// their slow part, then follow
 ///
 /// ```text
-/// dtau_i = a dphi_i + b domega_i,   a < 0 or b < 0
+/// dtau_i = a dphi_i + b domega_i,   terms with a < 0, b < 0 explain most
 /// ```
 ///
 /// with the same a and b for all wheels (least squares over the last two seconds).
@@ -143,8 +147,8 @@ impl Answer {
         }
     }
 
-    /// Share of the torques' differences that a stable speed control explains, for each of
-    /// [`PAIRINGS`].
+    /// Share of the torques' differences that is explained, for each of [`PAIRINGS`]: by a stable
+    /// speed control, or with the stated pairing by torques that drive their wheels.
     pub fn shares(&self) -> [f64; 6] {
         let mut shares = [0.0; 6];
         let determinant = self.angle_angle * self.speed_speed - self.angle_speed * self.angle_speed;
@@ -153,11 +157,15 @@ impl Answer {
             return shares;
         }
         let sums = self.torque_angle.iter().zip(&self.torque_speed);
-        for (share, (torque_angle, torque_speed)) in shares.iter_mut().zip(sums) {
+        for (k, (share, (torque_angle, torque_speed))) in shares.iter_mut().zip(sums).enumerate() {
             let a = torque_angle * self.speed_speed - torque_speed * self.angle_speed;
             let b = torque_speed * self.angle_angle - torque_angle * self.angle_speed;
-            if a < 0.0 || b < 0.0 {
-                *share = (a * torque_angle + b * torque_speed) / (determinant * self.torque_torque);
+            let parts = [(a, a * torque_angle), (b, b * torque_speed)];
+            let explained = parts[0].1 + parts[1].1;
+            let brakes = parts.iter().filter(|(coefficient, _)| *coefficient < 0.0);
+            let stable = brakes.map(|(_, part)| part).sum::<f64>();
+            if k == 0 || 2.0 * stable > explained {
+                *share = explained / (determinant * self.torque_torque);
             }
         }
         shares

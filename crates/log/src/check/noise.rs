@@ -8,6 +8,7 @@ use crate::check::changes::DEGREE;
 use crate::check::readings::Readings;
 use crate::check::recorded::{Kind, OfBody, Recorded};
 use crate::check::report::Finding;
+use crate::check::rest::SHOWN;
 use robhaz_model::Robot;
 use robhaz_score::signals::{high_pass, integral, median, rms, subtract};
 
@@ -61,7 +62,7 @@ fn beside_gyros(log: &Readings<'_>) -> Vec<Finding> {
         let [noise, shown] = [rms(&error), stated].map(|x| x / DEGREE);
         let figure = format!("{noise:.3} deg, budget.inclination_noise {shown:.3} deg");
         let finding = Finding::ok(NOISE, name, figure).with("noise", noise, "deg");
-        if noise <= RATIO * shown {
+        if noise <= (RATIO * shown).max(SHOWN) {
             return Some(finding);
         }
         let remedy = format!(

@@ -26,7 +26,7 @@ const CHANCE: f64 = 4.0;
 /// Fewest readings from which the noise is taken.
 const LEAST_STEPS: usize = 8;
 /// Least figure that is shown in the unit of a channel: less is no noise of a sensor.
-const SHOWN: f64 = 1e-3;
+pub(super) const SHOWN: f64 = 1e-3;
 /// Noise over that of the budget that is a fault.
 const NOISE_RATIO: f64 = 2.0;
 /// Noise over that of the budget, or the other way round, from which on a wrong unit is the

@@ -81,3 +81,23 @@ fn small_differences_say_nothing() {
     }
     assert_eq!(wiring.exchanged, [false; 3]);
 }
+
+/// Torques commanded apart on purpose, whose wheels creep ahead in proportion, are none of another
+/// wheel: another pairing would fit them as a stable control.
+#[test]
+fn wheels_commanded_apart_are_not_exchanged() {
+    let mut wiring = Wiring::default();
+    for k in 0..20_000 {
+        let t = f64::from(k) * DT;
+        // Wheel 1 takes over from wheel 2, the third one rolls.
+        let (pull, crept) = (sin(2.0 * t), (1.0 - cos(2.0 * t)) / 2.0);
+        let ahead = |share: f64| 2.0 * t + 0.02 * share * crept;
+        let readings = WheelReadings {
+            torque: [0.5 + pull, 0.5 - pull, 0.5],
+            angle: [ahead(1.0), ahead(-1.0), ahead(0.0)],
+        };
+        wiring.update(Some(&readings), true, &ROBOT, DT);
+        assert_eq!(wiring.exchanged, [false; 3], "{t}");
+    }
+    assert!(wiring.answer.shares()[0] > 0.9);
+}
