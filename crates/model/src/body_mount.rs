@@ -49,6 +49,13 @@ impl BodyMount {
         self
     }
 
+    /// The same with a pin that adapts to the ground: [`PathAngle::adapting`].
+    #[must_use]
+    pub fn adapting(mut self) -> Self {
+        self.pin = self.pin.adapting();
+        self
+    }
+
     /// [`PathAngle::rate_sigma`] of pin Q.
     pub fn rate_sigma(&self, speed: f64, period: f64) -> f64 {
         self.pin.rate_sigma(speed, period)

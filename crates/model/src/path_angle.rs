@@ -32,6 +32,8 @@ pub struct PathAngle<const N: usize> {
     bank: [Slope; MODELS],
     /// Whether there has been a reading.
     started: bool,
+    /// Whether the whole bank counts, not the roughest ground alone.
+    adapts: bool,
     /// Time of the last good reading of the angle, s.
     read: f64,
     /// Innovation of the last reading, rad, if it was left out as a jump.
@@ -78,6 +80,7 @@ impl<const N: usize> PathAngle<N> {
             radius: wheel_radius,
             bank: core::array::from_fn(|k| Slope::new(rough * libm::pow(Self::SMOOTHER, k as f64))),
             started: false,
+            adapts: false,
             noise: noise.max(Self::LEAST_NOISE),
             turns: [None; N],
             rolled: [None; N],
@@ -87,6 +90,17 @@ impl<const N: usize> PathAngle<N> {
             read: 0.0,
             jumped: None,
             keeps_jumps: false,
+        }
+    }
+
+    /// The same with the whole bank, for those who take the deviation of each rate
+    /// ([`Self::rate_error`]). Without it the ground counts as rough as the wheels are large, and the
+    /// rates err by [`Self::rate_sigma`].
+    #[must_use]
+    pub fn adapting(self) -> Self {
+        Self {
+            adapts: true,
+            ..self
         }
     }
 
@@ -111,6 +125,9 @@ impl<const N: usize> PathAngle<N> {
 
     /// Mean over the bank.
     fn mean(&self, of: impl Fn(&Slope) -> f64) -> f64 {
+        if !self.adapts {
+            return of(&self.bank[0]);
+        }
         let (mut sum, mut weights) = (0.0, 0.0);
         for model in &self.bank {
             let weight = libm::exp(model.likelihood);
@@ -204,7 +221,9 @@ impl<const N: usize> PathAngle<N> {
         (self.read, self.way, self.jumped) = (time, 0.0, None);
         let remembered = libm::exp(-libm::fabs(ds) / (Self::MEMORY * self.radius));
         self.bank = predicted.map(|model| model.corrected(angle, r, remembered));
-        self.share();
+        if self.adapts {
+            self.share();
+        }
         true
     }
 
@@ -327,7 +346,7 @@ mod tests {
     #[test]
     fn smooth_ground_gives_a_smooth_rate() {
         let noise = 1.7e-3;
-        let mut angle = PathAngle::<3>::new(0.1, noise);
+        let mut angle = PathAngle::<3>::new(0.1, noise).adapting();
         let mut state = 1_u64;
         let mut random = || {
             // Twelve uniform numbers less six: a variance of one.

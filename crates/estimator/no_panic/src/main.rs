@@ -1,15 +1,13 @@
 //! A program without the standard library whose panic handler calls a function that does not exist:
 //! it links only if the optimiser has proven that neither update nor save nor restore of the
-//! estimator can panic, nor an update of the control, nor the statics of a whole rover. It prints
+//! estimator can panic, nor an update of the control, nor an update of both sides of a rover. It prints
 //! the stack that an update uses.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
 use robhaz_control::{ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan};
-use robhaz_estimator::whole::{
-    InputCovariance, Joints, WholeEquilibrium, WholeMotion, WholePosture,
-};
+use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::{Carrier, Coupling, Robot, Vec2, WholeRover};
 
@@ -108,9 +106,27 @@ fn control(kind: ControlKind, robot: &Robot) {
     }
 }
 
-/// The forces of a rover of both sides, once.
 #[inline(never)]
-fn whole(coupling: Coupling) {
+fn update_whole(estimator: &mut WholeEstimator, k: u32) {
+    let time = 1e-3 * f64::from(k);
+    let frame = black_box(WholeFrame {
+        time,
+        wheel_angle: [Some(2.0 * time); 6],
+        motor_torque: [Some(0.3); 6],
+        steering: [Some(0.1); 6],
+        pins: [Some(0.05); 2],
+        coupling: Some(0.02),
+        inclination: Some(0.01),
+        roll: Some(0.1),
+        rates: [Some(0.01); 3],
+    });
+    let found = black_box(estimator.update(&frame));
+    let _ = black_box(found.map(|found| (found.sigma_normal(7), found.needed_friction(7), found)));
+}
+
+/// A rover of both sides. Returns the stack of an update, bytes.
+#[inline(never)]
+fn whole(coupling: Coupling) -> usize {
     let mut side = Robot::default_a();
     side.geometry.make_bogie(Carrier::Link2);
     let rover = black_box(WholeRover {
@@ -124,18 +140,28 @@ fn whole(coupling: Coupling) {
         link_inertias: [[0.01; 2]; 2],
         wheel_inertia: 0.01,
     });
-    let motion = black_box(WholeMotion::at_rest(9.81, 0.1, 0.1));
-    let Ok(posture) = WholePosture::new(&rover, &black_box(Joints::default())) else {
-        return;
+    let settings = black_box(EstimatorSettings::kalman());
+    let Ok(mut estimator) = WholeEstimator::new(&rover, settings, black_box([1e-3; 2])) else {
+        return 0;
     };
-    let equilibrium = WholeEquilibrium::new(&rover, &posture, &motion, &black_box([0.1; 6]));
-    let forces = equilibrium.and_then(|e| {
-        e.solve(
-            &black_box([0.1; 6]),
-            &black_box(InputCovariance::identity()),
-        )
-    });
-    let _ = black_box(forces.map(|found| (found, found.sigma_normal(black_box(7)))));
+    for k in 0..10 {
+        update_whole(&mut estimator, k);
+    }
+    stack(false);
+    update_whole(&mut estimator, 10);
+    stack(true)
+}
+
+/// Prints what an update needs, bytes.
+fn print(name: &core::ffi::CStr, stack: usize, state: usize) {
+    unsafe {
+        printf(
+            c"%s: %zu bytes of stack an update, %zu of state\n".as_ptr(),
+            name.as_ptr(),
+            stack,
+            state,
+        );
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -152,18 +178,12 @@ extern "C" fn main() -> core::ffi::c_int {
         stack(false);
         update(&mut estimator, 10);
         let used = stack(true);
-        unsafe {
-            printf(
-                c"%s: %zu bytes of stack an update, %zu of state\n".as_ptr(),
-                name.as_ptr(),
-                used,
-                size_of::<Estimator>(),
-            );
-        }
+        print(name, used, size_of::<Estimator>());
     }
     for kind in ControlKind::ALL {
         control(black_box(kind), &black_box(Robot::default_a()));
     }
-    whole(black_box(Coupling::Differential));
+    let used = whole(black_box(Coupling::Differential));
+    print(c"both sides", used, size_of::<WholeEstimator>());
     0
 }

@@ -208,12 +208,12 @@ impl WholeEstimator {
         let level = level_loads(rover).map_err(|_| WholeRoverError::FourBar)?;
         let radius = side.geometry.wheel_radius;
         let side_estimator = || Estimator::new(side, settings);
-        let mount = || BodyMount::new(&side.geometry, joint_noise);
+        let mount = || BodyMount::new(&side.geometry, joint_noise).adapting();
         Ok(Self {
             units: Units::of(side),
             sides: [side_estimator(), side_estimator()],
             mounts: [mount(), mount()],
-            coupling: PathAngle::new(radius, joint_noise),
+            coupling: PathAngle::new(radius, joint_noise).adapting(),
             coupled: (0.0, 0.0),
             roll: LinkAngleKalman::new(&settings.budget),
             yaw_rate: 0.0,

@@ -179,10 +179,13 @@ impl<'a> SideInputs<'a> {
     /// torque observers.
     pub fn noise(&self, rover: &WholeRover, roll_sigma: f64) -> InputCovariance {
         let mut covariance = self.attitude(rover, roll_sigma);
-        for i in 0..6 {
-            let k = input::TRACTION + i;
-            let sigma = self.states[i / 3].observed[i % 3];
-            covariance[(k, k)] += sigma * sigma;
+        for (side, state) in self.states.into_iter().enumerate() {
+            for (i, sigma) in state.observed.iter().enumerate() {
+                let k = input::TRACTION + 3 * side + i;
+                if let Some(variance) = covariance.get_mut((k, k)) {
+                    *variance += sigma * sigma;
+                }
+            }
         }
         covariance
     }
@@ -227,11 +230,13 @@ impl<'a> SideInputs<'a> {
     /// the rows.
     pub fn gradient(&self, by_inputs: &[f64; INPUTS]) -> [[f64; crate::statics::input::COUNT]; 2] {
         let by_inputs = SVector::from(*by_inputs);
-        [0, 1].map(|side: usize| {
+        let of_side = |side: usize, state: &SideState| {
             let by_causes: [f64; CAUSES] =
                 core::array::from_fn(|cause| self.effect(side, cause).dot(&by_inputs));
-            self.states[side].gradient(&by_causes)
-        })
+            state.gradient(&by_causes)
+        };
+        let [left, right] = self.states;
+        [of_side(0, left), of_side(1, right)]
     }
 }
 

@@ -4,14 +4,11 @@
 //! A side's own measurements do not correct the other side's states: these are considered (Schmidt),
 //! which keeps what is stated right and loses little, since what ties the sides are errors that last.
 
-use super::filter::{CONSIDERED, COUNT, INPUTS, MotionFilter};
+use super::filter::{CONSIDERED, COUNT, Guests, INPUTS, MotionFilter};
 use super::tuning::GaussMarkov;
 use crate::deviation::GATE;
 use crate::filters::{Innovation, Projection};
 use crate::statics::input;
-
-/// Covariance of each state of a filter with each of another's.
-pub(crate) type Guests = [[f64; COUNT]; COUNT];
 
 /// A measurement of the uncertain inputs of both sides.
 #[derive(Clone, Copy, Debug)]

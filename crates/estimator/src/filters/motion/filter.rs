@@ -3,7 +3,6 @@
 //!
 //! From [`INPUTS`] on the states are the uncertain inputs of eq. (8), in the order of [`input`].
 
-use super::coupled::Guests;
 use super::modes::Modes;
 use super::tuning::{self, GaussMarkov};
 use crate::deviation::GATE;
@@ -40,6 +39,9 @@ pub const TORQUE_GAIN: usize = INPUTS + input::TORQUE_GAIN;
 pub const COUNT: usize = INPUTS + input::COUNT;
 /// Number of consider states, at the end.
 pub const CONSIDERED: usize = COUNT - TORQUE_GAIN;
+
+/// Covariance of each state with each of another filter's.
+pub(crate) type Guests = [[f64; COUNT]; COUNT];
 
 /// Motion of the robot, errors of contact angles and torques, creep: one Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
