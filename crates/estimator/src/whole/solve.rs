@@ -30,9 +30,9 @@ const FORCE_Z: usize = 2;
 // What no input accounts for, in mean loads of a wheel.
 
 /// Axial forces beyond the part that is proportional to N, where the wheels do not push each other:
-/// a third of a degree of steering or toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
+/// a fifth of a degree of toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
 /// sensitive.
-const AXIAL: f64 = 0.05;
+const AXIAL: f64 = 0.03;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
 /// radius. Chosen; sensitive.
 const DRILLING: f64 = 0.2;
