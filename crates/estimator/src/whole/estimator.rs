@@ -167,6 +167,8 @@ pub struct WholeEstimator {
     roughness: f64,
     /// Normal forces at rest on level ground, N.
     level: [f64; 6],
+    /// Normal forces of the last estimate, not below 0, N.
+    last: [f64; 6],
     time: Option<f64>,
 }
 
@@ -221,6 +223,7 @@ impl WholeEstimator {
             velocity: [Vec2::zeros(); 2],
             roughness: 0.0,
             level,
+            last: level,
             time: None,
             rover: rover.clone(),
             settings,
@@ -442,7 +445,8 @@ impl WholeEstimator {
         let (inputs, _, equations) = self.equations(states, roll)?;
         let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
         let traction = inputs.traction();
-        let found = equations.solve(&traction, &inputs.covariance(rover, roll_sigma))?;
+        let covariance = inputs.covariance(rover, roll_sigma);
+        let found = equations.solve_about(&traction, &covariance, &self.last)?;
         let noise = inputs.noise(rover, roll_sigma);
         let parities = equations
             .parities(&traction, &found, &noise)
@@ -511,7 +515,8 @@ impl WholeEstimator {
         let (inputs, (posture, motion), equations) = self.equations(states, roll)?;
         let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
         let covariance = inputs.covariance(rover, roll_sigma);
-        let mut forces = equations.solve(&inputs.traction(), &covariance)?;
+        let mut forces = equations.solve_about(&inputs.traction(), &covariance, &self.last)?;
+        self.last = forces.normal.map(|n| n.max(0.0));
         consider(
             rover,
             &posture,

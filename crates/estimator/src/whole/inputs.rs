@@ -18,6 +18,8 @@ pub(super) struct SideInputs<'a> {
     states: [&'a SideState; 2],
     /// Index of the link that carries the bogie's wheels.
     bogie: usize,
+    /// Sine and cosine of the inclination.
+    along: [f64; 2],
     /// Inclination of the body, rad, nose up, and its standard deviation.
     pub inclination: f64,
     inclination_sigma: f64,
@@ -80,6 +82,7 @@ impl<'a> SideInputs<'a> {
         Ok(Self {
             states,
             bogie,
+            along: libm::sincos(inclination).into(),
             inclination,
             // Both are those of the one inclinometer.
             inclination_sigma: 0.5 * (sigma(0) + sigma(1)),
@@ -132,7 +135,7 @@ impl<'a> SideInputs<'a> {
         [roll, roll_rate, rolling]: [f64; 3],
         yaw_rate: f64,
     ) -> WholeMotion {
-        let (sp, cp) = libm::sincos(self.inclination);
+        let [sp, cp] = self.along;
         let (sr, cr) = libm::sincos(roll);
         let mut specific_force = Vec3::new(sp, cp * sr, cp * cr) * rover.side.gravity;
         specific_force.y += self.speed() * yaw_rate;
@@ -163,13 +166,16 @@ impl<'a> SideInputs<'a> {
     pub fn covariance(&self, rover: &WholeRover, roll_sigma: f64) -> InputCovariance {
         let mut covariance = self.attitude(rover, roll_sigma);
         for (side, state) in self.states.into_iter().enumerate() {
-            let effects: [_; CAUSES] = core::array::from_fn(|cause| self.effect(side, cause));
-            for (a, row) in effects.iter().zip(&state.covariance) {
-                let mut combined = SVector::<f64, INPUTS>::zeros();
-                for (b, entry) in effects.iter().zip(row) {
-                    combined += b * *entry;
+            for (cause, row) in state.covariance.iter().enumerate() {
+                for (other, entry) in row.iter().enumerate() {
+                    for (a, by_a) in self.effect(side, cause) {
+                        for (b, by_b) in self.effect(side, other) {
+                            if let Some(sum) = covariance.get_mut((a, b)) {
+                                *sum += by_a * by_b * entry;
+                            }
+                        }
+                    }
                 }
-                covariance += a * combined.transpose();
             }
         }
         covariance
@@ -204,35 +210,30 @@ impl<'a> SideInputs<'a> {
         covariance
     }
 
-    /// Derivatives of the inputs by acceleration x, y, contact angles and tractions of a side.
-    fn effect(&self, side: usize, cause: usize) -> SVector<f64, INPUTS> {
-        let (sp, cp) = libm::sincos(self.inclination);
-        let mut column = SVector::<f64, INPUTS>::zeros();
-        let at = match cause {
-            0 => {
-                (column[0], column[2]) = (0.5 * cp, -0.5 * sp);
-                return column;
-            }
-            1 => {
-                (column[0], column[2]) = (0.5 * sp, 0.5 * cp);
-                return column;
-            }
-            2..5 => input::CONTACT_ANGLE + 3 * side + cause - 2,
-            _ => input::TRACTION + 3 * side + cause - 5,
-        };
-        if let Some(entry) = column.get_mut(at) {
-            *entry = 1.0;
+    /// The inputs that acceleration x, y, contact angles and tractions of a side change, with the
+    /// derivatives: both sides' accelerations count by half.
+    #[inline(always)]
+    fn effect(&self, side: usize, cause: usize) -> [(usize, f64); 2] {
+        let [sp, cp] = self.along;
+        match cause {
+            0 => [(0, 0.5 * cp), (2, -0.5 * sp)],
+            1 => [(0, 0.5 * sp), (2, 0.5 * cp)],
+            2..5 => [(input::CONTACT_ANGLE + 3 * side + cause - 2, 1.0), (0, 0.0)],
+            _ => [(input::TRACTION + 3 * side + cause - 5, 1.0), (0, 0.0)],
         }
-        column
     }
 
     /// Derivatives by the uncertain inputs of each side's filters of what has these by the inputs of
     /// the rows.
     pub fn gradient(&self, by_inputs: &[f64; INPUTS]) -> [[f64; crate::statics::input::COUNT]; 2] {
-        let by_inputs = SVector::from(*by_inputs);
         let of_side = |side: usize, state: &SideState| {
-            let by_causes: [f64; CAUSES] =
-                core::array::from_fn(|cause| self.effect(side, cause).dot(&by_inputs));
+            let by_causes: [f64; CAUSES] = core::array::from_fn(|cause| {
+                let mut sum = 0.0;
+                for (k, derivative) in self.effect(side, cause) {
+                    sum += by_inputs.get(k).map_or(0.0, |by| by * derivative);
+                }
+                sum
+            });
             state.gradient(&by_causes)
         };
         let [left, right] = self.states;

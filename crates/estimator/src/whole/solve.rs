@@ -164,7 +164,18 @@ impl WholeEquilibrium {
         let about = self
             .fit(&y, traction, &[y[FORCE_Z] / carried; 6], inputs)?
             .normal;
-        let found = self.fit(&y, traction, &about, inputs)?;
+        self.solve_about(traction, inputs, &about)
+    }
+
+    /// The same, linearised at the normal forces `about`, N: those of a moment ago serve as well as a
+    /// first pass.
+    pub(crate) fn solve_about(
+        &self,
+        traction: &[f64; 6],
+        inputs: &InputCovariance,
+        about: &[f64; 6],
+    ) -> Result<WholeForces, WholeError> {
+        let found = self.fit(&self.right_side(traction), traction, about, inputs)?;
         if found.misfit < f64::INFINITY {
             Ok(found)
         } else {
