@@ -209,7 +209,13 @@ impl WholeEstimator {
         let side = &rover.side;
         let level = level_loads(rover).map_err(|_| WholeRoverError::FourBar)?;
         let radius = side.geometry.wheel_radius;
-        let side_estimator = || Estimator::new(side, settings);
+        let side_estimator = || {
+            let mut estimator = Estimator::new(side, settings);
+            if let Some(motion) = estimator.motion() {
+                motion.couple();
+            }
+            estimator
+        };
         let mount = || BodyMount::new(&side.geometry, joint_noise).adapting();
         Ok(Self {
             units: Units::of(side),

@@ -4,7 +4,7 @@
 //! A side's own measurements do not correct the other side's states: these are considered (Schmidt),
 //! which keeps what is stated right and loses little, since what ties the sides are errors that last.
 
-use super::filter::{CONSIDERED, COUNT, Guests, INPUTS, MotionFilter};
+use super::filter::{CONSIDERED, COUNT, GEAR_FRICTION, Guests, INPUTS, MotionFilter};
 use super::tuning::GaussMarkov;
 use crate::deviation::GATE;
 use crate::filters::{Innovation, Projection};
@@ -40,6 +40,13 @@ impl MotionFilter {
             }
         }
         turned
+    }
+
+    /// Couples two filters that start: dry friction in the gears is that of all six wheels.
+    pub fn couple(&mut self) {
+        let mut guests = [[0.0; COUNT]; COUNT];
+        guests[GEAR_FRICTION][GEAR_FRICTION] = self.filter.p[GEAR_FRICTION][GEAR_FRICTION];
+        self.guests = Some(guests);
     }
 
     /// Takes over the covariance with the other side.
