@@ -187,7 +187,8 @@ impl Estimator {
         filters.across = Across {
             velocity: across.velocity.map(|velocity| velocity / speed),
             place: across.place.map(|place| place / length),
-            dragged: across.dragged.map(|sideways| sideways / speed),
+            slip: across.slip.map(|slip| slip / speed),
+            dragged: across.dragged,
         };
         let step = filters.advance(&instant)?;
         let budget = &self.nominal.settings.budget;

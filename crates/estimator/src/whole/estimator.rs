@@ -257,7 +257,7 @@ impl WholeEstimator {
         self.time = Some(frame.time);
 
         // Axial forces of wheels that are dragged last as long as the turn, and are no offsets.
-        if steps[0].dt > 0.0 && across[0].dragged[0] <= 0.0 {
+        if steps[0].dt > 0.0 && !across[0].dragged {
             self.impose_parities(&mut steps, roll)
                 .map_err(|_| EstimateError::Singular)?;
         }
@@ -284,7 +284,7 @@ impl WholeEstimator {
             axial_share: forces.axial,
             tip_margin,
             tip_line,
-            dragged: across[0].dragged[0] > 0.0,
+            dragged: across[0].dragged,
             misfit: forces.misfit,
             sides: [left, right],
         })
@@ -397,6 +397,9 @@ impl WholeEstimator {
     /// What roll, yaw, steering and the roll of a rear bogie do to the axles of both sides, in the
     /// planes of the wheels.
     fn across(&self) -> [Across; 2] {
+        /// Error of a steering angle, rad: half a degree.
+        /// Textbook.
+        const STEERING: f64 = 8.7e-3;
         /// Sideways over forward speed of a wheel that is dragged: beyond what steering and toe err
         /// by, and what a tyre's elasticity takes.
         /// Chosen; insensitive.
@@ -420,6 +423,7 @@ impl WholeEstimator {
                 let ahead = speed - self.yaw_rate * y;
                 let sideways = self.yaw_rate * (geometry.axles[i].x - middle);
                 let steered = (c - 1.0) * ahead + s * sideways;
+                across.slip[i] = libm::fabs(s * ahead) * STEERING;
                 let slides = libm::fabs(c * sideways - s * ahead);
                 if slides > DRAGGED * libm::fabs(speed) {
                     dragged = dragged.max(slides);
@@ -434,8 +438,10 @@ impl WholeEstimator {
             across
         });
         // Wheels that are dragged hold the others back.
-        for across in &mut both {
-            across.dragged = [dragged; 3];
+        if dragged > 0.0 {
+            for across in &mut both {
+                (across.slip, across.dragged) = ([dragged; 3], true);
+            }
         }
         both
     }

@@ -25,7 +25,7 @@ impl JointMeasurement {
     /// Correlation time of what its equations do not know, s: axial forces last for some tenths of
     /// a metre of ground.
     /// Chosen; insensitive.
-    const LASTS: f64 = 1.0;
+    const LASTS: f64 = 2.0;
 }
 
 impl MotionFilter {

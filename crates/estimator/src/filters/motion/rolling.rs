@@ -25,8 +25,10 @@ pub(crate) struct RollingWheel {
     /// Part of the standard deviation of `relative` that the angle of a joint causes which gives the
     /// rate of its link, m/s.
     pub joint_noise: f64,
-    /// Sideways speed of a wheel that is dragged across, m/s: its slip along is not that of its T/N.
-    pub dragged: f64,
+    /// Standard deviation of the speed along the wheel's plane by steering and dragging, m/s.
+    pub across_sigma: f64,
+    /// Whether the wheel is dragged across: its slip along is not that of its T/N.
+    pub dragged: bool,
     /// Given contact angle, rad.
     pub angle: f64,
     /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega

@@ -39,7 +39,7 @@ impl MotionFilter {
         // The derivatives by the torque errors are those at the estimated N. Where N is not beyond
         // its own deviation, T/N has no slope that the torques could be found from.
         let load_known = wheel.load_sigma < 1.0;
-        let free = sample.correct && wheel.dragged <= 0.0;
+        let free = sample.correct && !wheel.dragged;
         let on = if free && velocity.rolls() && load_known {
             1.0
         } else {
@@ -73,7 +73,7 @@ impl MotionFilter {
                 GaussMarkov::new(of_creep, tuning::SLIP.time),
                 GaussMarkov::new(of_observer, tuning::FILTER_TIME),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
-                GaussMarkov::new(wheel.dragged, tuning::SLIP.time),
+                GaussMarkov::new(wheel.across_sigma, tuning::TURN_TIME),
             ],
             inflation: self.inflation_of_rolling(sample.dt),
             gate: GATE,

@@ -125,7 +125,8 @@ fn rolling_determines_the_velocity() {
             bias_sigma: 0.0,
             noise_sigma: 0.0,
             joint_noise: 0.0,
-            dragged: 0.0,
+            across_sigma: 0.0,
+            dragged: false,
             noise_time: 5e-3,
             torque_sigma: 0.05,
             rim_sigma: 0.0,
@@ -169,7 +170,8 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
                 bias_sigma: 0.0,
                 noise_sigma: 2e-3,
                 joint_noise: 0.0,
-                dragged: 0.0,
+                across_sigma: 0.0,
+                dragged: false,
                 ..wheel(&mut random)
             })
         });

@@ -72,6 +72,9 @@ pub const PENETRATION_SPEED: GaussMarkov = GaussMarkov::new(5e-4, 0.05);
 /// within seconds, so that what both have in common shows no acceleration.
 /// Chosen; sensitive.
 pub const ANGLE_TIME: f64 = 10.0;
+/// Time for which an error of a steering angle or dragged wheels last, s: a turn.
+/// Chosen; insensitive.
+pub const TURN_TIME: f64 = 30.0;
 /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at
 /// the reference speed. It is a rolling-radius error of 0.1 %. The time, not scaled by the
 /// speed, also holds for the gyroscope's bias and for the error of creep times T/N.

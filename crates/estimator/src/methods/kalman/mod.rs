@@ -67,8 +67,10 @@ pub(crate) struct Across {
     pub velocity: [Vec2; 3],
     /// Place of each axle relative to that in the plane of the side, m.
     pub place: [Vec2; 3],
-    /// Sideways speed of each wheel that is dragged across, m/s; 0 of one that rolls.
-    pub dragged: [f64; 3],
+    /// Standard deviation of the speed of each wheel along its plane by steering and dragging, m/s.
+    pub slip: [f64; 3],
+    /// Whether wheels are dragged across: their slip is not that of their T/N.
+    pub dragged: bool,
 }
 
 impl Across {
@@ -76,7 +78,8 @@ impl Across {
     pub const NONE: Self = Self {
         velocity: [Vec2::new(0.0, 0.0); 3],
         place: [Vec2::new(0.0, 0.0); 3],
-        dragged: [0.0; 3],
+        slip: [0.0; 3],
+        dragged: false,
     };
 }
 
