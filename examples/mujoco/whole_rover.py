@@ -113,15 +113,19 @@ LOW_GAIN = (0.6, 0.0)
 CASES = {
     "slope5": Case(cross_slope=5),
     "slope10": Case(cross_slope=10),
+    "slope15": Case(cross_slope=15),
     "bumps-left": Case(bumps_left, duration=18),
     "bumps-left-low": Case(bumps_left, duration=18, gains=LOW_GAIN),
+    "bumps-left-slope8": Case(bumps_left, cross_slope=8, duration=18),
     "rough1": Case(rough(1), duration=16),
     "rough1-low": Case(rough(1), duration=16, gains=LOW_GAIN),
     "skid": Case(speed=0.1, radius=1.0),
+    "skid-slope8": Case(cross_slope=8, speed=0.1, radius=1.0),
     "ackermann": Case(speed=0.1, radius=1.0, steered=True),
     "ackermann-rough": Case(rough(1), speed=0.15, radius=1.5, steered=True, duration=18),
     "triple-slope5": Case(cross_slope=5, across=TRIPLE_BOGIE),
     "triple-rough1": Case(rough(1), duration=16, across=TRIPLE_BOGIE),
+    "triple-rough1-slope5": Case(rough(1), cross_slope=5, duration=16, across=TRIPLE_BOGIE),
 }
 
 

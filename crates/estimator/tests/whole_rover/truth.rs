@@ -290,38 +290,3 @@ fn single_samples_are_within_what_is_stated() {
     let all = shares.iter().sum::<f64>() / shares.len() as f64;
     assert!((90.0..98.0).contains(&all), "{all} %");
 }
-
-/// Prints the table of `docs/whole-rover.md`, of the committed instants or of the table that
-/// `WHOLE_ROVER_TRUTH` names.
-#[test]
-#[ignore = "prints a table"]
-fn print_errors_of_single_samples() {
-    let text = std::env::var("WHOLE_ROVER_TRUTH")
-        .map(|path| std::fs::read_to_string(path).expect("a table"));
-    let instants = text.map_or_else(|_| committed(), |text| Instant::read(&text));
-    let mut random = Normal(1);
-    println!(
-        "| case | instants | exact inputs: N in the plane | true N | typical errors: N in the plane | true N | stated | within 2 | true N | misfit | rows |"
-    );
-    for (case, of_case) in by_case(&instants) {
-        let load = of_case[0].rover().mean_wheel_load();
-        let [exact, exact_true, ..] = score(&of_case, 1, 0.0, &mut random).figures(load);
-        let [error, true_error, stated, within, true_within, misfit] =
-            score(&of_case, 20, 1.0, &mut random).figures(load);
-        println!(
-            "| {case} | {} | {exact:.2} | {exact_true:.2} | {error:.2} | {true_error:.2} | {stated:.2} | {within:.1} | {true_within:.1} | {misfit:.1} | {:.1e} |",
-            of_case.len(),
-            residuals(of_case.iter().copied()).max()
-        );
-    }
-    let inputs = instants[0].inputs();
-    let rover = instants[0].rover();
-    let (start, count) = (std::time::Instant::now(), 20_000);
-    for _ in 0..count {
-        std::hint::black_box(std::hint::black_box(&inputs).solve(&rover));
-    }
-    println!(
-        "{:.2} us a solution",
-        start.elapsed().as_secs_f64() * 1e6 / f64::from(count)
-    );
-}
