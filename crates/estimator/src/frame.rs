@@ -314,6 +314,34 @@ impl<'a> Gate<'a> {
     }
 }
 
+/// Readings of the body of a whole rover that no side has.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct BodyInputs {
+    /// Roll, rad.
+    pub roll: Held,
+    /// Rates of roll and yaw, rad/s.
+    pub rates: [Held; 2],
+}
+
+impl BodyInputs {
+    /// Takes the roll and the rates of roll and yaw of a frame `dt` (s) after the last one.
+    pub fn take(
+        &mut self,
+        roll: Option<f64>,
+        rates: [Option<f64>; 2],
+        dt: f64,
+        gate: &Gate<'_>,
+    ) -> Flags {
+        let reach = Gate::reach(gate.budget.inclinometer_noise(), Gate::INCLINATION);
+        let mut flags = self.roll.take(roll, dt, limit::ANGLE, reach);
+        for (held, rate) in self.rates.iter_mut().zip(rates) {
+            let reach = Gate::reach(gate.budget.rate_noise, Gate::RATE);
+            flags |= held.take(rate, dt, limit::RATE, reach);
+        }
+        flags
+    }
+}
+
 impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
     /// Guard.

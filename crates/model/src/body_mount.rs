@@ -56,6 +56,15 @@ impl BodyMount {
         self
     }
 
+    /// As before its first reading.
+    #[must_use]
+    pub fn started_anew(&self) -> Self {
+        Self {
+            geometry: self.geometry.clone(),
+            pin: self.pin.started_anew(),
+        }
+    }
+
     /// [`PathAngle::rate_sigma`] of pin Q.
     pub fn rate_sigma(&self, speed: f64, period: f64) -> f64 {
         self.pin.rate_sigma(speed, period)

@@ -104,6 +104,16 @@ impl<const N: usize> PathAngle<N> {
         }
     }
 
+    /// As before its first reading.
+    #[must_use]
+    pub fn started_anew(&self) -> Self {
+        Self {
+            adapts: self.adapts,
+            keeps_jumps: self.keeps_jumps,
+            ..Self::new(self.radius, self.noise)
+        }
+    }
+
     /// The angle (rad) read at `time` (s) and its rate (rad/s), with the turns of the `wheels`
     /// relative to their links (rad). `None` without a reading, and for one that jumps: it counts as
     /// missing until the next one confirms it.
@@ -114,7 +124,7 @@ impl<const N: usize> PathAngle<N> {
         wheels: &[Option<f64>; N],
     ) -> Option<(f64, f64)> {
         self.roll(time, wheels);
-        let angle = angle.filter(|angle| self.measure(time, *angle))?;
+        let angle = angle.filter(|angle| angle.is_finite() && self.measure(time, *angle))?;
         Some((angle, self.slope() * self.speed))
     }
 

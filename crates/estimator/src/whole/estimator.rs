@@ -11,7 +11,7 @@ use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::{JointMeasurement, MotionFilter};
 use crate::flags::Flags;
-use crate::frame::{LinkReading, SensorFrame};
+use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP, SensorFrame};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::statics::Forces;
@@ -115,6 +115,8 @@ pub struct WholeEstimate {
     /// Squared distance of the nine rows from what their covariance allows: chi-square with three
     /// degrees of freedom if all that is stated holds.
     pub misfit: f64,
+    /// Warnings of the readings of the body: roll and rates.
+    pub body_flags: Flags,
     /// What each side's filters state, with the forces above: left, right.
     pub sides: [Estimate; 2],
 }
@@ -139,10 +141,10 @@ impl WholeEstimate {
         (*n > 0.0).then(|| robhaz_model::sqrt(t * t + axial * axial) / n)
     }
 
-    /// Warnings of both sides.
+    /// Warnings of both sides and of the body's readings.
     pub fn flags(&self) -> Flags {
         let [left, right] = &self.sides;
-        left.flags | right.flags
+        left.flags | right.flags | self.body_flags
     }
 }
 
@@ -157,10 +159,14 @@ pub struct WholeEstimator {
     coupling: PathAngle<6>,
     /// Coupling's angle of the last frame that had one, rad, its rate, rad/s.
     coupled: (f64, f64),
+    /// In the units of the filters.
+    body: BodyInputs,
     roll: LinkAngleKalman,
     /// Rate of yaw, rad/s, and steering, rad: the last readings.
     yaw_rate: f64,
     steering: [f64; 6],
+    /// Which of [`READINGS`] there have been.
+    known: [bool; READINGS.len()],
     /// Velocities of both sides' Q, m/s, as of the last frame.
     velocity: [Vec2; 2],
     /// Mean square of the contact angles' differences from their mean, rad^2.
@@ -171,6 +177,17 @@ pub struct WholeEstimator {
     last: [f64; 6],
     time: Option<f64>,
 }
+
+/// Readings that no frame may lack for ever, as [`EstimateError::Missing`] names them.
+const READINGS: [&str; 7] = [
+    "pins (left)",
+    "pins (right)",
+    "coupling",
+    "inclination",
+    "roll",
+    "rates (roll)",
+    "rates (yaw)",
+];
 
 /// Time over which the roughness of the ground is averaged, s.
 /// Chosen; insensitive.
@@ -223,9 +240,11 @@ impl WholeEstimator {
             mounts: [mount(), mount()],
             coupling: PathAngle::new(radius, joint_noise).adapting(),
             coupled: (0.0, 0.0),
+            body: BodyInputs::default(),
             roll: LinkAngleKalman::new(&settings.budget),
             yaw_rate: 0.0,
             steering: [0.0; 6],
+            known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
             roughness: 0.0,
             level,
@@ -242,10 +261,10 @@ impl WholeEstimator {
     /// # Errors
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
-        let dt = self.time.map_or(0.0, |last| frame.time - last);
+        let dt = self.advance_clock(frame.time)?;
         let frames = self.side_frames(frame);
         let joint_noise = self.joint_noise();
-        let roll = self.update_roll(frame, dt);
+        let (roll, body_flags) = self.update_roll(frame, dt);
         let across = self.across();
         let [left, right] = &mut self.sides;
         // Both take the frame, also where one has no estimate.
@@ -253,8 +272,10 @@ impl WholeEstimator {
         hand_over(left, right);
         let of_right = right.advance(&frames[1], &across[1], joint_noise[1]);
         hand_over(right, left);
+        if let Some((field, _)) = READINGS.iter().zip(self.known).find(|(_, known)| !known) {
+            return Err(EstimateError::Missing { field });
+        }
         let mut steps = [of_left?, of_right?];
-        self.time = Some(frame.time);
 
         // Axial forces of wheels that are dragged last as long as the turn, and are no offsets.
         if steps[0].dt > 0.0 && !across[0].dragged {
@@ -286,8 +307,30 @@ impl WholeEstimator {
             tip_line,
             dragged: across[0].dragged,
             misfit: forces.misfit,
+            body_flags,
             sides: [left, right],
         })
+    }
+
+    /// Sets the time of a frame, s. Returns the time since the last one, s; 0 at the first.
+    fn advance_clock(&mut self, now: f64) -> Result<f64, EstimateError> {
+        let last = self.time.unwrap_or(now);
+        let (dt, unit) = (now - last, self.units.time);
+        let set_back = dt < -LONGEST_GAP * unit;
+        let allowed = self.time.is_none() || set_back || dt >= SHORTEST_STEP * unit;
+        if !(now.is_finite() && allowed) {
+            return Err(EstimateError::Time { last, now });
+        }
+        self.time = Some(now);
+        if set_back {
+            self.mounts = self.mounts.each_ref().map(BodyMount::started_anew);
+            self.coupling = self.coupling.started_anew();
+            self.body = BodyInputs::default();
+        }
+        if set_back || dt > LONGEST_GAP * unit {
+            self.roll = LinkAngleKalman::new(&self.settings.budget);
+        }
+        Ok(dt.max(0.0))
     }
 
     /// The readings of both sides as those of links.
@@ -296,13 +339,22 @@ impl WholeEstimator {
         if let Some(coupled) = coupling {
             self.coupled = coupled;
         }
+        let [roll_rate, _, yaw_rate] = frame.rates;
+        let [left, right] = frame.pins;
+        let readings = [
+            left,
+            right,
+            frame.coupling,
+            frame.inclination,
+            frame.roll,
+            roll_rate,
+            yaw_rate,
+        ];
+        for (known, read) in self.known.iter_mut().zip(readings) {
+            *known |= read.is_some_and(f64::is_finite);
+        }
         for (held, read) in self.steering.iter_mut().zip(frame.steering) {
             *held = read.filter(|angle| angle.is_finite()).unwrap_or(*held);
-        }
-        if let [_, _, Some(rate)] = frame.rates
-            && rate.is_finite()
-        {
-            self.yaw_rate = rate;
         }
         let [_, pitch_rate, _] = frame.rates;
         let bogie_first = self.bogie_link() == 0;
@@ -371,27 +423,31 @@ impl WholeEstimator {
         }
     }
 
-    /// Advances the roll. Returns its angle (rad), rate (rad/s) and acceleration (rad/s^2).
-    fn update_roll(&mut self, frame: &WholeFrame, dt: f64) -> [f64; 3] {
+    /// Advances roll and yaw. Returns angle (rad), rate (rad/s) and acceleration (rad/s^2) of the
+    /// roll, and the flags of the readings.
+    fn update_roll(&mut self, frame: &WholeFrame, dt: f64) -> ([f64; 3], Flags) {
         let (budget, time) = (&self.settings.budget, self.units.time);
-        let [rate, ..] = frame.rates;
+        let [roll_rate, _, yaw_rate] = frame.rates;
+        let rates = [roll_rate, yaw_rate].map(|rate| rate.map(|rate| rate * time));
+        let gate = Gate::new(budget, &self.rover.side);
+        let flags = self.body.take(frame.roll, rates, dt / time, &gate);
+        let [roll_rate, yaw_rate] = &self.body.rates;
+        self.yaw_rate = yaw_rate.recent().unwrap_or(0.0) / time;
         let readings = LinkReading {
-            inclination: frame.roll,
-            rate: rate.map(|rate| rate * time),
+            inclination: self.body.roll.now(),
+            rate: roll_rate.now(),
         };
-        if self.roll.started {
+        let roll = &mut self.roll;
+        if roll.started {
             let [left, right] = self.velocity;
             let across = 0.5 * (left.x + right.x) * self.yaw_rate / self.rover.side.gravity;
-            self.roll.update(budget, dt / time, &readings, across);
-        } else if let Some(roll) = frame.roll {
-            self.roll.start(roll, 0.0, readings.rate.unwrap_or(0.0));
+            roll.jump(budget, roll_rate.late, roll_rate.left_out());
+            roll.update(budget, dt / time, &readings, across);
+        } else if let Some(angle) = readings.inclination {
+            roll.start(angle, 0.0, readings.rate.unwrap_or(0.0));
         }
-        let roll = &self.roll;
-        [
-            roll.angle(),
-            roll.smooth_rate / time,
-            roll.acceleration / (time * time),
-        ]
+        let turning = roll.acceleration / (time * time);
+        ([roll.angle(), roll.smooth_rate / time, turning], flags)
     }
 
     /// What roll, yaw, steering and the roll of a rear bogie do to the axles of both sides, in the

@@ -298,28 +298,75 @@ fn a_rover_at_rest_on_a_cross_slope_has_the_closed_form() {
     assert!((needed - slope.tan()).abs() < 0.02, "{needed}");
 }
 
-/// A frame without a reading that was never there is an error that names it; one that is missing for a
-/// sample is held.
+/// A reading that was never there is an error that names it; one that is missing for a sample is
+/// held; time that does not increase is an error that changes nothing.
 #[test]
 fn missing_readings_are_named_or_held() {
     let table = Table::of(include_str!("drive.csv"));
+    for (field, without) in [
+        ("pins (left)", (|f| f.pins[0] = None) as fn(&mut WholeFrame)),
+        ("coupling", |f| f.coupling = None),
+        ("roll", |f| f.roll = Some(f64::NAN)),
+        ("rates (yaw)", |f| f.rates[2] = None),
+    ] {
+        let mut frame = table.frame(0);
+        without(&mut frame);
+        let error = estimator(&open_source_rover())
+            .update(&frame)
+            .expect_err(field);
+        assert_eq!(error, EstimateError::Missing { field });
+    }
     let mut estimator = estimator(&open_source_rover());
-    let first = WholeFrame {
-        pins: [None, Some(0.0)],
-        ..table.frame(0)
-    };
-    let error = estimator.update(&first).expect_err("no pin");
-    assert!(matches!(error, EstimateError::Missing { .. }), "{error}");
-    for row in 1..100 {
-        let mut frame = table.frame(row);
-        if row == 60 {
-            frame = WholeFrame {
-                time: frame.time,
-                ..WholeFrame::default()
-            };
+    for row in 0..100 {
+        let frame = table.frame(row);
+        let empty = WholeFrame {
+            time: frame.time,
+            ..WholeFrame::default()
+        };
+        let is_empty = row == 60;
+        let found = estimator.update(if is_empty { &empty } else { &frame });
+        let found = found.expect("an estimate");
+        assert_eq!(found.flags().contains(Flags::SENSOR_MISSING), is_empty);
+        let again = estimator.update(&frame).expect_err("the same time");
+        assert!(matches!(again, EstimateError::Time { .. }), "{again}");
+    }
+}
+
+/// Property: single wrong readings of the body and its joints change no force by more than its stated
+/// deviation; a clock that is set back starts anew.
+#[test]
+fn a_single_wrong_reading_changes_little() {
+    let table = Table::of(include_str!("drive.csv"));
+    let faults: [fn(&mut WholeFrame); 6] = [
+        |f| f.roll = Some(0.6),
+        |f| f.rates = [Some(9.0), Some(-9.0), Some(9.0)],
+        |f| f.inclination = Some(-0.5),
+        |f| f.pins[1] = Some(0.5),
+        |f| f.coupling = Some(0.4),
+        |f| f.wheel_angle[4] = Some(1e6),
+    ];
+    for (k, fault) in faults.into_iter().enumerate() {
+        let [mut right, mut wrong] = [0, 1].map(|_| estimator(&open_source_rover()));
+        for row in 0..320 {
+            let frame = table.frame(row);
+            let mut faulty = frame;
+            if row == 250 {
+                fault(&mut faulty);
+            }
+            let expected = right.update(&frame).expect("an estimate");
+            let found = wrong.update(&faulty).expect("an estimate");
+            for i in 0..6 {
+                let change = (found.normal_force[i] - expected.normal_force[i]).abs();
+                let sigma = expected.sigma_normal(i).expect("a wheel");
+                assert!(
+                    change < sigma,
+                    "fault {k}, row {row}, wheel {i}: {change} N"
+                );
+            }
         }
-        let found = estimator.update(&frame).expect("an estimate");
-        assert!(found.flags().contains(Flags::SENSOR_MISSING) == (row == 60));
+        let mut early = table.frame(0);
+        early.time = -100.0;
+        assert!(wrong.update(&early).is_ok());
     }
 }
 
