@@ -475,7 +475,8 @@ impl WholeEstimator {
             for i in 0..3 {
                 let y = sign * rover.half_tracks[i];
                 let beside = y - sign * bogie_place;
-                let (s, c) = libm::sincos(self.steering[3 * k + i]);
+                let steering = self.steering.get(3 * k + i).copied().unwrap_or(0.0);
+                let (s, c) = libm::sincos(steering);
                 let ahead = speed - self.yaw_rate * y;
                 let sideways = self.yaw_rate * (geometry.axles[i].x - middle);
                 let steered = (c - 1.0) * ahead + s * sideways;
@@ -531,9 +532,11 @@ impl WholeEstimator {
             for mut measurement in measurements {
                 // What those before have corrected is no innovation any more.
                 let after = [left.inputs(), right.inputs()];
-                for side in 0..2 {
-                    for (k, derivative) in measurement.gradient[side].iter().enumerate() {
-                        measurement.innovation -= derivative * (after[side][k] - before[side][k]);
+                for ((gradient, after), before) in
+                    measurement.gradient.iter().zip(&after).zip(&before)
+                {
+                    for ((derivative, after), before) in gradient.iter().zip(after).zip(before) {
+                        measurement.innovation -= derivative * (after - before);
                     }
                 }
                 MotionFilter::correct_both(left, right, &measurement, dt);
