@@ -149,6 +149,44 @@ impl WholeEstimate {
 }
 
 /// An estimator for one rover with both sides. It takes one frame of readings after the other.
+///
+/// ```
+/// use robhaz_estimator::EstimatorSettings;
+/// use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
+/// use robhaz_model::{Carrier, Coupling, Robot, Vec2, WholeRover};
+///
+/// let mut side = Robot::default_a();
+/// side.geometry.make_bogie(Carrier::Link2);
+/// let rover = WholeRover {
+///     pivot: Vec2::new(0.0, 0.3),
+///     half_tracks: [0.3; 3],
+///     link_places: [0.3; 2],
+///     coupling: Coupling::Differential,
+///     body_place: 0.0,
+///     body_inertia: [0.0; 2],
+///     link_inertias: [[0.0; 2]; 2],
+///     wheel_inertia: 0.0,
+///     side,
+/// };
+/// // Joints that are read with a noise and an error of 0.1 deg each.
+/// let joint = [0.1_f64.to_radians(); 2];
+/// let mut estimator = WholeEstimator::new(&rover, EstimatorSettings::kalman(), joint)?;
+/// // At rest on a slope of 0.1 rad across, left side up.
+/// let estimate = estimator.update(&WholeFrame {
+///     time: 0.0,
+///     wheel_angle: [Some(0.0); 6],
+///     motor_torque: [Some(0.0); 6],
+///     steering: [None; 6],
+///     pins: [Some(0.0); 2],
+///     coupling: Some(0.0),
+///     inclination: Some(0.0),
+///     roll: Some(0.1),
+///     rates: [Some(0.0); 3],
+/// })?;
+/// // The lower side carries more.
+/// assert!(estimate.normal_force[4] > estimate.normal_force[1]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct WholeEstimator {
     rover: WholeRover,

@@ -63,7 +63,8 @@ impl KalmanFilters {
             links: [0, 1].map(|k| rate[k].recent().zip(inclination[k].recent())),
             rim: fastest,
             rate_bias: nominal.settings.budget.rate_bias,
-            wheels: wheel_readings(instant.inputs),
+            // In a turn each wheel has a speed of its own.
+            wheels: wheel_readings(instant.inputs).filter(|_| !self.across.turns(speed)),
             drives,
             model_holds,
             dt: instant.dt,

@@ -81,6 +81,13 @@ impl Across {
         slip: [0.0; 3],
         dragged: false,
     };
+
+    /// Whether the wheels of a side whose squared speed is `square` (m^2/s^2) roll by more than a
+    /// hundredth apart.
+    fn turns(&self, square: f64) -> bool {
+        let apart = |velocity: &Vec2| velocity.x * velocity.x > 1e-4 * square;
+        self.velocity.iter().any(apart)
+    }
 }
 
 /// What an instant brings before its forces are known.
