@@ -187,6 +187,7 @@ impl Estimator {
         filters.across = Across {
             velocity: across.velocity.map(|velocity| velocity / speed),
             place: across.place.map(|place| place / length),
+            shares: across.shares,
             slip: across.slip.map(|slip| slip / speed),
             dragged: across.dragged,
         };

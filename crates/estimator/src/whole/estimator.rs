@@ -509,7 +509,10 @@ impl WholeEstimator {
         let mut dragged = 0.0_f64;
         let mut both = [0, 1].map(|k: usize| {
             let sign = super::posture::sign(k);
-            let mut across = Across::NONE;
+            let mut across = Across {
+                shares: true,
+                ..Across::NONE
+            };
             for i in 0..3 {
                 let y = sign * rover.half_tracks[i];
                 let beside = y - sign * bogie_place;

@@ -63,8 +63,7 @@ impl KalmanFilters {
             links: [0, 1].map(|k| rate[k].recent().zip(inclination[k].recent())),
             rim: fastest,
             rate_bias: nominal.settings.budget.rate_bias,
-            // In a turn each wheel has a speed of its own.
-            wheels: wheel_readings(instant.inputs).filter(|_| !self.across.turns(speed)),
+            wheels: wheel_readings(instant.inputs).filter(|_| !self.across.shares),
             drives,
             model_holds,
             dt: instant.dt,

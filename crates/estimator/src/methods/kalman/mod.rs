@@ -67,6 +67,9 @@ pub(crate) struct Across {
     pub velocity: [Vec2; 3],
     /// Place of each axle relative to that in the plane of the side, m.
     pub place: [Vec2; 3],
+    /// Whether there is another side, with which the wheels share the robot: which torque turns which
+    /// wheel then shows in both sides only.
+    pub shares: bool,
     /// Standard deviation of the speed of each wheel along its plane by steering and dragging, m/s.
     pub slip: [f64; 3],
     /// Whether wheels are dragged across: their slip is not that of their T/N.
@@ -78,16 +81,10 @@ impl Across {
     pub const NONE: Self = Self {
         velocity: [Vec2::new(0.0, 0.0); 3],
         place: [Vec2::new(0.0, 0.0); 3],
+        shares: false,
         slip: [0.0; 3],
         dragged: false,
     };
-
-    /// Whether the wheels of a side whose squared speed is `square` (m^2/s^2) roll by more than a
-    /// hundredth apart.
-    fn turns(&self, square: f64) -> bool {
-        let apart = |velocity: &Vec2| velocity.x * velocity.x > 1e-4 * square;
-        self.velocity.iter().any(apart)
-    }
 }
 
 /// What an instant brings before its forces are known.
