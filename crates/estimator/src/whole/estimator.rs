@@ -203,6 +203,10 @@ pub struct WholeEstimator {
     /// Rate of yaw, rad/s, and steering, rad: the last readings.
     yaw_rate: f64,
     steering: [f64; 6],
+    /// Mean rate of yaw over [`TURN_TIME`], rad/s.
+    turning: f64,
+    /// Low-pass filtered rate of yaw, rad/s, and its derivative, rad/s^2.
+    yaw: [f64; 2],
     /// Which of [`READINGS`] there have been.
     known: [bool; READINGS.len()],
     /// Velocities of both sides' Q, m/s, as of the last frame.
@@ -227,6 +231,12 @@ const READINGS: [&str; 7] = [
     "rates (yaw)",
 ];
 
+/// Time constant of the low pass on the rate of yaw whose derivative is the acceleration, s.
+/// Chosen; insensitive.
+const YAW_TIME: f64 = 0.03;
+/// Time after which a yaw rate is that of a turn, s: ground under one wheel turns the rover to and fro.
+/// Chosen; insensitive.
+const TURN_TIME: f64 = 0.5;
 /// Time over which the roughness of the ground is averaged, s.
 /// Chosen; insensitive.
 const ROUGHNESS_TIME: f64 = 5.0;
@@ -282,6 +292,8 @@ impl WholeEstimator {
             roll: LinkAngleKalman::new(&settings.budget),
             yaw_rate: 0.0,
             steering: [0.0; 6],
+            turning: 0.0,
+            yaw: [0.0; 2],
             known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
             roughness: 0.0,
@@ -471,6 +483,14 @@ impl WholeEstimator {
         let flags = self.body.take(frame.roll, rates, dt / time, &gate);
         let [roll_rate, yaw_rate] = &self.body.rates;
         self.yaw_rate = yaw_rate.recent().unwrap_or(0.0) / time;
+        self.turning += dt / (TURN_TIME * time + dt) * (self.yaw_rate - self.turning);
+        if dt > 0.0 {
+            let [smooth, acceleration] = &mut self.yaw;
+            let weight = dt / (YAW_TIME * time + dt);
+            let change = weight * (self.yaw_rate - *smooth);
+            *smooth += change;
+            *acceleration += weight * (change / dt - *acceleration);
+        }
         let readings = LinkReading {
             inclination: self.body.roll.now(),
             rate: roll_rate.now(),
@@ -522,7 +542,11 @@ impl WholeEstimator {
                 let sideways = self.yaw_rate * (geometry.axles[i].x - middle);
                 let steered = (c - 1.0) * ahead + s * sideways;
                 across.slip[i] = libm::fabs(s * ahead) * STEERING;
-                let slides = libm::fabs(c * sideways - s * ahead);
+                let (turned, on) = (
+                    self.turning * (geometry.axles[i].x - middle),
+                    speed - self.turning * y,
+                );
+                let slides = libm::fabs(c * turned - s * on);
                 if slides > DRAGGED * libm::fabs(speed) {
                     dragged = dragged.max(slides);
                 }
@@ -610,7 +634,8 @@ impl WholeEstimator {
             ..inputs.joints
         };
         let posture = WholePosture::new(rover, &joints)?;
-        let motion = inputs.motion(rover, &posture, roll, self.yaw_rate);
+        let yaw = [self.yaw_rate, self.yaw[1]];
+        let motion = inputs.motion(rover, &posture, roll, yaw);
         let equations = WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         Ok((inputs, (posture, motion), equations))
     }

@@ -127,13 +127,13 @@ impl<'a> SideInputs<'a> {
     }
 
     /// Motion of the rover in a posture, for the roll's angle (rad), rate (rad/s) and acceleration
-    /// (rad/s^2), and the yaw rate, rad/s.
+    /// (rad/s^2), and the rate (rad/s) and acceleration (rad/s^2) of yaw.
     pub fn motion(
         &self,
         rover: &WholeRover,
         posture: &WholePosture,
         [roll, roll_rate, rolling]: [f64; 3],
-        yaw_rate: f64,
+        [yaw_rate, yawing]: [f64; 2],
     ) -> WholeMotion {
         let [sp, cp] = self.along;
         let (sr, cr) = libm::sincos(roll);
@@ -151,7 +151,7 @@ impl<'a> SideInputs<'a> {
         WholeMotion {
             specific_force,
             rate: Vec3::new(roll_rate, -self.pitch.rate, yaw_rate),
-            acceleration: Vec3::new(rolling, -self.pitch.acceleration, 0.0),
+            acceleration: Vec3::new(rolling, -self.pitch.acceleration, yawing),
             coupling: self.coupling,
             pins: self.pins,
             spin: core::array::from_fn(|i| {

@@ -118,6 +118,7 @@ struct Errors {
     nees: f64,
     misfit: f64,
     alarms: usize,
+    dragged: usize,
 }
 
 impl Errors {
@@ -146,6 +147,7 @@ impl Errors {
             self.load += normal[i] / 6.0;
         }
         self.misfit += found.misfit;
+        self.dragged += usize::from(found.dragged);
         let healthy = |health: Health| health.faulty.is_empty();
         let alarm = found
             .sides
@@ -158,7 +160,7 @@ impl Errors {
         let load = self.load / self.samples;
         let percent = |square: f64| 100.0 * (square / self.samples).sqrt() / load;
         format!(
-            "{:5.2} {:5.2} {:5.2} | {:5.1} {:5.1} | T {:4.2} N, angle {:4.2} deg, NEES {:.2}, misfit {:.2}, alarms {:.3}",
+            "{:5.2} {:5.2} {:5.2} | {:5.1} {:5.1} | T {:4.2} N, angle {:4.2} deg, NEES {:.2}, misfit {:.2}, alarms {:.3}, dragged {:.2}",
             percent(self.in_plane),
             percent(self.normal),
             percent(self.stated),
@@ -169,6 +171,7 @@ impl Errors {
             self.nees / self.samples,
             self.misfit / self.samples,
             self.alarms as f64 / self.samples,
+            self.dragged as f64 / self.samples,
         )
     }
 }
