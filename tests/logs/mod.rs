@@ -2,6 +2,7 @@
 //! of logs are reported.
 
 mod body;
+mod both;
 mod documents;
 mod equivalence;
 mod faults;

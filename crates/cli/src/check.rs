@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<()> {
         budget: choice.budget,
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
-        sides: choice.sides,
+        sides: choice.sides.of_side(),
         body: choice.body.map(|[inclination, rate]| BodyNoise {
             inclination,
             rate,

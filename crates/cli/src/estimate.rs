@@ -6,6 +6,7 @@ use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
 use robhaz_estimator::Sides;
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
+use robhaz_scene::LogSides;
 use serde_json::Value;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -58,13 +59,6 @@ enum ContactAngles {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let start = Instant::now();
     let mut place = args.log.place()?;
-    if place.choice.sides == Sides::OneOfTwo {
-        let slope = place.choice.budget.cross_slope.to_degrees();
-        place.warnings.push(format!(
-            "one side of a robot with two: pushes of the other side and a cross slope of {slope:.1} deg (budget.cross_slope) widen what is stated; {}",
-            Sides::REMEDY
-        ));
-    }
     if !args.estimator.is_empty() {
         place.choice.select(&args.estimator).into_diagnostic()?;
     }
@@ -78,7 +72,16 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         named_estimators: !args.estimator.is_empty(),
         allows_empty: false,
     };
-    let log = Log::open(place, &options).into_diagnostic()?;
+    let known = place.warnings.len();
+    let mut log = Log::open(place, &options).into_diagnostic()?;
+    if log.choice.sides == LogSides::OneOfTwo {
+        let slope = log.choice.budget.cross_slope.to_degrees();
+        let warning = format!(
+            "one side of a robot with two: pushes of the other side and a cross slope of {slope:.1} deg (budget.cross_slope) widen what is stated; {}",
+            Sides::REMEDY
+        );
+        log.warnings.insert(known, warning);
+    }
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let resolved = log.choice.to_toml(&version);
@@ -97,7 +100,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         work: "reading and estimation",
         files,
     };
-    let document = results::write(log.into_run(), &job, &args.results, interrupt)?;
+    let document = results::write(
+        log.into_run().into_diagnostic()?,
+        &job,
+        &args.results,
+        interrupt,
+    )?;
     let has_forces = |estimator: &Value| !estimator["means"].is_null();
     let estimators = document["summary"]["estimators"].as_object();
     let is_empty = estimators.is_some_and(|all| !all.values().any(has_forces));

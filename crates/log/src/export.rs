@@ -84,7 +84,7 @@ pub fn export(
     let table = place.table.as_ref().ok_or_else(|| no_table(folder))?;
     let readings = Plan {
         source: folder.clone(),
-        channels: vec![own_names::readings(table)?],
+        channels: vec![own_names::readings(table, &place.choice)?],
     };
     let (mut forces, mut warnings) = (Vec::new(), Vec::new());
     for (name, (path, format)) in forces_in(folder)? {

@@ -24,7 +24,9 @@ pub enum Source {
     /// The inclination, rad: angle of the direction up, seen from the sensor's axes that point
     /// forward and up in the nominal pose.
     Inclination(Upward, [[f64; 3]; 2]),
-    /// The rate about the axis across the robot, nose up positive: cells x y z of the angular
+    /// The same with respect to the level across, of a log of both sides: a roll does not change it.
+    Pitch(Upward, [[f64; 3]; 2]),
+    /// The rate about an axis, such as that across the robot, nose up positive: cells x y z of the angular
     /// velocity, and that axis.
     Rate([usize; 3], [f64; 3]),
 }
@@ -59,6 +61,14 @@ impl Formula {
                 let [forward, upward] = axes.map(|axis| dot(direction, axis));
                 let has_length = forward != 0.0 || upward != 0.0;
                 has_length.then(|| forward.atan2(upward))?
+            }
+            Source::Pitch(up, [forward, upward]) => {
+                let direction = up.direction(cells)?;
+                let left = dot(direction, across(upward, forward));
+                let [forward, upward] = [forward, upward].map(|axis| dot(direction, axis));
+                let level = left.hypot(upward);
+                let has_length = forward != 0.0 || level != 0.0;
+                has_length.then(|| forward.atan2(level))?
             }
             Source::Rate(of, axis) => dot(all(cells, of)?, axis),
         };
@@ -160,6 +170,34 @@ mod tests {
         };
         let found = rate.value(&[0.7, -0.2, 0.9]);
         assert!((found.unwrap() - 0.15).abs() < 1e-15);
+    }
+
+    /// Closed form: a specific force of 20 deg roll and 10 deg pitch gives both, whatever the other;
+    /// pitch and roll by the axes of a sensor that is turned by a quarter about its z axis, too.
+    #[test]
+    fn pitch_and_roll_of_both_sides() {
+        let [pitch, roll] = [10.0_f64, 20.0].map(f64::to_radians);
+        let force = [
+            pitch.sin(),
+            pitch.cos() * roll.sin(),
+            pitch.cos() * roll.cos(),
+        ];
+        let turned = [-force[1], force[0], force[2]];
+        let of = |source, cells: &[f64]| {
+            let formula = Formula {
+                source,
+                ..Formula::of_cell(0)
+            };
+            formula.value(cells).expect("a direction")
+        };
+        let up = Upward::SpecificForce([0, 1, 2]);
+        for (cells, forward) in [(force, X), (turned, [0.0, 1.0, 0.0])] {
+            let found = of(Source::Pitch(up, [forward, Z]), &cells);
+            assert!((found - pitch).abs() < 1e-15, "{found}");
+            let left = across(Z, forward);
+            let found = of(Source::Inclination(up, [left, Z]), &cells);
+            assert!((found - roll).abs() < 1e-15, "{found}");
+        }
     }
 
     /// Without a direction, or with a missing cell, there is no reading.

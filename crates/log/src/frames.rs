@@ -7,11 +7,12 @@
 
 use crate::formula::Formula;
 use crate::plan::Plan;
-use crate::readings::{self, Reading, Values, frame};
+use crate::readings::{self, Reading, Values, frame, side_frame, whole_frame};
 use crate::survey::{Channel, Survey};
+use crate::truth::FoundTruth;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::BodyMount;
-use robhaz_run::{ChannelReport, LogReport, RunError, Sample, Source};
+use robhaz_run::{BothSides, ChannelReport, LogReport, RunError, Sample, Source};
 use robhaz_sim::Truth;
 use std::path::PathBuf;
 
@@ -53,7 +54,7 @@ impl Frames {
             ages: vec![(0.0, 0); count],
             plan,
             survey,
-            missing: Default::default(),
+            missing: [0; readings::COUNT],
         };
         frames.jumps = (0..count).map(|channel| frames.jumps_of(channel)).collect();
         frames
@@ -69,8 +70,10 @@ impl Frames {
         self.plan.source.clone()
     }
 
-    /// All frames, without readings of the body. It starts at the first row again.
-    pub fn all(&mut self) -> Vec<SensorFrame> {
+    /// All frames, without readings of the body; of a log of both sides the wheels of one (0 left, 1
+    /// right). It starts at the first row again.
+    pub fn all(&mut self, side: usize) -> Vec<SensorFrame> {
+        let of_both = self.plan.is_of_both();
         let reports: Vec<_> = self
             .survey
             .channels
@@ -79,11 +82,14 @@ impl Frames {
             .collect();
         let mut all = Vec::new();
         while let Some((time, values, _)) = self.next_values() {
-            all.push(frame(time, &values, None));
+            all.push(match of_both {
+                true => side_frame(&whole_frame(time, &values), side),
+                false => frame(time, &values, None),
+            });
         }
         self.next.fill(0);
         self.ages.fill((0.0, 0));
-        self.missing = Default::default();
+        self.missing = [0; readings::COUNT];
         for (channel, report) in self.survey.channels.iter_mut().zip(reports) {
             channel.report = report;
         }
@@ -165,7 +171,7 @@ impl Frames {
     }
 
     /// Goes past the next row of a channel.
-    fn take(&mut self, channel: usize) -> (Values, Option<Truth>) {
+    fn take(&mut self, channel: usize) -> (Values, Option<FoundTruth>) {
         let plan = &self.plan.channels[channel];
         let (row, columns) = (self.next[channel], plan.columns.len());
         self.next[channel] += 1;
@@ -173,12 +179,12 @@ impl Frames {
     }
 
     /// Time (s), readings and truth of the next frame.
-    fn next_values(&mut self) -> Option<(f64, Values, Option<Truth>)> {
+    fn next_values(&mut self) -> Option<(f64, Values, Option<FoundTruth>)> {
         let time = self.next_time(0)?;
         let is_first = self.next[0] == 0;
-        let (mut values, mut truth) = (Values::default(), None);
-        let mut add = |(readings, found): (Values, Option<Truth>)| {
-            truth = found.or(truth);
+        let (mut values, mut truth) = ([None; readings::COUNT], None);
+        let mut add = |(readings, found): (Values, Option<FoundTruth>)| {
+            truth = found.or(truth.take());
             for (own, new) in values.iter_mut().zip(readings) {
                 *own = new.or(*own);
             }
@@ -217,10 +223,24 @@ impl Source for Frames {
         let Some((time, values, truth)) = self.next_values() else {
             return Ok(None);
         };
+        let (mut of_plane, mut of_both) = (None, None);
+        match truth {
+            Some(FoundTruth::Plane(truth)) => of_plane = Some(Truth { time, ..*truth }),
+            Some(FoundTruth::Both(truth)) => of_both = Some(truth.at(time)),
+            None => {}
+        }
+        let both = self.plan.is_of_both().then(|| BothSides {
+            readings: whole_frame(time, &values),
+            truth: of_both,
+        });
         Ok(Some(Sample {
             time,
-            truth: truth.map(|truth| Truth { time, ..truth }),
-            sensors: frame(time, &values, self.mount.as_mut()),
+            truth: of_plane,
+            sensors: match &both {
+                Some(both) => side_frame(&both.readings, 0),
+                None => frame(time, &values, self.mount.as_mut()),
+            },
+            both: both.map(Box::new),
             is_record: true,
         }))
     }
@@ -231,14 +251,22 @@ impl Source for Frames {
 
     /// What became of the rows so far.
     fn log_report(&self) -> Option<LogReport> {
-        let present = Reading::all().filter(|r| self.plan.has(*r));
+        let frames = self.next.first().map_or(0, |next| *next as u64);
+        // A column of steering without a value is of a wheel that is not steered.
+        let is_unsteered = |r: &Reading| r.is_steering() && self.missing[r.index()] == frames;
+        let present = Reading::all().filter(|r| self.plan.has(*r) && !is_unsteered(r));
         let missing = present.map(|r| (r.name().to_owned(), self.missing[r.index()]));
         let report = |(channel, (sum, count)): (&Channel, &(f64, u64))| ChannelReport {
             // A count of rows.
             age: if *count > 0 { sum / *count as f64 } else { 0.0 },
             ..channel.report.clone()
         };
-        let (channels, absent) = (self.survey.channels.iter(), self.plan.absent());
+        let channels = self.survey.channels.iter();
+        let absent = match self.plan.is_of_both() {
+            // Steering alone may be missing, and then is 0.
+            true => Vec::new(),
+            false => self.plan.absent(),
+        };
         Some(LogReport {
             source: self.plan.source.display().to_string(),
             start: self.survey.origin.seconds() + self.plan.channels[0].offset,

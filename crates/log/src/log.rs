@@ -14,10 +14,13 @@ use crate::readings::Reading;
 use crate::survey::{Survey, survey};
 use crate::wrap;
 use fnv::FnvHasher;
+use robhaz_estimator::whole::WholeEstimator;
 use robhaz_estimator::{DRIVING_SPEED, Method};
 use robhaz_model::{BodyMount, Robot, Units};
-use robhaz_run::{Run, RunDescription, Source as Samples};
-use robhaz_scene::{ChannelChoice, EstimatorChoice, LogChoice, RecordChoice, is_wheel_angle};
+use robhaz_run::{BothDescription, EstimatorDescription, Run, RunDescription, Source as Samples};
+use robhaz_scene::{
+    ChannelChoice, EstimatorChoice, LogChoice, LogSides, RecordChoice, is_wheel_angle,
+};
 use robhaz_score::signals::median;
 use std::fs::File;
 use std::hash::Hasher as _;
@@ -80,7 +83,7 @@ impl Log {
                 mapped::channels(&path, table.as_deref(), splits.as_deref(), mapping)?
             }
             (None, Some(table)) if mapped::is_mcap(table) => vec![own_names::topic(table)?],
-            (None, Some(table)) => vec![own_names::readings(table)?],
+            (None, Some(table)) => vec![own_names::readings(table, &choice)?],
             (None, None) => return Err(no_table(&path)),
         };
         let mut files: Vec<PathBuf> = Vec::new();
@@ -95,13 +98,18 @@ impl Log {
             source: path,
             channels,
         };
-        warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
+        if plan.is_of_both() || choice.sides == LogSides::Both {
+            check_both(&plan, &mut choice, options)?;
+        } else {
+            warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
+        }
         if let Some(truth) = &options.truth {
             let channels = choice.mapping.iter().flat_map(|m| &m.channels);
             let clock = channels
                 .into_iter()
                 .find(|c| c.name == ChannelChoice::TRUTH);
-            plan.channels.push(own_names::truth(truth, clock)?);
+            plan.channels
+                .push(own_names::truth(truth, clock, plan.is_of_both())?);
             files.push(truth.clone());
         }
         let mut survey = survey(&plan)?;
@@ -130,9 +138,14 @@ impl Log {
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         let mut frames = Frames::new(plan, survey, mount);
         let fingerprint = fingerprint(&files, &choice)?;
-        let all = frames.all();
+        let all = frames.all(0);
         let jitter = Jitter::of(&all, choice.budget.encoder_counts);
-        if !options.allows_empty && signs_are_lost(&all, &choice.robot.robot) {
+        let robot = &choice.robot.robot;
+        let mut lost = signs_are_lost(&all, robot);
+        if choice.sides == LogSides::Both {
+            lost |= signs_are_lost(&frames.all(1), robot);
+        }
+        if !options.allows_empty && lost {
             return Err(LogError::whole(
                 &frames.source(),
                 "all torques touch zero and never pass it, so their signs are lost, and no forces follow from them; allowed: signed currents or torques: log them, or the drivers' direction with them",
@@ -157,7 +170,10 @@ impl Log {
 
     /// The run of its estimators. Of the stated and the measured errors of the time stamps the larger
     /// counts.
-    pub fn into_run(self) -> Run {
+    ///
+    /// # Errors
+    /// [`LogError`] of a rover that cannot be estimated.
+    pub fn into_run(self) -> Result<Run, LogError> {
         let mut choice = self.choice.clone();
         if self.jitter.exceeds(choice.budget.jitter) {
             choice.budget.jitter = self.jitter.sigma;
@@ -165,7 +181,33 @@ impl Log {
         let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
-        Run::of(description, self.into_source())
+        let Some(estimator) = self.whole_estimator(&choice)? else {
+            return Ok(Run::of(description, self.into_source()));
+        };
+        if let (Some(rover), [one]) = (choice.robot.whole_rover(), &description.estimators[..]) {
+            let side = |side: &str| EstimatorDescription {
+                label: format!("{}-{side}", one.label),
+                ..one.clone()
+            };
+            description.both = Some(BothDescription {
+                label: one.label.clone(),
+                coupling: rover.coupling,
+            });
+            description.estimators = ["left", "right"].map(side).into();
+        }
+        Ok(Run::of_both(description, self.into_source(), estimator))
+    }
+
+    /// The estimator of a log of both sides; `None` of another log.
+    fn whole_estimator(&self, choice: &LogChoice) -> Result<Option<WholeEstimator>, LogError> {
+        let (LogSides::Both, [listed]) = (choice.sides, &choice.estimators[..]) else {
+            return Ok(None);
+        };
+        let source = self.frames.source();
+        let rover = own_names::rover(&source, choice)?;
+        let estimator = WholeEstimator::new(&rover, choice.settings(listed), choice.pin);
+        let estimator = estimator.map_err(|e| LogError::whole(&source, e))?;
+        Ok(Some(estimator))
     }
 
     /// Its readings alone.
@@ -244,7 +286,8 @@ fn check_values(
                 Source::Rate(..) if is_topic => {
                     "the messages have no angular_velocity (angular_velocity_covariance[0] = -1); state rate_channel, the channel of the gyroscope"
                 }
-                _ if allows_empty => continue,
+                // Of a wheel that is not steered it is 0.
+                _ if allows_empty || reading.is_steering() => continue,
                 Source::Cell(cell) if channel.columns[cell].ends_with(".position") => {
                     "allowed: numbers; of joints without a position column = \"NAME.velocity\" integrates the speed"
                 }
@@ -295,6 +338,33 @@ fn check_truth(
     let is_whole = truth.whole == truth.rows;
     let notice = format!("the truth is compared with where it has N and T of each wheel: {lacks}");
     Ok((!is_whole).then_some(notice))
+}
+
+/// Checks that a log of both sides has all that is needed, of a rover that can be estimated.
+fn check_both(plan: &Plan, choice: &mut LogChoice, options: &LogOptions) -> Result<(), LogError> {
+    let refused = |message: String| Err(LogError::whole(&plan.source, message));
+    if choice.states_sides && choice.sides != LogSides::Both {
+        return refused(format!(
+            "has readings of both sides, and the description states sides = \"{}\"; allowed: \"both\", or readings of one side",
+            choice.sides.name()
+        ));
+    }
+    let rover = own_names::rover(&plan.source, choice)?;
+    choice.sides = LogSides::Both;
+    let needed = Reading::of_both(rover.coupling).filter(|r| !r.is_steering() && !plan.has(*r));
+    let missing: Vec<&str> = needed.map(Reading::name).collect();
+    if !missing.is_empty() {
+        return refused(format!(
+            "has no {}, and a log of both sides needs each; allowed to be missing: steering of wheels that are not steered. Inclination, roll and their rates and that of yaw may come from one [imu.body]; of a bogie without a sensor, or of one side alone, map that side's readings as wheel1_angle ... and state sides = \"one of two\"",
+            missing.join(", ")
+        ));
+    }
+    if options.contact_angles == Some(true) {
+        return refused("the estimator of both sides finds contact angles and takes none; allowed: --contact-angles none".to_owned());
+    }
+    choice
+        .keep_one_of_both(options.named_estimators)
+        .map_err(|error| LogError::whole(&plan.source, error))
 }
 
 /// Leaves out contact angles, or the estimators that need them. Returns what the user should know.

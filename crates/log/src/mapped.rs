@@ -10,7 +10,8 @@ use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
 use crate::units::{Kind, Stated, Unit};
 use robhaz_scene::{
-    ChannelChoice, ImuChoice, InclinationSource, Mapping, ReadingChoice, World, is_wheel_angle,
+    ChannelChoice, ImuChoice, InclinationSource, Mapping, ReadingChoice, World, is_of_both,
+    is_wheel_angle,
 };
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
@@ -52,8 +53,9 @@ pub fn channels(
     for reading in &mapping.readings {
         named(&mut channels, &reading.channel).add_reading(reading);
     }
+    let both = mapping.readings.iter().any(|r| is_of_both(r.name));
     for imu in &mapping.imus {
-        add_imu(&mut channels, imu);
+        add_imu(&mut channels, imu, both);
     }
     let choices = mapping.channels.iter();
     for channel in &mut channels {
@@ -158,7 +160,7 @@ fn named<'a>(channels: &'a mut [ChannelPlan], name: &str) -> &'a mut ChannelPlan
 
 impl ChannelPlan {
     /// The cell of a column, which is read from now on.
-    fn cell(&mut self, column: &str) -> usize {
+    pub fn cell(&mut self, column: &str) -> usize {
         let known = self.columns.iter().position(|c| c == column);
         known.unwrap_or_else(|| {
             self.columns.push(column.to_owned());
@@ -205,15 +207,43 @@ impl ChannelPlan {
     }
 }
 
-/// Adds the readings of a sensor, but those that have a column of their own.
-fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice) {
-    let names = ["inclination", "rate"].map(|part| format!("{}_{part}", imu.link));
-    let is_free = |name: &String| {
-        let mut readings = channels.iter().flat_map(|c| &c.readings);
-        !readings.any(|(reading, _)| reading.name() == name)
+/// The axes forward and up of a sensor as in ROS.
+pub const FORWARD: [f64; 3] = [1.0, 0.0, 0.0];
+/// See [`FORWARD`].
+pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Inclination or roll of a body with both sides, by the direction up and the sensor's axes forward
+/// and up.
+pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Formula {
+    let source = match name {
+        "body_roll" => Source::Inclination(from, [across(up, forward), up]),
+        _ => Source::Pitch(from, [forward, up]),
     };
-    let [has_inclination, has_rate] = names.each_ref().map(is_free);
-    if has_inclination {
+    Formula {
+        source,
+        factor: 1.0,
+        offset: 0.0,
+        is_direction: true,
+    }
+}
+
+/// Adds the readings of a sensor, but those that have a column of their own; of a log of `both`
+/// sides roll and yaw, too.
+fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice, both: bool) {
+    let axes = [imu.forward, imu.up];
+    let rates = [
+        ("rate", across(imu.forward, imu.up), imu.rate_offset),
+        ("roll_rate", imu.forward, imu.roll_rate_offset),
+        ("yaw_rate", imu.up, imu.yaw_rate_offset),
+    ];
+    for (part, offset) in [
+        ("inclination", imu.inclination_offset),
+        ("roll", imu.roll_offset),
+    ] {
+        let name = format!("{}_{part}", imu.link);
+        if !both && part == "roll" || !is_free(channels, &name) {
+            continue;
+        }
         let channel = named(channels, &imu.channel);
         let (force, orientation) = (imu.acceleration.each_ref(), imu.orientation.each_ref());
         let up = match imu.inclination {
@@ -225,27 +255,40 @@ fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice) {
                 Upward::Orientation(orientation.map(|c| channel.cell(c)), up)
             }
         };
-        let inclination = Formula {
-            source: Source::Inclination(up, [imu.forward, imu.up]),
-            factor: 1.0,
-            offset: imu.inclination_offset,
-            is_direction: true,
+        let of_one_side = Formula {
+            source: Source::Inclination(up, axes),
+            ..direction(&name, up, axes)
         };
-        channel.add(&names[0], inclination);
+        let formula = if both {
+            direction(&name, up, axes)
+        } else {
+            of_one_side
+        };
+        channel.add(&name, Formula { offset, ..formula });
     }
-    if has_rate {
+    for (part, axis, offset) in rates {
+        let name_of = format!("{}_{part}", imu.link);
+        if !both && part != "rate" || !is_free(channels, &name_of) {
+            continue;
+        }
         let own = [&imu.rate_channel, &imu.channel];
         let name = own.into_iter().find(|name| !name.is_empty());
         let channel = named(channels, name.map_or("", String::as_str));
         let velocity = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
         let rate = Formula {
-            source: Source::Rate(velocity, across(imu.forward, imu.up)),
+            source: Source::Rate(velocity, axis),
             factor: imu.rate_factor,
-            offset: imu.rate_offset,
+            offset,
             is_direction: false,
         };
-        channel.add(&names[1], rate);
+        channel.add(&name_of, rate);
     }
+}
+
+/// Whether no channel has a reading yet.
+fn is_free(channels: &[ChannelPlan], name: &str) -> bool {
+    let mut readings = channels.iter().flat_map(|c| &c.readings);
+    !readings.any(|(reading, _)| reading.name() == name)
 }
 
 /// Whether a reading is the angle of a wheel, and its unit one of a speed.

@@ -1,23 +1,27 @@
 //! Tables with the column names that a run writes.
 
 use crate::error::LogError;
-use crate::formula::Formula;
-use crate::mapped;
+use crate::formula::{Formula, Upward};
+use crate::mapped::{self, FORWARD, UP, direction};
 use crate::mcap_events::Clock;
 use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
 use crate::units::Unit;
-use robhaz_scene::ChannelChoice;
+use robhaz_model::{Suspension, WholeRover};
+use robhaz_scene::{ChannelChoice, LogChoice, LogSides, RobotChoice};
 use std::path::Path;
 
 /// Name of the time column.
 const TIME: &str = "time";
 /// What helps when a table has other columns.
 const REMEDY: &str = "rename the columns, or say with --sensors SENSORS.toml which column is which reading and its unit (docs/logs.md)";
+/// What helps when a table has columns of both sides.
+const BOTH_REMEDY: &str =
+    "it has columns of both sides: state sides = \"both\", or none, in the description";
 /// What to do about a table of the truth. A description does not map its columns.
-const TRUTH_REMEDY: &str = "rename the columns as in the table truth of a run: time, and wheelN_normal_force and wheelN_traction of each wheel";
+const TRUTH_REMEDY: &str = "rename the columns as in the table truth of a run: time, and wheelN_normal_force and wheelN_traction of each wheel, of both sides left_wheelN_... and right_wheelN_...";
 
 /// The topic with the readings of an exported run.
 pub const TOPIC: &str = "/robhaz/readings";
@@ -43,13 +47,19 @@ pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
 }
 
 /// The channel of a table of readings with the names of a run's table `sensors`. Contact angles may
-/// be absent.
+/// be absent. A table with wheels of both sides is one of both, unless `choice` states what it is of.
 ///
 /// # Errors
 ///
 /// [`LogError`] with all missing columns and wrong units.
-pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
+pub fn readings(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
     let mut table = Table::open(path, mapped::time(None))?;
+    let is_wheel =
+        |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
+    let has_both = table.found.iter().any(is_wheel);
+    if choice.sides == LogSides::Both || has_both && !choice.states_sides {
+        return table.of_both(choice);
+    }
     for reading in Reading::of_frame() {
         let found = match reading.is_contact_angle() {
             true => table.column(reading.name(), reading.unit()),
@@ -62,7 +72,7 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
         }
     }
     table.find_time();
-    table.checked(REMEDY)
+    table.checked(if has_both { BOTH_REMEDY } else { REMEDY })
 }
 
 /// The channel of a table of the truth with the names of a run's table `truth`: at least N and T of
@@ -71,9 +81,13 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
 /// # Errors
 ///
 /// As [`readings`].
-pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, LogError> {
+pub fn truth(
+    path: &Path,
+    clock: Option<&ChannelChoice>,
+    both: bool,
+) -> Result<ChannelPlan, LogError> {
     let mut table = Table::open(path, mapped::time(clock))?;
-    for name in truth::required() {
+    for name in truth::required(both) {
         table.required(&name, "N");
     }
     if clock.is_none() {
@@ -86,13 +100,48 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, 
             .extend(time.columns().filter(is_missing).cloned());
     }
     let columns = table.found.iter().map(|c| c.name.clone());
-    let columns: Vec<String> = columns.filter(|name| truth::is_column(name)).collect();
+    let is_column = if both {
+        truth::is_column_of_both
+    } else {
+        truth::is_column
+    };
+    let columns: Vec<String> = columns.filter(|name| is_column(name)).collect();
     Ok(ChannelPlan {
         offset: clock.map_or(0.0, |c| c.offset),
         truth: Some(truth::TruthColumns::new(&columns)),
         columns,
         ..table.checked(TRUTH_REMEDY)?
     })
+}
+
+/// The rover of a log of both sides.
+///
+/// # Errors
+/// [`LogError`] where the robot does not state what lies across, or cannot.
+pub fn rover(path: &Path, choice: &LogChoice) -> Result<WholeRover, LogError> {
+    let RobotChoice {
+        geometry_name,
+        robot,
+        ..
+    } = &choice.robot;
+    choice.robot.whole_rover().ok_or_else(|| {
+        let what = match robot.geometry.suspension {
+            Suspension::FourBar => "is a four-bar: how two of them share the body's moment, statics do not say; allowed: a robot with suspension.kind = \"bogie\", or the readings of one side",
+            Suspension::Bogie { .. } => "has no [robot.across]; allowed: a robot file with this section (docs/scenes.md#across), by --robot ROBOT.toml, or the readings of one side",
+        };
+        let message = format!("has readings of both sides, and the robot {geometry_name} {what}");
+        LogError::whole(path, message)
+    })
+}
+
+/// Name of a column without its unit in brackets.
+fn bare(column: &ColumnInfo) -> &str {
+    column
+        .name
+        .split(['[', '('])
+        .next()
+        .unwrap_or_default()
+        .trim()
 }
 
 /// A table in which columns are looked for by their names.
@@ -116,15 +165,11 @@ impl Table {
 
     /// The full name of a column, which may have its unit in brackets. Another unit is a problem.
     fn column(&mut self, name: &str, allowed: &str) -> Option<String> {
-        let bare = |column: &&ColumnInfo| {
-            let text = column.name.split(['[', '(']).next().unwrap_or_default();
-            text.trim() == name
-        };
         let ColumnInfo {
             name,
             unit,
             is_time_stamp,
-        } = self.found.iter().find(bare)?;
+        } = self.found.iter().find(|column| bare(column) == name)?;
         // However it is written.
         let is_same = |found: &str| match (Unit::of(found), Unit::of(allowed)) {
             (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
@@ -145,6 +190,34 @@ impl Table {
             self.missing.push(name.to_owned());
         }
         found
+    }
+
+    /// The channel of a log of both sides. Inclination and roll may follow from the specific force.
+    fn of_both(mut self, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+        let rover = rover(&self.channel.path, choice)?;
+        let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
+        let has = |name: &String| self.found.iter().any(|c| bare(c) == name);
+        let has_force = force.iter().all(has);
+        for reading in Reading::of_both(rover.coupling) {
+            let (name, unit) = (reading.name(), reading.unit());
+            let is_direction = ["body_inclination", "body_roll"].contains(&name);
+            let found = match reading.is_steering() || is_direction && has_force {
+                true => self.column(name, unit),
+                false => self.required(name, unit),
+            };
+            let formula = match found {
+                Some(name) => Formula::of_cell(self.channel.cell(&name)),
+                None if is_direction && has_force => {
+                    let of_force = force.each_ref().map(|name| self.column(name, "m/s^2"));
+                    let cells = of_force.map(|name| self.channel.cell(&name.unwrap_or_default()));
+                    direction(name, Upward::SpecificForce(cells), [FORWARD, UP])
+                }
+                None => continue,
+            };
+            self.channel.readings.push((reading, formula));
+        }
+        self.find_time();
+        self.checked("rename the columns, or map them with --sensors SENSORS.toml (docs/logs.md#both-sides); body_specific_force_x, _y and _z stand in for body_inclination and body_roll")
     }
 
     fn find_time(&mut self) {

@@ -4,11 +4,10 @@ use crate::bag;
 use crate::error::LogError;
 use crate::formula::Formula;
 use crate::mcap_events::{self, Clock, Wanted};
-use crate::readings::{Reading, Values};
+use crate::readings::{COUNT, Reading, Values};
 use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
-use crate::truth::TruthColumns;
+use crate::truth::{FoundTruth, TruthColumns};
 use crate::{csv_table, parquet_rows};
-use robhaz_sim::Truth;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -163,13 +162,13 @@ impl ChannelPlan {
     }
 
     /// What a row's cells give: readings, truth.
-    pub fn content(&self, cells: &[f64]) -> (Values, Option<Truth>) {
-        let mut values = Values::default();
+    pub fn content(&self, cells: &[f64]) -> (Values, Option<FoundTruth>) {
+        let mut values: Values = [None; COUNT];
         for (reading, formula) in &self.readings {
             values[reading.index()] = formula.value(cells);
         }
         let columns = self.truth.as_ref();
-        (values, columns.and_then(|columns| columns.truth(cells)))
+        (values, columns.and_then(|columns| columns.found(cells)))
     }
 }
 
@@ -232,13 +231,19 @@ impl Plan {
 
     /// Whether readings of the body stand in place of those of the links.
     pub fn is_of_body(&self) -> bool {
-        Reading::all().any(|r| r.is_of_body() == Some(true) && self.has(r))
+        let is_of_body = |r: Reading| r.is_of_body() == Some(true) && self.has(r);
+        !self.is_of_both() && Reading::all().any(is_of_body)
     }
 
-    /// The readings that no channel has, of those that are needed.
+    /// Whether it has readings of both sides.
+    pub fn is_of_both(&self) -> bool {
+        Reading::all().any(|r| r.is_of_both() && self.has(r))
+    }
+
+    /// The readings that no channel has, of those that one side needs.
     pub fn absent(&self) -> Vec<Reading> {
         let other = Some(!self.is_of_body());
-        let needed = Reading::all().filter(|r| r.is_of_body() != other);
+        let needed = Reading::all().filter(|r| r.is_of_body() != other && !r.is_of_both());
         needed.filter(|r| !self.has(*r)).collect()
     }
 }

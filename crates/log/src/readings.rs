@@ -1,8 +1,9 @@
 //! The readings of a frame by name.
 
+use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{LinkReading, SensorFrame};
-use robhaz_model::{BodyMount, BodyReading, LinkReadings};
-use robhaz_scene::{READINGS, is_of_body};
+use robhaz_model::{BodyMount, BodyReading, Coupling, LinkReadings};
+use robhaz_scene::{READINGS, is_of_body, is_of_both};
 
 /// Number of readings of a frame.
 pub const COUNT: usize = READINGS.len();
@@ -22,7 +23,30 @@ impl Reading {
 
     /// Those of a frame: of the wheels and of the links.
     pub fn of_frame() -> impl Iterator<Item = Self> {
-        Self::all().filter(|reading| reading.is_of_body() != Some(true))
+        Self::all().filter(|r| r.is_of_body() != Some(true) && !r.is_of_both())
+    }
+
+    /// Those that a log of both sides can have of a rover with this coupling.
+    pub fn of_both(coupling: Coupling) -> impl Iterator<Item = Self> {
+        let other = match coupling {
+            Coupling::Differential => Self::REAR_BOGIE,
+            Coupling::RearBogie => Self::DIFFERENTIAL,
+        };
+        let is_of_body = |name| ["body_inclination", "body_rate"].contains(&name);
+        Self::all().filter(move |r| (r.is_of_both() || is_of_body(r.name())) && r.name() != other)
+    }
+
+    const DIFFERENTIAL: &str = "differential_angle";
+    const REAR_BOGIE: &str = "rear_bogie_angle";
+
+    /// Whether only a log of both sides has it.
+    pub fn is_of_both(self) -> bool {
+        is_of_both(self.name())
+    }
+
+    /// Whether a log of both sides may lack it: a wheel that is not steered.
+    pub fn is_steering(self) -> bool {
+        self.name().ends_with("_steering")
     }
 
     /// Whether it is of the links, or of the body and pin Q in their place; `None` of the wheels.
@@ -60,7 +84,7 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
     let wheel = |part: usize| [0, 1, 2].map(|i| values[3 * i + part]);
     let links = match mount {
         Some(mount) => {
-            let [.., inclination, rate, pin] = *values;
+            let [inclination, rate, pin] = BODY.map(|i| values[i]);
             let wheels = wheel(0);
             mount.links(
                 time,
@@ -88,5 +112,53 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
         link1: link(0),
         link2: link(1),
         contact_angle: wheel(2),
+    }
+}
+
+/// Places of inclination and rate of the body, and of the angle of pin Q.
+const BODY: [usize; 3] = [13, 14, 15];
+/// Place of the first reading of both sides: angle, torque and steering of the left front wheel.
+const BOTH: usize = 16;
+
+/// The frame of a time (s) of a log of both sides.
+pub fn whole_frame(time: f64, values: &Values) -> WholeFrame {
+    let wheels = |part: usize| core::array::from_fn(|i| values[BOTH + 3 * i + part]);
+    let [
+        left,
+        right,
+        differential,
+        rear_bogie,
+        roll,
+        roll_rate,
+        yaw_rate,
+    ] = core::array::from_fn(|k| values[BOTH + 18 + k]);
+    let [inclination, rate, _] = BODY.map(|i| values[i]);
+    WholeFrame {
+        time,
+        wheel_angle: wheels(0),
+        motor_torque: wheels(1),
+        steering: wheels(2),
+        pins: [left, right],
+        coupling: differential.or(rear_bogie),
+        inclination,
+        roll,
+        rates: [roll_rate, rate, yaw_rate],
+    }
+}
+
+/// The wheels of one side (0 left, 1 right), without links.
+pub fn side_frame(whole: &WholeFrame, side: usize) -> SensorFrame {
+    let of = |wheels: &[Option<f64>; 6]| [0, 1, 2].map(|i| wheels[3 * side + i]);
+    let none = LinkReading {
+        inclination: None,
+        rate: None,
+    };
+    SensorFrame {
+        time: whole.time,
+        wheel_angle: of(&whole.wheel_angle),
+        motor_torque: of(&whole.motor_torque),
+        link1: none,
+        link2: none,
+        contact_angle: [None; 3],
     }
 }

@@ -2,12 +2,54 @@
 
 use crate::stamp::Stamp;
 use robhaz_model::Vec2;
+use robhaz_run::BothTruth;
 use robhaz_sim::Truth;
 
-/// Columns that a table of the truth must have.
-pub fn required() -> Vec<String> {
-    let of_wheel = |i| ["normal_force", "traction"].map(|c| format!("wheel{i}_{c}"));
-    (1..=3).flat_map(of_wheel).collect()
+/// Start of the names of the wheels of each side.
+const SIDES: [&str; 2] = ["left_", "right_"];
+/// What a table of the truth must have of each wheel.
+const REQUIRED: [&str; 2] = ["normal_force", "traction"];
+/// What one of both sides may have of each wheel besides: N in the wheel's plane, which is what an
+/// estimate is.
+const IN_PLANE: &str = "in_plane_normal_force";
+
+/// Columns that a table of the truth must have; one of `both` sides those of six wheels.
+pub fn required(both: bool) -> Vec<String> {
+    let sides: &[&str] = if both { &SIDES } else { &[""] };
+    let of_wheel = |(side, i)| REQUIRED.map(|c| format!("{side}wheel{i}_{c}"));
+    let wheels = sides
+        .iter()
+        .flat_map(|side| (1..=3).map(move |i| (side, i)));
+    wheels.flat_map(of_wheel).collect()
+}
+
+/// Whether columns are those of the truth of both sides.
+pub fn is_of_both(columns: &[String]) -> bool {
+    let mut starts = columns.iter();
+    starts.any(|name| SIDES.iter().any(|side| name.starts_with(side)))
+}
+
+/// What a row of a table of the truth gives.
+#[derive(Clone, Debug)]
+pub enum FoundTruth {
+    /// The truth of one side or of a robot in the plane.
+    Plane(Box<Truth>),
+    /// That of both sides.
+    Both(Box<FoundBoth>),
+}
+
+/// The truth of both sides in a row.
+#[derive(Clone, Copy, Debug)]
+pub struct FoundBoth(BothTruth);
+
+impl FoundBoth {
+    /// With its time, s.
+    pub fn at(self, time: f64) -> BothTruth {
+        BothTruth {
+            sides: self.0.sides.map(|truth| Truth { time, ..truth }),
+            ..self.0
+        }
+    }
 }
 
 /// Which rows of a table of the truth can be compared with: those with N and T of every wheel.
@@ -26,7 +68,7 @@ pub struct TruthRows {
 impl TruthRows {
     /// No rows yet of a table with these columns, among them the required ones.
     pub fn new(columns: &[String]) -> Self {
-        let required = required();
+        let required = required(is_of_both(columns));
         let cells = (0..columns.len()).filter(|i| required.contains(&columns[*i]));
         Self {
             rows: 0,
@@ -148,9 +190,18 @@ fn place(column: &str) -> Option<usize> {
     numbers.iter().position(|(names, _)| is(*names))
 }
 
-/// Whether a column belongs to the truth.
+/// Whether a column belongs to the truth of one side.
 pub fn is_column(name: &str) -> bool {
     place(name).is_some()
+}
+
+/// Whether a column belongs to the truth of both sides: what is compared with.
+pub fn is_column_of_both(name: &str) -> bool {
+    let mut sides = SIDES.iter();
+    let wheel = sides.find_map(|side| name.strip_prefix(side));
+    let parts = REQUIRED.into_iter().chain([IN_PLANE]);
+    let all = parts.flat_map(|part| (1..=3).map(move |i| format!("wheel{i}_{part}")));
+    wheel.is_some_and(|wheel| all.into_iter().any(|column| column == wheel))
 }
 
 /// How the rows of a table are read as truth.
@@ -160,6 +211,8 @@ pub struct TruthColumns {
     places: Vec<usize>,
     /// Whether the table has N of the equivalent contact of each wheel, as tables of runs have.
     has_equivalent: [bool; 3],
+    /// Of a table of both sides, the cells of each wheel: N, T, N in the wheel's plane.
+    both: Option<[[Option<usize>; 3]; 6]>,
 }
 
 impl TruthColumns {
@@ -169,7 +222,42 @@ impl TruthColumns {
         Self {
             places: columns.iter().filter_map(|name| place(name)).collect(),
             has_equivalent: [1, 2, 3].map(|i| columns.contains(&equivalent(i))),
+            both: is_of_both(columns).then(|| {
+                core::array::from_fn(|i| {
+                    let (side, wheel) = (SIDES[i / 3], i % 3 + 1);
+                    [REQUIRED[0], REQUIRED[1], IN_PLANE].map(|part| {
+                        let name = format!("{side}wheel{wheel}_{part}");
+                        columns.iter().position(|column| *column == name)
+                    })
+                })
+            }),
         }
+    }
+
+    /// The truth of a row's cells, as [`Self::truth`] gives it, of one side or of both.
+    pub fn found(&self, cells: &[f64]) -> Option<FoundTruth> {
+        let Some(both) = &self.both else {
+            return self
+                .truth(cells)
+                .map(|truth| FoundTruth::Plane(Box::new(truth)));
+        };
+        let of = |part: usize| {
+            let value = |wheel: &[Option<usize>; 3]| wheel[part].map_or(f64::NAN, |c| cells[c]);
+            both.each_ref().map(value)
+        };
+        let [normal_force, traction, in_plane] = [of(0), of(1), of(2)];
+        let in_plane = in_plane.iter().all(|n| n.is_finite()).then_some(in_plane);
+        let (compared, names) = (in_plane.unwrap_or(normal_force), required(false));
+        let columns = Self::new(&names);
+        let side = |k: usize| {
+            let of_wheel = |i: usize| [compared[3 * k + i], traction[3 * k + i]];
+            columns.truth(&[0, 1, 2].map(of_wheel).concat())
+        };
+        Some(FoundTruth::Both(Box::new(FoundBoth(BothTruth {
+            sides: [side(0)?, side(1)?],
+            normal_force,
+            in_plane,
+        }))))
     }
 
     /// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to

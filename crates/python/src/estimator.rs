@@ -168,6 +168,7 @@ fn frame<'a>(
         truth: None,
         clearances: None,
         commands: None,
+        both: None,
         sensors,
         estimates,
         ground: EstimatedTerrain::default(),

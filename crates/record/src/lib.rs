@@ -47,8 +47,8 @@ pub use report::{comparison_json, comparison_table};
 pub use scores::ScoreColumn;
 pub use study_page::study_page;
 pub use summary::{
-    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, MeanForces, NominalRobot,
-    SensorErrors, Summary, SummarySink,
+    BothSummary, BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, MeanForces,
+    NominalRobot, SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
 pub use table_file::{GROUP_ROWS, TableFile, TableFormat};

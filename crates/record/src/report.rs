@@ -5,7 +5,7 @@ use crate::grid::Grid;
 use crate::log_lines::{MEANS, log_lines, means};
 use crate::scores::ScoreColumn;
 use crate::summary::{
-    BrokenOff, ClearanceSummary, EstimatorSummary, Faulty, FrictionSummary, Summary,
+    BothSummary, BrokenOff, ClearanceSummary, EstimatorSummary, Faulty, FrictionSummary, Summary,
 };
 use indexmap::IndexMap;
 use robhaz_score::Progress;
@@ -36,7 +36,12 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let floods = runs
         .iter()
         .flat_map(|(label, summary)| flood(label, summary));
-    let mut text = floods.chain(tables).collect::<Vec<_>>().join("\n");
+    let of_both = runs.iter().filter_map(|(label, summary)| {
+        let warning = summary.both.as_ref()?.warning()?;
+        Some(format!("{label}: {warning}"))
+    });
+    let warnings = floods.chain(of_both);
+    let mut text = warnings.chain(tables).collect::<Vec<_>>().join("\n");
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&remarks(label, summary).join("\n"));
@@ -52,6 +57,7 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
             "  {label} broke off at {time_s:.3} s: {reason}. The errors are of what was recorded."
         ));
     }
+    lines.extend(summary.both.iter().flat_map(BothSummary::lines));
     lines.extend(two_contacts(summary));
     let trouble = summary.progress.as_ref().and_then(trouble);
     let touch = summary.clearance.as_ref().and_then(touch);

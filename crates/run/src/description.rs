@@ -2,7 +2,7 @@
 
 use fnv::FnvHasher;
 use robhaz_estimator::EstimatorSettings;
-use robhaz_model::Robot;
+use robhaz_model::{Coupling, Robot};
 use robhaz_scene::{
     EstimatorChoice, LogChoice, ModelErrorTooLarge, RecordChoice, RobotChoice, Scene,
 };
@@ -32,6 +32,17 @@ pub struct RunDescription {
     pub has_truth: bool,
     /// The scene of a simulation. `None` for a log.
     pub world: Option<Box<Scene>>,
+    /// Of a log of both sides; `None` for other runs.
+    pub both: Option<BothDescription>,
+}
+
+/// What is known of a run of both sides. Its estimators are the sides, left and right.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BothDescription {
+    /// Name of the estimator of both.
+    pub label: String,
+    /// What joins the sides.
+    pub coupling: Coupling,
 }
 
 /// An estimator of a run.
@@ -75,6 +86,7 @@ impl RunDescription {
             nominal_damping: scene.model_error.nominal_damping(damping),
             has_truth: true,
             world: Some(Box::new(scene.clone())),
+            both: None,
         })
     }
 
@@ -102,6 +114,7 @@ impl RunDescription {
             nominal_damping: choice.viscous_damping,
             has_truth: false,
             world: None,
+            both: None,
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::ground::{EstimatedTerrain, Memory};
 use crate::source::{Sample, sensor_frame};
 use rayon::prelude::*;
+use robhaz_estimator::whole::{WholeEstimate, WholeEstimator};
 use robhaz_estimator::{
     Estimate, EstimateError, Estimator, EstimatorSettings, GroundPoint, SensorFrame,
 };
@@ -13,10 +14,15 @@ use robhaz_sim::sensors::Sensors;
 
 /// Stands at the place of an estimate until it is there.
 const NOT_YET: Result<Estimate, EstimateError> = Err(EstimateError::Missing { field: "any" });
+/// The estimate of a sample without readings of both sides.
+const NO_READING: Result<WholeEstimate, EstimateError> =
+    Err(EstimateError::Missing { field: "any" });
 
 /// The estimators of a run.
 pub struct Estimators {
     estimators: Vec<Estimator>,
+    /// The one estimator of a log of both sides, in place of others.
+    whole: Option<Box<WholeEstimator>>,
     estimates: Vec<Result<Estimate, EstimateError>>,
     /// Points of the ground that each has completed, and no record has given.
     pub(crate) completed: Vec<Vec<GroundPoint>>,
@@ -30,7 +36,18 @@ impl Estimators {
         Self {
             estimates: Vec::with_capacity(estimators.len()),
             completed: vec![Vec::new(); estimators.len()],
+            whole: None,
             estimators,
+        }
+    }
+
+    /// The estimator of a log of both sides. Its sides count as two estimators.
+    pub fn of_both(whole: WholeEstimator) -> Self {
+        Self {
+            whole: Some(Box::new(whole)),
+            estimators: Vec::new(),
+            estimates: Vec::new(),
+            completed: vec![Vec::new(); 2],
         }
     }
 
@@ -52,9 +69,24 @@ impl Estimators {
         &mut self,
         samples: &[Sample],
         to: &mut Vec<Result<Estimate, EstimateError>>,
+        wholes: &mut Vec<Option<WholeEstimate>>,
     ) {
         let count = self.count();
         to.resize(samples.len() * count, NOT_YET);
+        wholes.clear();
+        if let Some(whole) = &mut self.whole {
+            for (sample, sides) in samples.iter().zip(to.chunks_mut(count)) {
+                let found = sample
+                    .both
+                    .as_ref()
+                    .map_or(NO_READING, |both| whole.update(&both.readings));
+                for (k, side) in sides.iter_mut().enumerate() {
+                    *side = found.as_ref().map(|found| found.sides[k]).map_err(|e| *e);
+                }
+                wholes.push(found.ok());
+            }
+            return;
+        }
         let mut places: Vec<Vec<_>> = (0..count)
             .map(|_| Vec::with_capacity(samples.len()))
             .collect();
@@ -88,13 +120,15 @@ impl Estimators {
 
     /// Number of the estimators.
     pub(crate) fn count(&self) -> usize {
-        self.estimators.len()
+        self.completed.len()
     }
 
     /// Copies of the points in the memory of each estimator.
     pub(crate) fn memory(&self) -> Vec<Vec<GroundPoint>> {
         let memories = self.estimators.iter().map(Estimator::ground);
-        memories.map(Iterator::collect).collect()
+        let mut memories: Vec<_> = memories.map(Iterator::collect).collect();
+        memories.resize(self.count(), Vec::new());
+        memories
     }
 }
 

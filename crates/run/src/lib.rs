@@ -18,6 +18,7 @@
 //! act from the next sample on. [`DrivenPlant`] is the same loop for those who need the truth
 //! alone, as the checks of [`verify`] do.
 
+mod both;
 mod clearance;
 mod description;
 mod driver;
@@ -30,8 +31,9 @@ mod sink;
 mod source;
 pub mod verify;
 
+pub use both::{BothFrame, BothSides, BothTruth};
 pub use clearance::TruthClearance;
-pub use description::{EstimatorDescription, RunDescription};
+pub use description::{BothDescription, EstimatorDescription, RunDescription};
 pub use driver::{DrivenPlant, Driver};
 pub use error::{MOST_KEPT, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
@@ -41,6 +43,7 @@ pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
 use robhaz_estimator::GroundPoint;
+use robhaz_estimator::whole::WholeEstimator;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use std::sync::Arc;
@@ -108,6 +111,18 @@ impl Run {
     /// several threads.
     pub fn of(description: RunDescription, source: Box<dyn Source + Send>) -> Self {
         Self::ready(description, source).on_threads()
+    }
+
+    /// The run of the estimator of both sides on recorded readings of both. The estimators of its
+    /// description are the sides, left and right.
+    pub fn of_both(
+        description: RunDescription,
+        source: Box<dyn Source + Send>,
+        estimator: WholeEstimator,
+    ) -> Self {
+        let mut run = Self::of(description, source);
+        run.estimators = Estimators::of_both(estimator);
+        run
     }
 
     /// Source, estimators and sinks work on several threads, where no control needs the estimates:
@@ -235,6 +250,8 @@ impl Run {
                 clearances: clearance.and_then(|(c, truth)| c.for_sinks(truth)),
                 truth,
                 sensors: &sample.sensors,
+                // Logs run on several threads.
+                both: None,
                 estimates: self.estimators.estimates(),
                 commands,
                 ground: self.estimators.ground(),

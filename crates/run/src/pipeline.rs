@@ -9,6 +9,7 @@
 //! source --samples--> estimators and clearance, side by side --records--> sinks
 //! ```
 
+use crate::both::BothFrame;
 use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
@@ -16,6 +17,7 @@ use crate::ground::{EstimatedTerrain, Memory};
 use crate::sink::Frame;
 use crate::source::{Sample, Source};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use robhaz_estimator::whole::WholeEstimate;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
 use robhaz_sim::clearance::Clearances;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,6 +45,8 @@ struct Batch {
     failure: Option<RunError>,
     /// Estimates of one sample after the other.
     estimates: Vec<Result<Estimate, EstimateError>>,
+    /// Estimates of both sides, one a sample of a log of both.
+    wholes: Vec<Option<WholeEstimate>>,
     /// Clearances of one record after the other, where a sink needs them; none for recorded
     /// readings.
     clearances: Vec<Option<Clearances>>,
@@ -164,18 +168,19 @@ fn estimate_all(
         let Batch {
             samples,
             estimates,
+            wholes,
             clearances,
             ..
         } = &mut batch;
         match clearance.as_mut() {
-            None => pool.install(|| estimators.update_all(samples, estimates)),
+            None => pool.install(|| estimators.update_all(samples, estimates, wholes)),
             Some(clearance) => {
                 let records = samples.iter().filter(|sample| sample.is_record);
                 let truths = records.filter_map(|sample| sample.truth.as_ref());
                 let of_truths = truths.map(|truth| clearance.for_sinks(truth));
                 clearances.clear();
                 pool.join(
-                    || estimators.update_all(samples, estimates),
+                    || estimators.update_all(samples, estimates, wholes),
                     || clearances.extend(of_truths),
                 );
             }
@@ -217,6 +222,10 @@ fn records(
             truth: sample.truth.as_ref(),
             clearances: clearances.next().copied().flatten(),
             sensors: &sample.sensors,
+            both: sample.both.as_deref().map(|sides| BothFrame {
+                sides,
+                estimate: batch.wholes.get(k).and_then(Option::as_ref),
+            }),
             estimates: estimates(k).unwrap_or_default(),
             commands: None,
             ground: match last == Some(k) {

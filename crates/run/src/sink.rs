@@ -1,5 +1,6 @@
 //! Receivers of a run's records.
 
+use crate::both::BothFrame;
 use crate::description::RunDescription;
 use crate::ground::EstimatedTerrain;
 use crate::log_report::LogReport;
@@ -22,6 +23,8 @@ pub struct Frame<'a> {
     pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
+    /// Readings, truth and estimate of a log of both sides; `None` of other runs.
+    pub both: Option<BothFrame<'a>>,
     /// The estimate of each estimator, in the order of [`RunDescription::estimators`].
     pub estimates: &'a [Result<Estimate, EstimateError>],
     /// The commands that the control derives from these readings and estimates; they act from the

@@ -1,5 +1,6 @@
 //! Sources of readings.
 
+use crate::both::BothSides;
 use crate::error::RunError;
 use crate::log_report::LogReport;
 use robhaz_estimator::{LinkReading, SensorFrame};
@@ -10,7 +11,7 @@ use robhaz_sim::{Plant, Truth};
 use std::sync::Arc;
 
 /// One sample of a source.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Sample {
     /// Time since the start of the run, s.
     pub time: f64,
@@ -18,6 +19,8 @@ pub struct Sample {
     pub truth: Option<Truth>,
     /// The readings of the sensors.
     pub sensors: SensorFrame,
+    /// Of a log of both sides, its readings and truth: `sensors` then has those of the left wheels.
+    pub both: Option<Box<BothSides>>,
     /// Whether the sinks receive this sample; estimators see every sample. For recorded readings
     /// always true.
     pub is_record: bool,
@@ -107,6 +110,7 @@ impl Source for Simulation {
             time: truth.time,
             truth: Some(truth),
             sensors: sensor_frame(&self.sensors.read(&truth)),
+            both: None,
             is_record,
         }))
     }

@@ -1,6 +1,5 @@
 //! Forms of single values that several keys have: wheels, what is measured, covariances.
 
-use robhaz_estimator::Sides;
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{About, Array, Form, Plain, Word, array, word};
@@ -59,12 +58,6 @@ pub(crate) const MEASURED: Word<bool> =
         false => "gravity",
         true => "specific-force",
     });
-
-/// What a log is of: one side of a robot with two, or a robot in the plane.
-pub(crate) const SIDES: Word<Sides> = word(&[Sides::OneOfTwo, Sides::Plane], |sides| match sides {
-    Sides::OneOfTwo => "one of two",
-    Sides::Plane => "plane",
-});
 
 /// Rows of a covariance of the load parameters, SI.
 pub(crate) struct Covariance;

@@ -12,6 +12,7 @@
 //! | bias | mean of `N_estimated - N_true`, per wheel | [`ForceErrors::bias`] |
 //! | lag | `-sum(e dN/dt)/sum((dN/dt)^2)`, e = error of N, over samples without impacts | [`Statistics::lag`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Statistics::coverage`] |
+//! | errors of both sides | NRMSE, coverage and NEES of six N | [`BothErrors`] |
 //! | Cramer-Rao bound | smallest NRMSE of an unbiased estimate from one sample | [`Bound::nrmse`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
 //! | mu_n of an estimate | what it states, else T/N | [`estimated_needed_friction`] |
@@ -20,6 +21,7 @@
 //! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
 //! | events | contact lost, two contacts, slip, end stop, body or a link touches the ground | [`events`] |
 
+mod both;
 mod bound;
 pub mod contact;
 pub mod events;
@@ -32,6 +34,7 @@ pub mod signals;
 mod statistics;
 mod sum;
 
+pub use both::{BothErrors, BothStatistics};
 pub use bound::{Bound, SampleNoise};
 pub use friction::{LEAST_LOAD, estimated_needed_friction, needed_friction};
 pub use ground::{GroundErrors, TrueGround, ground_origin};

@@ -29,9 +29,9 @@ impl Sum {
 }
 
 /// The means over a count; `None` for a count of zero.
-pub(crate) fn means(sums: &[Sum; 3], count: u64) -> Option<[f64; 3]> {
-    let [front, middle, rear] = sums.map(|sum| sum.mean(count));
-    Some([front?, middle?, rear?])
+pub(crate) fn means<const N: usize>(sums: &[Sum; N], count: u64) -> Option<[f64; N]> {
+    // A count above zero has a mean.
+    (count > 0).then(|| sums.map(|sum| sum.value() / count as f64))
 }
 
 /// The share of a count; `None` of nothing.

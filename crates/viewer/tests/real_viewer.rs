@@ -88,6 +88,7 @@ impl Sink for OfLog {
         self.0.begin(&RunDescription {
             has_truth: false,
             world: None,
+            both: None,
             ..run.clone()
         })
     }

@@ -19,6 +19,7 @@ macro_rules! columns {
     };
 }
 
+mod both;
 mod estimate;
 mod sensors;
 mod truth;
@@ -148,8 +149,11 @@ impl Table {
     }
 
     /// All tables of a run: `truth` of a simulation, `sensors`, `commands` of a control that takes
-    /// readings, and one for each estimator.
+    /// readings, and one for each estimator; of a log of both sides `sensors` and one estimate.
     pub fn all(run: &RunDescription) -> Vec<Self> {
+        if let Some(both) = &run.both {
+            return Self::of_both(both);
+        }
         let truth = run.world.as_ref().map(|_| Self::truth());
         let estimators = run.estimators.iter().enumerate();
         let estimates = estimators.map(|(index, e)| Self::estimate(index, &e.label));

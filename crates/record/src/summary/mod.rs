@@ -1,9 +1,11 @@
 //! `summary.json`: how a run went, and the errors of each estimator.
 
+mod both;
 mod means;
 mod parts;
 mod sink;
 
+pub use both::BothSummary;
 pub use means::MeanForces;
 pub use parts::{
     BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FrictionSummary,
@@ -67,9 +69,12 @@ pub struct Summary {
     /// What a recorded log held; `None` for simulations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<LogReport>,
+    /// The rover of a log of both sides, as a whole; `None` for other runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub both: Option<BothSummary>,
     /// The nominal robot, which the estimators were given.
     pub nominal: NominalRobot,
-    /// The estimators in the order of the run; in JSON an object with their names as keys.
+    /// The estimators in the order of the run, of a log of both sides its sides; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
 }

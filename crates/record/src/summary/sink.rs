@@ -1,6 +1,7 @@
 //! The sink that sums up a run.
 
 use super::Summary;
+use super::both::BothSums;
 use super::means::ForceSums;
 use super::parts::{
     BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FaultyChannels,
@@ -14,7 +15,7 @@ use robhaz_run::{
 };
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
-use robhaz_score::{GroundErrors, ProgressMeter, Rule, Score};
+use robhaz_score::{GroundErrors, Inclusion, ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 
 /// Sums up a run. It keeps sums and the points of the ground, no records.
@@ -28,6 +29,8 @@ pub struct SummarySink {
     /// Clearance so far.
     clearance: Option<ClearanceSummary>,
     grounds: EstimatedTerrains,
+    /// Of a log of both sides.
+    both: BothSums,
     rule: Option<Rule>,
     /// Whether a record had a truth.
     compared: bool,
@@ -134,22 +137,40 @@ impl SummarySink {
             friction_tests: friction_tests.collect(),
             sensors: world.map(SensorErrors::of),
             log: end.log.clone(),
+            both: run
+                .both
+                .as_ref()
+                .and_then(|both| self.both.summary(&both.label)),
             nominal: NominalRobot::of(run),
             estimators: estimators.collect(),
         })
     }
 
+    /// Compares an estimator at a record with the truth.
+    fn compare_estimate(
+        &mut self,
+        i: usize,
+        truth: &Truth,
+        judged: Option<&Inclusion>,
+        frame: &Frame<'_>,
+    ) {
+        let Some(sums) = self.estimators.get_mut(i) else {
+            return;
+        };
+        let estimate = frame.estimates.get(i).and_then(|e| e.as_ref().ok());
+        if let Some(judged) = judged {
+            sums.score.add_judged(truth.time, judged, estimate);
+        }
+        if let Some(contacts) = &mut sums.contacts {
+            contacts.add(truth, estimate);
+        }
+    }
+
     /// Adds a record with its truth.
     fn compare(&mut self, truth: &Truth, frame: &Frame<'_>) {
         let judged = self.rule.map(|rule| rule.judge(truth));
-        for (i, sums) in self.estimators.iter_mut().enumerate() {
-            let estimate = frame.estimates.get(i).and_then(|e| e.as_ref().ok());
-            if let Some(judged) = &judged {
-                sums.score.add_judged(truth.time, judged, estimate);
-            }
-            if let Some(contacts) = &mut sums.contacts {
-                contacts.add(truth, estimate);
-            }
+        for i in 0..self.estimators.len() {
+            self.compare_estimate(i, truth, judged.as_ref(), frame);
         }
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
@@ -207,6 +228,21 @@ impl Sink for SummarySink {
         }
         self.grounds.add(frame);
         let counts = self.rule.is_some_and(|rule| rule.compares(frame.time));
+        if let Some(both) = &frame.both {
+            for (k, truth) in both
+                .sides
+                .truth
+                .iter()
+                .flat_map(|t| t.sides.iter().enumerate())
+            {
+                self.compared = true;
+                let judged = self.rule.map(|rule| rule.judge(truth));
+                self.compare_estimate(k, truth, judged.as_ref(), frame);
+            }
+            if counts {
+                self.both.add(frame.time, both);
+            }
+        }
         for (sums, estimate) in self.estimators.iter_mut().zip(frame.estimates) {
             let estimate = estimate.as_ref().ok();
             if let Some(estimate) = estimate {

@@ -37,6 +37,7 @@ impl Record {
             sensors: &self.sensors,
             estimates: &self.estimates,
             commands: None,
+            both: None,
             ground: EstimatedTerrain::default(),
         }
     }
@@ -90,6 +91,7 @@ pub fn log() -> RunDescription {
     RunDescription {
         has_truth: false,
         world: None,
+        both: None,
         ..described(&scene())
     }
 }

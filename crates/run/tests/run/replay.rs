@@ -101,6 +101,7 @@ fn scene() -> Scene {
 fn description(scene: &Scene) -> Result<RunDescription, RunError> {
     Ok(RunDescription {
         world: None,
+        both: None,
         ..RunDescription::of(scene)?
     })
 }

@@ -7,7 +7,31 @@ use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget, Sides};
 use robhaz_keys::reader::nearest;
+use robhaz_model::named;
 use robhaz_sim::sensors::ImuPlace;
+
+named! {
+    /// What the readings of a log are of.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum LogSides {
+        /// One side of a robot with two.
+        OneOfTwo = "one of two",
+        /// A robot in the plane, such as a simulated one, or a test rig of one side.
+        Plane = "plane",
+        /// Both sides of a robot.
+        Both = "both",
+    }
+}
+
+impl LogSides {
+    /// What an estimator of one side is of.
+    pub fn of_side(self) -> Sides {
+        match self {
+            Self::Plane => Sides::Plane,
+            Self::OneOfTwo | Self::Both => Sides::OneOfTwo,
+        }
+    }
+}
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,8 +39,11 @@ pub struct LogChoice {
     /// `name` of the description: the name of the default output folder. `None` for the name of the
     /// log.
     pub name: Option<String>,
-    /// `sides`: whether the log is of one side of a robot with two, or of a robot in the plane.
-    pub sides: Sides,
+    /// `sides`: whether the log is of one side of a robot with two, of a robot in the plane, or of
+    /// both sides.
+    pub sides: LogSides,
+    /// Whether `sides` is stated; else a log with readings of both sides is of both.
+    pub states_sides: bool,
     /// `[robot]`: the nominal robot.
     pub robot: RobotChoice,
     /// Whether the user stated the robot, here or in a file of its own.
@@ -60,7 +87,8 @@ impl Default for LogChoice {
         let scene = Scene::default();
         Self {
             name: None,
-            sides: Sides::OneOfTwo,
+            sides: LogSides::OneOfTwo,
+            states_sides: false,
             robot: scene.robot,
             states_robot: false,
             states_loads: false,
@@ -103,7 +131,8 @@ impl LogChoice {
         Ok(Self {
             name: Some(scene.name.clone()),
             // The simulated robot.
-            sides: Sides::Plane,
+            sides: LogSides::Plane,
+            states_sides: false,
             robot: RobotChoice::new(
                 name(
                     &simulated.geometry_name,
@@ -136,9 +165,28 @@ impl LogChoice {
             viscous_damping: estimator.damping.unwrap_or(self.viscous_damping),
             compression: self.compression,
             budget: self.budget,
-            sides: self.sides,
+            sides: self.sides.of_side(),
             ..estimator.settings
         }
+    }
+
+    /// Keeps the one estimator that a log of both sides can have: `kalman` without contact angles.
+    /// With `named` estimators all of them must be able to.
+    ///
+    /// # Errors
+    /// [`EstimatorError`]: none of them can.
+    pub fn keep_one_of_both(&mut self, named: bool) -> Result<(), EstimatorError> {
+        let can = |e: &EstimatorChoice| matches!(e.settings.method, Method::Kalman(method) if method.rolling);
+        let refused = self.estimators.iter().find(|e| named && !can(e));
+        let found = self.estimators.iter().find(|e| can(e));
+        let (None, Some(found)) = (refused, found.cloned()) else {
+            let name = refused.map_or("none of the description", |e| &e.name);
+            return Err(EstimatorError(format!(
+                "estimator: found {name}, allowed for a log of both sides: one with filters = \"kalman\" and rolling = \"on\", such as --estimator kalman"
+            )));
+        };
+        self.estimators = vec![found];
+        self.without_contact_angles(true).map(|_| ())
     }
 
     /// Keeps the estimators of these names, in this order: those of the description, else presets.

@@ -1,15 +1,15 @@
 //! The keys of a log description; from a file to a [`LogChoice`], and back.
 
-use super::choice::LogChoice;
+use super::choice::{LogChoice, LogSides};
 use super::mapping::{self, CHANNELS, Missing};
 use super::reading::{IMUS, READING};
 use crate::estimators::Estimators;
 use crate::robot::{ROBOT, RobotChoice};
-use crate::values::{Covariance, MEASURED, SIDES};
+use crate::values::{Covariance, MEASURED};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_keys::error::{FileError, Problem};
-use robhaz_keys::form::{Form, KeyReference, Maybe, Out};
+use robhaz_keys::form::{Form, KeyReference, Maybe, Out, word};
 use robhaz_keys::key::{self, keys, section};
 use robhaz_keys::quantity::{
     ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
@@ -28,9 +28,9 @@ keys! {
     /// name of the log
     name: Maybe(NAME) => name;
 
-    /// what the log is of: one side of a robot with two, or a robot in the plane, such as a
-    /// simulated one or a test rig
-    sides: SIDES => sides;
+    /// what the log is of: one side of a robot with two, a robot in the plane, such as a simulated
+    /// one or a test rig, or both sides; by default both where it has readings of both
+    sides: word(&LogSides::ALL, LogSides::name) => sides;
 
     /// geometry and masses
     robot: ROBOT => robot;
@@ -358,6 +358,7 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     if maps {
         choice.mapping = None;
     }
+    choice.states_sides |= has("sides");
     choice.states_loads |= ROBOTS_BUDGET
         .iter()
         .any(|key| has(&format!("budget.{key}")));

@@ -1,6 +1,6 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::reading::{ANY, ImuChoice, READINGS, ReadingChoice, is_of_body};
+use super::reading::{ANY, ImuChoice, READINGS, ReadingChoice, is_of_body, is_of_both};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{About, Form, items, quoted, word};
 use robhaz_keys::key::{List, keys};
@@ -129,7 +129,7 @@ impl Form for Missing {
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(json!({"enum": READINGS}), 0, READINGS.len())
+        items(json!({"enum": READINGS.as_slice()}), 0, READINGS.len())
     }
 }
 
@@ -147,12 +147,33 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let mut without = Vec::new();
     let names = mapping.readings.iter().map(|r| r.name);
     let mut named = names.chain(mapping.imus.iter().map(|i| i.link));
+    let both = named.clone().any(is_of_both);
+    let of_one_side = |name: &str| {
+        let is_of_wheel = name.starts_with("wheel") || name == "pin_angle";
+        is_of_wheel || is_of_body(name) == Some(false)
+    };
+    if both && named.clone().any(of_one_side) {
+        let message = "found readings of one side and of both, allowed: those of both have left_ and right_ in their names, and body_inclination, body_rate";
+        reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
+    }
     let of_body = named.clone().any(|name| is_of_body(name) == Some(true));
-    if of_body && named.any(|name| is_of_body(name) == Some(false)) {
+    // Steering is 0 where it is not read, and which coupling there is the robot says.
+    let is_needed = |name: &str| match both {
+        true => {
+            let may_lack = name.ends_with("_steering")
+                || ["differential_angle", "rear_bogie_angle"].contains(&name);
+            (is_of_both(name) || ["body_inclination", "body_rate"].contains(&name)) && !may_lack
+        }
+        false => !is_of_both(name) && is_of_body(name) != Some(!of_body),
+    };
+    if !both && of_body && named.any(|name| is_of_body(name) == Some(false)) {
         let message = "found readings of the links and of the body, allowed: those of the links, or body_inclination, body_rate and pin_angle";
         reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
     }
-    for name in READINGS {
+    for name in READINGS
+        .into_iter()
+        .filter(|name| both || !is_of_both(name))
+    {
         let readings = mapping.readings.iter();
         let readings = readings.map(|r| (r.name == name, "reading", name));
         let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
@@ -163,12 +184,12 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         }
         // A reading of its own stands in place of that of the sensor, whose parts may have topics of their own.
         let is_of_imu = places.get(1).is_some_and(|place| place.starts_with("imu."));
-        if is_of_imu && places[0].starts_with("reading.") && !is_without_use(mapping, name) {
+        let is_used = both || !is_without_use(mapping, name);
+        if is_of_imu && places[0].starts_with("reading.") && is_used {
             places.remove(1);
         }
         match places.as_slice() {
-            // Either the links' readings or the body's are needed.
-            [] if is_of_body(name) == Some(!of_body) => {}
+            [] if !is_needed(name) => {}
             [] => without.push(name),
             [_] => {}
             [first, ..] => {

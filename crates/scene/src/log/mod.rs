@@ -12,10 +12,11 @@ mod load;
 mod mapping;
 mod reading;
 
-pub use choice::{EstimatorError, LogChoice};
+pub use choice::{EstimatorError, LogChoice, LogSides};
 pub(crate) use load::LOG;
 pub use load::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
 pub use reading::{
-    ImuChoice, InclinationSource, READINGS, ReadingChoice, World, is_of_body, is_wheel_angle,
+    ImuChoice, InclinationSource, READINGS, ReadingChoice, World, is_of_body, is_of_both,
+    is_wheel_angle,
 };

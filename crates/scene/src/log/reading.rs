@@ -91,8 +91,9 @@ pub struct ReadingChoice {
 }
 
 /// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
-/// and of the angle of pin Q, which may stand in place of those of the links.
-pub const READINGS: [&str; 16] = [
+/// and of the angle of pin Q, which may stand in place of those of the links; then those that only a
+/// log of both sides has.
+pub const READINGS: [&str; 41] = [
     "wheel1_angle",
     "wheel1_motor_torque",
     "wheel1_contact_angle",
@@ -109,12 +110,51 @@ pub const READINGS: [&str; 16] = [
     "body_inclination",
     "body_rate",
     "pin_angle",
+    "left_wheel1_angle",
+    "left_wheel1_motor_torque",
+    "left_wheel1_steering",
+    "left_wheel2_angle",
+    "left_wheel2_motor_torque",
+    "left_wheel2_steering",
+    "left_wheel3_angle",
+    "left_wheel3_motor_torque",
+    "left_wheel3_steering",
+    "right_wheel1_angle",
+    "right_wheel1_motor_torque",
+    "right_wheel1_steering",
+    "right_wheel2_angle",
+    "right_wheel2_motor_torque",
+    "right_wheel2_steering",
+    "right_wheel3_angle",
+    "right_wheel3_motor_torque",
+    "right_wheel3_steering",
+    "left_pin_angle",
+    "right_pin_angle",
+    "differential_angle",
+    "rear_bogie_angle",
+    "body_roll",
+    "body_roll_rate",
+    "body_yaw_rate",
 ];
+
+/// Whether only a log of both sides has a reading. Inclination and rate of the body belong to
+/// either.
+pub fn is_of_both(name: &str) -> bool {
+    const STARTS: [&str; 6] = [
+        "left_",
+        "right_",
+        "differential_",
+        "rear_bogie_",
+        "body_roll",
+        "body_yaw",
+    ];
+    STARTS.iter().any(|start| name.starts_with(start))
+}
 
 /// Whether a reading is of the links, or of the body and pin Q in their place; `None` of the
 /// wheels.
 pub fn is_of_body(name: &str) -> Option<bool> {
-    let of_body = name.starts_with("body") || name.starts_with("pin");
+    let of_body = (name.starts_with("body") || name.starts_with("pin")) && !is_of_both(name);
     (of_body || name.starts_with("link")).then_some(of_body)
 }
 
@@ -200,7 +240,7 @@ fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
 
 /// Whether a reading is the angle of a wheel, of which a log may have the speed alone.
 pub fn is_wheel_angle(name: &str) -> bool {
-    name.starts_with("wheel") && name.ends_with("_angle") && !name.contains("contact")
+    name.contains("wheel") && name.ends_with("_angle") && !name.contains("contact")
 }
 
 fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoice) {
@@ -290,6 +330,12 @@ pub struct ImuChoice {
     pub inclination_offset: f64,
     /// Subtracted from the rate, rad/s.
     pub rate_offset: f64,
+    /// Of a log of both sides: subtracted from the roll, rad.
+    pub roll_offset: f64,
+    /// Of a log of both sides: subtracted from the rate of roll, rad/s.
+    pub roll_rate_offset: f64,
+    /// Of a log of both sides: subtracted from the rate of yaw, rad/s.
+    pub yaw_rate_offset: f64,
 }
 
 named! {
@@ -373,6 +419,15 @@ keys! {
 
     /// rate that the sensor shows at rest: subtracted
     rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => rate_offset;
+
+    /// of logs of both sides: roll that the sensor shows in the nominal pose: subtracted
+    roll_offset: number(ANGLE, at_least(-3.2).at_most(3.2)) => roll_offset;
+
+    /// of logs of both sides: rate of roll that the sensor shows at rest: subtracted
+    roll_rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => roll_rate_offset;
+
+    /// of logs of both sides: rate of yaw that the sensor shows at rest: subtracted
+    yaw_rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => yaw_rate_offset;
 }
 
 /// `[imu.LINK]`
@@ -413,6 +468,9 @@ impl ImuChoice {
             rate_factor: 1.0,
             inclination_offset: 0.0,
             rate_offset: 0.0,
+            roll_offset: 0.0,
+            roll_rate_offset: 0.0,
+            yaw_rate_offset: 0.0,
         }
     }
 }

@@ -5,8 +5,7 @@
     reason = "helpers of tests may stop at the first surprise"
 )]
 
-use robhaz_estimator::Sides;
-use robhaz_scene::{FileError, LogChoice, RobotChoice, Scene};
+use robhaz_scene::{FileError, LogChoice, LogSides, RobotChoice, Scene};
 use std::path::Path;
 
 fn parse(text: &str) -> Result<LogChoice, FileError> {
@@ -52,24 +51,25 @@ fn resolved_descriptions_read_back() {
 #[test]
 fn a_description_states_what_a_log_is_a_side_of() {
     let sides = |text: &str| parse(text).unwrap().sides;
-    assert_eq!(sides(""), Sides::OneOfTwo);
-    assert_eq!(sides("sides = \"plane\""), Sides::Plane);
-    assert_eq!(sides("sides = \"one of two\""), Sides::OneOfTwo);
+    assert_eq!(sides(""), LogSides::OneOfTwo);
+    assert_eq!(sides("sides = \"plane\""), LogSides::Plane);
+    assert_eq!(sides("sides = \"one of two\""), LogSides::OneOfTwo);
+    assert_eq!(sides("sides = \"both\""), LogSides::Both);
     let scene = Scene::parse("", "s.toml", Path::new(""), &[]).unwrap();
     let plane = LogChoice::of_scene(&scene).unwrap();
     for (choice, expected) in [
-        (plane, Sides::Plane),
-        (LogChoice::default(), Sides::OneOfTwo),
+        (plane, LogSides::Plane),
+        (LogChoice::default(), LogSides::OneOfTwo),
     ] {
         assert_eq!(sides(&choice.to_toml("test")), expected);
         for estimator in &choice.estimators {
-            assert_eq!(choice.settings(estimator).sides, expected);
+            assert_eq!(choice.settings(estimator).sides, expected.of_side());
         }
     }
     let found = problems("sides = \"left\"");
     assert_eq!(
         found,
-        ["s.toml:1: sides: found \"left\", allowed: \"one of two\", \"plane\""]
+        ["s.toml:1: sides: found \"left\", allowed: \"one of two\", \"plane\", \"both\""]
     );
 }
 

@@ -70,6 +70,7 @@ impl Sink for Eventful {
             sensors: frame.sensors,
             estimates: &estimates,
             commands: frame.commands,
+            both: None,
             ground: frame.ground,
         })
     }

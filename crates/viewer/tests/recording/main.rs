@@ -358,6 +358,7 @@ impl Sink for OfLog {
         self.sink.begin(&RunDescription {
             has_truth: self.has_truth,
             world: None,
+            both: None,
             ..run.clone()
         })
     }

@@ -1,0 +1,140 @@
+//! What a run of both sides leaves beside the summaries of its sides.
+
+use robhaz_run::BothFrame;
+use robhaz_score::{BothErrors, BothStatistics, Sum};
+use serde::{Deserialize, Serialize};
+
+/// The rover as a whole, over the records that count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BothSummary {
+    /// Name of the estimator.
+    pub estimator: String,
+    /// Errors of N along the ground's normal; `None` without truth.
+    pub normal_force: Option<BothErrors>,
+    /// Errors of N in the wheels' planes, which is what is estimated; `None` where it is not known.
+    pub in_plane_normal_force: Option<BothErrors>,
+    /// Mean force of the ground across the body, N, to the left.
+    pub mean_lateral_force: f64,
+    /// Largest size of the mean axial force of a wheel over its N, -.
+    pub largest_axial_share: f64,
+    /// Least load of the wheels off a line about which the rover would tip, over their load on level
+    /// ground, -.
+    pub least_tip_margin: f64,
+    /// Its time, s.
+    pub least_tip_margin_s: f64,
+    /// That line: `left`, `right`, `front`, `rear`.
+    pub tip_line: String,
+    /// Records.
+    pub samples: u64,
+    /// Records in which wheels are dragged across.
+    pub dragged: u64,
+}
+
+/// Sums over the records of a run of both sides that count.
+#[derive(Debug, Default)]
+pub(super) struct BothSums {
+    normal_force: BothStatistics,
+    in_plane: BothStatistics,
+    load: Sum,
+    loads: u64,
+    lateral_force: Sum,
+    largest_axial_share: f64,
+    /// Margin, time (s) and line.
+    least: Option<(f64, f64, &'static str)>,
+    samples: u64,
+    dragged: u64,
+}
+
+impl BothSums {
+    /// Adds a record.
+    pub fn add(&mut self, time: f64, record: &BothFrame<'_>) {
+        let Some(estimate) = record.estimate else {
+            return;
+        };
+        self.samples += 1;
+        self.dragged += u64::from(estimate.dragged);
+        self.lateral_force.add(estimate.lateral_force);
+        let share = estimate.axial_share.abs();
+        self.largest_axial_share = self.largest_axial_share.max(share);
+        let margin = estimate.tip_margin;
+        if self.least.is_none_or(|(least, ..)| margin < least) {
+            self.least = Some((margin, time, estimate.tip_line.name()));
+        }
+        let Some(truth) = &record.sides.truth else {
+            return;
+        };
+        let errors =
+            |truth: &[f64; 6]| core::array::from_fn(|i| estimate.normal_force[i] - truth[i]);
+        let covariance = &estimate.covariance;
+        self.normal_force
+            .add(errors(&truth.normal_force), covariance);
+        if let Some(in_plane) = &truth.in_plane {
+            self.in_plane.add(errors(in_plane), covariance);
+        }
+        truth.normal_force.iter().for_each(|n| self.load.add(*n));
+        self.loads += 6;
+    }
+
+    /// The summary under the estimator's name; `None` without records.
+    pub fn summary(&self, estimator: &str) -> Option<BothSummary> {
+        let (least_tip_margin, least_tip_margin_s, line) = self.least?;
+        let load = self.load.mean(self.loads).unwrap_or(1.0);
+        Some(BothSummary {
+            estimator: estimator.to_owned(),
+            normal_force: self.normal_force.errors(load),
+            in_plane_normal_force: self.in_plane.errors(load),
+            mean_lateral_force: self.lateral_force.mean(self.samples)?,
+            largest_axial_share: self.largest_axial_share,
+            least_tip_margin,
+            least_tip_margin_s,
+            tip_line: line.to_owned(),
+            samples: self.samples,
+            dragged: self.dragged,
+        })
+    }
+}
+
+impl BothSummary {
+    /// Share of the records in which wheels are dragged across.
+    fn dragged_share(&self) -> f64 {
+        // Counts of records.
+        self.dragged as f64 / self.samples.max(1) as f64
+    }
+
+    /// What the user must know before the forces.
+    pub(crate) fn warning(&self) -> Option<String> {
+        /// Share of the records that is no turn.
+        const FEW: f64 = 0.01;
+        let share = 100.0 * self.dragged_share();
+        (self.dragged_share() > FEW).then(|| {
+            format!(
+                "WHEELS ARE DRAGGED ACROSS in {share:.1} % of the records, as in a skid turn: there forces are outside of the model, and their stated deviations large."
+            )
+        })
+    }
+
+    /// The rover as a whole, a line each.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let errors = |what: &str, errors: &BothErrors| {
+            format!(
+                "  all six wheels, N {what}: NRMSE {:.2} %, {:.1} % within two stated deviations (stated {:.2} %).",
+                100.0 * errors.nrmse,
+                100.0 * errors.coverage,
+                100.0 * errors.stated
+            )
+        };
+        let in_plane = self.in_plane_normal_force.as_ref();
+        let in_plane = in_plane.map(|e| errors("in the wheels' planes", e));
+        let normal = self.normal_force.as_ref();
+        let normal = normal.map(|e| errors("along the ground's normal", e));
+        let rover = format!(
+            "  the rover: force of the ground across {:.1} N on average, to the left; axial force of a wheel up to {:.2} of its N; tip-over margin {:.2} at least, at {:.2} s about the {} wheels (1 on level ground, 0 tips).",
+            self.mean_lateral_force,
+            self.largest_axial_share,
+            self.least_tip_margin,
+            self.least_tip_margin_s,
+            self.tip_line
+        );
+        in_plane.into_iter().chain(normal).chain([rover]).collect()
+    }
+}
