@@ -82,16 +82,7 @@ impl Estimator {
         rate: [Option<f64>; 2],
         contact_angle: Option<[Option<f64>; 3]>,
     ) -> PyResult<Estimate> {
-        // NumPy makes a number of nanoseconds of a time stamp.
-        if time.hasattr("dtype")? {
-            let kind: String = time.getattr("dtype")?.getattr("kind")?.extract()?;
-            if matches!(kind.as_str(), "M" | "m") {
-                return Err(PyTypeError::new_err(
-                    "time: found a time stamp, allowed: a number, s",
-                ));
-            }
-        }
-        let time: f64 = time.extract()?;
+        let time = seconds(time)?;
         let known = |value: Option<f64>| value.filter(|v| !v.is_nan());
         let link = |i: usize| LinkReading {
             inclination: known(inclination[i]),
@@ -125,6 +116,20 @@ impl Estimator {
     fn __repr__(&self) -> String {
         format!("<robhaz.Estimator {}>", self.name)
     }
+}
+
+/// A time in seconds.
+pub fn seconds(time: &Bound<'_, PyAny>) -> PyResult<f64> {
+    // NumPy makes a number of nanoseconds of a time stamp.
+    if time.hasattr("dtype")? {
+        let kind: String = time.getattr("dtype")?.getattr("kind")?.extract()?;
+        if matches!(kind.as_str(), "M" | "m") {
+            return Err(PyTypeError::new_err(
+                "time: found a time stamp, allowed: a number, s",
+            ));
+        }
+    }
+    time.extract()
 }
 
 /// Rows that go to their columns at once: they stay in the fast cache of a core.

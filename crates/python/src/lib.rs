@@ -14,6 +14,7 @@ mod run;
 mod scene;
 mod study;
 mod table;
+mod whole;
 
 #[pyo3::pymodule]
 mod _robhaz {
@@ -31,6 +32,8 @@ mod _robhaz {
     use crate::study::{Study, study};
     #[pymodule_export]
     use crate::table::Table;
+    #[pymodule_export]
+    use crate::whole::{WholeEstimate, WholeEstimator};
     #[pymodule_export]
     #[expect(
         non_upper_case_globals,

@@ -21,33 +21,30 @@ impl Readings {
     /// Takes the columns out of a dictionary of arrays or a table of robhaz, pandas, polars or
     /// pyarrow. Contact angles may be missing unless `with_angles`.
     pub fn of(readings: &Bound<'_, PyAny>, with_angles: bool) -> PyResult<Self> {
-        let names = names(readings)?;
-        let column = |name: String| column(readings, &names, &name);
+        let source = Source::of(readings)?;
         let wheel = |i: usize| {
             let angle = format!("wheel{}_contact_angle", i + 1);
-            let has_angle = with_angles || names.contains(&angle);
+            let contact_angle = match with_angles {
+                true => source.column(&angle),
+                false => source.column_if_there(&angle),
+            };
             Ok::<_, PyErr>([
-                column(format!("wheel{}_angle", i + 1))?,
-                column(format!("wheel{}_motor_torque", i + 1))?,
-                has_angle
-                    .then(|| column(angle))
-                    .transpose()?
-                    .unwrap_or_default(),
+                source.column(&format!("wheel{}_angle", i + 1))?,
+                source.column(&format!("wheel{}_motor_torque", i + 1))?,
+                contact_angle?,
             ])
         };
         let link = |i: usize| {
             Ok::<_, PyErr>([
-                column(format!("link{}_inclination", i + 1))?,
-                column(format!("link{}_rate", i + 1))?,
+                source.column(&format!("link{}_inclination", i + 1))?,
+                source.column(&format!("link{}_rate", i + 1))?,
             ])
         };
-        let read = Self {
-            time: time(readings, &names)?,
+        Ok(Self {
             wheels: [wheel(0)?, wheel(1)?, wheel(2)?],
             links: [link(0)?, link(1)?],
-        };
-        read.check()?;
-        Ok(read)
+            time: source.time,
+        })
     }
 
     /// Number of rows.
@@ -72,19 +69,48 @@ impl Readings {
             contact_angle: wheels(2),
         }
     }
+}
 
-    /// All columns have the rows of the time.
-    fn check(&self) -> PyResult<()> {
-        let rows = self.len();
-        let wheels = self.wheels.iter().flatten().filter(|c| !c.is_empty());
-        let mut columns = wheels.chain(self.links.iter().flatten());
-        match columns.find(|c| c.len() != rows) {
-            None => Ok(()),
-            Some(column) => Err(PyValueError::new_err(format!(
-                "readings: found a column of {} rows, allowed: {rows} as the time has",
-                column.len()
-            ))),
+/// A table of readings of any library.
+pub struct Source<'a, 'py> {
+    readings: &'a Bound<'py, PyAny>,
+    names: Vec<String>,
+    /// Time of each row, s.
+    pub time: Vec<f64>,
+}
+
+impl<'a, 'py> Source<'a, 'py> {
+    /// A dictionary of arrays or a table of robhaz, pandas, polars or pyarrow.
+    pub fn of(readings: &'a Bound<'py, PyAny>) -> PyResult<Self> {
+        let names = names(readings)?;
+        Ok(Self {
+            time: time(readings, &names)?,
+            readings,
+            names,
+        })
+    }
+
+    /// Whether it has a column.
+    pub fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|n| n == name)
+    }
+
+    /// The numbers of a column, as many as the time has.
+    pub fn column(&self, name: &str) -> PyResult<Vec<f64>> {
+        let column = column(self.readings, &self.names, name)?;
+        let (rows, found) = (self.time.len(), column.len());
+        if found != rows {
+            return Err(PyValueError::new_err(format!(
+                "readings: found column {name:?} of {found} rows, allowed: {rows} as the time has"
+            )));
         }
+        Ok(column)
+    }
+
+    /// The same, empty where there is no such column.
+    pub fn column_if_there(&self, name: &str) -> PyResult<Vec<f64>> {
+        let there = self.has(name).then(|| self.column(name));
+        Ok(there.transpose()?.unwrap_or_default())
     }
 }
 

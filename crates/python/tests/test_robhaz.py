@@ -48,6 +48,65 @@ def test_static_forces_on_level_ground():
     assert estimate.covariance is None and estimate.flags == []
 
 
+OSR = ROOT / "robots" / "open-source-rover.toml"
+# Closed form of the Open Source Rover at rest on a cross slope of 10 deg, left side up, N.
+ON_10_DEG = (15.8275, 20.8107, 16.2938, 20.0988, 28.7239, 20.9395)
+
+
+def _at_rest(rows):
+    """Readings of both sides at rest on that slope, 5 ms apart, by the default names."""
+    wheels = [f"{side}_wheel{i}" for side in ("left", "right") for i in (1, 2, 3)]
+    zero = [f"{wheel}_{what}" for wheel in wheels for what in ("angle", "motor_torque")]
+    zero += ["left_pin_angle", "right_pin_angle", "differential_angle", "body_inclination"]
+    zero += ["body_roll_rate", "body_rate", "body_yaw_rate"]
+    readings = {name: np.zeros(rows) for name in zero}
+    return readings | {"time": 0.005 * np.arange(rows), "body_roll": np.full(rows, np.radians(10))}
+
+
+@pytest.mark.filterwarnings("ignore:budget.body_cg")
+def test_six_wheels_at_rest_on_a_cross_slope():
+    """Closed form, and equivalence of frames with a table, to the bit."""
+    estimator = robhaz.WholeEstimator(OSR)
+    zero = ([0] * 6, [0] * 6, [0, 0], 0, 0)
+    for k in range(3):
+        found = estimator.update(0.005 * k, *zero, np.radians(10), [0, 0, 0])
+    # 1e-3: the closed form has four decimals; no reading errs, and rest needs no weights.
+    assert found.normal_force == pytest.approx(ON_10_DEG, abs=1e-3)
+    assert sum(found.traction) == pytest.approx(0, abs=1e-6) and found.flags == []
+    # Closed form: W sin(phi) to the left, up the slope of the left side; A/N = tan(phi).
+    assert found.lateral_force == pytest.approx(124.587 * np.sin(np.radians(10)), abs=1e-3)
+    assert found.tip_line == "right" and 0 < found.tip_margin < 1 and not found.dragged
+    table = robhaz.WholeEstimator(OSR).estimate(_at_rest(3))
+    assert table.units["left_wheel1_normal_force"] == "N" and len(table) == 3
+    for k, name in enumerate(f"{side}_wheel{i}" for side in ("left", "right") for i in (1, 2, 3)):
+        assert table[f"{name}_normal_force"][2] == found.normal_force[k]
+        assert table[f"{name}_normal_force_sigma"][2] == found.normal_force_sigma[k]
+    assert table["tip_line"][2] == 1 and table["tip_margin"][2] == found.tip_margin
+
+
+@pytest.mark.filterwarnings("ignore:budget.body_cg")
+def test_faults_of_six_wheels_are_named(tmp_path):
+    with pytest.raises(ValueError, match="one-side.toml without .robot.across., allowed: "):
+        one_side = tmp_path / "one-side.toml"
+        one_side.write_text('[robot]\ngeometry = "A"\n')
+        robhaz.WholeEstimator(one_side)
+    readings = _at_rest(2)
+    del readings["right_pin_angle"]
+    with pytest.raises(KeyError, match='no column "right_pin_angle", found: left_wheel1_angle, '):
+        robhaz.WholeEstimator(OSR).estimate(readings)
+    readings = _at_rest(2) | {"time": np.zeros(2), "body_roll": np.zeros(2)}
+    with pytest.raises(robhaz.EstimateError, match="row 1: time must increase"):
+        robhaz.WholeEstimator(OSR).estimate(readings)
+    with pytest.raises(ValueError, match='column "differential_angle" of 3 rows, allowed: 2'):
+        robhaz.WholeEstimator(OSR).estimate(_at_rest(2) | {"differential_angle": np.zeros(3)})
+    with pytest.raises(robhaz.EstimateError, match="no frame so far has the reading"):
+        robhaz.WholeEstimator(OSR).update(0.0, [None] * 6, [0] * 6, [0, 0], 0, 0, 0, [0, 0, 0])
+    # A row without an estimate is empty.
+    late = _at_rest(2) | {"left_pin_angle": np.array([np.nan, 0.0])}
+    table = robhaz.WholeEstimator(OSR).estimate(late)
+    assert np.isnan(table["right_wheel3_normal_force"][0]) and table["time"][0] == 0.0
+
+
 def test_a_table_has_the_columns_and_units_of_a_run(run):
     assert list(run.tables)[:2] == ["truth", "sensors"]
     assert list(run.estimates) == ["paper-body", "paper-wheels", "true-mass", "kalman", "kalman-no-angles"]
@@ -214,7 +273,7 @@ def test_readings_that_cannot_be_taken(run):
     estimator = robhaz.Estimator("kalman", contact_angles="none")
     with pytest.raises(KeyError, match='no column "link2_rate", found: time, '):
         estimator.estimate({k: v for k, v in readings.items() if k != "link2_rate"})
-    with pytest.raises(ValueError, match="found a column of 10 rows, allowed: 3001"):
+    with pytest.raises(ValueError, match="of 10 rows, allowed: 3001"):
         estimator.estimate({**readings, "link2_rate": np.zeros(10)})
     with pytest.raises(ValueError, match="has 2 axes, allowed: 1"):
         estimator.estimate({**readings, "link2_rate": np.zeros((3001, 2))})

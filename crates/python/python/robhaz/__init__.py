@@ -19,6 +19,8 @@ from ._robhaz import (
     SceneError,
     Study,
     Table,
+    WholeEstimate,
+    WholeEstimator,
     __version__,
     study,
 )
@@ -33,6 +35,8 @@ __all__ = [
     "SceneError",
     "Study",
     "Table",
+    "WholeEstimate",
+    "WholeEstimator",
     "__version__",
     "study",
 ]

@@ -12,6 +12,7 @@ __version__: str
 
 _Path: TypeAlias = str | PathLike[str]
 _Three: TypeAlias = tuple[float, float, float]
+_Six: TypeAlias = tuple[float, float, float, float, float, float]
 _Reading: TypeAlias = float | None
 _Angles: TypeAlias = Literal["given", "none"]
 _Overrides: TypeAlias = Mapping[str, Any] | Sequence[str]
@@ -267,6 +268,122 @@ class Estimate:
     def weight(self) -> str | None:
         """Whether the torques confirm the described weight: `confirmed`, `unconfirmed` or `contradicts`. The stated
         deviations hold if they do. `None` from the paper's filters, and for one side of two."""
+
+@final
+class WholeEstimator:
+    """Forces of the six wheels of a rover with both sides (docs/whole-rover.md), one frame at a time or a whole table. It
+    remembers the frames that it has seen. Wheels are left 1 to 3, then right 1 to 3."""
+
+    def __init__(self, robot: _Path, *, sensors: _Path | None = None) -> None:
+        """`robot`: a robot file with `[robot.across]`. `sensors`: noise budget and damping, as of `Estimator`; inclination
+        and rate of the budget are those of the body's sensor, `pin_noise` and `pin_bias` those of every joint.
+
+        Raises `SceneError` for a file, `ValueError` for a robot of one side. Warns as `Estimator`.
+        """
+
+    def update(
+        self,
+        time: float,
+        wheel_angle: Sequence[_Reading],
+        motor_torque: Sequence[_Reading],
+        pins: Sequence[_Reading],
+        coupling: _Reading,
+        inclination: _Reading,
+        roll: _Reading,
+        rates: Sequence[_Reading],
+        steering: Sequence[_Reading] | None = None,
+    ) -> WholeEstimate:
+        """The estimate of the next frame.
+
+        `time`: s, increasing. `wheel_angle`: 6, rad, turn of each wheel relative to its link, forward positive.
+        `motor_torque`: 6, N m at the wheel after the gear, forward positive. `pins`: 2, rad, left and right bogie against
+        its link, nose up. `coupling`: rad, left rocker against the body, nose up, or the rear bogie's roll against the
+        body, left side up. `inclination`, `roll`: rad, of the body, nose up and left side up: `atan2(f_x, hypot(f_y, f_z))`
+        and `atan2(f_y, f_z)` of an accelerometer at rest. `rates`: 3, rad/s: roll, pitch (nose up), yaw (to the left).
+        `steering`: 6, rad, to the left. `None` or NaN is a missing reading: the last one is held.
+
+        Raises `EstimateError`; the next frame may have an estimate again.
+        """
+
+    def estimate(self, readings: _Columns) -> Table:
+        """The estimates of all rows of a table of readings, with the columns of `WholeEstimate` a wheel
+        (`left_wheel1_normal_force`, `left_wheel1_normal_force_sigma`, ...) and a rover (`tip_margin`, ...).
+
+        `readings`: arrays of shape (rows,), named `time`; `left_wheel1_angle`, `left_wheel1_motor_torque`, where it steers
+        `left_wheel1_steering`, to `right_wheel3_...`; `left_pin_angle`, `right_pin_angle`; `differential_angle` or
+        `rear_bogie_angle`; `body_inclination`, `body_roll`, `body_roll_rate`, `body_rate`, `body_yaw_rate`. NaN is a
+        missing reading. A row without an estimate is empty. Other Python threads go on meanwhile.
+
+        Raises `EstimateError` with the row where the time does not increase, `KeyError` for a missing column.
+        """
+
+@final
+class WholeEstimate:
+    """Wheel forces of both sides at one frame. Wheels are left 1 to 3, then right 1 to 3."""
+
+    @property
+    def time(self) -> float:
+        """Time of the readings, s."""
+
+    @property
+    def normal_force(self) -> _Six:
+        """Normal force N of each wheel, in its plane, N."""
+
+    @property
+    def normal_force_sigma(self) -> _Six:
+        """Standard deviations of N, N."""
+
+    @property
+    def covariance(self) -> list[list[float]]:
+        """Covariance of the six N, 6 x 6, N^2."""
+
+    @property
+    def traction(self) -> _Six:
+        """Traction T of each wheel, N, driving forward positive."""
+
+    @property
+    def traction_sigma(self) -> _Six:
+        """Standard deviations of T, N."""
+
+    @property
+    def needed_friction(self) -> list[float | None]:
+        """Friction that each wheel needs: hypot(T, A)/N with its mean axial force A. `None` without load."""
+
+    @property
+    def inclination(self) -> float:
+        """Inclination of the body, rad, nose up."""
+
+    @property
+    def roll(self) -> float:
+        """Roll of the body, rad, left side up."""
+
+    @property
+    def lateral_force(self) -> float:
+        """The force of the ground on all wheels across the body, N, to the left."""
+
+    @property
+    def axial_share(self) -> float:
+        """Mean axial force of a wheel over its normal force."""
+
+    @property
+    def tip_margin(self) -> float:
+        """Load off the tip line over that on level ground: at 0 the rover tips over."""
+
+    @property
+    def tip_line(self) -> str:
+        """The line with the least margin: `left`, `right`, `front`, `rear`."""
+
+    @property
+    def dragged(self) -> bool:
+        """Whether wheels are dragged across, as in a skid turn: what is stated is large then."""
+
+    @property
+    def misfit(self) -> float:
+        """Misfit of the nine rows: chi-square with three degrees of freedom if all that is stated holds."""
+
+    @property
+    def flags(self) -> list[str]:
+        """Warnings of both sides, such as `wheel 1 unloaded`."""
 
 @final
 class Study:

@@ -1,0 +1,367 @@
+//! An estimator of a rover with both sides, for one frame at a time or a whole table.
+
+use crate::error::{EstimateError, of_scene};
+use crate::estimator::seconds;
+use crate::readings::Source;
+use crate::table::Table;
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::DataType;
+use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
+use pyo3::prelude::*;
+use robhaz_estimator::whole::{TipLine, WholeEstimate as Found, WholeFrame};
+use robhaz_record::{field, schema};
+use robhaz_scene::LogChoice;
+use std::ffi::CString;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+type Six = (f64, f64, f64, f64, f64, f64);
+
+/// See the stub `_robhaz.pyi`.
+#[pyclass(module = "robhaz")]
+pub struct WholeEstimator {
+    inner: robhaz_estimator::whole::WholeEstimator,
+}
+
+#[pymethods]
+impl WholeEstimator {
+    #[new]
+    #[pyo3(signature = (robot, *, sensors=None))]
+    fn new(py: Python<'_>, robot: PathBuf, sensors: Option<PathBuf>) -> PyResult<Self> {
+        let described = LogChoice::default().described(sensors.as_deref(), Some(&robot));
+        let (mut choice, notice) = described.map_err(of_scene)?;
+        let invalid = |e: &dyn ToString| PyValueError::new_err(e.to_string());
+        let selected = choice.select(&["kalman".to_owned()]);
+        selected.map_err(|e| invalid(&e))?;
+        let (Some(rover), Some(kalman)) = (choice.robot.whole_rover(), choice.estimators.first())
+        else {
+            return Err(PyValueError::new_err(format!(
+                "robot: found {} without [robot.across], allowed: a robot file that states what lies across",
+                robot.display()
+            )));
+        };
+        let settings = choice.settings(kalman);
+        let inner = robhaz_estimator::whole::WholeEstimator::new(&rover, settings, choice.pin);
+        if let Some(notice) = notice {
+            let text = CString::new(notice)?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+        }
+        inner.map(|inner| Self { inner }).map_err(|e| invalid(&e))
+    }
+
+    #[pyo3(signature = (time, wheel_angle, motor_torque, pins, coupling, inclination, roll, rates, steering=None))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the readings of a frame, by name"
+    )]
+    fn update(
+        &mut self,
+        time: &Bound<'_, PyAny>,
+        wheel_angle: [Option<f64>; 6],
+        motor_torque: [Option<f64>; 6],
+        pins: [Option<f64>; 2],
+        coupling: Option<f64>,
+        inclination: Option<f64>,
+        roll: Option<f64>,
+        rates: [Option<f64>; 3],
+        steering: Option<[Option<f64>; 6]>,
+    ) -> PyResult<WholeEstimate> {
+        let frame = WholeFrame {
+            time: seconds(time)?,
+            wheel_angle: wheel_angle.map(known),
+            motor_torque: motor_torque.map(known),
+            steering: steering.unwrap_or_default().map(known),
+            pins: pins.map(known),
+            coupling: known(coupling),
+            inclination: known(inclination),
+            roll: known(roll),
+            rates: rates.map(known),
+        };
+        let estimate = self.inner.update(&frame);
+        let estimate = estimate.map_err(|e| EstimateError::new_err(e.to_string()))?;
+        Ok(estimate.into())
+    }
+
+    fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
+        let readings = Readings::of(readings)?;
+        let columns = columns();
+        let mut values = vec![Vec::with_capacity(readings.time.len()); columns.len()];
+        let inner = &mut self.inner;
+        py.detach(|| {
+            for (row, time) in readings.time.iter().enumerate() {
+                let found = inner.update(&readings.frame(row));
+                if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = found {
+                    return Err(EstimateError::new_err(format!("row {row}: {error}")));
+                }
+                for (k, (column, values)) in columns.iter().zip(&mut values).enumerate() {
+                    let value = found.as_ref().ok().and_then(|e| (column.get)(e));
+                    values.push(if k == 0 { Some(*time) } else { value });
+                }
+            }
+            Ok(())
+        })?;
+        let fields = columns.iter().map(|c| {
+            let has_gaps = (DataType::Float64, true);
+            field(&c.name, c.unit, &c.description, has_gaps)
+        });
+        let schema = schema(fields.collect(), &[]);
+        let arrays = values
+            .into_iter()
+            .map(|v| -> ArrayRef { Arc::new(Float64Array::from(v)) });
+        let batch = RecordBatch::try_new(schema, arrays.collect());
+        let batch = batch.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        Ok(Table {
+            name: "estimate-whole".to_owned(),
+            batch,
+        })
+    }
+}
+
+/// A reading that is there.
+fn known(value: Option<f64>) -> Option<f64> {
+    value.filter(|v| !v.is_nan())
+}
+
+/// The columns of readings of both sides, empty without the column.
+struct Readings {
+    time: Vec<f64>,
+    /// Angle, motor torque and steering of each wheel.
+    wheels: [[Vec<f64>; 3]; 6],
+    pins: [Vec<f64>; 2],
+    coupling: Vec<f64>,
+    attitude: [Vec<f64>; 2],
+    rates: [Vec<f64>; 3],
+}
+
+impl Readings {
+    fn of(readings: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let source = Source::of(readings)?;
+        let mut wheels: [[Vec<f64>; 3]; 6] = Default::default();
+        for (i, [angle, torque, steering]) in wheels.iter_mut().enumerate() {
+            let wheel = wheel(i);
+            *angle = source.column(&format!("{wheel}_angle"))?;
+            *torque = source.column(&format!("{wheel}_motor_torque"))?;
+            *steering = source.column_if_there(&format!("{wheel}_steering"))?;
+        }
+        let rear = "rear_bogie_angle";
+        let coupling = if source.has(rear) {
+            rear
+        } else {
+            "differential_angle"
+        };
+        Ok(Self {
+            wheels,
+            pins: [
+                source.column("left_pin_angle")?,
+                source.column("right_pin_angle")?,
+            ],
+            coupling: source.column(coupling)?,
+            attitude: [
+                source.column("body_inclination")?,
+                source.column("body_roll")?,
+            ],
+            rates: [
+                source.column("body_roll_rate")?,
+                source.column("body_rate")?,
+                source.column("body_yaw_rate")?,
+            ],
+            time: source.time,
+        })
+    }
+
+    /// The readings of a row; NaN is a missing reading.
+    fn frame(&self, row: usize) -> WholeFrame {
+        let value = |column: &Vec<f64>| known(column.get(row).copied());
+        let wheels = |part: usize| std::array::from_fn(|i| value(&self.wheels[i][part]));
+        WholeFrame {
+            time: self.time[row],
+            wheel_angle: wheels(0),
+            motor_torque: wheels(1),
+            steering: wheels(2),
+            pins: self.pins.each_ref().map(value),
+            coupling: value(&self.coupling),
+            inclination: value(&self.attitude[0]),
+            roll: value(&self.attitude[1]),
+            rates: self.rates.each_ref().map(value),
+        }
+    }
+}
+
+/// `left_wheel1` to `right_wheel3`.
+fn wheel(i: usize) -> String {
+    let side = if i < 3 { "left" } else { "right" };
+    format!("{side}_wheel{}", i % 3 + 1)
+}
+
+/// A column of the table of estimates.
+struct Column {
+    name: String,
+    unit: &'static str,
+    description: String,
+    get: Value,
+}
+
+type OfWheel = fn(&Found, usize) -> Option<f64>;
+type OfRover = fn(&Found) -> f64;
+type Value = Box<dyn Fn(&Found) -> Option<f64> + Send + Sync>;
+
+/// The columns, the time first.
+fn columns() -> Vec<Column> {
+    const WHEEL: [(&str, &str, &str, OfWheel); 5] = [
+        (
+            "normal_force",
+            "N",
+            "normal force in the wheel's plane",
+            |e, i| Some(e.normal_force[i]),
+        ),
+        (
+            "normal_force_sigma",
+            "N",
+            "its standard deviation",
+            Found::sigma_normal,
+        ),
+        (
+            "traction",
+            "N",
+            "traction, driving forward positive",
+            |e, i| Some(e.traction[i]),
+        ),
+        (
+            "traction_sigma",
+            "N",
+            "its standard deviation",
+            Found::sigma_traction,
+        ),
+        (
+            "needed_friction",
+            "1",
+            "hypot(T, A)/N with the mean axial force A",
+            Found::needed_friction,
+        ),
+    ];
+    const ROVER: [(&str, &str, &str, OfRover); 9] = [
+        ("time", "s", "time of the readings", |e| e.time),
+        (
+            "body_inclination",
+            "rad",
+            "inclination of the body, nose up",
+            |e| e.attitude[0],
+        ),
+        ("body_roll", "rad", "roll of the body, left side up", |e| {
+            e.attitude[1]
+        }),
+        (
+            "lateral_force",
+            "N",
+            "force of the ground across the body, to the left",
+            |e| e.lateral_force,
+        ),
+        (
+            "axial_share",
+            "1",
+            "mean axial force of a wheel over its normal force",
+            |e| e.axial_share,
+        ),
+        (
+            "tip_margin",
+            "1",
+            "load off the tip line over that on level ground",
+            |e| e.tip_margin,
+        ),
+        (
+            "tip_line",
+            "1",
+            "line of the least margin: 0 left, 1 right, 2 front, 3 rear",
+            |e| {
+                TipLine::ALL
+                    .iter()
+                    .position(|line| *line == e.tip_line)
+                    .map_or(f64::NAN, |i| i as f64)
+            },
+        ),
+        ("dragged", "1", "1 while wheels are dragged across", |e| {
+            f64::from(u8::from(e.dragged))
+        }),
+        (
+            "misfit",
+            "1",
+            "misfit of the nine rows, chi-square with three degrees of freedom",
+            |e| e.misfit,
+        ),
+    ];
+    let of_rover = ROVER
+        .into_iter()
+        .map(|(name, unit, description, get)| Column {
+            name: name.to_owned(),
+            unit,
+            description: description.to_owned(),
+            get: Box::new(move |e| Some(get(e))),
+        });
+    let of_wheels = (0..6).flat_map(|i| {
+        WHEEL
+            .into_iter()
+            .map(move |(name, unit, description, get)| Column {
+                name: format!("{}_{name}", wheel(i)),
+                unit,
+                description: description.to_owned(),
+                get: Box::new(move |e| get(e, i)),
+            })
+    });
+    of_rover.chain(of_wheels).collect()
+}
+
+/// See the stub `_robhaz.pyi`.
+#[pyclass(frozen, get_all, module = "robhaz")]
+pub struct WholeEstimate {
+    time: f64,
+    normal_force: Six,
+    normal_force_sigma: Six,
+    covariance: [[f64; 6]; 6],
+    traction: Six,
+    traction_sigma: Six,
+    needed_friction: [Option<f64>; 6],
+    inclination: f64,
+    roll: f64,
+    lateral_force: f64,
+    axial_share: f64,
+    tip_margin: f64,
+    tip_line: &'static str,
+    dragged: bool,
+    misfit: f64,
+    flags: Vec<&'static str>,
+}
+
+impl From<Found> for WholeEstimate {
+    fn from(found: Found) -> Self {
+        let six = |sigma: OfWheel| -> [f64; 6] {
+            std::array::from_fn(|i| sigma(&found, i).unwrap_or(f64::NAN))
+        };
+        Self {
+            time: found.time,
+            normal_force: found.normal_force.into(),
+            normal_force_sigma: six(Found::sigma_normal).into(),
+            covariance: found.covariance,
+            traction: found.traction.into(),
+            traction_sigma: six(Found::sigma_traction).into(),
+            needed_friction: std::array::from_fn(|i| found.needed_friction(i)),
+            inclination: found.attitude[0],
+            roll: found.attitude[1],
+            lateral_force: found.lateral_force,
+            axial_share: found.axial_share,
+            tip_margin: found.tip_margin,
+            tip_line: found.tip_line.name(),
+            dragged: found.dragged,
+            misfit: found.misfit,
+            flags: found.flags().names().collect(),
+        }
+    }
+}
+
+#[pymethods]
+impl WholeEstimate {
+    fn __repr__(&self) -> String {
+        let (a, b, c, d, e, f) = self.normal_force;
+        let n = [a, b, c, d, e, f].map(|v| format!("{v:.2}")).join(", ");
+        format!("<robhaz.WholeEstimate {} s: N = [{n}] N>", self.time)
+    }
+}
