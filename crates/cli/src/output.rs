@@ -174,7 +174,11 @@ fn check_replaceable(path: &Path) -> Result<()> {
     let read = |name| fs::read_to_string(path.join(name)).unwrap_or_default();
     let (scene, log) = (read("scene.toml"), read(LogPlace::DESCRIPTION));
     let names = names(path)?;
-    let estimators: Vec<&str> = names.iter().filter_map(|n| estimator(n)).collect();
+    // Figures of a log of both sides are those of each.
+    let of_sides = |name: &str| ["", "-left", "-right"].map(|side| format!("{name}{side}"));
+    let estimators = names.iter().filter_map(|n| estimator(n)).flat_map(of_sides);
+    let estimators: Vec<String> = estimators.collect();
+    let estimators: Vec<&str> = estimators.iter().map(String::as_str).collect();
     // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a
     // run.
     let is_ours = |name: &String| {
