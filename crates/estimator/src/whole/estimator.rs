@@ -517,7 +517,7 @@ impl WholeEstimator {
         /// Sideways over forward speed of a wheel that is dragged: beyond what steering and toe err
         /// by, and what a tyre's elasticity takes.
         /// Chosen; insensitive.
-        const DRAGGED: f64 = 0.05;
+        const DRAGGED: f64 = 0.1;
         let [left, right] = self.velocity;
         let speed = 0.5 * (left.x + right.x);
         let (rover, geometry) = (&self.rover, &self.rover.side.geometry);
