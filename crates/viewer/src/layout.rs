@@ -4,18 +4,20 @@
 //! The SDK's builders give every part a random name, and cannot set ranges, legends and bounds.
 
 use crate::ViewerError;
+use crate::draw::narrow;
 use crate::estimated_terrain::{LEFT, bounds_of};
 use crate::explain::{KEY_HEIGHT, key_width};
 use crate::ground::{Ground, ROOM};
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
+use crate::whole::PLOTS;
 use crate::writer::{TIMELINE, Writer};
 use re_log_types::EntityPath;
 use re_sdk_types::AsComponents;
 use re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
-    TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint, VisibleTimeRanges,
-    VisualBounds2D,
+    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns,
+    TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    VisibleTimeRanges, VisualBounds2D,
 };
 use re_sdk_types::blueprint::components::{
     ContainerKind, LinkAxis, LoopMode, PanelState, PlayState,
@@ -25,6 +27,7 @@ use re_sdk_types::components::Range1D;
 use re_sdk_types::datatypes::{
     Bool, Range1D as Range, Range2D, TimeRange, TimeRangeBoundary, VisibleTimeRange,
 };
+use robhaz_model::WholeRover;
 use robhaz_run::{EstimatorDescription, RunDescription};
 use robhaz_scene::Scene;
 use uuid::Uuid;
@@ -61,6 +64,72 @@ pub(crate) fn log(
     is_live: bool,
 ) -> Result<(), ViewerError> {
     let root = Part::equal(ContainerKind::Horizontal, "robhaz", [left(run), right(run)]);
+    log_root(out, &root, is_live)
+}
+
+/// Logs the layout of a rover with both sides: the drive in 3-D at the left, plots at the right.
+pub(crate) fn log_whole(
+    out: &mut Writer,
+    rover: &WholeRover,
+    is_live: bool,
+) -> Result<(), ViewerError> {
+    // Seen from the right, from behind and above, whatever the size of the rover.
+    let axles = &rover.side.geometry.axles;
+    let size = axles[0].x - axles[2].x;
+    let eye = EyeControls3D::new()
+        .with_position([-1.6, -1.9, 1.3].map(|share| narrow(share * size)))
+        .with_look_target([0.0, 0.0, 0.0])
+        .with_eye_up([0.0, 0.0, 1.0])
+        .with_tracking_entity("world/rover");
+    let eye = vec![property("EyeControls3D", eye)];
+    let drive = View::new(
+        "3D",
+        "The drive [m]: N and T at the contacts",
+        "/world",
+        &["+ /world/**"],
+        eye,
+    );
+    let drive = View {
+        past: vec!["/world/tracks".to_owned()],
+        ..drive
+    };
+    let about = Part::of_class("TextDocument", "About", "/about", "+ /about");
+    let left = vec![(Part::View(drive), 4.0), (about, 1.0)];
+    let left = Part::Container(ContainerKind::Vertical, "Scene".to_owned(), left);
+    let load = rover.mean_wheel_load();
+    let normal = Some(Range1D::new(-0.1 * load, 3.0 * load));
+    let plot = |(title, k, range): (&str, usize, Option<Range1D>)| {
+        Part::plot(title, &format!("/series/{}", PLOTS[k]), range)
+    };
+    let rows = [
+        vec![
+            ("N, left wheels [N]", 0, normal),
+            ("N, right wheels [N]", 1, normal),
+        ],
+        vec![
+            ("T, left wheels [N]", 2, None),
+            ("T, right wheels [N]", 3, None),
+        ],
+        vec![
+            ("Attitude [deg]", 4, None),
+            ("Tip margin [-]", 5, Some(Range1D::new(0.0, 1.2))),
+            ("Axial share [-]", 6, None),
+        ],
+    ];
+    let rows = rows.map(|row| {
+        Part::equal(
+            ContainerKind::Horizontal,
+            "Plots",
+            row.into_iter().map(plot),
+        )
+    });
+    let right = Part::equal(ContainerKind::Vertical, "Time series", rows);
+    let root = Part::equal(ContainerKind::Horizontal, "robhaz", [left, right]);
+    log_root(out, &root, is_live)
+}
+
+/// Logs the layout of a root container, and makes it the active one.
+fn log_root(out: &mut Writer, root: &Part, is_live: bool) -> Result<(), ViewerError> {
     let (root, _) = root.log(out, &mut 0)?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(root)

@@ -2,7 +2,7 @@
 //! every estimator.
 //!
 //! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows
-//! everything. Or it sends the recording to a viewer, which shows the run while it is simulated.
+//! everything. [`WholeRecording`] does it for a rover with both sides, in 3-D. Or it sends the recording to a viewer, which shows the run while it is simulated.
 //! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
@@ -46,6 +46,7 @@ mod recorder;
 mod scene_view;
 mod series;
 mod sink;
+mod whole;
 mod writer;
 
 pub use error::{INSTALL, VIEWER_VERSION, ViewerError};
@@ -53,3 +54,4 @@ pub use picture::picture;
 pub use program::{is_installed, open};
 pub use reading::{recording_end, recording_is_closed};
 pub use sink::RecordingSink;
+pub use whole::WholeRecording;

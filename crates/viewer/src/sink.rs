@@ -1,7 +1,6 @@
 //! A sink that makes a Rerun recording of a run, in a file or in a viewer.
 
 use crate::ViewerError;
-use crate::connection::Connection;
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Recorder, Ticker};
@@ -9,7 +8,6 @@ use crate::writer::Target;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::error::Error as _;
 use std::ffi::OsStr;
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -68,18 +66,8 @@ impl RecordingSink {
     /// # Errors
     /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
     pub fn connect(address: &str) -> Result<Self, ViewerError> {
-        let plain = address.strip_prefix("rerun+http://");
-        let plain = plain.map_or(address, |p| p.strip_suffix("/proxy").unwrap_or(p));
-        let bad = |_| ViewerError::Address(address.to_owned());
-        let mut found = plain.to_socket_addrs().map_err(bad)?;
-        // The client waits for a viewer without limit: test first whether one listens.
-        let second = Duration::from_secs(1);
-        let answers = |a: &SocketAddr| TcpStream::connect_timeout(a, second).is_ok();
-        let Some(listening) = found.find(answers) else {
-            return Err(ViewerError::NobodyListens(plain.to_owned()));
-        };
-        let viewer = Target::Viewer(Connection::open(listening)?);
-        Ok(Self::new(plain.to_owned(), viewer, Some(Instant::now())))
+        let (viewer, plain) = Target::connect(address)?;
+        Ok(Self::new(plain, viewer, Some(Instant::now())))
     }
 
     /// A sink for the viewer that listens at the default port of this machine, or else for a new

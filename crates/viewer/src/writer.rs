@@ -20,6 +20,7 @@ use re_log_types::{
 use re_sdk_types::archetypes::RecordingInfo;
 use re_sdk_types::{AsComponents, SerializationResult, SerializedComponentColumn};
 use std::fs::File;
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
@@ -50,6 +51,23 @@ impl Target {
         );
         let encoder = encoder.map_err(ViewerError::io("write", path.display()))?;
         Ok(Self::File(Box::new(encoder)))
+    }
+
+    /// The viewer that listens at `HOST:PORT` or `rerun+http://HOST:PORT/proxy`, and its address
+    /// without what surrounds it.
+    pub(crate) fn connect(address: &str) -> Result<(Self, String), ViewerError> {
+        let plain = address.strip_prefix("rerun+http://");
+        let plain = plain.map_or(address, |p| p.strip_suffix("/proxy").unwrap_or(p));
+        let bad = |_| ViewerError::Address(address.to_owned());
+        let mut found = plain.to_socket_addrs().map_err(bad)?;
+        // The client waits for a viewer without limit: test first whether one listens.
+        let second = Duration::from_secs(1);
+        let answers = |a: &SocketAddr| TcpStream::connect_timeout(a, second).is_ok();
+        let Some(listening) = found.find(answers) else {
+            return Err(ViewerError::NobodyListens(plain.to_owned()));
+        };
+        let viewer = Self::Viewer(Connection::open(listening)?);
+        Ok((viewer, plain.to_owned()))
     }
 
     fn send(&mut self, message: LogMsg) -> Result<(), Cause> {

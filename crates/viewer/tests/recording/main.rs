@@ -7,6 +7,7 @@
 mod common;
 mod events;
 mod reading;
+mod whole;
 
 use re_chunk::Chunk;
 use re_log_types::LogMsg;

@@ -1,0 +1,167 @@
+//! Recordings of a rover with both sides.
+
+use crate::reading::{chunks, messages, rows, scalars};
+use re_log_types::LogMsg;
+use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
+use re_sdk_types::components::{LineStrip3D, Translation3D, Vector3D};
+use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
+use robhaz_model::WholeRover;
+use robhaz_scene::{LogChoice, RobotChoice};
+use robhaz_viewer::{WholeRecording, picture};
+use std::path::Path;
+
+/// A rover of `robots/`, and its estimator.
+fn rover(name: &str) -> (WholeRover, WholeEstimator) {
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+    let robot = RobotChoice::load(&robots.join(name)).expect("a robot");
+    let rover = robot.whole_rover().expect("what lies across");
+    let mut choice = LogChoice::default();
+    choice.select(&["kalman".to_owned()]).expect("a preset");
+    let settings = choice.settings(&choice.estimators[0]);
+    let estimator = WholeEstimator::new(&rover, settings, choice.pin).expect("a rover");
+    (rover, estimator)
+}
+
+/// Closed form: wheels that roll at v, with a yaw rate w, lead along a circle of radius v/w, and
+/// their tracks end where the wheels stand on the ground. Everything is there, in a layout of its
+/// own.
+#[test]
+fn a_rover_drives_along_a_circle() {
+    const SPEED: f64 = 0.2;
+    const YAW_RATE: f64 = 0.2;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let (rover, mut estimator) = rover("open-source-rover.toml");
+    let mut recording = WholeRecording::save(&path, &rover, "circle", 7, 4.0).expect("a file");
+    let radius = rover.side.geometry.wheel_radius;
+    for k in 0..=800 {
+        let time = 0.005 * f64::from(k);
+        let turn = |i: usize| {
+            let y = rover.half_tracks[i % 3] * if i < 3 { 1.0 } else { -1.0 };
+            Some((SPEED - YAW_RATE * y) * time / radius)
+        };
+        let frame = WholeFrame {
+            time,
+            wheel_angle: std::array::from_fn(turn),
+            motor_torque: [Some(0.0); 6],
+            pins: [Some(0.0); 2],
+            coupling: Some(0.0),
+            inclination: Some(0.0),
+            roll: Some(0.0),
+            rates: [Some(0.0), Some(0.0), Some(YAW_RATE)],
+            ..WholeFrame::default()
+        };
+        let estimate = estimator.update(&frame).expect("an estimate");
+        recording.log(&frame, &estimate).expect("it is written");
+    }
+    recording.end().expect("a file");
+
+    let chunks = chunks(&path);
+    let component = Transform3D::descriptor_translation().component;
+    let poses = rows::<Translation3D>(&chunks, "/world/rover", component);
+    assert_eq!(poses.len(), 241);
+    let (time, last) = poses.last().expect("poses");
+    let (sin, cos) = (YAW_RATE * time).sin_cos();
+    let expected = [SPEED / YAW_RATE * sin, SPEED / YAW_RATE * (1.0 - cos)];
+    // Steps of 5 ms lag by half a step: 1e-3 of the way. Contact angles are estimated to 0.1 deg.
+    for (found, expected) in last[0].0.0.iter().zip(expected) {
+        assert!(
+            (f64::from(*found) - expected).abs() < 2e-3,
+            "{last:?} {expected:?}"
+        );
+    }
+    for wheel in ["left_wheel1", "right_wheel3"] {
+        assert!(chunks.contains_key(&format!("/world/rover/{wheel}/tyre")));
+        let wheel = format!("/world/rover/{wheel}");
+        assert_eq!(rows::<Translation3D>(&chunks, &wheel, component).len(), 241);
+    }
+    let component = Arrows3D::descriptor_vectors().component;
+    let arrows = rows::<Vector3D>(&chunks, "/world/rover/forces", component);
+    // At rest, 0.15 m a mean load: the six sum to six times that.
+    let (_, first) = &arrows[0];
+    let sum: f32 = first.iter().map(|v| v.0.0[2]).sum();
+    assert!(first.len() == 6 && (sum - 0.9).abs() < 1e-3, "{first:?}");
+    let component = LineStrips3D::descriptor_strips().component;
+    let tracks = rows::<LineStrip3D>(&chunks, "/world/tracks", component);
+    let (_, ends) = tracks.last().expect("tracks");
+    assert!(
+        ends.len() == 6 && ends.iter().all(|s| s.0[1].0[2].abs() < 5e-3),
+        "{ends:?}"
+    );
+    for (plot, lines) in [
+        ("normal_force/left", 9),
+        ("traction/right", 9),
+        ("attitude", 2),
+        ("tip_margin", 1),
+    ] {
+        let found = scalars(&chunks, &format!("/series/{plot}"));
+        assert!(
+            found.len() == 241 && found.iter().all(|(_, row)| row.len() == lines),
+            "{plot}"
+        );
+    }
+    let active = |m: &LogMsg| matches!(m, LogMsg::BlueprintActivationCommand(c) if c.make_active);
+    assert!(messages(&path).iter().any(active));
+}
+
+/// A picture to look at: of the log WHOLE_ROVER_LOG (columns by their default names) at 60 % of its
+/// time, in WHOLE_ROVER_PICTURE.
+#[test]
+#[ignore = "needs a log of both sides, and a viewer that can draw"]
+fn a_picture_of_a_log() {
+    let var = |name| std::env::var(name).expect("a path");
+    let text = std::fs::read_to_string(var("WHOLE_ROVER_LOG")).expect("a log");
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let (rover, mut estimator) = rover("open-source-rover.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut recording = WholeRecording::save(&path, &rover, "log", 7, 20.0).expect("a file");
+    let mut end = 0.0;
+    for line in lines {
+        let row: Vec<f64> = line
+            .split(',')
+            .map(|x| x.parse().expect("a number"))
+            .collect();
+        let get = |name: &str| Some(row[names.iter().position(|n| *n == name)?]);
+        let wheels = |what: &str| {
+            std::array::from_fn(|i| {
+                let side = if i < 3 { "left" } else { "right" };
+                get(&format!("{side}_wheel{}_{what}", i % 3 + 1))
+            })
+        };
+        let frame = WholeFrame {
+            time: get("time").expect("a time"),
+            wheel_angle: wheels("angle"),
+            motor_torque: wheels("motor_torque"),
+            steering: wheels("steering"),
+            pins: [get("left_pin_angle"), get("right_pin_angle")],
+            coupling: get("differential_angle"),
+            inclination: get("body_inclination"),
+            roll: get("body_roll"),
+            rates: [
+                get("body_roll_rate"),
+                get("body_rate"),
+                get("body_yaw_rate"),
+            ],
+        };
+        end = frame.time;
+        if let Ok(estimate) = estimator.update(&frame) {
+            recording.log(&frame, &estimate).expect("it is written");
+        }
+    }
+    recording.end().expect("a file");
+    println!("{} bytes", std::fs::metadata(&path).expect("a file").len());
+    if let Ok(keep) = std::env::var("WHOLE_ROVER_RECORDING") {
+        std::fs::copy(&path, keep).expect("a copy");
+    }
+    let out = var("WHOLE_ROVER_PICTURE");
+    picture(
+        &path,
+        Path::new(&out),
+        [1400, 800],
+        Some(0.6 * end),
+        &|| None,
+    )
+    .expect("a picture");
+}
