@@ -3,7 +3,7 @@
 use crate::estimate::LogArgs;
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
-use robhaz_log::check::{BodyNoise, Finding, Report, Stated, check};
+use robhaz_log::check::{BodyNoise, Finding, Report, Stated, StatedBoth, check, check_both};
 use robhaz_log::{Log, LogOptions};
 use robhaz_record::time_lines;
 use robhaz_run::ChannelReport;
@@ -49,9 +49,10 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let name = log.name.clone();
     let mut source = log.into_source();
-    let mut frames = Vec::new();
+    let (mut frames, mut of_both) = (Vec::new(), Vec::new());
     while let Some(sample) = source.next_sample().into_diagnostic()? {
         frames.push(sample.sensors);
+        of_both.extend(sample.both.map(|both| both.readings));
     }
     // The time stamps first: all else depends on them.
     let log = source.log_report();
@@ -61,7 +62,18 @@ pub fn run(args: &Args) -> Result<()> {
         let finding = Finding::ok("robot", "all", "none is stated: robot A counts");
         findings.push(finding.cannot_tell("state yours: --robot ROBOT.toml"));
     }
-    findings.extend(check(&frames, &stated).findings);
+    let rover = choice.robot.whole_rover().filter(|_| !of_both.is_empty());
+    findings.extend(match (rover, choice.estimators.first()) {
+        (Some(rover), Some(listed)) => check_both(
+            &of_both,
+            &StatedBoth {
+                rover: &rover,
+                settings: choice.settings(listed),
+                joint: choice.pin,
+            },
+        ),
+        _ => check(&frames, &stated).findings,
+    });
     let report = Report::new(findings);
     let document = serde_json::to_value(&report).into_diagnostic()?;
     tell(&report.text(), &document)?;

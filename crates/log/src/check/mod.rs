@@ -20,11 +20,13 @@
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
 //! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `kalman` |
 //! | `agreement` | Does `kalman` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
+//! | `both` | Both sides: left and right exchanged, signs of what lies across | innovations of the estimator of both sides |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot
 //! answer says so.
 
 mod agreement;
+mod both;
 mod changes;
 mod clock;
 mod course;
@@ -49,6 +51,7 @@ mod still;
 mod torques;
 mod wheels;
 
+pub use both::{StatedBoth, check_both};
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated};
 pub(crate) use torques::signs_are_lost;
