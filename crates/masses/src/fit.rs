@@ -258,7 +258,11 @@ fn check_robot(robot: &Robot) -> Result<(), String> {
 }
 
 /// Whether the readings fit.
-fn misfit(readings: usize, sum: f64, residuals: &[Residual]) -> Result<Misfit, WeighError> {
+pub(crate) fn misfit(
+    readings: usize,
+    sum: f64,
+    residuals: &[Residual],
+) -> Result<Misfit, WeighError> {
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly
     // Gaussian.
     let n = readings as f64;

@@ -12,6 +12,7 @@
 //! | readings and their errors | `measurements.rs` |
 //! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
+//! | the lateral centre of mass, from scales under both sides | `lateral.rs` |
 //! | postures on blocks, what scales would show there, and the most informative ones | `blocks.rs`, `plan.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but
@@ -27,6 +28,7 @@
 mod blocks;
 mod error;
 mod fit;
+mod lateral;
 mod loads;
 mod measurements;
 mod parameters;
@@ -37,6 +39,7 @@ mod statics;
 pub use blocks::{Blocks, simulate};
 pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
+pub use lateral::{Lateral, lateral};
 pub use loads::{ForceDeviation, WeighedValue};
 pub use measurements::{Accuracy, Measurements, Reading};
 pub use parameters::Tolerances;

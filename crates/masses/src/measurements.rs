@@ -20,6 +20,9 @@ pub struct Measurements {
     pub readings: Vec<Reading>,
     /// Weight of the whole robot (one side), N.
     pub weight: Option<f64>,
+    /// Left less right forces of the postures with scales under both sides, whose mean is in
+    /// [`Self::readings`].
+    pub differences: Vec<Reading>,
 }
 
 impl Measurements {

@@ -3,9 +3,10 @@
 
 use robhaz_estimator::statics::load_parameters;
 use robhaz_masses::{
-    Accuracy, Measurements, Reading, Tolerances, Weighed, plan, plate_forces, simulate, weigh,
+    Accuracy, Measurements, Reading, Tolerances, Weighed, lateral, plan, plate_forces, simulate,
+    weigh,
 };
-use robhaz_model::{Carrier, Geometry, MassSet, Robot, Vec2};
+use robhaz_model::{Carrier, Coupling, Geometry, MassSet, Robot, Vec2, WholeRover};
 use std::error::Error;
 
 /// Draws from N(0, 1): a linear congruential generator (Knuth's MMIX) and the sum of twelve uniform
@@ -290,6 +291,7 @@ fn what_is_not_seen_keeps_its_prior() {
     let alone = fit(&Measurements {
         readings: Vec::new(),
         weight: Some(weight),
+        ..Measurements::default()
     });
     assert!((alone.loads[0].deviation * 9.81 - 0.2).abs() < 0.001);
     for value in &alone.values[5..] {
@@ -367,4 +369,72 @@ fn the_budget_states_what_the_weighing_left() {
     );
     assert!((level / found.forces.after - 1.0).abs() < 0.2);
     assert!(sloped < 1.5 * level);
+}
+
+/// The Open Source Rover, of its file's numbers.
+fn open_source_rover() -> WholeRover {
+    let mut side = Robot::default_a();
+    let geometry = &mut side.geometry;
+    geometry.make_bogie(Carrier::Link2);
+    geometry.wheel_radius = 0.075;
+    geometry.axles = [271.0, 0.0, -318.0].map(|mm| Vec2::new(1e-3 * mm, 0.075));
+    geometry.carriers = [Carrier::Link1, Carrier::Link1, Carrier::Link2];
+    geometry.pins.q = Vec2::new(0.095, 0.169);
+    geometry.body_cg = Vec2::new(-0.02, 0.265);
+    (geometry.link_cg[0], geometry.link_cg[1]) = (Vec2::new(0.122, 0.106), Vec2::new(-0.105, 0.19));
+    let mass = &mut side.mass;
+    (mass.body, mass.links, mass.wheel) = (2.9, [0.25, 0.35, 0.0], 0.95);
+    WholeRover {
+        side,
+        coupling: Coupling::Differential,
+        pivot: Vec2::new(-0.019, 0.261),
+        half_tracks: [0.184, 0.2556, 0.184],
+        link_places: [0.181; 2],
+        body_place: 0.0,
+        body_inertia: [0.041, 0.083],
+        link_inertias: [[0.0; 2]; 2],
+        wheel_inertia: 0.0,
+    }
+}
+
+/// Closed form: a centre of mass y_c to the left loads the wheels by nu_i D = nu_i W y_c/b_P, with
+/// the Open Source Rover's nu and b_P; scales that read so give y_c back. Six at 0.2 N state it to
+/// 0.8 mm, and four postures to half of that.
+#[test]
+fn six_scales_give_the_lateral_centre_of_mass() {
+    const NU: [f64; 3] = [0.25379, 0.47018, 0.27603];
+    let (weight, b_p, y_c) = (124.587, 0.43533, 0.006);
+    let rover = open_source_rover();
+    let reading = |line| Reading {
+        line,
+        inclinations: [0.0; 2],
+        forces: NU.map(|nu| Some(2.0 * nu * weight * y_c / b_p)),
+    };
+    let accuracy = Accuracy {
+        horizontal_force: 0.0,
+        ..Accuracy::TYPICAL
+    };
+    let found = lateral(&rover, &[reading(2)], &accuracy).unwrap();
+    // The closed form has five digits.
+    assert!((found.rover_place.0 - y_c).abs() < 1e-6, "{found:?}");
+    assert!((found.rover_place.1 - 0.0008).abs() < 5e-5, "{found:?}");
+    let body = y_c * rover.side.mass.total() / rover.side.mass.body;
+    assert!((found.body_place.0 - body).abs() < 2e-6, "{found:?}");
+    let four = lateral(&rover, &[2, 3, 4, 5].map(reading), &accuracy).unwrap();
+    assert!((four.rover_place.1 / found.rover_place.1 - 0.5).abs() < 1e-9);
+    // A scale that reads 3 N too much is named.
+    let mut faulty = reading(2);
+    faulty.forces[1] = faulty.forces[1].map(|n| n + 3.0);
+    let error = lateral(&rover, &[faulty], &accuracy)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("left less right: ") && error.contains("wheel2 in line 2"),
+        "{error}"
+    );
+    let error = lateral(&rover, &[], &accuracy).unwrap_err().to_string();
+    assert!(
+        error.contains("no posture has readings of six scales"),
+        "{error}"
+    );
 }

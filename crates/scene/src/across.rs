@@ -17,7 +17,7 @@ pub(crate) struct Across {
     pivot: Vec2,
     half_tracks: [f64; 3],
     link_places: Option<[f64; 2]>,
-    body_place: f64,
+    pub(crate) body_place: f64,
     body_inertia: Option<[f64; 2]>,
     link_inertias: Option<[[f64; 2]; 2]>,
     wheel_inertia: Option<f64>,

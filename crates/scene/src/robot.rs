@@ -192,6 +192,14 @@ impl RobotChoice {
         }
     }
 
+    /// States the lateral place of the body's centre of mass, m, left positive, of a robot that
+    /// says what lies across.
+    pub fn set_body_place(&mut self, place: f64) {
+        if let Some(across) = &mut self.across {
+            across.body_place = place;
+        }
+    }
+
     /// The rover with both sides, of a file that says what lies across. Its side is
     /// [`Self::robot`].
     pub fn whole_rover(&self) -> Option<WholeRover> {

@@ -10,13 +10,12 @@ use crate::explain::{KEY_HEIGHT, key_width};
 use crate::ground::{Ground, ROOM};
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
-use crate::whole::PLOTS;
 use crate::writer::{TIMELINE, Writer};
 use re_log_types::EntityPath;
 use re_sdk_types::AsComponents;
 use re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns,
-    TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend, ScalarAxis,
+    TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
     VisibleTimeRanges, VisualBounds2D,
 };
 use re_sdk_types::blueprint::components::{
@@ -67,6 +66,17 @@ pub(crate) fn log(
     log_root(out, &root, is_live)
 }
 
+/// Entities of the plots of a rover with both sides, below `series`.
+pub(crate) const WHOLE_PLOTS: [&str; 7] = [
+    "normal_force/left",
+    "normal_force/right",
+    "traction/left",
+    "traction/right",
+    "attitude",
+    "tip_margin",
+    "axial_share",
+];
+
 /// Logs the layout of a rover with both sides: the drive in 3-D at the left, plots at the right.
 pub(crate) fn log_whole(
     out: &mut Writer,
@@ -77,15 +87,16 @@ pub(crate) fn log_whole(
     let axles = &rover.side.geometry.axles;
     let size = axles[0].x - axles[2].x;
     let eye = EyeControls3D::new()
-        .with_position([-1.6, -1.9, 1.3].map(|share| narrow(share * size)))
-        .with_look_target([0.0, 0.0, 0.0])
-        .with_eye_up([0.0, 0.0, 1.0])
-        .with_tracking_entity("world/rover");
-    let eye = vec![property("EyeControls3D", eye)];
+        .with_position([-1.15, -1.35, 1.2].map(|share| narrow(share * size)))
+        .with_look_target([0.0, 0.0, narrow(-0.15 * size)])
+        .with_eye_up([0.0, 0.0, 1.0]);
+    // The viewer's grid would move with the rover.
+    let grid = LineGrid3D::new().with_visible(false);
+    let eye = vec![property("EyeControls3D", eye), property("LineGrid3D", grid)];
     let drive = View::new(
         "3D",
         "The drive [m]: N and T at the contacts",
-        "/world",
+        "/world/follow",
         &["+ /world/**"],
         eye,
     );
@@ -98,8 +109,9 @@ pub(crate) fn log_whole(
     let left = Part::Container(ContainerKind::Vertical, "Scene".to_owned(), left);
     let load = rover.mean_wheel_load();
     let normal = Some(Range1D::new(-0.1 * load, 3.0 * load));
+    let traction = Some(Range1D::new(-2.0 * load, 2.0 * load));
     let plot = |(title, k, range): (&str, usize, Option<Range1D>)| {
-        Part::plot(title, &format!("/series/{}", PLOTS[k]), range)
+        Part::plot(title, &format!("/series/{}", WHOLE_PLOTS[k]), range)
     };
     let rows = [
         vec![
@@ -107,8 +119,8 @@ pub(crate) fn log_whole(
             ("N, right wheels [N]", 1, normal),
         ],
         vec![
-            ("T, left wheels [N]", 2, None),
-            ("T, right wheels [N]", 3, None),
+            ("T, left wheels [N]", 2, traction),
+            ("T, right wheels [N]", 3, traction),
         ],
         vec![
             ("Attitude [deg]", 4, None),

@@ -4,7 +4,7 @@
 use crate::ViewerError;
 use crate::colours::{self, Colour, WHEELS, by_index};
 use crate::draw::narrow;
-use crate::layout;
+use crate::layout::{self, WHOLE_PLOTS as PLOTS};
 use crate::recorder::Ticker;
 use crate::series::{NARROW, WHEEL_NAMES};
 use crate::writer::{Target, Writer};
@@ -26,7 +26,7 @@ const FULL_RATE_TIME: f64 = 120.0;
 /// Time between two writes, s: a file that breaks off loses no more.
 const CHUNK_TIME: f64 = 2.0;
 /// Length of the arrow of the mean static wheel load, m.
-const MEAN_LOAD_LENGTH: f64 = 0.15;
+const MEAN_LOAD_LENGTH: f64 = 0.2;
 /// Half the width of a wheel over its radius. It is drawn, not known.
 const HALF_WIDTH: f64 = 0.35;
 /// Spokes of a wheel: its turning is visible.
@@ -77,17 +77,6 @@ struct Rows {
     tracks: Vec<[[Vec3; 2]; 6]>,
     plots: [Vec<f64>; PLOTS.len()],
 }
-
-/// Entities of the plots, below `series`.
-pub(crate) const PLOTS: [&str; 7] = [
-    "normal_force/left",
-    "normal_force/right",
-    "traction/left",
-    "traction/right",
-    "attitude",
-    "tip_margin",
-    "axial_share",
-];
 
 impl WholeRecording {
     /// A recording in a new file; an older one of that name is replaced immediately. `fingerprint`
@@ -239,6 +228,10 @@ impl WholeRecording {
                 .with_many_quaternion(poses.iter().map(|(_, turn)| *turn));
             out.columns(entity, &times, columns.columns_of_unit_batches())?;
         }
+        // A frame that moves with the rover but does not turn: the view's.
+        let follow = Transform3D::update_fields()
+            .with_many_translation(rover.iter().map(|(at, _)| point(at)));
+        out.columns("world/follow", &times, follow.columns_of_unit_batches())?;
         let strips = |strips: Vec<Vec<[f32; 3]>>| LineStrips3D::update_fields().with_strips(strips);
         let points = |strip: &Vec<Vec3>| strip.iter().map(point).collect();
         let columns = strips(links.iter().flatten().map(points).collect());
@@ -466,17 +459,17 @@ fn declare(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
         });
         let spokes = LineStrips3D::update_fields()
             .with_strips(spokes)
-            .with_colors([colour.light()])
+            .with_colors([colour])
             .with_radii(thin(1.0));
         out.constant(format!("{entity}/spokes"), &spokes)?;
     }
     let colours = || WHEELS.into_iter().chain(WHEELS);
     let arrows = Arrows3D::update_fields()
-        .with_colors(colours())
+        .with_colors(colours().map(Colour::light))
         .with_radii(thin(2.5));
     out.constant("world/rover/forces", &arrows)?;
     let bars = LineStrips3D::update_fields()
-        .with_colors(colours())
+        .with_colors(colours().map(Colour::light))
         .with_radii(thin(1.0));
     out.constant("world/rover/forces/two_sigma", &bars)?;
     let tracks = LineStrips3D::update_fields()

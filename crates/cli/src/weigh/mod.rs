@@ -7,8 +7,8 @@ use self::table::{read_table, table};
 use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
-use miette::{IntoDiagnostic, Result, WrapErr};
-use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, plan, weigh};
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, lateral, plan, weigh};
 use robhaz_scene::{RobotChoice, simulated_weighing};
 use std::path::{Path, PathBuf};
 
@@ -119,7 +119,20 @@ fn weigh_robot(
     let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy).into_diagnostic();
     let weighed = weighed.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
-    let robot = nominal.weighed(weighed.robot);
+    let mut robot = nominal.weighed(weighed.robot);
+    if !measurements.differences.is_empty() {
+        let rover = robot.whole_rover().ok_or_else(|| {
+            miette!(
+                "{} has scales under both sides, but {} has no [robot.across]; allowed: a robot that states what lies across, or scales of one side",
+                path.display(),
+                args.robot.display()
+            )
+        })?;
+        let lateral = lateral(&rover, &measurements.differences, &accuracy).into_diagnostic();
+        let lateral = lateral.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
+        say(&text::lateral(rover.body_place, &lateral))?;
+        robot.set_body_place(lateral.body_place.0);
+    }
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let text = robot.weighed_to_toml(&weighed.covariance, &version);
     write(file, &text, "the weighed robot and its budget")

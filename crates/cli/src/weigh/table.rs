@@ -14,6 +14,8 @@ use std::path::Path;
 enum Content {
     Link(usize),
     Wheel(usize),
+    /// Left wheels 0 to 2, right ones 3 to 5.
+    Both(usize),
     Weight,
     /// Height of a block: it follows from the inclinations, and is for the reader alone.
     Block,
@@ -25,7 +27,7 @@ struct Column {
     to_si: f64,
 }
 
-const ALLOWED: &str = "link1 [deg], link2 [deg], wheel1 [N], wheel2 [N], wheel3 [N], weight [N]; also [rad], [kg], [g]; block1 [mm] \
+const ALLOWED: &str = "link1 [deg], link2 [deg], wheel1 [N], wheel2 [N], wheel3 [N], weight [N]; of both sides left_wheel1 [N] to right_wheel3 [N] in their place; also [rad], [kg], [g]; block1 [mm] \
      to block3 [mm] are not read";
 /// Largest inclination, rad: beyond, it is in degrees.
 const STEEPEST: f64 = 1.6;
@@ -38,7 +40,7 @@ const FORCE: &str = "a force of at least 0 and at most 1e6 N";
 /// The first line names the columns with their units: `link1 [deg]` and `link2 [deg]` (inclinations
 /// from the nominal pose, nose up positive, also `[rad]`), `wheel1 [N]` to `wheel3 [N]` (front,
 /// middle, rear; also `[kg]`, `[g]`: mass times 9.81 m/s^2), and if it was measured `weight [N]` of
-/// the whole side in one line. A cell is empty where nothing was read. Lines that begin with `#`
+/// the whole side in one line; of scales under both sides `left_wheel1 [N]` to `right_wheel3 [N]`. A cell is empty where nothing was read. Lines that begin with `#`
 /// are comments.
 ///
 /// # Errors
@@ -79,7 +81,15 @@ fn columns(header: &TextRow) -> Result<Vec<Column>, String> {
         columns.push(column);
     }
     let has = |content: Content| columns.iter().any(|c| c.content == content);
-    let wheels = (0..3).any(|i| has(Content::Wheel(i)));
+    let both = (0..6).filter(|i| has(Content::Both(*i))).count();
+    if !matches!(both, 0 | 6) || both > 0 && (0..3).any(|i| has(Content::Wheel(i))) {
+        let message =
+            "allowed: wheel1 to wheel3 of one side, or all six of left_wheel1 to right_wheel3";
+        return Err(format!(
+            "found {both} columns of scales of both sides, {message}"
+        ));
+    }
+    let wheels = both > 0 || (0..3).any(|i| has(Content::Wheel(i)));
     if wheels && !(has(Content::Link(0)) && has(Content::Link(1))) {
         return Err("the inclinations link1 [deg] and link2 [deg] are missing".to_owned());
     }
@@ -103,6 +113,10 @@ fn column(text: &str) -> Option<Column> {
         (Content::Link(i), angle?)
     } else if let Some(i) = indexed("wheel", 3) {
         (Content::Wheel(i), force?)
+    } else if let Some(i) = indexed("left_wheel", 3) {
+        (Content::Both(i), force?)
+    } else if let Some(i) = indexed("right_wheel", 3) {
+        (Content::Both(3 + i), force?)
     } else if name == "weight" {
         (Content::Weight, force?)
     } else {
@@ -129,7 +143,7 @@ fn row(
             ": found {found} cells, allowed: {allowed}, as in the first line"
         ));
     }
-    let (mut angles, mut forces) = ([None; 2], [None; 3]);
+    let (mut angles, mut forces, mut both) = ([None; 2], [None; 3], [None; 6]);
     for (i, column) in columns.iter().enumerate() {
         let refuse = |message: String| format!(", column {:?}: {message}", column.name);
         let cell = row.text(i);
@@ -152,6 +166,7 @@ fn row(
                 angles[i] = Some(checked(-STEEPEST..=STEEPEST, allowed)?);
             }
             Content::Wheel(i) => forces[i] = Some(checked(0.0..=LARGEST, FORCE)?),
+            Content::Both(i) => both[i] = Some(checked(0.0..=LARGEST, FORCE)?),
             Content::Weight if into.weight.is_some() => {
                 let message = "the weight stands in an earlier line; allowed: once";
                 return Err(refuse(message.to_owned()));
@@ -160,13 +175,35 @@ fn row(
             Content::Block => {}
         }
     }
+    let mut differences = [None; 3];
+    for i in 0..3 {
+        if both[i].is_some() != both[3 + i].is_some() {
+            let wheel = i + 1;
+            return Err(format!(
+                ": one scale of left_wheel{wheel} and right_wheel{wheel} was read; allowed: both or none"
+            ));
+        }
+        if let Some((left, right)) = both[i].zip(both[3 + i]) {
+            forces[i] = Some(0.5 * (left + right));
+            differences[i] = Some(left - right);
+        }
+    }
     match (angles, forces) {
         (_, [None, None, None]) => {}
-        ([Some(a), Some(b)], forces) => into.readings.push(Reading {
-            line: row.line,
-            inclinations: [a, b],
-            forces,
-        }),
+        ([Some(a), Some(b)], forces) => {
+            let reading = Reading {
+                line: row.line,
+                inclinations: [a, b],
+                forces,
+            };
+            into.readings.push(reading);
+            if differences.iter().any(Option::is_some) {
+                into.differences.push(Reading {
+                    forces: differences,
+                    ..reading
+                });
+            }
+        }
         _ => return Err(": a scale was read, but an inclination is missing; allowed: both".into()),
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! Results as text for the terminal.
 
-use robhaz_masses::{Plan, Weighed, WeighedValue};
+use robhaz_masses::{Lateral, Misfit, Plan, Weighed, WeighedValue};
 use robhaz_record::Grid;
 
 /// A deviation above this share of its prior counts as not seen.
@@ -32,6 +32,17 @@ pub fn weighed(of: &Weighed) -> String {
              Fit: weighted sum of squares {sum:.1} for {readings} readings.\n\
              Error of N by masses, centres of mass and pins, on a driven ground: {before:.2} N ({share_before:.1} %) with the nominal robot, \
              {after:.2} N ({share_after:.2} %) after weighing."
+    )
+}
+
+/// The lateral centre of mass, and the body's nominal place, m.
+pub fn lateral(nominal: f64, of: &Lateral) -> String {
+    let shown = |(place, sigma): (f64, f64)| format!("{:.1} ±{:.1}", 1e3 * place, 1e3 * sigma);
+    let (rover, body) = (shown(of.rover_place), shown(of.body_place));
+    let (nominal, Misfit { sum, readings }) = (1e3 * nominal, of.misfit);
+    format!(
+        "Lateral centre of mass, mm to the left: rover {rover}, its body {body}, nominal {nominal:.1} (robot.across.body_place).\n\
+             Fit: weighted sum of squares {sum:.1} for {readings} differences between left and right beyond it."
     )
 }
 
