@@ -1,7 +1,8 @@
 //! Logs of both sides of a rover. The drive is of another simulator: `both/README.md`.
+#![allow(clippy::float_cmp, reason = "the same bits")]
 
 use super::recorded::{assert_same_files, estimated, refused, summary};
-use crate::support::{columns, root};
+use crate::support::{columns, robhaz, root, text};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_scene::LogChoice;
@@ -214,8 +215,8 @@ fn names_units_and_sources_do_not_matter() {
         difference(&plain, &found)
     );
 
-    let text = std::fs::read_to_string(fixture("readings.csv")).unwrap();
-    let without = text
+    let readings = std::fs::read_to_string(fixture("readings.csv")).unwrap();
+    let without = readings
         .replace("body_inclination", "other")
         .replace("body_roll,", "another,");
     std::fs::write(path.join("force.csv"), without).unwrap();
@@ -242,8 +243,12 @@ fn what_is_missing_is_named() {
     let folder = folder(BUDGET);
     let path = folder.path();
     let log = fixture("readings.csv").display().to_string();
-    let text = std::fs::read_to_string(&log).unwrap();
-    std::fs::write(path.join("lacks.csv"), text.replace("body_yaw_rate", "yaw")).unwrap();
+    let readings = std::fs::read_to_string(&log).unwrap();
+    std::fs::write(
+        path.join("lacks.csv"),
+        readings.replace("body_yaw_rate", "yaw"),
+    )
+    .unwrap();
     let whole = std::fs::read_to_string(robot()).unwrap();
     let across = whole.find("[robot.across]").unwrap();
     let end = whole.find("[drive]").unwrap();
@@ -278,5 +283,76 @@ fn what_is_missing_is_named() {
         for part in expected {
             assert!(said.contains(part), "{part}: {said}");
         }
+    }
+}
+
+/// `robhaz check` on the fixture: what it printed, and whether it found a fault.
+fn checked(folder: &Path, log: &Path) -> (bool, String) {
+    let mut command = robhaz(folder);
+    command.arg("check").arg(log);
+    command.args(["--robot", &robot(), "--sensors", "mine.toml"]);
+    let output = command.output().unwrap();
+    (output.status.success(), text(&output.stdout))
+}
+
+/// A correct log has no fault in the tests of both sides; with left and right pins or a wheel exchanged, or the signs
+/// of roll or differential turned, the test that is meant for it finds it.
+#[test]
+fn check_finds_what_is_exchanged() {
+    let folder = folder(BUDGET);
+    let (path, right) = (
+        folder.path(),
+        std::fs::read_to_string(fixture("readings.csv")).unwrap(),
+    );
+    let (_, said) = checked(path, &fixture("readings.csv"));
+    for test in [
+        "roll and",
+        "yaw and",
+        "left and right",
+        "torques of the sides",
+    ] {
+        let is_fault = |line: &&str| line.starts_with("FAULT") && line.contains(test);
+        assert_eq!(said.lines().find(is_fault), None, "{said}");
+    }
+    let exchanged = |a: &str, b: &str| right.replace(a, "kept").replace(b, a).replace("kept", b);
+    let turned = |names: &[&str]| {
+        let header: Vec<&str> = right.lines().next().unwrap().split(',').collect();
+        let cell = |(name, cell): (&&str, &str)| match names.contains(name) {
+            true => format!("{:?}", -cell.parse::<f64>().unwrap()),
+            false => cell.to_owned(),
+        };
+        let row = |row: &str| {
+            header
+                .iter()
+                .zip(row.split(','))
+                .map(cell)
+                .collect::<Vec<_>>()
+                .join(",")
+        };
+        let rows = right.lines().skip(1).map(row);
+        std::iter::once(header.join(","))
+            .chain(rows)
+            .collect::<Vec<_>>()
+            .join("\n")
+            + "\n"
+    };
+    let cases = [
+        (
+            exchanged("left_pin", "right_pin"),
+            "left_pin_angle and right_pin_angle",
+        ),
+        (
+            exchanged("left_wheel2", "right_wheel2"),
+            "left_wheel2_angle and right_wheel2_angle",
+        ),
+        (
+            turned(&["body_roll", "body_roll_rate"]),
+            "turn the signs of body_roll and body_roll_rate",
+        ),
+    ];
+    for (log, expected) in cases {
+        std::fs::write(path.join("wrong.csv"), log).unwrap();
+        let (is_right, said) = checked(path, &path.join("wrong.csv"));
+        assert!(!is_right && said.contains(expected), "{expected}: {said}");
     }
 }

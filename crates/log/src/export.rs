@@ -86,10 +86,16 @@ pub fn export(
         source: folder.clone(),
         channels: vec![own_names::readings(table, &place.choice)?],
     };
+    let both = readings.is_of_both();
+    if both && format == ExportFormat::Mcap {
+        let message =
+            "is an estimate of both sides, for which there are no messages yet; allowed: --to csv";
+        return Err(LogError::whole(folder, message));
+    }
     let (mut forces, mut warnings) = (Vec::new(), Vec::new());
     for (name, (path, format)) in forces_in(folder)? {
         stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
-        match Forces::read(name, &path, format, &mut warnings) {
+        match Forces::read(name, &path, format, both, &mut warnings) {
             Ok(table) => forces.push(table),
             Err(error) => warnings.push(format!("left out: {error}")),
         }
@@ -173,13 +179,19 @@ impl Forces {
         name: String,
         path: &Path,
         format: TableFormat,
+        both: bool,
         warnings: &mut Vec<String>,
     ) -> Result<Self, LogError> {
         let found = format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
-        for number in 0..NUMBERS {
+        // Of both sides the table has the left wheels first; no message has it.
+        let sides: &[&str] = if both { &["left_", "right_"] } else { &[""] };
+        let numbers = sides
+            .iter()
+            .flat_map(|side| (0..NUMBERS).map(move |n| (side, n)));
+        for (side, number) in numbers {
             let (part, wheel) = (number / 3, number % 3 + 1);
-            let column = format!("wheel{wheel}_{}", FORCE_COLUMNS[part]);
+            let column = format!("{side}wheel{wheel}_{}", FORCE_COLUMNS[part]);
             if found.iter().any(|c| c.name == column) {
                 columns.push(column);
                 places.push(number);
@@ -361,7 +373,16 @@ fn write_csv(
     let file = File::create(out).map_err(LogError::write(out))?;
     let mut text = BufWriter::new(file);
     let mut names = vec!["time".to_owned()];
-    names.extend(Reading::of_frame().map(|r| r.name().to_owned()));
+    let of_frame: Vec<Reading> = match readings.is_of_both() {
+        true => readings
+            .channels
+            .iter()
+            .flat_map(|c| &c.readings)
+            .map(|(r, _)| *r)
+            .collect(),
+        false => Reading::of_frame().collect(),
+    };
+    names.extend(of_frame.iter().map(|r| r.name().to_owned()));
     let mut parts = vec!["readings".to_owned()];
     for forces in &*forces {
         let columns = forces.columns.iter();
@@ -370,7 +391,7 @@ fn write_csv(
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::write(out))?;
     let exported = read(readings, parts, stop, |time, values| {
-        let readings = Reading::of_frame().map(|r| values[r.index()]);
+        let readings = of_frame.iter().map(|r| values[r.index()]);
         let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
             let none = vec![f64::NAN; forces.columns.len()];

@@ -5,12 +5,12 @@
 //! misfit are least fits best. Roll and yaw also show directly, against their rates and the wheels.
 
 use crate::check::check;
-use crate::check::report::Finding;
+use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated};
 use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_estimator::{DRIVING_SPEED, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::{BodyMount, BodyReading, Coupling, PathAngle, Suspension, Units, WholeRover};
-use robhaz_score::signals::median;
+use robhaz_score::signals::{derivative, fit, high_pass, median, smooth};
 
 const TEST: &str = "left and right";
 /// Sum over that of the log as wired below which another case is a fault.
@@ -25,6 +25,12 @@ const AS_WELL: f64 = 1.05;
 const MOSTLY: f64 = 0.3;
 /// Correlation that shows a sign.
 const CORRELATED: f64 = 0.5;
+/// Time over which speeds and torques are averaged, s.
+const SMOOTHING: f64 = 0.1;
+/// Time over which set speeds and slopes do not change, s.
+const SLOWLY: f64 = 0.5;
+/// Share of the torques' differences that a speed control explains.
+const EXPLAINED: f64 = 0.5;
 /// Turn from which on a drive is none straight on, rad.
 const STRAIGHT: f64 = 0.17;
 /// Tests of one side that take it for one that drives straight on.
@@ -66,9 +72,18 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     for (side, name) in ["left", "right"].into_iter().enumerate() {
         findings.extend(of_side(frames, stated, side, name));
     }
+    // In a turn the set speeds differ.
+    let is_straight = turn(frames) < STRAIGHT;
+    let follows = [0, 1, 2].map(|i| torque_follows(frames, i).filter(|_| is_straight));
+    let torques = torques(follows);
+    if torques.verdict == Verdict::Fault {
+        // A side by itself would look for the cause in itself.
+        findings.retain(|f| f.test != "wiring of wheels");
+    }
+    findings.push(torques);
     findings.push(roll(frames));
     findings.push(yaw(frames, stated.rover));
-    findings.extend(exchanges(frames, stated));
+    findings.extend(exchanges(frames, stated, follows));
     findings
 }
 
@@ -136,11 +151,7 @@ fn of_side(
         }),
     };
     let mut findings = check(&of_side, &stated_side).findings;
-    let turned = frames.windows(2).filter_map(|w| {
-        let [_, _, rate] = w[0].rates;
-        Some(rate? * (w[1].time - w[0].time))
-    });
-    let turned = turned.sum::<f64>().abs();
+    let turned = turn(frames);
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
     let is_of_body = |f: &Finding| f.test == "delay" && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
@@ -154,6 +165,15 @@ fn of_side(
         finding.channel = format!("{name}: {}", finding.channel);
     }
     findings
+}
+
+/// Size of the yaw over a log, rad.
+fn turn(frames: &[WholeFrame]) -> f64 {
+    let steps = frames.windows(2).filter_map(|w| {
+        let [_, _, rate] = w[0].rates;
+        Some(rate? * (w[1].time - w[0].time))
+    });
+    steps.sum::<f64>().abs()
 }
 
 /// The sign of the roll against its rate: changes over a tenth of a second.
@@ -327,6 +347,12 @@ impl Case {
         wired
     }
 
+    /// Whether each torque then answers its own encoder.
+    fn fits(&self, follows: [Option<bool>; 3]) -> bool {
+        let is_one = |i: usize| self.angles[i] != self.torques[i];
+        (0..3).all(|i| follows[i].is_none_or(|follows| follows != is_one(i)))
+    }
+
     /// Whether it is of pins and coupling, or of everything.
     fn is_of_joints(&self) -> bool {
         self.pins || self.coupling
@@ -459,6 +485,77 @@ impl Judgement {
     }
 }
 
+/// Whether the difference of the torques of wheel `i` of both sides answers that of its encoders, as a
+/// speed control does; false where one of both, torque or encoder, is exchanged. `None` where the log
+/// does not show it.
+fn torque_follows(frames: &[WholeFrame], i: usize) -> Option<bool> {
+    let difference = |of: fn(&WholeFrame) -> &[Option<f64>; 6]| -> Vec<f64> {
+        let of_frame = |frame: &WholeFrame| Some(of(frame)[i]? - of(frame)[i + 3]?);
+        frames
+            .iter()
+            .map(|f| of_frame(f).unwrap_or(f64::NAN))
+            .collect()
+    };
+    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
+    let dt = median(steps.collect()).filter(|dt| *dt > 0.0)?;
+    let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
+    let [angle, torque] = [
+        difference(|f| &f.wheel_angle),
+        difference(|f| &f.motor_torque),
+    ];
+    let speed = derivative(&angle, half, dt);
+    // Set speeds differ in a turn, torques on a slope: both slowly.
+    let slow = ((SLOWLY / dt).round() as usize).max(1);
+    let [speed, angle, torque] = [speed, angle, smooth(&torque, half)].map(|x| high_pass(&x, slow));
+    let found = fit(&torque, &[&speed, &angle])?;
+    let size = |x: &[f64]| {
+        x.iter()
+            .filter(|x| x.is_finite())
+            .map(|x| x * x)
+            .sum::<f64>()
+            .sqrt()
+    };
+    let of_speed = found.coefficients.first()? * size(&speed);
+    let of_angle = found.coefficients.get(1)? * size(&angle);
+    let answer = if of_speed.abs() > of_angle.abs() {
+        of_speed
+    } else {
+        of_angle
+    };
+    (found.explained > EXPLAINED).then_some(answer < 0.0)
+}
+
+/// The torques of both sides: each answers its own encoder.
+fn torques(follows: [Option<bool>; 3]) -> Finding {
+    let (test, channel) = ("torques of the sides", "torques and encoders");
+    let numbers = |which: Option<bool>| {
+        let found = (1..=3).filter(|i| follows[i - 1] == which);
+        found.map(|i| i.to_string()).collect::<Vec<_>>().join(", ")
+    };
+    let [wrong, unknown] = [Some(false), None].map(numbers);
+    if !wrong.is_empty() {
+        let figure = format!("of wheels {wrong} the torque answers the encoder of the other side");
+        let remedy = format!(
+            "exchange the columns of left and right of either the motor_torque or the angle of wheels {wrong}"
+        );
+        return Finding::ok(test, channel, figure).fault(remedy);
+    }
+    let finding = Finding::ok(
+        test,
+        channel,
+        "the differences of left and right torques answer those of the encoders",
+    );
+    match unknown.is_empty() {
+        true => finding,
+        false => {
+            let figure =
+                format!("of wheels {unknown} the torques show no answer of a speed control");
+            Finding::ok(test, channel, figure)
+                .cannot_tell("drive over bumps under one side under speed control")
+        }
+    }
+}
+
 /// The sign of the roll against the ground: where the left wheels climb, the left side rises.
 fn roll_on_ground(own: &Judgement) -> Finding {
     let (test, channel) = ("roll and ground", "body_roll_rate");
@@ -478,7 +575,11 @@ fn roll_on_ground(own: &Judgement) -> Finding {
 }
 
 /// Which exchange or sign the estimator of both sides agrees with.
-fn exchanges(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+fn exchanges(
+    frames: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    follows: [Option<bool>; 3],
+) -> Vec<Finding> {
     let part = part(frames, stated.rover);
     let cases = Case::all();
     let found: Vec<Judgement> =
@@ -504,6 +605,10 @@ fn exchanges(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
         .map(|(_, sum)| *sum)
         .fold(f64::INFINITY, f64::min);
     better.retain(|(_, sum)| *sum <= AS_WELL * best);
+    // What the torques answer excludes some.
+    if better.iter().any(|(case, _)| case.fits(follows)) {
+        better.retain(|(case, _)| case.fits(follows));
+    }
     let coupling = stated.rover.coupling;
     findings.push(if own.dragged > MOSTLY {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
