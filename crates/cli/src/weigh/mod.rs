@@ -115,19 +115,23 @@ fn weigh_robot(
     let inputs = [args.robot.clone(), path.to_path_buf()];
     let file = create(args, ROBOTS, &inputs, interrupt)?;
     let measurements = read_table(path)?;
+    let one_side = || {
+        miette!(
+            "{} has scales under both sides, but {} has no [robot.across]; allowed: a robot that states what lies across, or scales of one side",
+            path.display(),
+            args.robot.display()
+        )
+    };
+    if !measurements.differences.is_empty() && nominal.whole_rover().is_none() {
+        return Err(one_side());
+    }
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy).into_diagnostic();
     let weighed = weighed.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
     let mut robot = nominal.weighed(weighed.robot);
     if !measurements.differences.is_empty() {
-        let rover = robot.whole_rover().ok_or_else(|| {
-            miette!(
-                "{} has scales under both sides, but {} has no [robot.across]; allowed: a robot that states what lies across, or scales of one side",
-                path.display(),
-                args.robot.display()
-            )
-        })?;
+        let rover = robot.whole_rover().ok_or_else(one_side)?;
         let lateral = lateral(&rover, &measurements.differences, &accuracy).into_diagnostic();
         let lateral = lateral.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
         say(&text::lateral(rover.body_place, &lateral))?;
