@@ -4,6 +4,7 @@ use crate::ViewerError;
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Recorder, Ticker};
+use crate::whole::WholeRecording;
 use crate::writer::Target;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::error::Error as _;
@@ -34,6 +35,8 @@ pub struct RecordingSink {
     thinning: f64,
     /// The run that is being written, and the simulated time of its next write.
     run: Option<(Recorder, Ticker)>,
+    /// The recording of a log of both sides, in place of that.
+    whole: Option<WholeRecording>,
     /// When the next batch is sent to a viewer; `None` of a file.
     next_batch: Option<Instant>,
     lost: Option<String>,
@@ -55,6 +58,7 @@ impl RecordingSink {
             target: Some(target),
             thinning: 1.0,
             run: None,
+            whole: None,
             next_batch,
             lost: None,
         }
@@ -96,7 +100,7 @@ impl RecordingSink {
 
     /// Keeps the failure of a viewer, and returns that of a file. Nothing more is recorded.
     fn fail(&mut self, error: ViewerError) -> Result<(), SinkError> {
-        self.run = None;
+        (self.run, self.whole) = (None, None);
         if self.next_batch.is_none() {
             return Err(error.into());
         }
@@ -116,6 +120,13 @@ impl Sink for RecordingSink {
         let used = || ViewerError::Used(destination.clone());
         let target = self.target.take().ok_or_else(used)?;
         self.thinning = thinning(run);
+        if let (Some(_), Some(rover)) = (&run.both, run.robot.whole_rover()) {
+            let live = self.next_batch.is_some();
+            let whole =
+                WholeRecording::of_run(destination, target, &rover, run, self.thinning, live)?;
+            self.whole = Some(whole);
+            return Ok(());
+        }
         let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
         next_write.is_due(0.0);
         let recorder = Recorder::begin(destination, target, run, self.thinning)?;
@@ -124,6 +135,11 @@ impl Sink for RecordingSink {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        if let (Some(whole), Some(both)) = (&mut self.whole, &frame.both) {
+            let estimate = both.estimate;
+            let done = estimate.map(|estimate| whole.log(&both.sides.readings, estimate));
+            return done.unwrap_or(Ok(())).or_else(|error| self.fail(error));
+        }
         let Some((recorder, next_write)) = &mut self.run else {
             return Ok(());
         };
@@ -143,6 +159,9 @@ impl Sink for RecordingSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        if let Some(whole) = self.whole.take() {
+            return whole.end().or_else(|error| self.fail(error));
+        }
         // A run that has not begun needs no end.
         match self.run.take().map(|(mut recorder, _)| recorder.end(end)) {
             Some(Err(error)) => self.fail(error),

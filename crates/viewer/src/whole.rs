@@ -17,6 +17,7 @@ use re_sdk_types::components::{FillMode, MediaType, Radius};
 use re_sdk_types::datatypes::Quaternion;
 use robhaz_estimator::whole::{Joints, Link, Vec3, WholeEstimate, WholeFrame, WholePosture};
 use robhaz_model::{Coupling, Vec2, WholeRover};
+use robhaz_run::RunDescription;
 use std::path::Path;
 
 /// Rate of animation and plots, Hz of the log's time.
@@ -98,20 +99,18 @@ impl WholeRecording {
         Self::begin(out, rover, name, [RATE / thinning, write], false)
     }
 
-    /// A recording in the viewer that listens at an address, as
-    /// [`crate::RecordingSink::connect`].
-    ///
-    /// # Errors
-    /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
-    pub fn connect(
-        address: &str,
+    /// A recording of a run of both sides in an open target, `thinning` times rarer in time.
+    pub(crate) fn of_run(
+        destination: &str,
+        target: Target,
         rover: &WholeRover,
-        name: &str,
-        fingerprint: u64,
+        run: &RunDescription,
+        thinning: f64,
+        is_live: bool,
     ) -> Result<Self, ViewerError> {
-        let (target, plain) = Target::connect(address)?;
-        let out = Writer::start(&plain, target, name, fingerprint)?;
-        Self::begin(out, rover, name, [RATE, 0.05], true)
+        let out = Writer::start(destination, target, &run.name, run.fingerprint)?;
+        let write = if is_live { 0.05 } else { thinning * CHUNK_TIME };
+        Self::begin(out, rover, &run.name, [RATE / thinning, write], is_live)
     }
 
     fn begin(

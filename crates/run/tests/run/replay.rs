@@ -108,6 +108,7 @@ fn description(scene: &Scene) -> Result<RunDescription, RunError> {
 
 fn replay(kept: &Kept, is_torn: bool) -> Box<Log> {
     let sample = |(time, sensors): &(f64, SensorFrame)| Sample {
+        both: None,
         time: *time,
         truth: None,
         sensors: *sensors,
