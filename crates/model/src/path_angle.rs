@@ -28,7 +28,7 @@ pub struct PathAngle<const N: usize> {
     time: Option<f64>,
     /// Speed of the wheels, low-pass filtered, m/s.
     speed: f64,
-    /// The bank, from rough to smooth.
+    /// The bank, from rough to smooth; only the first counts unless it adapts.
     bank: [Slope; MODELS],
     /// Whether there has been a reading.
     started: bool,
@@ -43,7 +43,7 @@ pub struct PathAngle<const N: usize> {
 }
 
 impl<const N: usize> PathAngle<N> {
-    /// Least standard deviation of a reading of the pin, rad: a step of 16 bits. With 0 the slope
+    /// Least standard deviation of a reading, rad: a step of 16 bits. With 0 the slope
     /// would be a difference of two readings.
     const LEAST_NOISE: f64 = 1e-4;
     /// Square root of the density for wheels of 0.1 m, rad/m^1.5: 30 deg/m of slope change within a
@@ -212,7 +212,11 @@ impl<const N: usize> PathAngle<N> {
             return true;
         }
         let (ds, elapsed) = (self.way, time - self.read);
-        let predicted = self.bank.map(|model| model.predicted(ds));
+        let mut predicted = self.bank;
+        let counting = if self.adapts { MODELS } else { 1 };
+        for model in predicted.iter_mut().take(counting) {
+            *model = model.predicted(ds);
+        }
         let [roughest, ..] = &predicted;
         let innovation = angle - roughest.angle;
         let reach = Self::GATE * sqrt(roughest.covariance[0] + r) + Self::LARGEST_RATE * elapsed;
@@ -230,9 +234,11 @@ impl<const N: usize> PathAngle<N> {
         }
         (self.read, self.way, self.jumped) = (time, 0.0, None);
         let remembered = libm::exp(-libm::fabs(ds) / (Self::MEMORY * self.radius));
-        self.bank = predicted.map(|model| model.corrected(angle, r, remembered));
         if self.adapts {
+            self.bank = predicted.map(|model| model.corrected(angle, r, remembered));
             self.share();
+        } else {
+            self.bank[0] = predicted[0].corrected(angle, r, remembered);
         }
         true
     }

@@ -1,4 +1,4 @@
-//! Rovers for the tests, and what they feel.
+//! Rovers for the tests, and their equations.
 
 use robhaz_estimator::whole::{
     InputCovariance, Joints, WholeEquilibrium, WholeForces, WholeMotion, WholePosture, input,

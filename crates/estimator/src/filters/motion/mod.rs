@@ -19,8 +19,9 @@
 //! one combination of their errors. The fifth shows the slow error of the direction of the
 //! velocity, which the others cannot tell from a torque offset common to all wheels.
 //!
-//! States, their indices and their change over time are in `filter.rs`, the constraints in
-//! `constraints.rs`, constants and time-correlated errors in `tuning.rs`.
+//! States, their indices and their change over time are in `filter.rs`, each constraint in a file of
+//! its own, what both sides of a rover have in common in `coupled.rs`, constants and time-correlated
+//! errors in `tuning.rs`.
 
 mod acceleration;
 mod closure;
