@@ -221,7 +221,7 @@ impl MotionFilter {
         for state in ACCELERATION..CONTACT_ANGLE {
             self.filter.p[state][state] += noise(acceleration.sigma, keep);
         }
-        self.add_angle_noise(budget, dt, fresh_angles, keep_angle);
+        self.add_angle_noise(budget, dt, fresh_angles, keep_angle, expected_slopes);
         self.add_walks(dt);
         self.modes.advance(dt);
     }
@@ -313,16 +313,31 @@ impl MotionFilter {
 
     /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (rad) the stationary standard deviation of
     /// contact angles; keep = exp(-dt/time). A given angle whose reading is missing gets a random
-    /// walk in addition.
-    fn add_angle_noise(&mut self, budget: &NoiseBudget, dt: f64, fresh: [bool; 3], keep: f64) {
+    /// walk in addition. An unknown one changes more where it is far from the `expected` slope (rad):
+    /// on an edge, or on rough ground.
+    fn add_angle_noise(
+        &mut self,
+        budget: &NoiseBudget,
+        dt: f64,
+        fresh: [bool; 3],
+        keep: f64,
+        expected: &[f64; 3],
+    ) {
         let angle = angle_sigma(budget, self.angles);
-        let given = self.angles == ContactAngles::Given;
         for i in 0..3 {
-            let held = given && !fresh[i];
-            let walk = if held { tuning::UNREAD_ANGLE_WALK } else { 0.0 };
-            let stationary = angle * angle * (1.0 - keep * keep);
             let state = CONTACT_ANGLE + i;
-            self.filter.p[state][state] += stationary + walk * walk * dt;
+            let mut variance = angle * angle;
+            let mut walk = 0.0;
+            match self.angles {
+                ContactAngles::Given if fresh[i] => {}
+                ContactAngles::Given => walk = tuning::UNREAD_ANGLE_WALK,
+                ContactAngles::Unknown => {
+                    // A wave's mean square is half of its amplitude's square.
+                    let away = self.filter.x[state] + expected[i];
+                    variance += 0.5 * away * away;
+                }
+            }
+            self.filter.p[state][state] += variance * (1.0 - keep * keep) + walk * walk * dt;
         }
     }
 

@@ -116,9 +116,9 @@ pub const CREEP_WALK: f64 = 0.2;
 /// Chosen; sensitive.
 pub const FILTER_TIME: f64 = 0.03;
 /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
-/// line between the wheels, rad.
+/// line between the wheels, rad. Where the estimated angle itself deviates, that adds.
 /// Chosen; sensitive.
-pub const SLOPE: f64 = 0.2;
+pub const SLOPE: f64 = 0.06;
 /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter
 /// waves.
 /// Chosen; sensitive.
