@@ -65,11 +65,7 @@ impl Drive {
         let mut frames = self.frames.clone();
         for (frame, reading) in frames.iter_mut().zip(&body) {
             let found = mount.links(frame.time, reading);
-            let link = |k: usize| LinkReading {
-                inclination: found.inclination[k],
-                rate: found.rate[k],
-            };
-            (frame.link1, frame.link2) = (link(0), link(1));
+            [frame.link1, frame.link2] = LinkReading::of(&found);
         }
         checked(&self.scene, true, &frames)
     }

@@ -105,6 +105,7 @@ fn the_ground_tells_signs_and_direction() -> Result<(), Failure> {
             let turned = robhaz_estimator::LinkReading {
                 inclination: turned(body.inclination, other.inclination),
                 rate: turned(body.rate, other.rate),
+                rate_error: body.rate_error.max(other.rate_error),
             };
             match rover {
                 "curiosity" => f.link2 = turned,

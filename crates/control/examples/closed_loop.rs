@@ -81,6 +81,7 @@ impl Plant {
                 Some((along + self.robot.gravity * sin).atan2(self.robot.gravity * cos))
             },
             rate: Some(0.0),
+            rate_error: 0.0,
         };
         SensorFrame {
             time,

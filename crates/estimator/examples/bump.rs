@@ -31,7 +31,11 @@ fn frame(row: &[f64; COLUMNS]) -> SensorFrame {
         rate2,
         ..,
     ] = row.map(Some);
-    let link = |inclination, rate| LinkReading { inclination, rate };
+    let link = |inclination, rate| LinkReading {
+        inclination,
+        rate,
+        rate_error: 0.0,
+    };
     SensorFrame {
         time: time.unwrap_or(f64::NAN),
         wheel_angle: [a1, a2, a3],

@@ -67,6 +67,7 @@ fn frame(raw: &Raw) -> SensorFrame {
     let link = |i: usize| LinkReading {
         inclination: raw.inclination[i].map(f64::to_radians),
         rate: raw.rate[i].map(f64::to_radians),
+        rate_error: 0.0,
     };
     let angle = |counts: i64| counts as f64 * core::f64::consts::TAU / COUNTS;
     SensorFrame {

@@ -133,7 +133,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut mount = BodyMount::new(&robot.geometry, pin_noise);
     let budget = NoiseBudget::typical();
     let settings = EstimatorSettings {
-        budget: budget.of_body_sensors(&robot, [pin_noise, pin_noise], 0.2, 0.02),
+        budget: budget.of_body_sensors(&robot, [pin_noise, pin_noise]),
         ..EstimatorSettings::kalman()
     };
     let mut estimator = Estimator::new(&robot, settings);
@@ -146,16 +146,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             wheels: [Some(0.0); 3],
         };
         let links = mount.links(time, &reading);
-        let link = |i: usize| LinkReading {
-            inclination: links.inclination[i],
-            rate: links.rate[i],
-        };
+        let [link1, link2] = LinkReading::of(&links);
         let estimate = estimator.update(&SensorFrame {
             time,
             wheel_angle: [Some(0.0); 3],
             motor_torque: [Some(torque); 3],
-            link1: link(0),
-            link2: link(1),
+            link1,
+            link2,
             contact_angle: [Some(slope); 3],
         })?;
         if k == 99 {

@@ -131,9 +131,10 @@ pub(crate) fn frame_in(units: &Units, frame: &SensorFrame) -> SensorFrame {
         contact_angle,
     } = *frame;
     let torque = 1.0 / units.torque();
-    let link = |LinkReading { inclination, rate }| LinkReading {
-        inclination,
-        rate: rate.map(|rate: f64| rate * units.time),
+    let link = |read: LinkReading| LinkReading {
+        inclination: read.inclination,
+        rate: read.rate.map(|rate| rate * units.time),
+        rate_error: read.rate_error * units.time,
     };
     SensorFrame {
         time: time / units.time,

@@ -164,15 +164,12 @@ impl Estimator {
     }
 
     /// For a side of a whole rover: advances the filters of `kalman` to a frame (SI), up to the
-    /// equations of the forces. `across` is in SI; `joint_noise` is what the rate of each link errs
-    /// by in addition to the gyroscope's noise, rad/s.
+    /// equations of the forces. `across` is in SI.
     pub(crate) fn advance(
         &mut self,
         frame: &SensorFrame,
         across: &Across,
-        joint_noise: [f64; 2],
     ) -> Result<SideStep, EstimateError> {
-        self.inputs.joint_noise = joint_noise.map(|sigma| sigma * self.units.time);
         let (dt, flags) = self.read(&door::frame_in(&self.units, frame))?;
         let instant = Instant {
             nominal: &self.nominal,

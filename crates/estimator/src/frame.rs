@@ -3,16 +3,31 @@
 use crate::deviation::{GATE, root_sum_square};
 use crate::flags::Flags;
 use crate::settings::NoiseBudget;
-use robhaz_model::Robot;
+use robhaz_model::{LinkReadings, Robot};
 
 /// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is
 /// missing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkReading {
     /// Turn from the nominal pose, rad, counter-clockwise.
     pub inclination: Option<f64>,
     /// Angular rate, rad/s, counter-clockwise.
     pub rate: Option<f64>,
+    /// Standard deviation of the rate beyond the noise of a gyroscope, rad/s: of a rate that follows
+    /// from the angle of a joint, as [`robhaz_model::BodyMount`] gives it. 0 of a gyroscope on the
+    /// link.
+    pub rate_error: f64,
+}
+
+impl LinkReading {
+    /// Those of links 1 and 2, made of an inertial sensor in the body and the angle of a pin.
+    pub fn of(links: &LinkReadings) -> [Self; 2] {
+        [0, 1].map(|i: usize| Self {
+            inclination: links.inclination[i],
+            rate: links.rate[i],
+            rate_error: links.rate_error[i],
+        })
+    }
 }
 
 /// All readings of one instant, SI; `None` where a reading is missing.
@@ -256,8 +271,7 @@ pub(crate) struct Inputs {
     pub inclination: [Held; 2],
     pub rate: [Held; 2],
     pub contact_angle: [Held; 3],
-    /// What rates of links that follow from the angle of a joint err by in addition to a gyroscope's
-    /// noise, rad/s.
+    /// [`LinkReading::rate_error`] of the last rates, rad/s.
     pub joint_noise: [f64; 2],
 }
 
@@ -373,6 +387,9 @@ impl Inputs {
             let reach = Gate::reach(noise, Gate::INCLINATION);
             let held = &mut self.inclination[i];
             flags |= held.take(link.inclination, dt, limit::ANGLE, reach);
+            if link.rate.is_some() && link.rate_error >= 0.0 {
+                self.joint_noise[i] = link.rate_error;
+            }
             let noise_of_rate = root_sum_square(budget.rate_noise, self.joint_noise[i]);
             let reach = Gate::reach(noise_of_rate, Gate::RATE);
             flags |= self.rate[i].take(link.rate, dt, limit::RATE, reach);

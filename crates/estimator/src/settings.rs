@@ -2,7 +2,7 @@
 
 use crate::deviation::root_sum_square;
 use crate::statics::LoadCovariance;
-use robhaz_model::{BodyMount, Robot, Units, Vec2};
+use robhaz_model::{Robot, Units, Vec2};
 
 /// Where the estimator takes the linkage's mass to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,22 +166,13 @@ impl NoiseBudget {
         Self::typical().gear_friction * Units::of(robot).torque()
     }
 
-    /// The budget of readings of the links that [`BodyMount`] makes of an IMU in the body and the
-    /// angle of pin Q at a `speed` (m/s), `period` (s) apart: white noise and bias of the `pin`
-    /// (rad) add to those of the inclinometers, the pin's rate to that of the gyroscopes. The
-    /// inclinometer measures the acceleration of the body, as far from each link as both centres of
-    /// mass are from each other.
+    /// The budget of the angles of links that [`robhaz_model::BodyMount`] makes of an IMU in the body
+    /// and the angle of a pin with this white `noise` and `bias`, rad: they add to those of the
+    /// inclinometers. What the pin's rate errs by is that of each reading
+    /// ([`crate::LinkReading::rate_error`]). The inclinometer measures the acceleration of the body,
+    /// as far from each link as both centres of mass are from each other.
     #[must_use]
-    pub fn of_body_sensors(self, robot: &Robot, pin: [f64; 2], speed: f64, period: f64) -> Self {
-        let rate = BodyMount::new(&robot.geometry, pin[0]).rate_sigma(speed, period);
-        Self {
-            rate_noise: root_sum_square(self.rate_noise, rate),
-            ..self.of_joint(robot, pin)
-        }
-    }
-
-    /// The same without what the joint adds to the rates.
-    pub(crate) fn of_joint(self, robot: &Robot, [noise, bias]: [f64; 2]) -> Self {
+    pub fn of_body_sensors(self, robot: &Robot, [noise, bias]: [f64; 2]) -> Self {
         let links = &robot.geometry.link_cg[..2];
         let away = |link: &Vec2| robhaz_model::sqrt((link - robot.geometry.body_cg).norm_squared());
         let place = links.iter().map(away).fold(0.0, f64::max);

@@ -169,6 +169,7 @@ fn drive(sides: Sides, push: f64, truth: impl Fn(f64) -> [f64; 3]) -> Result {
         let link = |i: usize, noise: &mut Noise| LinkReading {
             inclination: Some(biases[i] + budget.inclination_noise * noise.next()),
             rate: Some(budget.rate_noise * noise.next()),
+            rate_error: 0.0,
         };
         let count_size = std::f64::consts::TAU / budget.encoder_counts;
         let frame = SensorFrame {

@@ -22,6 +22,7 @@ fn clean(time: f64) -> SensorFrame {
     let link = LinkReading {
         inclination: Some(0.0),
         rate: Some(0.0),
+        rate_error: 0.0,
     };
     SensorFrame {
         time,

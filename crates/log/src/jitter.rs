@@ -189,6 +189,7 @@ mod tests {
             let link = LinkReading {
                 inclination: None,
                 rate: None,
+                rate_error: 0.0,
             };
             SensorFrame {
                 time: time + sigma * random(),

@@ -14,21 +14,17 @@ use crate::readings::Reading;
 use crate::survey::{Survey, survey};
 use crate::wrap;
 use fnv::FnvHasher;
+use robhaz_estimator::Method;
 use robhaz_estimator::whole::WholeEstimator;
-use robhaz_estimator::{DRIVING_SPEED, Method};
-use robhaz_model::{BodyMount, Robot, Units};
+use robhaz_model::BodyMount;
 use robhaz_run::{BothDescription, EstimatorDescription, Run, RunDescription, Source as Samples};
 use robhaz_scene::{
     ChannelChoice, EstimatorChoice, LogChoice, LogSides, RecordChoice, is_wheel_angle,
 };
-use robhaz_score::signals::median;
 use std::fs::File;
 use std::hash::Hasher as _;
 use std::io::Read as _;
 use std::path::PathBuf;
-
-/// Time over which a speed is measured, s: counts of an encoder may be coarse.
-const STEP: f64 = 0.1;
 
 /// Turn of a wheel that shows a drive, rad.
 const TURNS: f64 = 0.1;
@@ -123,10 +119,9 @@ impl Log {
         let mount = plan.is_of_body().then(|| {
             let robot = &choice.robot.robot;
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
-            let (speed, period) = pace(&plan, &survey, robot);
             let budget = &choice.budget;
             choice.body = Some([budget.inclination_noise, budget.rate_noise]);
-            choice.budget = budget.of_body_sensors(robot, choice.pin, speed, period);
+            choice.budget = budget.of_body_sensors(robot, choice.pin);
             // A check looks for what an estimate leaves out.
             match options.allows_empty {
                 true => mount.keeping_jumps(),
@@ -287,7 +282,7 @@ fn check_values(
                     "the messages have no angular_velocity (angular_velocity_covariance[0] = -1); state rate_channel, the channel of the gyroscope"
                 }
                 // Of a wheel that is not steered it is 0.
-                _ if allows_empty || reading.is_steering() => continue,
+                _ if allows_empty || reading.is_optional() => continue,
                 Source::Cell(cell) if channel.columns[cell].ends_with(".position") => {
                     "allowed: numbers; of joints without a position column = \"NAME.velocity\" integrates the speed"
                 }
@@ -351,7 +346,7 @@ fn check_both(plan: &Plan, choice: &mut LogChoice, options: &LogOptions) -> Resu
     }
     let rover = own_names::rover(&plan.source, choice)?;
     choice.sides = LogSides::Both;
-    let needed = Reading::of_both(rover.coupling).filter(|r| !r.is_steering() && !plan.has(*r));
+    let needed = Reading::of_both(rover.coupling).filter(|r| !r.is_optional() && !plan.has(*r));
     let missing: Vec<&str> = needed.map(Reading::name).collect();
     if !missing.is_empty() {
         return refused(format!(
@@ -426,35 +421,6 @@ fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> Re
         rate: format!("{rate:.5e}").parse().unwrap_or(rate),
         compare_from,
     }
-}
-
-/// What the error of the pin's rate depends on: median speed of a wheel while it drives (m/s), of
-/// the first one that the log has, and the period of the pin's angle, s; 0 where the log has none.
-fn pace(plan: &Plan, survey: &Survey, robot: &Robot) -> (f64, f64) {
-    let radius = robot.geometry.wheel_radius;
-    let least = DRIVING_SPEED * Units::of(robot).speed();
-    let find = |name: &str| {
-        plan.channels.iter().enumerate().find_map(|(i, channel)| {
-            let mut readings = channel.readings.iter();
-            let (_, formula) = readings.find(|(r, _)| r.name() == name)?;
-            Some((&survey.channels[i], channel.columns.len(), formula))
-        })
-    };
-    let period = find("pin_angle").map_or(0.0, |(channel, ..)| channel.report.period);
-    let angles = ["wheel1_angle", "wheel2_angle", "wheel3_angle"];
-    let Some((channel, columns, formula)) = angles.into_iter().find_map(find) else {
-        return (0.0, period);
-    };
-    let rows = channel.times.iter().zip(channel.cells.chunks(columns));
-    // Rows without the angle count as steps, too.
-    let angles = rows.map(|(time, cells)| (*time, formula.value(cells).unwrap_or(f64::NAN)));
-    let angles: Vec<(f64, f64)> = angles.collect();
-    // At least one row, and a whole number of them.
-    let step = (STEP / channel.report.period).ceil().max(1.0) as usize;
-    let pairs = angles.iter().zip(angles.iter().skip(step));
-    let speeds = pairs.map(|(a, b)| radius * ((b.1 - a.1) / (b.0 - a.0)).abs());
-    let speed = median(speeds.filter(|speed| *speed > least).collect());
-    (speed.unwrap_or(0.0), period)
 }
 
 /// Hash of the files and of the description.

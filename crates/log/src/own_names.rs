@@ -201,7 +201,7 @@ impl Table {
         for reading in Reading::of_both(rover.coupling) {
             let (name, unit) = (reading.name(), reading.unit());
             let is_direction = ["body_inclination", "body_roll"].contains(&name);
-            let found = match reading.is_steering() || is_direction && has_force {
+            let found = match reading.is_optional() || is_direction && has_force {
                 true => self.column(name, unit),
                 false => self.required(name, unit),
             };

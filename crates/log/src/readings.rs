@@ -3,7 +3,7 @@
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_model::{BodyMount, BodyReading, Coupling, LinkReadings};
-use robhaz_scene::{READINGS, is_of_body, is_of_both};
+use robhaz_scene::{READINGS, is_of_body, is_of_both, is_optional};
 
 /// Number of readings of a frame.
 pub const COUNT: usize = READINGS.len();
@@ -44,9 +44,10 @@ impl Reading {
         is_of_both(self.name())
     }
 
-    /// Whether a log of both sides may lack it: a wheel that is not steered.
-    pub fn is_steering(self) -> bool {
-        self.name().ends_with("_steering")
+    /// Whether a log may lack it: the steering of a wheel that is not steered, what a rate that follows
+    /// from a joint errs by.
+    pub fn is_optional(self) -> bool {
+        is_optional(self.name())
     }
 
     /// Whether it is of the links, or of the body and pin Q in their place; `None` of the wheels.
@@ -63,7 +64,7 @@ impl Reading {
     pub fn unit(self) -> &'static str {
         match self.name() {
             name if name.ends_with("_motor_torque") => "N m",
-            name if name.ends_with("_rate") => "rad/s",
+            name if name.contains("_rate") => "rad/s",
             _ => "rad",
         }
     }
@@ -99,24 +100,24 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
         None => LinkReadings {
             inclination: [values[9], values[11]],
             rate: [values[10], values[12]],
+            rate_error: RATE_ERROR.map(|i| values[i].unwrap_or(0.0)),
         },
     };
-    let link = |i: usize| LinkReading {
-        inclination: links.inclination[i],
-        rate: links.rate[i],
-    };
+    let [link1, link2] = LinkReading::of(&links);
     SensorFrame {
         time,
         wheel_angle: wheel(0),
         motor_torque: wheel(1),
-        link1: link(0),
-        link2: link(1),
+        link1,
+        link2,
         contact_angle: wheel(2),
     }
 }
 
 /// Places of inclination and rate of the body, and of the angle of pin Q.
 const BODY: [usize; 3] = [13, 14, 15];
+/// Places of what the rates of the links err by.
+const RATE_ERROR: [usize; 2] = [COUNT - 2, COUNT - 1];
 /// Place of the first reading of both sides: angle, torque and steering of the left front wheel.
 const BOTH: usize = 16;
 
@@ -149,10 +150,7 @@ pub fn whole_frame(time: f64, values: &Values) -> WholeFrame {
 /// The wheels of one side (0 left, 1 right), without links.
 pub fn side_frame(whole: &WholeFrame, side: usize) -> SensorFrame {
     let of = |wheels: &[Option<f64>; 6]| [0, 1, 2].map(|i| wheels[3 * side + i]);
-    let none = LinkReading {
-        inclination: None,
-        rate: None,
-    };
+    let none = LinkReading::default();
     SensorFrame {
         time: whole.time,
         wheel_angle: of(&whole.wheel_angle),

@@ -23,6 +23,9 @@ pub struct LinkReadings {
     pub inclination: [Option<f64>; 2],
     /// Angular rates, rad/s, counter-clockwise.
     pub rate: [Option<f64>; 2],
+    /// Standard deviations of the rates beyond the noise of the body's gyroscope, rad/s: what the
+    /// pin's rate errs by.
+    pub rate_error: [f64; 2],
 }
 
 /// The angle of pin Q gives the shape of the linkage, and with it the angle of each link against
@@ -49,13 +52,6 @@ impl BodyMount {
         self
     }
 
-    /// The same with a pin that adapts to the ground: [`PathAngle::adapting`].
-    #[must_use]
-    pub fn adapting(mut self) -> Self {
-        self.pin = self.pin.adapting();
-        self
-    }
-
     /// As before its first reading.
     #[must_use]
     pub fn started_anew(&self) -> Self {
@@ -63,16 +59,6 @@ impl BodyMount {
             geometry: self.geometry.clone(),
             pin: self.pin.started_anew(),
         }
-    }
-
-    /// [`PathAngle::rate_sigma`] of pin Q.
-    pub fn rate_sigma(&self, speed: f64, period: f64) -> f64 {
-        self.pin.rate_sigma(speed, period)
-    }
-
-    /// [`PathAngle::rate_error`] of pin Q.
-    pub fn rate_error(&self) -> f64 {
-        self.pin.rate_error()
     }
 
     /// The readings of the links at `time`, s. Without a reading of the pin there are none but, of
@@ -89,12 +75,14 @@ impl BodyMount {
             return LinkReadings::default();
         };
         // With link 2 at rest link 1 turns as the pin, and the body with them.
-        let [body, ..] = posture.rates(&self.geometry, rate, 0.0);
+        let [share, ..] = posture.rates(&self.geometry, 1.0, 0.0);
+        let (body, error) = (share * rate, self.pin.rate_error());
         let inclination = reading.inclination.map(|angle| angle - posture.body);
         let turning = reading.rate.map(|of_body| of_body - body);
         LinkReadings {
             inclination: [inclination.map(|angle| angle + opening), inclination],
             rate: [turning.map(|of_link2| of_link2 + rate), turning],
+            rate_error: [1.0 - share, share].map(|share| libm::fabs(share) * error),
         }
     }
 

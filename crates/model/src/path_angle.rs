@@ -28,12 +28,10 @@ pub struct PathAngle<const N: usize> {
     time: Option<f64>,
     /// Speed of the wheels, low-pass filtered, m/s.
     speed: f64,
-    /// The bank, from rough to smooth; only the first counts unless it adapts.
+    /// The bank, from rough to smooth.
     bank: [Slope; MODELS],
     /// Whether there has been a reading.
     started: bool,
-    /// Whether the whole bank counts, not the roughest ground alone.
-    adapts: bool,
     /// Time of the last good reading of the angle, s.
     read: f64,
     /// Innovation of the last reading, rad, if it was left out as a jump.
@@ -80,7 +78,6 @@ impl<const N: usize> PathAngle<N> {
             radius: wheel_radius,
             bank: core::array::from_fn(|k| Slope::new(rough * libm::pow(Self::SMOOTHER, k as f64))),
             started: false,
-            adapts: false,
             noise: noise.max(Self::LEAST_NOISE),
             turns: [None; N],
             rolled: [None; N],
@@ -93,22 +90,10 @@ impl<const N: usize> PathAngle<N> {
         }
     }
 
-    /// The same with the whole bank, for those who take the deviation of each rate
-    /// ([`Self::rate_error`]). Without it the ground counts as rough as the wheels are large, and the
-    /// rates err by [`Self::rate_sigma`].
-    #[must_use]
-    pub fn adapting(self) -> Self {
-        Self {
-            adapts: true,
-            ..self
-        }
-    }
-
     /// As before its first reading.
     #[must_use]
     pub fn started_anew(&self) -> Self {
         Self {
-            adapts: self.adapts,
             keeps_jumps: self.keeps_jumps,
             ..Self::new(self.radius, self.noise)
         }
@@ -135,9 +120,6 @@ impl<const N: usize> PathAngle<N> {
 
     /// Mean over the bank.
     fn mean(&self, of: impl Fn(&Slope) -> f64) -> f64 {
-        if !self.adapts {
-            return of(&self.bank[0]);
-        }
         let (mut sum, mut weights) = (0.0, 0.0);
         for model in &self.bank {
             let weight = libm::exp(model.likelihood);
@@ -156,18 +138,6 @@ impl<const N: usize> PathAngle<N> {
         });
         let speed = libm::fabs(self.speed);
         speed * sqrt(variance)
-    }
-
-    /// Standard deviation of the rate at a `speed` (m/s), rad/s, for readings a `period`
-    /// (s) apart: the steady state of the filter, `v sqrt(sqrt(2) q^(3/4) r^(1/4))` with the
-    /// densities q of the ground and r of the noise along the path.
-    pub fn rate_sigma(&self, speed: f64, period: f64) -> f64 {
-        let (q, r) = (
-            self.bank[0].density,
-            self.noise * self.noise * period * speed,
-        );
-        let q34 = sqrt(q) * sqrt(sqrt(q));
-        speed * sqrt(core::f64::consts::SQRT_2 * q34 * sqrt(sqrt(r)))
     }
 
     /// Way and speed by the wheels, each over the time since its own last reading: encoders may be
@@ -213,8 +183,7 @@ impl<const N: usize> PathAngle<N> {
         }
         let (ds, elapsed) = (self.way, time - self.read);
         let mut predicted = self.bank;
-        let counting = if self.adapts { MODELS } else { 1 };
-        for model in predicted.iter_mut().take(counting) {
+        for model in &mut predicted {
             *model = model.predicted(ds);
         }
         let [roughest, ..] = &predicted;
@@ -234,12 +203,8 @@ impl<const N: usize> PathAngle<N> {
         }
         (self.read, self.way, self.jumped) = (time, 0.0, None);
         let remembered = libm::exp(-libm::fabs(ds) / (Self::MEMORY * self.radius));
-        if self.adapts {
-            self.bank = predicted.map(|model| model.corrected(angle, r, remembered));
-            self.share();
-        } else {
-            self.bank[0] = predicted[0].corrected(angle, r, remembered);
-        }
+        self.bank = predicted.map(|model| model.corrected(angle, r, remembered));
+        self.share();
         true
     }
 
@@ -341,28 +306,15 @@ impl Slope {
 mod tests {
     use super::*;
 
-    /// Closed form: the stated deviation of the rate of the roughest model is the steady state of its
-    /// filter, to 5 %: the way between readings is 3 % of the filter's length `(r/q)^(1/4)`.
-    #[test]
-    fn the_deviation_of_the_rate_is_that_of_the_filter() {
-        let angle = PathAngle::<3>::new(0.1, 2e-2);
-        let (noise, way) = (angle.noise, 0.2 * 1e-3);
-        let [mut model, ..] = angle.bank;
-        for _ in 0..20_000 {
-            model = model.predicted(way).corrected(0.0, noise * noise, 1.0);
-        }
-        let found = 0.2 * sqrt(model.covariance[2]);
-        let stated = angle.rate_sigma(0.2, 1e-3);
-        assert!((found / stated - 1.0).abs() < 0.05, "{found} {stated}");
-    }
-
     /// Property: on a joint that turns evenly along the path, with noise, the rate errs by less than a
-    /// tenth of what the roughest model errs by, and no more than it states; where it begins to turn as
+    /// tenth of what the roughest model errs by (its steady state, `v sqrt(sqrt(2) q^(3/4) r^(1/4))`
+    /// with the densities q of the ground and r of the noise along the path), and no more than it
+    /// states; where it begins to turn as
     /// on a bump of the wheel's size, within a centimetre it follows.
     #[test]
     fn smooth_ground_gives_a_smooth_rate() {
         let noise = 1.7e-3;
-        let mut angle = PathAngle::<3>::new(0.1, noise).adapting();
+        let mut angle = PathAngle::<3>::new(0.1, noise);
         let mut state = 1_u64;
         let mut random = || {
             // Twelve uniform numbers less six: a variance of one.
@@ -392,7 +344,10 @@ mod tests {
             }
         }
         let (error, stated): (f64, f64) = (square / count, stated / count);
-        assert!(error.sqrt() < 0.1 * angle.rate_sigma(0.2, 5e-3), "{error}");
+        let r = noise * noise * 5e-3 * 0.2;
+        let roughest = 0.2
+            * (core::f64::consts::SQRT_2 * angle.bank[0].density.powf(0.75) * r.powf(0.25)).sqrt();
+        assert!(error.sqrt() < 0.1 * roughest, "{error}");
         // The smoothest ground of the bank is rougher than this one.
         let ratio = (stated / error).sqrt();
         assert!((0.7..3.0).contains(&ratio), "{ratio}");

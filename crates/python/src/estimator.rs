@@ -87,6 +87,7 @@ impl Estimator {
         let link = |i: usize| LinkReading {
             inclination: known(inclination[i]),
             rate: known(rate[i]),
+            rate_error: 0.0,
         };
         let frame = SensorFrame {
             time,

@@ -13,8 +13,8 @@ pub struct Readings {
     time: Vec<f64>,
     /// Angle, motor torque and contact angle of each wheel; empty without the column.
     wheels: [[Vec<f64>; 3]; 3],
-    /// Inclination and rate of links 1 and 2.
-    links: [[Vec<f64>; 2]; 2],
+    /// Inclination, rate and error of the rate of links 1 and 2; the last empty without the column.
+    links: [[Vec<f64>; 3]; 2],
 }
 
 impl Readings {
@@ -38,6 +38,7 @@ impl Readings {
             Ok::<_, PyErr>([
                 source.column(&format!("link{}_inclination", i + 1))?,
                 source.column(&format!("link{}_rate", i + 1))?,
+                source.column_if_there(&format!("link{}_rate_error", i + 1))?,
             ])
         };
         Ok(Self {
@@ -59,6 +60,7 @@ impl Readings {
         let link = |i: usize| LinkReading {
             inclination: value(&self.links[i][0]),
             rate: value(&self.links[i][1]),
+            rate_error: value(&self.links[i][2]).unwrap_or(0.0),
         };
         SensorFrame {
             time: self.time.get(row).copied().unwrap_or(f64::NAN),

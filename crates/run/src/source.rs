@@ -135,6 +135,7 @@ pub fn sensor_frame(readings: &Readings) -> SensorFrame {
     let link = |i: usize| LinkReading {
         inclination: readings.inclination[i],
         rate: readings.rate[i],
+        rate_error: readings.rate_error[i],
     };
     SensorFrame {
         time: readings.time,

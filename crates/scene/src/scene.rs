@@ -364,9 +364,7 @@ impl Scene {
         Ok(match spec.imu {
             ImuPlace::Links => budget,
             ImuPlace::Body => {
-                let period = 1.0 / self.sensors.rate;
-                let pin = [spec.pin_noise, spec.pin_bias];
-                budget.of_body_sensors(&self.robot.robot, pin, self.drive.speed.abs(), period)
+                budget.of_body_sensors(&self.robot.robot, [spec.pin_noise, spec.pin_bias])
             }
         })
     }

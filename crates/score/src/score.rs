@@ -101,6 +101,7 @@ mod tests {
         let link = LinkReading {
             inclination: Some(0.0),
             rate: Some(0.0),
+            rate_error: 0.0,
         };
         let at_rest = SensorFrame {
             time: 0.0,

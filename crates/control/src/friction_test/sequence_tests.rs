@@ -37,6 +37,7 @@ fn frame(time: f64) -> SensorFrame {
     let link = LinkReading {
         inclination: Some(0.0),
         rate: Some(0.0),
+        rate_error: 0.0,
     };
     SensorFrame {
         time,

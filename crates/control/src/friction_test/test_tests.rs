@@ -14,6 +14,7 @@ fn estimate(friction: [WheelFriction; 3]) -> Estimate {
     let link = LinkReading {
         inclination: Some(0.0),
         rate: Some(0.0),
+        rate_error: 0.0,
     };
     let mut estimator = Estimator::new(
         &Robot::default_a(),

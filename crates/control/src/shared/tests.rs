@@ -24,6 +24,7 @@ fn frame(time: f64, wheel_angle: [f64; 3]) -> SensorFrame {
     let link = LinkReading {
         inclination: Some(0.0),
         rate: Some(0.0),
+        rate_error: 0.0,
     };
     SensorFrame {
         time,

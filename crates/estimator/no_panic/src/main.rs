@@ -63,8 +63,7 @@ fn frame(k: u32) -> SensorFrame {
     let time = 1e-3 * f64::from(k);
     let link = LinkReading {
         inclination: Some(0.01),
-        rate: Some(0.0),
-    };
+        rate: Some(0.0), rate_error: 0.0 };
     black_box(SensorFrame {
         time,
         wheel_angle: [Some(2.0 * time); 3],

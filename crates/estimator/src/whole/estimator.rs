@@ -268,7 +268,7 @@ impl WholeEstimator {
                 ..method
             }),
             sides: Sides::OneOfTwo,
-            budget: settings.budget.of_joint(&rover.side, joint),
+            budget: settings.budget.of_body_sensors(&rover.side, joint),
             ..settings
         };
         let side = &rover.side;
@@ -281,12 +281,12 @@ impl WholeEstimator {
             }
             estimator
         };
-        let mount = || BodyMount::new(&side.geometry, joint_noise).adapting();
+        let mount = || BodyMount::new(&side.geometry, joint_noise);
         Ok(Self {
             units: Units::of(side),
             sides: [side_estimator(), side_estimator()],
             mounts: [mount(), mount()],
-            coupling: PathAngle::new(radius, joint_noise).adapting(),
+            coupling: PathAngle::new(radius, joint_noise),
             coupled: (0.0, 0.0),
             body: BodyInputs::default(),
             roll: LinkAngleKalman::new(&settings.budget),
@@ -313,14 +313,13 @@ impl WholeEstimator {
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let dt = self.advance_clock(frame.time)?;
         let frames = self.side_frames(frame);
-        let joint_noise = self.joint_noise();
         let (roll, body_flags) = self.update_roll(frame, dt);
         let across = self.across();
         let [left, right] = &mut self.sides;
         // Both take the frame, also where one has no estimate.
-        let of_left = left.advance(&frames[0], &across[0], joint_noise[0]);
+        let of_left = left.advance(&frames[0], &across[0]);
         hand_over(left, right);
-        let of_right = right.advance(&frames[1], &across[1], joint_noise[1]);
+        let of_right = right.advance(&frames[1], &across[1]);
         hand_over(right, left);
         if let Some((field, _)) = READINGS.iter().zip(self.known).find(|(_, known)| !known) {
             return Err(EstimateError::Missing { field });
@@ -410,6 +409,10 @@ impl WholeEstimator {
         let bogie_first = self.bogie_link() == 0;
         let turns = |turns: &[Option<f64>; 6], side: usize| [0, 1, 2].map(|i| turns[3 * side + i]);
         let coupling_of = self.rover.coupling;
+        let of_rocker = match coupling_of {
+            Coupling::Differential => self.coupling.rate_error(),
+            Coupling::RearBogie => 0.0,
+        };
         [0, 1].map(|side: usize| {
             let sign = super::posture::sign(side);
             // The link that the body is fixed to in the plane.
@@ -435,6 +438,7 @@ impl WholeEstimator {
             let [link1, link2] = [0, 1].map(|k: usize| LinkReading {
                 inclination: links.inclination[k],
                 rate: links.rate[k],
+                rate_error: root_sum_square(links.rate_error[k], of_rocker),
             });
             SensorFrame {
                 time: frame.time,
@@ -443,24 +447,6 @@ impl WholeEstimator {
                 link1,
                 link2,
                 contact_angle: [None; 3],
-            }
-        })
-    }
-
-    /// What the rates of links 1 and 2 of both sides err by, as the angles of the joints give them,
-    /// rad/s.
-    fn joint_noise(&self) -> [[f64; 2]; 2] {
-        let of_rocker = match self.rover.coupling {
-            Coupling::Differential => self.coupling.rate_error(),
-            Coupling::RearBogie => 0.0,
-        };
-        let bogie = self.bogie_link();
-        [0, 1].map(|side: usize| {
-            let of_bogie = root_sum_square(self.mounts[side].rate_error(), of_rocker);
-            if bogie == 0 {
-                [of_bogie, of_rocker]
-            } else {
-                [of_rocker, of_bogie]
             }
         })
     }
@@ -494,6 +480,7 @@ impl WholeEstimator {
         let readings = LinkReading {
             inclination: self.body.roll.now(),
             rate: roll_rate.now(),
+            ..LinkReading::default()
         };
         let roll = &mut self.roll;
         if roll.started {

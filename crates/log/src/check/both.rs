@@ -122,25 +122,20 @@ fn of_side(
                 wheels: wheels(&frame.wheel_angle),
             },
         );
-        let link = |k: usize| LinkReading {
-            inclination: links.inclination[k],
-            rate: links.rate[k],
-        };
+        let [link1, link2] = LinkReading::of(&links);
         SensorFrame {
             time: frame.time,
             wheel_angle: wheels(&frame.wheel_angle),
             motor_torque: wheels(&frame.motor_torque),
-            link1: link(0),
-            link2: link(1),
+            link1,
+            link2,
             contact_angle: [None; 3],
         }
     };
     let of_side: Vec<SensorFrame> = frames.iter().map(of_frame).collect();
-    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
-    let period = median(steps.collect()).unwrap_or(0.0);
     let stated_side = Stated {
         robot: &rover.side,
-        budget: budget.of_body_sensors(&rover.side, stated.joint, 0.0, period),
+        budget: budget.of_body_sensors(&rover.side, stated.joint),
         viscous_damping: stated.settings.viscous_damping,
         compression: stated.settings.compression,
         sides: stated.settings.sides,

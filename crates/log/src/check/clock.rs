@@ -224,6 +224,7 @@ mod tests {
         let link = LinkReading {
             inclination: Some(0.0),
             rate: Some(0.0),
+            rate_error: 0.0,
         };
         (0..10_000)
             .map(|k| 1e-3 * f64::from(k))

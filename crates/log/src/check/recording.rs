@@ -204,6 +204,7 @@ mod tests {
         let link = LinkReading {
             inclination: Some(0.0),
             rate: None,
+            rate_error: 0.0,
         };
         SensorFrame {
             time,

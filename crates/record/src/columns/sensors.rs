@@ -21,8 +21,10 @@ impl Table {
         columns! { table, Source::record_or_none; "", "";
             "link1_inclination", "rad", "inclinometer on link1, turn from the nominal pose" => |f| f.sensors.link1.inclination;
             "link1_rate", "rad/s", "rate gyroscope on link1" => |f| f.sensors.link1.rate;
+            "link1_rate_error", "rad/s", "what link1_rate errs by beyond a gyroscope's noise, where it follows from the angle of a joint" => |f| Some(f.sensors.link1.rate_error);
             "link2_inclination", "rad", "inclinometer on link2, turn from the nominal pose" => |f| f.sensors.link2.inclination;
             "link2_rate", "rad/s", "rate gyroscope on link2" => |f| f.sensors.link2.rate;
+            "link2_rate_error", "rad/s", "what link2_rate errs by beyond a gyroscope's noise, where it follows from the angle of a joint" => |f| Some(f.sensors.link2.rate_error);
         }
         table
     }

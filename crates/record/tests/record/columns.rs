@@ -86,7 +86,7 @@ fn names_of_the_truth_are_fixed() {
 fn names_of_the_readings_are_fixed() {
     let golden = "time wheel1_angle wheel1_motor_torque wheel1_contact_angle wheel2_angle wheel2_motor_torque \
         wheel2_contact_angle wheel3_angle wheel3_motor_torque wheel3_contact_angle link1_inclination link1_rate \
-        link2_inclination link2_rate";
+        link1_rate_error link2_inclination link2_rate link2_rate_error";
     assert_eq!(
         names(&Table::sensors()),
         golden.split_whitespace().collect::<Vec<_>>()

@@ -191,6 +191,7 @@ pub fn record_of(truth: Truth, estimates: Vec<Result<Estimate, EstimateError>>) 
     let link = |i: usize| LinkReading {
         inclination: Some(truth.links[i].angle),
         rate: Some(truth.links[i].rate),
+        rate_error: 0.0,
     };
     Record {
         sensors: SensorFrame {

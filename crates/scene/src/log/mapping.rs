@@ -1,6 +1,8 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::reading::{ANY, ImuChoice, READINGS, ReadingChoice, is_of_body, is_of_both};
+use super::reading::{
+    ANY, ImuChoice, READINGS, ReadingChoice, is_of_body, is_of_both, is_optional,
+};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{About, Form, items, quoted, word};
 use robhaz_keys::key::{List, keys};
@@ -159,9 +161,9 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let of_body = named.clone().any(|name| is_of_body(name) == Some(true));
     // Steering is 0 where it is not read, and which coupling there is the robot says.
     let is_needed = |name: &str| match both {
+        _ if is_optional(name) => false,
         true => {
-            let may_lack = name.ends_with("_steering")
-                || ["differential_angle", "rear_bogie_angle"].contains(&name);
+            let may_lack = ["differential_angle", "rear_bogie_angle"].contains(&name);
             (is_of_both(name) || ["body_inclination", "body_rate"].contains(&name)) && !may_lack
         }
         false => !is_of_both(name) && is_of_body(name) != Some(!of_body),

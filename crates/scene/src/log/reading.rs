@@ -92,8 +92,8 @@ pub struct ReadingChoice {
 
 /// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
 /// and of the angle of pin Q, which may stand in place of those of the links; then those that only a
-/// log of both sides has.
-pub const READINGS: [&str; 41] = [
+/// log of both sides has; then what the rates of the links err by where they follow from a joint.
+pub const READINGS: [&str; 43] = [
     "wheel1_angle",
     "wheel1_motor_torque",
     "wheel1_contact_angle",
@@ -135,6 +135,8 @@ pub const READINGS: [&str; 41] = [
     "body_roll",
     "body_roll_rate",
     "body_yaw_rate",
+    "link1_rate_error",
+    "link2_rate_error",
 ];
 
 /// Whether only a log of both sides has a reading. Inclination and rate of the body belong to
@@ -149,6 +151,12 @@ pub fn is_of_both(name: &str) -> bool {
         "body_yaw",
     ];
     STARTS.iter().any(|start| name.starts_with(start))
+}
+
+/// Whether a log may lack a reading: the steering of a wheel that is not steered, and what a rate that
+/// follows from a joint errs by.
+pub fn is_optional(name: &str) -> bool {
+    name.ends_with("_steering") || name.ends_with("_rate_error")
 }
 
 /// Whether a reading is of the links, or of the body and pin Q in their place; `None` of the
@@ -229,7 +237,7 @@ pub(super) const READING: ByName<ReadingChoice> = ByName {
 fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
     match name {
         name if name.ends_with("_motor_torque") => (TORQUE, &["N m", "mN m", "A", "mA"]),
-        name if name.ends_with("_rate") => (ANGULAR_RATE, &["rad/s", "deg/s"]),
+        name if name.contains("_rate") => (ANGULAR_RATE, &["rad/s", "deg/s"]),
         name if is_wheel_angle(name) => (
             ANGLE,
             &["rad", "deg", "turns", "counts", "rad/s", "deg/s", "rpm"],

@@ -43,6 +43,9 @@ pub struct Readings {
     pub inclination: [Option<f64>; 2],
     /// Rate gyros on links 1 and 2, rad/s, counter-clockwise.
     pub rate: [Option<f64>; 2],
+    /// Standard deviations of the rates beyond a gyroscope's noise, rad/s: of rates that follow from
+    /// the angle of pin Q.
+    pub rate_error: [f64; 2],
     /// Contact angles, rad. They do not come from a sensor: the paper assumes that they are known.
     pub contact_angle: [Option<f64>; 3],
 }
@@ -164,6 +167,7 @@ impl Sensors {
                 let rate = truth.links[i].rate + delay * rates.rate[i];
                 loss.pass(gyro.read(rate, rates.dt))
             }),
+            rate_error: [0.0; 2],
             contact_angle: [0, 1, 2].map(|i| {
                 let (angle, loss) = &mut wheels[i].contact_angle;
                 let wheel = &truth.wheels[i];
@@ -174,6 +178,7 @@ impl Sensors {
         if let Some(body) = &mut self.body {
             let links = body.read(truth, &rates, delay, readings.wheel_angle);
             (readings.inclination, readings.rate) = (links.inclination, links.rate);
+            readings.rate_error = links.rate_error;
         }
         readings
     }

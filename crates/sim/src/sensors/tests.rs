@@ -104,6 +104,7 @@ fn ideal_readings_are_the_truth() {
             motor_torque: truth.wheels.map(|w| Some(w.torque)),
             inclination: [0, 1].map(|i| Some(link(i).angle)),
             rate: [0, 1].map(|i| Some(link(i).rate)),
+            rate_error: [0.0; 2],
             contact_angle: truth.wheels.map(|w| Some(w.contact_angle)),
         };
         assert_eq!(readings, expected);

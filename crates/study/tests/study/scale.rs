@@ -110,6 +110,7 @@ impl Scale {
         let link = |link: LinkReading| LinkReading {
             inclination: link.inclination,
             rate: link.rate.map(|rate| rate / self.time),
+            rate_error: 0.0,
         };
         SensorFrame {
             time: frame.time * self.time,

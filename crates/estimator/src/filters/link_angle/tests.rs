@@ -5,7 +5,11 @@ use crate::filters::ComplementaryFilter;
 use crate::testing::Random;
 
 fn readings(rate: Option<f64>, inclination: Option<f64>) -> LinkReading {
-    LinkReading { rate, inclination }
+    LinkReading {
+        rate,
+        inclination,
+        rate_error: 0.0,
+    }
 }
 
 /// A budget with a gyroscope whose bias is unknown.

@@ -300,6 +300,7 @@ impl KalmanFilters {
             let readings = LinkReading {
                 rate: rate.now(),
                 inclination: inclination.now(),
+                ..LinkReading::default()
             };
             let force_angle = self.last_force_angle[i];
             let link = &mut self.links[i];

@@ -75,6 +75,7 @@ fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Rando
     let mut link = || LinkReading {
         inclination: Some(budget.inclination_noise * random.normal()),
         rate: Some(budget.rate_noise * random.normal()),
+        rate_error: 0.0,
     };
     let (link1, link2) = (link(), link());
     SensorFrame {
@@ -189,6 +190,7 @@ fn unmodelled_turning_counts_with_the_whole_mass() {
         let readings = LinkReading {
             rate: Some(0.012),
             inclination: None,
+            rate_error: 0.0,
         };
         filters.links[link].update(budget, 1e-3, &readings, 0.0);
         let sigma = filters.links[link].unmodelled_acceleration();
