@@ -72,7 +72,7 @@ impl Estimator {
         Ok(estimator)
     }
 
-    #[pyo3(signature = (time, wheel_angle, motor_torque, inclination, rate, contact_angle=None))]
+    #[pyo3(signature = (time, wheel_angle, motor_torque, inclination, rate, contact_angle=None, rate_error=None))]
     fn update(
         &mut self,
         time: &Bound<'_, PyAny>,
@@ -81,13 +81,14 @@ impl Estimator {
         inclination: [Option<f64>; 2],
         rate: [Option<f64>; 2],
         contact_angle: Option<[Option<f64>; 3]>,
+        rate_error: Option<[f64; 2]>,
     ) -> PyResult<Estimate> {
         let time = seconds(time)?;
         let known = |value: Option<f64>| value.filter(|v| !v.is_nan());
         let link = |i: usize| LinkReading {
             inclination: known(inclination[i]),
             rate: known(rate[i]),
-            rate_error: 0.0,
+            rate_error: rate_error.map_or(0.0, |errors| errors[i]),
         };
         let frame = SensorFrame {
             time,

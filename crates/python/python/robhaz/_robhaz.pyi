@@ -194,13 +194,14 @@ class Estimator:
         inclination: Sequence[_Reading],
         rate: Sequence[_Reading],
         contact_angle: Sequence[_Reading] | None = None,
+        rate_error: Sequence[float] | None = None,
     ) -> Estimate:
         """The estimate of the next frame.
 
         `time`: s, increasing. `wheel_angle`: 3, rad, turn of each wheel relative to its link, forward positive.
         `motor_torque`: 3, N m at the wheel after the gear, forward positive. `inclination`, `rate`: 2, links 1 and 2,
-        rad and rad/s, nose up positive. `contact_angle`: 3, rad. `None` or NaN is a missing reading: the last one is
-        held.
+        rad and rad/s, nose up positive. `contact_angle`: 3, rad. `rate_error`: 2, rad/s, what rates that follow from
+        the angle of a joint err by beyond a gyroscope's noise. `None` or NaN is a missing reading: the last one is held.
 
         Raises `EstimateError`; the next frame may have an estimate again.
         """
