@@ -253,8 +253,8 @@ impl Source for Frames {
     fn log_report(&self) -> Option<LogReport> {
         let frames = self.next.first().map_or(0, |next| *next as u64);
         // A column of steering without a value is of a wheel that is not steered.
-        let is_unsteered = |r: &Reading| r.is_optional() && self.missing[r.index()] == frames;
-        let present = Reading::all().filter(|r| self.plan.has(*r) && !is_unsteered(r));
+        let is_empty = |r: &Reading| r.is_optional() && self.missing[r.index()] == frames;
+        let present = Reading::all().filter(|r| self.plan.has(*r) && !is_empty(r));
         let missing = present.map(|r| (r.name().to_owned(), self.missing[r.index()]));
         let report = |(channel, (sum, count)): (&Channel, &(f64, u64))| ChannelReport {
             // A count of rows.

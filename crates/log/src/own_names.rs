@@ -61,7 +61,7 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError
         return table.of_both(choice);
     }
     for reading in Reading::of_frame() {
-        let found = match reading.is_contact_angle() {
+        let found = match reading.is_contact_angle() || reading.is_optional() {
             true => table.column(reading.name(), reading.unit()),
             false => table.required(reading.name(), reading.unit()),
         };

@@ -243,7 +243,8 @@ impl Plan {
     /// The readings that no channel has, of those that one side needs.
     pub fn absent(&self) -> Vec<Reading> {
         let other = Some(!self.is_of_body());
-        let needed = Reading::all().filter(|r| r.is_of_body() != other && !r.is_of_both());
+        let needed = Reading::all()
+            .filter(|r| r.is_of_body() != other && !r.is_of_both() && !r.is_optional());
         needed.filter(|r| !self.has(*r)).collect()
     }
 }
