@@ -2,14 +2,18 @@
 
 mod forces;
 mod odometry;
+mod readings;
 mod topics;
+
+pub use readings::Exported;
 
 use crate::error::LogError;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
-use crate::readings::{Reading, Values};
-use forces::{Forces, cut_off, forces_in};
+use crate::readings::Reading;
+use forces::{Forces, forces_in};
+use readings::read;
 use robhaz_run::Stop;
 use robhaz_scene::LogChoice;
 use std::fs::File;
@@ -24,17 +28,6 @@ pub enum ExportFormat {
     Mcap,
     /// One table of text.
     Csv,
-}
-
-/// What was written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Exported {
-    /// Number of rows of readings.
-    pub rows: u64,
-    /// Topics, or tables whose columns were joined.
-    pub parts: Vec<String>,
-    /// What the user should know, one line each.
-    pub warnings: Vec<String>,
 }
 
 /// Writes the folder of a run or of an estimate into a file. MCAP gets the folder's description,
@@ -76,30 +69,6 @@ pub fn export(
 /// What a table of text cannot hold.
 const CSV_HAS_NO_ROBOT: &str = "a CSV file has no place for the robot: `check` and `estimate` take it for robot A without \
     --robot ROBOT.toml; --to mcap keeps it";
-
-/// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what was written, under the
-/// names of its `parts`.
-fn read(
-    readings: &Plan,
-    parts: Vec<String>,
-    stop: Stop<'_>,
-    mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
-) -> Result<Exported, LogError> {
-    let mut rows = 0;
-    let why = readings.read(|channel, row| {
-        stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
-        rows += 1;
-        let values = readings.channels[channel].content(&row.cells).0;
-        add(row.stamp.seconds(), values)
-    })?;
-    let why = why.iter().flatten();
-    let warnings = why.map(|why| cut_off(&readings.channels[0].path, why));
-    Ok(Exported {
-        rows,
-        parts,
-        warnings: warnings.collect(),
-    })
-}
 
 fn write_csv(
     readings: &Plan,

@@ -2,7 +2,7 @@
 
 use super::forces::{Forces, OF_MESSAGE};
 use super::odometry::{Odometry, Step};
-use super::{Exported, read};
+use super::readings::{Exported, read};
 use crate::error::LogError;
 use crate::messages::{
     FORCES, FORCES_DEFINITION, Joint, MessageKind, ODOMETRY, ODOMETRY_DEFINITION, WRENCH,

@@ -81,7 +81,7 @@ impl Table {
             "body_inclination", "rad", "inclination of the body, nose up positive" => |e| Some(e.attitude[0]);
             "body_roll", "rad", "roll of the body, left side up positive" => |e| Some(e.attitude[1]);
             "dragged", "1", "1 where wheels are dragged across, as in a skid turn: outside of the model, with large stated \
-             deviations; otherwise 0" => |f| Some(f64::from(u8::from(e.dragged)));
+             deviations; otherwise 0" => |e| Some(f64::from(u8::from(e.dragged)));
             "misfit", "1", "squared distance of the nine equations from what is stated: 3 on average if it holds" =>
                 |e| Some(e.misfit);
         }
@@ -89,10 +89,10 @@ impl Table {
             columns! { table, Source::both; format!("{side}_"), format!("{side} side: ");
                 "flags", "1", "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale \
                  32, absurd 64; out of the model's range 128; spins in place 256; readings contradict each other 512" =>
-                    move |f| Some(f64::from(e.sides[k].flags.bits()));
+                    move |e| Some(f64::from(e.sides[k].flags.bits()));
                 "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, 32; \
                  gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192" =>
-                    move |f| Some(f64::from(e.sides[k].kalman?.health.faulty.bits()));
+                    move |e| Some(f64::from(e.sides[k].kalman?.health.faulty.bits()));
             }
         }
         table
@@ -113,13 +113,13 @@ impl Table {
             "contact_angle_sigma", "rad", "standard deviation of the contact angle" =>
                 move |e| Some(e.sides[side].kalman?.contact_angle_sigma[k]);
             "contacts", "1", "contacts found, 0 (in the air), 1 or 2" =>
-                move |f| Some(match e.sides[side].kalman?.contact[k].state {
+                move |e| Some(match e.sides[side].kalman?.contact[k].state {
                     ContactState::InAir => 0.0,
                     ContactState::OneContact => 1.0,
                     ContactState::TwoContacts => 2.0,
                 });
             "sliding", "1", "1 if it is found sliding, otherwise 0" =>
-                move |f| Some(f64::from(u8::from(e.sides[side].kalman?.contact[k].sliding)));
+                move |e| Some(f64::from(u8::from(e.sides[side].kalman?.contact[k].sliding)));
             "slip", "m/s", "slip speed found, rim less ground, creep included" =>
                 move |e| Some(e.sides[side].kalman?.contact[k].slip);
         }

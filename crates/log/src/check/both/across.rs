@@ -69,60 +69,42 @@ pub fn roll(frames: &[WholeFrame]) -> Finding {
 
 /// The zeros of the joints. All wheels pass the same ground, so on a long way the mean of a joint's angle is
 /// zero, but for what the ground's slope changes from the first footprint to the last.
-pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
+    type Of = fn(&WholeFrame) -> Option<f64>;
     let geometry = &stated.rover.side.geometry;
-    let axles = geometry.axles.map(|axle| axle.x);
-    let half = 0.5 * (axles[0] - axles[2]).abs();
-    let steps: Vec<f64> = (frames.windows(2).map(|w| w[1].time - w[0].time)).collect();
-    let dt = median(steps).unwrap_or(0.0).max(f64::MIN_POSITIVE);
-    let reading = |of: &dyn Fn(&WholeFrame) -> Option<f64>| -> Vec<f64> {
-        frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect()
-    };
-    let averaged = |x: &[f64]| smooth(x, ((0.5 * SMOOTHING / dt).round() as usize).max(1));
-    let turned = |f: &WholeFrame| f.wheel_angle.iter().copied().sum::<Option<f64>>();
-    let way = averaged(&reading(&|f| {
-        Some(geometry.wheel_radius * turned(f)? / 6.0)
-    }));
-    let steps: Vec<f64> = way.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let length: f64 = steps.iter().filter(|step| step.is_finite()).sum();
-    let range = |of: &dyn Fn(&WholeFrame) -> Option<f64>| {
-        let angle = averaged(&reading(of));
-        let known = angle.iter().filter(|x| x.is_finite());
-        let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (x.min(low), x.max(high))
-        });
+    let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
+    let reading =
+        |of: Of| -> Vec<f64> { frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect() };
+    let half = ((0.5 * SMOOTHING / period(frames).unwrap_or(SMOOTHING)).round() as usize).max(1);
+    let averaged = |of: Of| smooth(&reading(of), half);
+    let turned = averaged(|f| f.wheel_angle.iter().copied().sum());
+    let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let length =
+        geometry.wheel_radius / 6.0 * steps.iter().filter(|step| step.is_finite()).sum::<f64>();
+    let range = |of: Of| {
+        let known = averaged(of).into_iter().filter(|x| x.is_finite());
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = known.fold(ends, |(low, high), x| (x.min(low), x.max(high)));
         high - low
     };
-    let slopes = range(&|f| f.inclination) + range(&|f| f.roll);
-    let allowed = 3.0 * stated.joint[1] + half * slopes / length;
+    let slopes = range(|f| f.inclination) + range(|f| f.roll);
+    let allowed = 3.0 * stated.joint[1] + 0.5 * footprint * slopes / length;
     let coupling = match stated.rover.coupling {
         Coupling::Differential => "differential_angle",
         Coupling::RearBogie => "rear_bogie_angle",
     };
-    let joints: [(&str, &dyn Fn(&WholeFrame) -> Option<f64>); 3] = [
-        ("left_pin_angle", &|f| f.pins[0]),
-        ("right_pin_angle", &|f| f.pins[1]),
-        (coupling, &|f| f.coupling),
-    ];
-    let of_joint = |(channel, of): (&'static str, &dyn Fn(&WholeFrame) -> Option<f64>)| {
-        let weighted = steps
+    let of_joint = |channel: &str, of: Of| {
+        let parts = steps
             .iter()
             .zip(reading(of))
             .filter(|(step, x)| (*step * x).is_finite());
-        let (sum, weight) = weighted.fold((0.0, 0.0), |(sum, all), (step, x)| {
+        let (sum, all) = parts.fold((0.0, 0.0), |(sum, all), (step, x)| {
             (sum + step * x, all + step)
         });
-        let mean = sum / weight;
-        let figure = format!(
-            "mean over {length:.1} m {:.2} deg, at most {:.2} deg",
-            mean.to_degrees(),
-            allowed.to_degrees()
-        );
-        let finding = Finding::ok("zero over the way", channel, figure).with(
-            "mean",
-            mean.to_degrees(),
-            "deg",
-        );
+        let mean = sum / all;
+        let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
+        let figure = format!("mean over {length:.1} m {shown:.2} deg, at most {at_most:.2} deg");
+        let finding = Finding::ok("zero over the way", channel, figure).with("mean", shown, "deg");
         if mean.abs() > allowed {
             finding.fault(format!("subtract {mean:.4} rad from {channel}: state it as its offset, or set its zero on level ground"))
         } else if allowed < LARGEST_ZERO {
@@ -131,7 +113,17 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
             finding.cannot_tell("drive some metres more over ground that is less uneven")
         }
     };
-    joints.map(of_joint).into()
+    [
+        of_joint("left_pin_angle", |f| f.pins[0]),
+        of_joint("right_pin_angle", |f| f.pins[1]),
+        of_joint(coupling, |f| f.coupling),
+    ]
+}
+
+/// Median time between frames, s.
+fn period(frames: &[WholeFrame]) -> Option<f64> {
+    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
+    median(steps.collect()).filter(|dt| *dt > 0.0)
 }
 
 /// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
@@ -186,8 +178,7 @@ pub fn torque_follows(frames: &[WholeFrame], i: usize) -> Option<bool> {
             .map(|f| of_frame(f).unwrap_or(f64::NAN))
             .collect()
     };
-    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
-    let dt = median(steps.collect()).filter(|dt| *dt > 0.0)?;
+    let dt = period(frames)?;
     let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
     let [angle, torque] = [
         difference(|f| &f.wheel_angle),

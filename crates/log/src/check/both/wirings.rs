@@ -236,7 +236,7 @@ impl Judgement {
 }
 
 /// The sign of the roll against the ground, with what was found corrected.
-fn roll_on_ground(found: &Judgement) -> Finding {
+fn roll_on_ground(found: &Judgement, coupling: Coupling) -> Finding {
     let correlation = found.correlation();
     let figure = format!(
         "the roll follows the ground under both sides with a correlation of {correlation:.2}"
@@ -249,7 +249,11 @@ fn roll_on_ground(found: &Judgement) -> Finding {
     if correlation > CORRELATED {
         finding
     } else if correlation < -CORRELATED {
-        finding.fault("turn the signs of body_roll and body_roll_rate, left side up positive; or left and right are exchanged")
+        // The slopes under a side follow its rocker, and so the differential.
+        finding.fault(match coupling {
+            Coupling::Differential => "turn the signs of body_roll and body_roll_rate, or that of differential_angle: lift the left front wheel by hand, then all three must grow; or left and right are exchanged",
+            Coupling::RearBogie => "turn the signs of body_roll and body_roll_rate: lift the left side by hand, then both must grow; or left and right are exchanged",
+        })
     } else {
         finding.cannot_tell("drive over bumps under one side")
     }
@@ -312,5 +316,5 @@ pub fn findings(
     } else {
         finding
     };
-    [roll_on_ground(&corrected), finding]
+    [roll_on_ground(&corrected, stated.rover.coupling), finding]
 }
