@@ -56,8 +56,10 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     findings.push(torques);
     findings.extend(across::zeros(frames, stated));
     findings.push(across::roll(frames));
-    findings.push(across::yaw(frames, stated.rover));
-    findings.extend(wirings::findings(frames, stated, follows, is_upset));
+    let (of_wirings, wired) = wirings::findings(frames, stated, follows, is_upset);
+    findings.extend(of_wirings);
+    // With what was found corrected: exchanged wheels turn the yaw, too.
+    findings.push(across::yaw(&wired, stated.rover));
     findings
 }
 

@@ -111,6 +111,13 @@ impl Change {
     }
 }
 
+/// A frame that is wired so.
+fn wired(frame: &WholeFrame, wiring: &[Change]) -> WholeFrame {
+    let mut wired = *frame;
+    wiring.iter().for_each(|change| change.apply(&mut wired));
+    wired
+}
+
 /// Whether each torque then answers its own encoder.
 fn fits(wiring: &[Change], follows: [Option<bool>; 3]) -> bool {
     let is_one = |i: usize| wiring.contains(&Angle(i)) != wiring.contains(&Torque(i));
@@ -174,8 +181,7 @@ impl Judgement {
         let mut found = Self::default();
         let mut last: Option<(f64, f64)> = None;
         for frame in frames {
-            let mut wired = *frame;
-            wiring.iter().for_each(|change| change.apply(&mut wired));
+            let wired = wired(frame, wiring);
             let Ok(estimate) = estimator.update(&wired) else {
                 found.sum += REFUSED;
                 continue;
@@ -259,14 +265,14 @@ fn roll_on_ground(found: &Judgement, coupling: Coupling) -> Finding {
     }
 }
 
-/// Which exchange or sign the estimator of both sides agrees with, and the roll then. `is_upset`: another test
+/// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with it. `is_upset`: another test
 /// has found a fault, with which no exchange is to be seen.
 pub fn findings(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
     follows: [Option<bool>; 3],
     is_upset: bool,
-) -> [Finding; 2] {
+) -> ([Finding; 2], Vec<WholeFrame>) {
     let part = part(frames, stated.rover);
     let of = |wiring: &&'static [Change]| (*wiring, Judgement::of(part, stated, wiring));
     let all: Vec<_> = WIRINGS.iter().map(of).collect();
@@ -297,7 +303,7 @@ pub fn findings(
         better.retain(|(_, f)| follows_ground(f));
     }
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
-    let mut corrected = own;
+    let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
     let finding = if own.dragged > MOSTLY {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
     } else if is_upset && !better.is_empty() {
@@ -305,7 +311,7 @@ pub fn findings(
             "correct the faults of the sides first: with them no exchange is to be seen",
         )
     } else if let [(first, judged), rest @ ..] = &better[..] {
-        corrected = *judged;
+        (wiring, corrected) = (first, *judged);
         let mut remedy = words(first);
         for (other, _) in rest {
             remedy += &format!("\nfits as well: {}", words(other));
@@ -316,5 +322,7 @@ pub fn findings(
     } else {
         finding
     };
-    [roll_on_ground(&corrected, stated.rover.coupling), finding]
+    let roll = roll_on_ground(&corrected, stated.rover.coupling);
+    let wired = frames.iter().map(|frame| wired(frame, wiring));
+    ([roll, finding], wired.collect())
 }
