@@ -1,6 +1,7 @@
 //! Logs of both sides of a rover. The drive is of another simulator: `both/README.md`.
 #![allow(clippy::float_cmp, reason = "the same bits")]
 
+use super::messages_and_clocks::exported_messages;
 use super::recorded::{assert_same_files, estimated, refused, summary};
 use crate::support::{columns, robhaz, root, text};
 use robhaz_estimator::EstimatorSettings;
@@ -237,6 +238,82 @@ fn names_units_and_sources_do_not_matter() {
     }
 }
 
+/// Equivalence: an estimate of both sides as MCAP gives the same bits, with the robot in the file. From its
+/// `JointState` and the `Imu` of the body alone, as a rover of ROS 2 records them, N and T differ by less than
+/// 1e-7 N: whole nanoseconds and quaternions, by differences over time. `check` says the same of each.
+#[test]
+fn messages_of_both_sides_give_the_same_table() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    estimate(
+        path,
+        &fixture("readings.csv"),
+        &["--format", "csv", "--out", "run"],
+    );
+    exported_messages(path);
+    estimated(
+        path,
+        &["described.mcap", "--format", "csv", "--out", "again"],
+    );
+    assert_same_files(
+        &path.join("run"),
+        &path.join("again"),
+        &["estimate-kalman.csv"],
+    );
+
+    let mut description = format!(
+        "sides = \"both\"\n{BUDGET}[[channel]]\nname = \"joints\"\ntopic = \"/joint_states\"\n\
+         [[channel]]\nname = \"imu\"\ntopic = \"/imu/body\"\n\
+         [imu.body]\nchannel = \"imu\"\ninclination = \"orientation\"\n[reading]\n"
+    );
+    for side in ["left", "right"] {
+        for (reading, column) in [("angle", "position"), ("motor_torque", "effort")] {
+            for i in 1..=3 {
+                let wheel = format!("{side}_wheel{i}");
+                writeln!(
+                    description,
+                    "{wheel}_{reading}.column = \"{wheel}.{column}\""
+                )
+                .unwrap();
+            }
+        }
+        writeln!(
+            description,
+            "{side}_pin_angle.column = \"{side}_pin.position\""
+        )
+        .unwrap();
+    }
+    description += "differential_angle.column = \"differential.position\"\n";
+    std::fs::write(path.join("ros.toml"), description).unwrap();
+    let of_ros = ["run.mcap", "--robot", &robot(), "--sensors", "ros.toml"];
+    estimated(
+        path,
+        &[&of_ros[..], &["--format", "csv", "--out", "ros"]].concat(),
+    );
+    let apart = difference(&forces(path, "run"), &forces(path, "ros"));
+    assert!(apart < 1e-7, "{apart}");
+
+    // Verdict and test of each line; figures may differ in their last digit, and each channel has a rate.
+    let findings = |said: String| -> Vec<String> {
+        let verdicts = ["ok", "FAULT", "cannot tell"];
+        let is_finding = |line: &&str| verdicts.iter().any(|verdict| line.starts_with(verdict));
+        let start = |line: &str| line.chars().take(40).collect();
+        let lines = said.lines().filter(is_finding).map(start);
+        lines
+            .filter(|line: &String| !line.contains(" rate "))
+            .collect()
+    };
+    let mut check = robhaz(path);
+    let output = check.arg("check").args(of_ros).output().unwrap();
+    let [csv, ros] = [
+        checked(path, &fixture("readings.csv")).1,
+        text(&output.stdout),
+    ]
+    .map(findings);
+    assert!(csv.len() > 10, "{csv:?}");
+    assert_eq!(csv, ros);
+}
+
 /// A log that is not of both sides, or a robot that is not: the error says what is missing and what is allowed.
 #[test]
 fn what_is_missing_is_named() {
@@ -295,8 +372,8 @@ fn checked(folder: &Path, log: &Path) -> (bool, String) {
     (output.status.success(), text(&output.stdout))
 }
 
-/// A correct log has no fault in the tests of both sides; with left and right pins or a wheel exchanged, or the signs
-/// of roll or differential turned, the test that is meant for it finds it.
+/// A correct log has no fault in the tests of both sides; with left and right pins or a wheel exchanged, the signs of
+/// roll or differential turned, or the zero of a joint 4.6 deg off, the test that is meant for it finds it, and no other.
 #[test]
 fn check_finds_what_is_exchanged() {
     let folder = folder(BUDGET);
@@ -310,32 +387,27 @@ fn check_finds_what_is_exchanged() {
         "yaw and",
         "left and right",
         "torques of the sides",
+        "zero over the way",
     ] {
         let is_fault = |line: &&str| line.starts_with("FAULT") && line.contains(test);
         assert_eq!(said.lines().find(is_fault), None, "{said}");
     }
     let exchanged = |a: &str, b: &str| right.replace(a, "kept").replace(b, a).replace("kept", b);
-    let turned = |names: &[&str]| {
+    // Readings with another value in these columns.
+    let changed = |names: &[&str], change: fn(f64) -> f64| {
         let header: Vec<&str> = right.lines().next().unwrap().split(',').collect();
         let cell = |(name, cell): (&&str, &str)| match names.contains(name) {
-            true => format!("{:?}", -cell.parse::<f64>().unwrap()),
+            true => format!("{:?}", change(cell.parse().unwrap())),
             false => cell.to_owned(),
         };
-        let row = |row: &str| {
-            header
-                .iter()
-                .zip(row.split(','))
-                .map(cell)
-                .collect::<Vec<_>>()
-                .join(",")
+        let row = |row: &str| -> String {
+            let cells = header.iter().zip(row.split(',')).map(cell);
+            cells.collect::<Vec<_>>().join(",") + "\n"
         };
-        let rows = right.lines().skip(1).map(row);
-        std::iter::once(header.join(","))
-            .chain(rows)
-            .collect::<Vec<_>>()
-            .join("\n")
-            + "\n"
+        let rows: String = right.lines().skip(1).map(row).collect();
+        format!("{}\n{rows}", header.join(","))
     };
+    let turned = |names: &[&str]| changed(names, |x| -x);
     let cases = [
         (
             exchanged("left_pin", "right_pin"),
@@ -349,10 +421,25 @@ fn check_finds_what_is_exchanged() {
             turned(&["body_roll", "body_roll_rate"]),
             "turn the signs of body_roll and body_roll_rate",
         ),
+        (
+            turned(&["differential_angle"]),
+            "or that of differential_angle",
+        ),
+        (
+            changed(&["differential_angle"], |x| x + 0.08),
+            "rad from differential_angle",
+        ),
+        (
+            changed(&["right_pin_angle"], |x| x - 0.08),
+            "rad from right_pin_angle",
+        ),
     ];
     for (log, expected) in cases {
         std::fs::write(path.join("wrong.csv"), log).unwrap();
         let (is_right, said) = checked(path, &path.join("wrong.csv"));
         assert!(!is_right && said.contains(expected), "{expected}: {said}");
+        // A fault that follows from the one that was found is none.
+        let faults = said.lines().filter(|line| line.starts_with("FAULT"));
+        assert_eq!(faults.count(), 1, "{expected}: {said}");
     }
 }

@@ -49,7 +49,7 @@ fn difference(a: &Path, b: &Path, end: &str, from: f64) -> f64 {
 
 /// Exports the folder `run` to `run.mcap` with the messages alone, as other recorders write it:
 /// without the run's description.
-fn exported_messages(folder: &Path) {
+pub fn exported_messages(folder: &Path) {
     let mut export = robhaz(folder);
     export.args(["export", "run", "--to", "mcap", "--out", "described.mcap"]);
     assert!(export.status().unwrap().success());

@@ -29,7 +29,7 @@ pub struct Args {
 /// Format of the log.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum To {
-    /// MCAP with messages of ROS 2: joint states, IMUs, readings, forces.
+    /// MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry.
     Mcap,
     /// One table of readings and forces.
     Csv,

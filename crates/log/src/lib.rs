@@ -14,7 +14,7 @@
 //! | `own_names`, `mapped`, `units`, `formula`, `plan` | which column is which reading, and in which unit |
 //! | `survey`, `integral`, `frames` | rows of all channels, read and judged; speeds integrated; frames on one time |
 //! | `place`, `bag`, `log` | from a path to a run |
-//! | `export` | a run as a log for other tools |
+//! | `export` | a run as a log for other tools: readings, forces, odometry |
 //!
 //! A log is read to its end for duration, rates, order of the time stamps, and cells that are no
 //! numbers, so that a log that cannot be used is refused before anything is written. Its rows are

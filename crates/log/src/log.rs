@@ -78,7 +78,9 @@ impl Log {
             (Some(mapping), table) => {
                 mapped::channels(&path, table.as_deref(), splits.as_deref(), mapping)?
             }
-            (None, Some(table)) if mapped::is_mcap(table) => vec![own_names::topic(table)?],
+            (None, Some(table)) if mapped::is_mcap(table) => {
+                vec![own_names::topic(table, &choice)?]
+            }
             (None, Some(table)) => vec![own_names::readings(table, &choice)?],
             (None, None) => return Err(no_table(&path)),
         };

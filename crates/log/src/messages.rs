@@ -16,6 +16,8 @@ named! {
         Imu = "sensor_msgs/msg/Imu",
         /// The readings of a run.
         Readings = "robhaz_msgs/msg/Readings",
+        /// Those of a log of both sides.
+        WholeReadings = "robhaz_msgs/msg/WholeReadings",
     }
 }
 
@@ -70,6 +72,7 @@ impl MessageKind {
             Self::JointState => include_str!("definitions/JointState.msg"),
             Self::Imu => include_str!("definitions/Imu.msg"),
             Self::Readings => include_str!("definitions/Readings.msg"),
+            Self::WholeReadings => include_str!("definitions/WholeReadings.msg"),
         }
     }
 
@@ -80,9 +83,13 @@ impl MessageKind {
         Some(match self {
             Self::JointState => (header, joint_state(&mut reader)?),
             Self::Imu => (header, imu(&mut reader)?),
-            Self::Readings => {
+            Self::Readings | Self::WholeReadings => {
                 let time = TimeUnit::SECOND.of_float(reader.f64()?)?;
-                (time, readings(&mut reader)?)
+                let all: Vec<Reading> = match self {
+                    Self::WholeReadings => Reading::of_whole().collect(),
+                    _ => Reading::of_frame().collect(),
+                };
+                (time, readings(&mut reader, &all)?)
             }
         })
     }
@@ -132,12 +139,12 @@ fn imu<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
     Some(numbers)
 }
 
-fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {
-    let mut number = |reading: Reading| {
+fn readings<'a>(reader: &mut CdrReader<'a>, all: &[Reading]) -> Option<Vec<Number<'a>>> {
+    let mut number = |reading: &Reading| {
         let (name, part, value) = (reading.name(), "", reader.f64()?);
         Some(Number { name, part, value })
     };
-    Reading::of_frame().map(&mut number).collect()
+    all.iter().map(&mut number).collect()
 }
 
 /// Time in whole nanoseconds, of times since the start.
@@ -168,33 +175,102 @@ pub fn encode_numbers(time: f64, numbers: &[f64]) -> Vec<u8> {
     writer.0
 }
 
-/// `JointState` of the wheels: position rad, velocity rad/s, effort N m.
-pub fn encode_joints(time: f64, parts: &[[f64; 3]; 3]) -> Vec<u8> {
+/// A joint.
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// Position rad, velocity rad/s, effort N m.
+    pub numbers: [f64; 3],
+}
+
+/// `JointState`.
+pub fn encode_joints(time: f64, joints: &[Joint]) -> Vec<u8> {
     let mut writer = with_header(time, "");
-    writer.count(3);
-    for name in ["wheel1", "wheel2", "wheel3"] {
-        writer.text(name);
-    }
-    for part in parts {
-        writer.sequence(part);
+    writer.count(joints.len());
+    joints.iter().for_each(|joint| writer.text(&joint.name));
+    for part in 0..3 {
+        let of_part: Vec<f64> = joints.iter().map(|joint| joint.numbers[part]).collect();
+        writer.sequence(&of_part);
     }
     writer.0
 }
 
-/// `Imu` of a link with x forward, y to the left, z up: inclination (rad) as orientation, rate
-/// (rad/s) about y. Acceleration was not measured, which -1 in its covariance states.
-pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8> {
+/// Quaternion x y z w to the world of a body with x forward, y to the left, z up: roll (left side up),
+/// inclination (nose up, which turns about y backwards), yaw (to the left), rad.
+fn orientation(roll: f64, inclination: f64, yaw: f64) -> [f64; 4] {
+    let [(sr, cr), (sp, cp), (sy, cy)] = [roll, -inclination, yaw].map(|x| (0.5 * x).sin_cos());
+    [
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    ]
+}
+
+/// `Imu` of a frame with x forward, y to the left, z up: roll and inclination (rad) as orientation,
+/// rates of roll, inclination and yaw (rad/s). Acceleration was not measured, which -1 in its
+/// covariance states.
+pub fn encode_imu(
+    time: f64,
+    frame: &str,
+    [roll, inclination]: [f64; 2],
+    rates: [f64; 3],
+) -> Vec<u8> {
     const UNKNOWN: [f64; 9] = [0.0; 9];
     const NONE: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let mut writer = with_header(time, link);
-    // Nose up turns about y backwards.
-    let (sin, cos) = (-0.5 * inclination).sin_cos();
-    writer.array(&[0.0, sin, 0.0, cos]);
+    let mut writer = with_header(time, frame);
+    let [roll_rate, rate, yaw_rate] = rates;
+    writer.array(&orientation(roll, inclination, 0.0));
     writer.array(&UNKNOWN);
-    writer.array(&[0.0, -rate, 0.0]);
+    writer.array(&[roll_rate, -rate, yaw_rate]);
     writer.array(&UNKNOWN);
     writer.array(&[0.0; 3]);
     writer.array(&NONE);
+    writer.0
+}
+
+/// `WrenchStamped` of a force (N) without a moment.
+pub fn encode_wrench(time: f64, frame: &str, force: [f64; 3]) -> Vec<u8> {
+    let mut writer = with_header(time, frame);
+    writer.array(&force);
+    writer.array(&[0.0; 3]);
+    writer.0
+}
+
+/// What an `Odometry` says of a frame with x forward, y to the left, z up.
+pub struct OdometryMessage {
+    /// Name of that frame.
+    pub frame: &'static str,
+    /// Where it is, m.
+    pub position: [f64; 3],
+    /// Roll, inclination, yaw, rad.
+    pub attitude: [f64; 3],
+    /// Covariance of position and turns about the axes of the frame `odom`.
+    pub pose_covariance: [[f64; 6]; 6],
+    /// Velocity forward and up along its own axes, m/s.
+    pub velocity: [f64; 2],
+    /// Rates of roll, inclination, yaw, rad/s.
+    pub rates: [f64; 3],
+    /// Variances of velocity and rates along and about its own axes.
+    pub twist_variances: [f64; 6],
+}
+
+/// `Odometry` in the frame `odom`, which is where the rover started.
+pub fn encode_odometry(time: f64, odometry: &OdometryMessage) -> Vec<u8> {
+    let mut writer = with_header(time, "odom");
+    writer.text(odometry.frame);
+    let [roll, inclination, yaw] = odometry.attitude;
+    writer.array(&odometry.position);
+    writer.array(&orientation(roll, inclination, yaw));
+    writer.array(odometry.pose_covariance.as_flattened());
+    let [roll_rate, rate, yaw_rate] = odometry.rates;
+    let [forward, up] = odometry.velocity;
+    writer.array(&[forward, 0.0, up, roll_rate, -rate, yaw_rate]);
+    let mut covariance = [0.0; 36];
+    for (i, variance) in odometry.twist_variances.into_iter().enumerate() {
+        covariance[7 * i] = variance;
+    }
+    writer.array(&covariance);
     writer.0
 }
 
@@ -202,3 +278,11 @@ pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8>
 pub const FORCES: &str = "robhaz_msgs/msg/WheelForces";
 /// Its definition.
 pub const FORCES_DEFINITION: &str = include_str!("definitions/WheelForces.msg");
+/// Name of the schema of the force on a wheel.
+pub const WRENCH: &str = "geometry_msgs/msg/WrenchStamped";
+/// Its definition.
+pub const WRENCH_DEFINITION: &str = include_str!("definitions/WrenchStamped.msg");
+/// Name of the schema of odometry.
+pub const ODOMETRY: &str = "nav_msgs/msg/Odometry";
+/// Its definition.
+pub const ODOMETRY_DEFINITION: &str = include_str!("definitions/Odometry.msg");

@@ -29,19 +29,26 @@ pub const TOPIC: &str = "/robhaz/readings";
 /// The metadata of an exported run: its description.
 pub const METADATA: &str = "robhaz";
 
-/// The channel of an exported run: its readings to the bit.
+/// The channel of an exported run, of one side or of both: its readings to the bit.
 ///
 /// # Errors
 ///
-/// [`LogError`] where the file has no such topic.
-pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
+/// [`LogError`] where the file has no such topic, or its rover is none of both sides.
+pub fn topic(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
     let rows = Rows::Topic(TOPIC.to_owned(), Clock::Header);
     let empty = ChannelPlan::new(TOPIC.to_owned(), path, rows);
-    empty.found()?;
-    let readings = Reading::of_frame().enumerate();
+    let found = empty.found()?;
+    let is_of_both = |c: &ColumnInfo| Reading::all().any(|r| r.is_of_both() && r.name() == c.name);
+    let readings: Vec<Reading> = match found.iter().any(is_of_both) {
+        true => Reading::of_both(rover(path, choice)?.coupling).collect(),
+        false => Reading::of_frame().collect(),
+    };
     Ok(ChannelPlan {
-        columns: Reading::of_frame().map(|r| r.name().to_owned()).collect(),
-        readings: readings.map(|(i, r)| (r, Formula::of_cell(i))).collect(),
+        columns: readings.iter().map(|r| r.name().to_owned()).collect(),
+        readings: (0..)
+            .zip(readings)
+            .map(|(i, r)| (r, Formula::of_cell(i)))
+            .collect(),
         ..empty
     })
 }

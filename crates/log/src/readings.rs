@@ -32,8 +32,13 @@ impl Reading {
             Coupling::Differential => Self::REAR_BOGIE,
             Coupling::RearBogie => Self::DIFFERENTIAL,
         };
+        Self::of_whole().filter(move |r| r.name() != other)
+    }
+
+    /// Those that a log of both sides can have of any rover.
+    pub fn of_whole() -> impl Iterator<Item = Self> {
         let is_of_body = |name| ["body_inclination", "body_rate"].contains(&name);
-        Self::all().filter(move |r| (r.is_of_both() || is_of_body(r.name())) && r.name() != other)
+        Self::all().filter(move |r| r.is_of_both() || is_of_body(r.name()))
     }
 
     const DIFFERENTIAL: &str = "differential_angle";

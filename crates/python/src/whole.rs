@@ -8,7 +8,7 @@ use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::DataType;
 use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
-use robhaz_estimator::whole::{TipLine, WholeEstimate as Found, WholeFrame};
+use robhaz_estimator::whole::{WholeEstimate as Found, WholeFrame};
 use robhaz_record::{field, schema};
 use robhaz_scene::LogChoice;
 use std::ffi::CString;
@@ -84,7 +84,8 @@ impl WholeEstimator {
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
         let readings = Readings::of(readings)?;
-        let columns = columns();
+        // The time is the first.
+        let columns = robhaz_record::Table::estimate_of_both("whole").columns;
         let mut values = vec![Vec::with_capacity(readings.time.len()); columns.len()];
         let inner = &mut self.inner;
         py.detach(|| {
@@ -94,7 +95,7 @@ impl WholeEstimator {
                     return Err(EstimateError::new_err(format!("row {row}: {error}")));
                 }
                 for (k, (column, values)) in columns.iter().zip(&mut values).enumerate() {
-                    let value = found.as_ref().ok().and_then(|e| (column.get)(e));
+                    let value = found.as_ref().ok().and_then(|e| column.of_both(e));
                     values.push(if k == 0 { Some(*time) } else { value });
                 }
             }
@@ -193,123 +194,6 @@ fn wheel(i: usize) -> String {
     format!("{side}_wheel{}", i % 3 + 1)
 }
 
-/// A column of the table of estimates.
-struct Column {
-    name: String,
-    unit: &'static str,
-    description: String,
-    get: Value,
-}
-
-type OfWheel = fn(&Found, usize) -> Option<f64>;
-type OfRover = fn(&Found) -> f64;
-type Value = Box<dyn Fn(&Found) -> Option<f64> + Send + Sync>;
-
-/// The columns, the time first.
-fn columns() -> Vec<Column> {
-    const WHEEL: [(&str, &str, &str, OfWheel); 5] = [
-        (
-            "normal_force",
-            "N",
-            "normal force in the wheel's plane",
-            |e, i| Some(e.normal_force[i]),
-        ),
-        (
-            "normal_force_sigma",
-            "N",
-            "its standard deviation",
-            Found::sigma_normal,
-        ),
-        (
-            "traction",
-            "N",
-            "traction, driving forward positive",
-            |e, i| Some(e.traction[i]),
-        ),
-        (
-            "traction_sigma",
-            "N",
-            "its standard deviation",
-            Found::sigma_traction,
-        ),
-        (
-            "needed_friction",
-            "1",
-            "hypot(T, A)/N with the mean axial force A",
-            Found::needed_friction,
-        ),
-    ];
-    const ROVER: [(&str, &str, &str, OfRover); 9] = [
-        ("time", "s", "time of the readings", |e| e.time),
-        (
-            "body_inclination",
-            "rad",
-            "inclination of the body, nose up",
-            |e| e.attitude[0],
-        ),
-        ("body_roll", "rad", "roll of the body, left side up", |e| {
-            e.attitude[1]
-        }),
-        (
-            "lateral_force",
-            "N",
-            "force of the ground across the body, to the left",
-            |e| e.lateral_force,
-        ),
-        (
-            "axial_share",
-            "1",
-            "mean axial force of a wheel over its normal force",
-            |e| e.axial_share,
-        ),
-        (
-            "tip_margin",
-            "1",
-            "load off the tip line over that on level ground",
-            |e| e.tip_margin,
-        ),
-        (
-            "tip_line",
-            "1",
-            "line of the least margin: 0 left, 1 right, 2 front, 3 rear",
-            |e| {
-                TipLine::ALL
-                    .iter()
-                    .position(|line| *line == e.tip_line)
-                    .map_or(f64::NAN, |i| i as f64)
-            },
-        ),
-        ("dragged", "1", "1 while wheels are dragged across", |e| {
-            f64::from(u8::from(e.dragged))
-        }),
-        (
-            "misfit",
-            "1",
-            "misfit of the nine rows, chi-square with three degrees of freedom",
-            |e| e.misfit,
-        ),
-    ];
-    let of_rover = ROVER
-        .into_iter()
-        .map(|(name, unit, description, get)| Column {
-            name: name.to_owned(),
-            unit,
-            description: description.to_owned(),
-            get: Box::new(move |e| Some(get(e))),
-        });
-    let of_wheels = (0..6).flat_map(|i| {
-        WHEEL
-            .into_iter()
-            .map(move |(name, unit, description, get)| Column {
-                name: format!("{}_{name}", wheel(i)),
-                unit,
-                description: description.to_owned(),
-                get: Box::new(move |e| get(e, i)),
-            })
-    });
-    of_rover.chain(of_wheels).collect()
-}
-
 /// See the stub `_robhaz.pyi`.
 #[pyclass(frozen, get_all, module = "robhaz")]
 pub struct WholeEstimate {
@@ -333,7 +217,7 @@ pub struct WholeEstimate {
 
 impl From<Found> for WholeEstimate {
     fn from(found: Found) -> Self {
-        let six = |sigma: OfWheel| -> [f64; 6] {
+        let six = |sigma: fn(&Found, usize) -> Option<f64>| -> [f64; 6] {
             std::array::from_fn(|i| sigma(&found, i).unwrap_or(f64::NAN))
         };
         Self {

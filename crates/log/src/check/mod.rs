@@ -51,9 +51,9 @@ mod still;
 mod torques;
 mod wheels;
 
-pub use both::{StatedBoth, check_both};
+pub use both::check_both;
 pub use report::{Finding, Report, Verdict};
-pub use stated::{BodyNoise, Stated};
+pub use stated::{BodyNoise, Stated, StatedBoth};
 pub(crate) use torques::signs_are_lost;
 
 use self::clock::Clock;

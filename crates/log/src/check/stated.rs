@@ -1,7 +1,7 @@
 //! What is stated of a log: the robot, its sensors, and where these are.
 
-use robhaz_estimator::{NoiseBudget, Sides};
-use robhaz_model::{Posture, Robot, Suspension};
+use robhaz_estimator::{EstimatorSettings, NoiseBudget, Sides};
+use robhaz_model::{Posture, Robot, Suspension, WholeRover};
 
 /// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,4 +55,15 @@ pub fn of_body(stated: &Stated<'_>, angles: [f64; 2], rates: [f64; 2]) -> [f64; 
     };
     let [body, ..] = posture.rates(geometry, rates[0] - rates[1], 0.0);
     [angles[1] + posture.body, rates[1] + body]
+}
+
+/// What is stated of a log of both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct StatedBoth<'a> {
+    /// The nominal rover.
+    pub rover: &'a WholeRover,
+    /// Settings of its estimator.
+    pub settings: EstimatorSettings,
+    /// White noise and constant error of the angles of the joints, rad.
+    pub joint: [f64; 2],
 }

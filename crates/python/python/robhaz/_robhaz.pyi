@@ -307,8 +307,8 @@ class WholeEstimator:
         """
 
     def estimate(self, readings: _Columns) -> Table:
-        """The estimates of all rows of a table of readings, with the columns of `WholeEstimate` a wheel
-        (`left_wheel1_normal_force`, `left_wheel1_normal_force_sigma`, ...) and a rover (`tip_margin`, ...).
+        """The estimates of all rows of a table of readings, with the columns of the table `estimate-kalman` of a log of both
+        sides, of each wheel (`left_wheel1_normal_force`, ..., `left_wheel1_slip`) and of the rover (`tip_margin`, ...).
 
         `readings`: arrays of shape (rows,), named `time`; `left_wheel1_angle`, `left_wheel1_motor_torque`, where it steers
         `left_wheel1_steering`, to `right_wheel3_...`; `left_pin_angle`, `right_pin_angle`; `differential_angle` or

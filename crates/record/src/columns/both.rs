@@ -64,34 +64,35 @@ impl Table {
         table
     }
 
-    fn estimate_of_both(name: &str) -> Self {
+    /// `estimate-NAME` of both sides. A row without an estimate has its time, too.
+    pub fn estimate_of_both(name: &str) -> Self {
         let mut table = Self::new(format!("estimate-{name}"));
         (0..6).for_each(|i| table.add_wheel_of_both(i));
-        columns! { table, Source::record_or_none; "", "";
-            "lateral_force", "N", "force of the ground on all wheels across the body, to the left" => |f| Some(f.both?.estimate?.lateral_force);
+        columns! { table, Source::both; "", "";
+            "lateral_force", "N", "force of the ground on all wheels across the body, to the left" => |e| Some(e.lateral_force);
             "axial_share", "1", "mean axial force of a wheel over its N: the friction that a cross slope or a turn needs" =>
-                |f| Some(f.both?.estimate?.axial_share);
+                |e| Some(e.axial_share);
             "tip_margin", "1", "load of the wheels off the line about which the rover would tip first, over their load on level \
-             ground: at 0 it tips" => |f| Some(f.both?.estimate?.tip_margin);
-            "tip_line", "1", "that line, through the contacts of the wheels: left 0, right 1, front 2, rear 3" => |f| {
-                let line = f.both?.estimate?.tip_line;
+             ground: at 0 it tips" => |e| Some(e.tip_margin);
+            "tip_line", "1", "that line, through the contacts of the wheels: left 0, right 1, front 2, rear 3" => |e| {
+                let line = e.tip_line;
                 TipLine::ALL.iter().position(|l| *l == line).map(|place| place as f64)
             };
-            "body_inclination", "rad", "inclination of the body, nose up positive" => |f| Some(f.both?.estimate?.attitude[0]);
-            "body_roll", "rad", "roll of the body, left side up positive" => |f| Some(f.both?.estimate?.attitude[1]);
+            "body_inclination", "rad", "inclination of the body, nose up positive" => |e| Some(e.attitude[0]);
+            "body_roll", "rad", "roll of the body, left side up positive" => |e| Some(e.attitude[1]);
             "dragged", "1", "1 where wheels are dragged across, as in a skid turn: outside of the model, with large stated \
-             deviations; otherwise 0" => |f| Some(f64::from(u8::from(f.both?.estimate?.dragged)));
+             deviations; otherwise 0" => |e| Some(f64::from(u8::from(e.dragged)));
             "misfit", "1", "squared distance of the nine equations from what is stated: 3 on average if it holds" =>
-                |f| Some(f.both?.estimate?.misfit);
+                |e| Some(e.misfit);
         }
         for (k, side) in SIDES.into_iter().enumerate() {
-            columns! { table, Source::record_or_none; format!("{side}_"), format!("{side} side: ");
+            columns! { table, Source::both; format!("{side}_"), format!("{side} side: ");
                 "flags", "1", "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale \
                  32, absurd 64; out of the model's range 128; spins in place 256; readings contradict each other 512" =>
-                    move |f| Some(f64::from(f.both?.estimate?.sides[k].flags.bits()));
+                    move |e| Some(f64::from(e.sides[k].flags.bits()));
                 "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, 32; \
                  gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192" =>
-                    move |f| Some(f64::from(f.both?.estimate?.sides[k].kalman?.health.faulty.bits()));
+                    move |e| Some(f64::from(e.sides[k].kalman?.health.faulty.bits()));
             }
         }
         table
@@ -100,27 +101,27 @@ impl Table {
     fn add_wheel_of_both(&mut self, i: usize) {
         let (start, of) = wheel(i);
         let (side, k) = (i / 3, i % 3);
-        columns! { self, Source::record_or_none; start, of;
-            "normal_force", "N", "normal force N in the wheel's plane" => move |f| Some(f.both?.estimate?.normal_force[i]);
-            "normal_force_sigma", "N", "standard deviation of N" => move |f| f.both?.estimate?.sigma_normal(i);
-            "traction", "N", "traction T, driving forward positive" => move |f| Some(f.both?.estimate?.traction[i]);
-            "traction_sigma", "N", "standard deviation of T" => move |f| f.both?.estimate?.sigma_traction(i);
+        columns! { self, Source::both; start, of;
+            "normal_force", "N", "normal force N in the wheel's plane" => move |e| Some(e.normal_force[i]);
+            "normal_force_sigma", "N", "standard deviation of N" => move |e| e.sigma_normal(i);
+            "traction", "N", "traction T, driving forward positive" => move |e| Some(e.traction[i]);
+            "traction_sigma", "N", "standard deviation of T" => move |e| e.sigma_traction(i);
             "needed_friction", "1", "needed friction: root of the squares of T/N and axial_share; empty without load" =>
-                move |f| f.both?.estimate?.needed_friction(i);
+                move |e| e.needed_friction(i);
             "contact_angle", "rad", "slope of the ground along the wheel, against the level" =>
-                move |f| Some(f.both?.estimate?.sides[side].contact_angle[k]);
+                move |e| Some(e.sides[side].contact_angle[k]);
             "contact_angle_sigma", "rad", "standard deviation of the contact angle" =>
-                move |f| Some(f.both?.estimate?.sides[side].kalman?.contact_angle_sigma[k]);
+                move |e| Some(e.sides[side].kalman?.contact_angle_sigma[k]);
             "contacts", "1", "contacts found, 0 (in the air), 1 or 2" =>
-                move |f| Some(match f.both?.estimate?.sides[side].kalman?.contact[k].state {
+                move |e| Some(match e.sides[side].kalman?.contact[k].state {
                     ContactState::InAir => 0.0,
                     ContactState::OneContact => 1.0,
                     ContactState::TwoContacts => 2.0,
                 });
             "sliding", "1", "1 if it is found sliding, otherwise 0" =>
-                move |f| Some(f64::from(u8::from(f.both?.estimate?.sides[side].kalman?.contact[k].sliding)));
+                move |e| Some(f64::from(u8::from(e.sides[side].kalman?.contact[k].sliding)));
             "slip", "m/s", "slip speed found, rim less ground, creep included" =>
-                move |f| Some(f.both?.estimate?.sides[side].kalman?.contact[k].slip);
+                move |e| Some(e.sides[side].kalman?.contact[k].slip);
         }
     }
 }

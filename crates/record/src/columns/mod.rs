@@ -2,6 +2,7 @@
 //! values.
 
 use robhaz_estimator::Estimate;
+use robhaz_estimator::whole::WholeEstimate;
 use robhaz_model::{Bar, Pin, Suspension};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_sim::Truth;
@@ -39,6 +40,7 @@ pub enum Kind {
 /// hundreds, share the code that goes through the records.
 type Get<Value> = Box<dyn Fn(&Frame<'_>) -> Value + Send + Sync>;
 type GetTruth<Value> = Box<dyn Fn(&Truth) -> Value + Send + Sync>;
+type GetBoth = Box<dyn Fn(&WholeEstimate) -> Option<f64> + Send + Sync>;
 type GetEstimate = Box<dyn Fn(&Estimate) -> Option<f64> + Send + Sync>;
 
 /// The source of a column's values.
@@ -47,6 +49,8 @@ enum Source {
     RecordOrNone(Get<Option<f64>>),
     Truth(GetTruth<f64>),
     TruthCount(GetTruth<u32>),
+    /// Of the estimate of both sides.
+    Both(GetBoth),
     /// Of the run's estimator of this number (from 0).
     Estimate(usize, GetEstimate),
 }
@@ -68,6 +72,10 @@ impl Source {
         Self::TruthCount(Box::new(get))
     }
 
+    fn both(get: impl Fn(&WholeEstimate) -> Option<f64> + Send + Sync + 'static) -> Self {
+        Self::Both(Box::new(get))
+    }
+
     fn estimate(
         index: usize,
         get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
@@ -78,7 +86,7 @@ impl Source {
     fn kind(&self) -> Kind {
         match self {
             Self::Record(_) | Self::Truth(_) => Kind::Float,
-            Self::RecordOrNone(_) | Self::Estimate(..) => Kind::Optional,
+            Self::RecordOrNone(_) | Self::Both(_) | Self::Estimate(..) => Kind::Optional,
             Self::TruthCount(_) => Kind::Count,
         }
     }
@@ -109,6 +117,15 @@ impl Column {
         }
     }
 
+    /// Its value of an estimate of both sides; `None` of one that is missing, and of a column of
+    /// something else.
+    pub fn of_both(&self, estimate: &WholeEstimate) -> Option<f64> {
+        match &self.source {
+            Source::Both(get) => get(estimate),
+            _ => None,
+        }
+    }
+
     /// Adds the values in records; NaN where one is missing.
     pub fn add(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
         match &self.source {
@@ -121,6 +138,10 @@ impl Column {
                 let counts = frames.iter().map(|f| f.truth.map_or(0, get));
                 to.extend(counts.map(f64::from))
             }
+            Source::Both(_) => to.extend(frames.iter().map(|f| {
+                let estimate = f.both.and_then(|both| both.estimate);
+                estimate.and_then(|e| self.of_both(e)).unwrap_or(f64::NAN)
+            })),
             Source::Estimate(index, get) => to.extend(frames.iter().map(|f| {
                 let estimate = f.estimates.get(*index).and_then(|e| e.as_ref().ok());
                 estimate.and_then(get).unwrap_or(f64::NAN)

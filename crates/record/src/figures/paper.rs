@@ -76,6 +76,7 @@ pub fn linkage(run: &RunTraces) -> Page {
 /// Fig. 6: N and T of every wheel.
 pub fn forces(run: &RunTraces) -> Page {
     let shown = shown(run);
+    let truth = run.truth_of(shown);
     let normal = shown.map(|e| &e.normal_force);
     let traction = run.shown.as_ref().map(|s| &s.traction);
     let errors = |e: &EstimatorTraces| (e.score.normal_force(), e.score.traction());
@@ -86,8 +87,8 @@ pub fn forces(run: &RunTraces) -> Page {
         "normal forces and tractions".to_owned(),
         key(run, shown, &WHEELS, shown.is_some_and(has_band)),
         vec![
-            wheels(&run.normal_force, normal, NORMAL_FORCE, of_normal),
-            wheels(&run.traction, traction, TRACTION, of_traction),
+            wheels(&truth.normal_force, normal, NORMAL_FORCE, of_normal),
+            wheels(&truth.traction, traction, TRACTION, of_traction),
         ],
     )
 }
@@ -97,7 +98,8 @@ pub fn forces(run: &RunTraces) -> Page {
 pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let errors = estimator.score.normal_force();
     let normal = Some(&estimator.normal_force);
-    let mut columns = vec![wheels(&run.normal_force, normal, NORMAL_FORCE, errors)];
+    let truth = &run.truth_of(Some(estimator)).normal_force;
+    let mut columns = vec![wheels(truth, normal, NORMAL_FORCE, errors)];
     let banded = has_band(estimator);
     if banded && run.has_truth() {
         let error = (0..3).map(|i| {

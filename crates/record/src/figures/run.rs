@@ -7,6 +7,7 @@ use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 use robhaz_score::{Compared, Rms, Rule, Score};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
+use std::slice::from_ref;
 
 /// The pins of Fig. 5, and their titles.
 pub const PINS: [(Pin, &str); 3] = [(Pin::P, "Pin P"), (Pin::R, "Pin R"), (Pin::S, "Pin S")];
@@ -20,9 +21,8 @@ pub struct RunTraces {
     pub rule: Rule,
     /// Time of the last record, s.
     pub end: f64,
-    /// True N and T of each wheel's equivalent contact, N. A gap in N where there is none.
-    pub normal_force: [Trace; 3],
-    pub traction: [Trace; 3],
+    /// True forces: one for all estimators, or, of a log of both sides, one a side.
+    truths: Vec<TrueForces>,
     /// True N (N) of each wheel over the position of its centre (m).
     pub normal_force_at: [Trace; 3],
     /// True x and y of each of [`PINS`] from Q, mm.
@@ -42,8 +42,17 @@ pub struct RunTraces {
     pub mean_load: f64,
 }
 
+/// True N and T of each wheel's equivalent contact, N. A gap in N where there is none.
+pub struct TrueForces {
+    pub normal_force: [Trace; 3],
+    pub traction: [Trace; 3],
+    is_empty: bool,
+}
+
 /// The traces of an estimator.
 pub struct EstimatorTraces {
+    /// Its number.
+    index: usize,
     pub name: String,
     /// Stem of the file and title of its figure of N.
     pub figure: (String, String),
@@ -76,13 +85,15 @@ impl RunTraces {
         Self {
             rule,
             end: 0.0,
-            normal_force: traces(records),
-            traction: traces(records),
+            truths: (0..1 + usize::from(run.both.is_some()))
+                .map(|_| TrueForces::new(records))
+                .collect(),
             normal_force_at: traces(records),
             pins: [(); 3].map(|()| [(); 2].map(|()| Trace::new(records))),
             estimators: estimators
                 .iter()
-                .map(|e| EstimatorTraces::new(e, records, rule))
+                .enumerate()
+                .map(|(index, e)| EstimatorTraces::new(index, e, records, rule))
                 .collect(),
             shown: shown.map(|index| Shown {
                 index,
@@ -102,24 +113,38 @@ impl RunTraces {
 
     /// Whether there is a truth to draw.
     pub fn has_truth(&self) -> bool {
-        self.last.is_some() || !self.poses.is_empty()
+        self.truths.iter().any(|truth| !truth.is_empty)
+    }
+
+    /// What an estimator is compared with; without one what all are.
+    pub fn truth_of(&self, estimator: Option<&EstimatorTraces>) -> &TrueForces {
+        let index = estimator.map_or(0, |e| e.index);
+        &self.truths[index.min(self.truths.len() - 1)]
     }
 
     /// Adds one record.
     pub fn add(&mut self, frame: &Frame<'_>) {
         self.end = frame.time;
+        let truths = match &frame.both {
+            Some(both) => both.sides.truth.as_ref().map_or(&[][..], |t| &t.sides),
+            None => frame.truth.map_or(&[][..], from_ref),
+        };
+        for (traces, truth) in self.truths.iter_mut().zip(truths) {
+            traces.add(frame.time, truth);
+        }
         if let Some(truth) = frame.truth {
             self.add_truth(frame.time, truth);
         }
-        let compared = frame.truth.and_then(Compared::of);
-        let judge = |truth: &Truth| (truth.time, self.rule.judge(truth));
-        let judged = frame.truth.map(judge);
+        let judge = |truth: &Truth| (truth.time, self.rule.judge(truth), Compared::of(truth));
+        let judged: Vec<_> = truths.iter().map(judge).collect();
         for (index, estimator) in self.estimators.iter_mut().enumerate() {
             let estimate = frame.estimates.get(index).and_then(|e| e.as_ref().ok());
-            if let Some((time, judged)) = &judged {
+            let judged = judged.get(index.min(self.truths.len() - 1));
+            if let Some((time, judged, _)) = judged {
                 estimator.score.add_judged(*time, judged, estimate);
             }
-            estimator.add(frame.time, compared.as_ref(), estimate);
+            let compared = judged.and_then(|(.., compared)| compared.as_ref());
+            estimator.add(frame.time, compared, estimate);
         }
         if let Some(shown) = &mut self.shown {
             shown.add(frame, self.rule.compares(frame.time));
@@ -131,8 +156,6 @@ impl RunTraces {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let contact = wheel.equivalent_contact();
             let normal_force = contact.map(|c| c.normal_force);
-            self.normal_force[i].add(time, normal_force);
-            self.traction[i].add(time, Some(wheel.traction));
             self.normal_force_at[i].add(wheel.position.x, normal_force);
         }
         for (traces, (pin, _)) in self.pins.iter_mut().zip(PINS) {
@@ -152,9 +175,30 @@ impl RunTraces {
     }
 }
 
-impl EstimatorTraces {
-    fn new(estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {
+impl TrueForces {
+    fn new(records: u64) -> Self {
+        let [normal_force, traction] = [(); 2].map(|()| traces(records));
         Self {
+            normal_force,
+            traction,
+            is_empty: true,
+        }
+    }
+
+    fn add(&mut self, time: f64, truth: &Truth) {
+        self.is_empty = false;
+        for (i, wheel) in truth.wheels.iter().enumerate() {
+            let contact = wheel.equivalent_contact();
+            self.normal_force[i].add(time, contact.map(|c| c.normal_force));
+            self.traction[i].add(time, Some(wheel.traction));
+        }
+    }
+}
+
+impl EstimatorTraces {
+    fn new(index: usize, estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {
+        Self {
+            index,
             name: estimator.label.clone(),
             figure: figure_of(estimator),
             normal_force: estimated(records),

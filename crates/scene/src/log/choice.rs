@@ -176,13 +176,13 @@ impl LogChoice {
     /// # Errors
     /// [`EstimatorError`]: none of them can.
     pub fn keep_one_of_both(&mut self, named: bool) -> Result<(), EstimatorError> {
-        let can = |e: &EstimatorChoice| matches!(e.settings.method, Method::Kalman(method) if method.rolling);
-        let refused = self.estimators.iter().find(|e| named && !can(e));
-        let found = self.estimators.iter().find(|e| can(e));
+        let refused = self.estimators.iter().find(|e| named && !rolls(e));
+        let found = self.estimators.iter().find(|e| rolls(e));
         let (None, Some(found)) = (refused, found.cloned()) else {
             let name = refused.map_or("none of the description", |e| &e.name);
+            let such = self.such_as_kalman();
             return Err(EstimatorError(format!(
-                "estimator: found {name}, allowed for a log of both sides: one with filters = \"kalman\" and rolling = \"on\", such as --estimator kalman"
+                "estimator: found {name}, allowed for a log of both sides: one with filters = \"kalman\" and rolling = \"on\"{such}"
             )));
         };
         self.estimators = vec![found];
@@ -212,6 +212,7 @@ impl LogChoice {
     /// # Errors
     /// [`EstimatorError`] where an estimator cannot be converted, or none is left.
     pub fn without_contact_angles(&mut self, convert: bool) -> Result<Vec<String>, EstimatorError> {
+        let such = self.such_as_kalman();
         let mut left_out = Vec::new();
         for mut estimator in std::mem::take(&mut self.estimators) {
             let settings = &mut estimator.settings;
@@ -223,13 +224,13 @@ impl LogChoice {
             if !settings.needs_contact_angles() {
                 self.estimators.push(estimator);
             } else if convert {
-                return Err(needs_contact_angles(&estimator.name));
+                return Err(needs_contact_angles(&estimator.name, such));
             } else {
                 left_out.push(estimator.name);
             }
         }
         match (self.estimators.as_slice(), left_out.as_slice()) {
-            ([], [_, ..]) => Err(needs_contact_angles(&left_out.join(", "))),
+            ([], [_, ..]) => Err(needs_contact_angles(&left_out.join(", "), such)),
             _ => Ok(left_out),
         }
     }
@@ -244,6 +245,16 @@ impl LogChoice {
     /// The mapping, for its keys.
     pub(super) fn mapped(&mut self) -> &mut Mapping {
         self.mapping.get_or_insert_default()
+    }
+
+    /// The end of a remedy: the preset, unless an estimator of the description hides it.
+    fn such_as_kalman(&self) -> &'static str {
+        match self.named("kalman") {
+            Ok(found) if rolls(&found) => ", such as --estimator kalman",
+            _ => {
+                ": turn it on in the description's own kalman, or rename that and take the preset with --estimator kalman"
+            }
+        }
     }
 
     fn named(&self, name: &str) -> Result<EstimatorChoice, EstimatorError> {
@@ -267,9 +278,13 @@ impl LogChoice {
     }
 }
 
-fn needs_contact_angles(names: &str) -> EstimatorError {
+/// Whether an estimator runs without contact angles, if need be with another key.
+fn rolls(estimator: &EstimatorChoice) -> bool {
+    matches!(estimator.settings.method, Method::Kalman(method) if method.rolling)
+}
+
+fn needs_contact_angles(names: &str, such: &str) -> EstimatorError {
     EstimatorError(format!(
-        "{names} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
-         --estimator kalman"
+        "{names} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\"{such}"
     ))
 }

@@ -1,0 +1,150 @@
+//! Both sides of a rover: exchanges of left and right, and the signs of what lies across.
+//!
+//! Each side goes through the tests of one side. What these cannot show, the estimator of both sides
+//! does: it runs with left and right exchanged, or a sign turned, and the case whose innovations and
+//! misfit are least fits best. Roll and yaw also show directly, against their rates and the wheels, and
+//! zeros of the joints over the way.
+
+mod across;
+mod wirings;
+
+use crate::check::check;
+use crate::check::report::{Finding, Verdict};
+use crate::check::stated::{BodyNoise, Stated, StatedBoth};
+use robhaz_estimator::whole::WholeFrame;
+use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_model::{BodyMount, BodyReading, Coupling, PathAngle, Suspension};
+use robhaz_score::signals::median;
+
+/// Turn from which on a drive is none straight on, rad.
+const STRAIGHT: f64 = 0.17;
+/// Tests of one side that take it for one that drives straight on.
+const STRAIGHT_ON: [&str; 5] = [
+    "sign and counts",
+    "acceleration",
+    "links on the ground",
+    "distance",
+    "wiring of wheels",
+];
+/// Tests of one side that the estimator of both sides answers, or that are not of a side.
+const OF_BOTH: [&str; 4] = [
+    "sides",
+    "agreement of all",
+    "wheels and links",
+    "scale of torques, mass",
+];
+
+/// Checks the frames of a log of both sides, in order of time.
+pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (side, name) in ["left", "right"].into_iter().enumerate() {
+        findings.extend(of_side(frames, stated, side, name));
+    }
+    // In a turn the set speeds differ.
+    let is_straight = across::turn(frames) < STRAIGHT;
+    let follows = [0, 1, 2].map(|i| across::torque_follows(frames, i).filter(|_| is_straight));
+    let torques = across::torques(follows);
+    if torques.verdict == Verdict::Fault {
+        // A side by itself would look for the cause in itself.
+        findings.retain(|f| f.test != "wiring of wheels");
+    }
+    // Of noise and zeros no exchange is hidden.
+    let hides = |f: &Finding| f.test.contains("sign") || f.test.contains("wiring");
+    let is_upset = findings
+        .iter()
+        .any(|f| f.verdict == Verdict::Fault && hides(f));
+    findings.push(torques);
+    findings.extend(across::zeros(frames, stated));
+    findings.push(across::roll(frames));
+    let (of_wirings, wired) = wirings::findings(frames, stated, follows, is_upset);
+    findings.extend(of_wirings);
+    // With what was found corrected: exchanged wheels turn the yaw, too.
+    findings.push(across::yaw(&wired, stated.rover));
+    findings
+}
+
+/// The tests of one side, whose links' readings are made of those of the body and the joints.
+fn of_side(
+    frames: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    side: usize,
+    name: &str,
+) -> Vec<Finding> {
+    let (rover, budget) = (stated.rover, stated.settings.budget);
+    let geometry = &rover.side.geometry;
+    let mut mount = BodyMount::new(geometry, stated.joint[0]).keeping_jumps();
+    let bogie_first =
+        matches!(geometry.suspension, Suspension::Bogie { body } if body.index() == 1);
+    let sign = if side == 0 { 1.0 } else { -1.0 };
+    let mut coupling = PathAngle::<6>::new(geometry.wheel_radius, stated.joint[0]);
+    let of_frame = |frame: &WholeFrame| {
+        let angle = coupling.update(frame.time, frame.coupling, &frame.wheel_angle);
+        // A rear bogie does not turn the rockers.
+        let turned = match rover.coupling {
+            Coupling::Differential => angle.map(|(angle, rate)| (sign * angle, sign * rate)),
+            Coupling::RearBogie => Some((0.0, 0.0)),
+        };
+        let wheels = |of: &[Option<f64>; 6]| [0, 1, 2].map(|i| of[3 * side + i]);
+        let [_, rate, _] = frame.rates;
+        let links = mount.links(
+            frame.time,
+            &BodyReading {
+                inclination: frame
+                    .inclination
+                    .zip(turned)
+                    .map(|(body, (angle, _))| body + angle),
+                rate: rate.zip(turned).map(|(body, (_, rate))| body + rate),
+                pin: frame.pins[side].map(|pin| if bogie_first { pin } else { -pin }),
+                wheels: wheels(&frame.wheel_angle),
+            },
+        );
+        let link = |k: usize| LinkReading {
+            inclination: links.inclination[k],
+            rate: links.rate[k],
+        };
+        SensorFrame {
+            time: frame.time,
+            wheel_angle: wheels(&frame.wheel_angle),
+            motor_torque: wheels(&frame.motor_torque),
+            link1: link(0),
+            link2: link(1),
+            contact_angle: [None; 3],
+        }
+    };
+    let of_side: Vec<SensorFrame> = frames.iter().map(of_frame).collect();
+    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
+    let period = median(steps.collect()).unwrap_or(0.0);
+    let stated_side = Stated {
+        robot: &rover.side,
+        budget: budget.of_body_sensors(&rover.side, stated.joint, 0.0, period),
+        viscous_damping: stated.settings.viscous_damping,
+        compression: stated.settings.compression,
+        sides: stated.settings.sides,
+        body: Some(BodyNoise {
+            inclination: budget.inclination_noise,
+            rate: budget.rate_noise,
+            pin: stated.joint[0],
+        }),
+    };
+    let mut findings = check(&of_side, &stated_side).findings;
+    let turned = across::turn(frames);
+    // The body's inclination follows both sides, and a delay of one side's ground is none of it.
+    let is_of_body = |f: &Finding| f.test == "delay" && f.channel.contains("body_inclination");
+    findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
+    if turned > STRAIGHT {
+        findings.retain(|f| !STRAIGHT_ON.contains(&f.test));
+        let figure = format!("turned by {:.0} deg", turned.to_degrees());
+        let remedy = "record a drive straight on, too: in a turn wheels of a side pass other ground at other speeds";
+        findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
+    }
+    for finding in &mut findings {
+        if finding.test == "distance" && finding.verdict == Verdict::Fault {
+            // The body's inclination and roll follow the ground of the other side, too.
+            *finding = finding
+                .clone()
+                .cannot_tell("measure a way: distance over turns of the wheels");
+        }
+        finding.channel = format!("{name}: {}", finding.channel);
+    }
+    findings
+}

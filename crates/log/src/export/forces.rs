@@ -1,0 +1,201 @@
+//! The tables of forces in a folder, a side at a time.
+
+use crate::error::LogError;
+use crate::mapped;
+use crate::plan::{TableFormat, stem};
+use crate::rows::Row;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Start of the names of tables of estimates.
+const ESTIMATE: &str = "estimate-";
+/// What a table of forces may have of each wheel: what the message has, in its order, and the slip.
+/// The first two are required.
+const COLUMNS: [&str; NUMBERS / 3] = [
+    "normal_force",
+    "traction",
+    "normal_force_sigma",
+    "traction_sigma",
+    "contact_angle",
+    "needed_friction",
+    "needed_friction_sigma",
+    SLIP,
+];
+const SLIP: &str = "slip";
+/// Numbers of a row: those of one kind of all wheels, then those of the next.
+const NUMBERS: usize = 24;
+/// How many of them the message has.
+pub const OF_MESSAGE: usize = 21;
+
+/// Forces of three wheels, of a robot in the plane or of a side: truth or one estimator.
+pub struct Forces {
+    /// `truth`, or the estimator's name.
+    pub name: String,
+    /// `left` or `right` of a table of both sides, else empty.
+    pub side: &'static str,
+    /// Its columns.
+    pub columns: Vec<String>,
+    /// The place of each among the numbers.
+    places: Vec<usize>,
+    rows: Vec<Row>,
+    /// The first row that is not earlier than the last row of readings.
+    next: usize,
+}
+
+/// The numbers of a row, in the order of [`COLUMNS`]; not a number where one is missing.
+pub struct Numbers(pub [f64; NUMBERS]);
+
+impl Numbers {
+    fn of(&self, part: usize) -> [f64; 3] {
+        core::array::from_fn(|i| self.0[3 * part + i])
+    }
+
+    /// T and N of each wheel, N.
+    pub fn forces(&self) -> [[f64; 2]; 3] {
+        let [normal, traction] = [self.of(0), self.of(1)];
+        core::array::from_fn(|i| [traction[i], normal[i]])
+    }
+
+    /// Slopes of the ground under the wheels, rad.
+    pub fn slopes(&self) -> [f64; 3] {
+        self.of(4)
+    }
+
+    /// Slip of each wheel, rim less ground, m/s.
+    pub fn slip(&self) -> [f64; 3] {
+        self.of(7)
+    }
+}
+
+/// Reads the tables of forces of a folder, in order of their names: the truth and the estimates; of
+/// `both` sides the left one first. One that cannot be read is left out, and named in the warnings.
+///
+/// # Errors
+/// [`LogError`] of a folder that cannot be read.
+pub fn forces_in(
+    folder: &Path,
+    both: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Forces>, LogError> {
+    let sides: &[&str] = if both { &["left", "right"] } else { &[""] };
+    let mut all = Vec::new();
+    for (name, (path, format)) in tables(folder)? {
+        let read = |side: &&'static str| Forces::read(&name, side, &path, format);
+        match sides.iter().map(read).collect::<Result<Vec<_>, _>>() {
+            Ok(read) => {
+                warnings.extend(read.iter().find_map(|(_, cut_off)| cut_off.clone()));
+                all.extend(read.into_iter().map(|(forces, _)| forces));
+            }
+            Err(error) => warnings.push(format!("left out: {error}")),
+        }
+    }
+    Ok(all)
+}
+
+fn tables(folder: &Path) -> Result<BTreeMap<String, (PathBuf, TableFormat)>, LogError> {
+    let mut found = BTreeMap::new();
+    let entries = std::fs::read_dir(folder).map_err(LogError::io(folder))?;
+    for entry in entries {
+        let path = entry.map_err(LogError::io(folder))?.path();
+        let stem = stem(&path);
+        let name = match stem.strip_prefix(ESTIMATE) {
+            Some(name) => name,
+            None if stem == "truth" => "truth",
+            None => continue,
+        };
+        // `estimate-kalman.parquet.partial` has another stem and no format.
+        if let Some(format) = TableFormat::of(&path) {
+            found.entry(name.to_owned()).or_insert((path, format));
+        }
+    }
+    Ok(found)
+}
+
+/// That a file ends before its end, and why.
+pub fn cut_off(path: &Path, why: &str) -> String {
+    format!("{} is cut off at {why}", path.display())
+}
+
+impl Forces {
+    /// Reads a table, so that a fault in its middle is found before anything is written. Says
+    /// whether it is cut off.
+    fn read(
+        name: &str,
+        side: &'static str,
+        path: &Path,
+        format: TableFormat,
+    ) -> Result<(Self, Option<String>), LogError> {
+        let found = format.columns(path)?;
+        let (mut columns, mut places) = (Vec::new(), Vec::new());
+        let start = if side.is_empty() { "" } else { "_" };
+        for place in 0..NUMBERS {
+            let (part, wheel) = (place / 3, place % 3 + 1);
+            let column = format!("{side}{start}wheel{wheel}_{}", COLUMNS[part]);
+            if found.iter().any(|c| c.name == column) {
+                columns.push(column);
+                places.push(place);
+            } else if part < 2 {
+                return Err(LogError::whole(path, format!("has no column {column}")));
+            }
+        }
+        let mut rows = Vec::new();
+        let why = format.read(path, &mapped::time(None), &columns, &mut |row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        let forces = Self {
+            name: name.to_owned(),
+            side,
+            columns,
+            places,
+            rows,
+            next: 0,
+        };
+        Ok((forces, why.map(|why| cut_off(path, &why))))
+    }
+
+    /// Its name with that of its side.
+    pub fn label(&self) -> String {
+        match self.side {
+            "" => self.name.clone(),
+            side => format!("{}_{side}", self.name),
+        }
+    }
+
+    /// Name of a wheel (0 to 2).
+    pub fn wheel(&self, i: usize) -> String {
+        match self.side {
+            "" => format!("wheel{}", i + 1),
+            side => format!("{side}_wheel{}", i + 1),
+        }
+    }
+
+    /// Whether it states the slip of the wheels.
+    pub fn has_slip(&self) -> bool {
+        let cells = self.columns.iter().enumerate();
+        let of_slip = cells.filter(|(_, column)| column.ends_with(SLIP));
+        let mut cells = of_slip.map(|(cell, _)| cell);
+        cells.any(|cell| self.rows.iter().any(|row| row.cells[cell].is_finite()))
+    }
+
+    /// The cells of the row of a time (s), in the order of the columns; `None` where the table has
+    /// none.
+    pub fn at(&mut self, time: f64) -> Option<&[f64]> {
+        // Times of one run are equal to the bit; those of its tables as text too.
+        const SAME: f64 = 1e-9;
+        let late = self.rows[self.next..].iter();
+        self.next += late.take_while(|r| r.stamp.seconds() < time - SAME).count();
+        let row = self.rows.get(self.next)?;
+        (row.stamp.seconds() <= time + SAME).then_some(&row.cells)
+    }
+
+    /// The numbers of the row of a time, s.
+    pub fn numbers(&mut self, time: f64) -> Option<Numbers> {
+        let cells = self.at(time)?.to_vec();
+        let mut numbers = Numbers([f64::NAN; NUMBERS]);
+        for (place, cell) in self.places.iter().zip(cells) {
+            numbers.0[*place] = cell;
+        }
+        Some(numbers)
+    }
+}

@@ -1,0 +1,42 @@
+//! The readings of a folder, row by row.
+
+use super::forces::cut_off;
+use crate::error::LogError;
+use crate::plan::Plan;
+use crate::readings::Values;
+use robhaz_run::Stop;
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exported {
+    /// Number of rows of readings.
+    pub rows: u64,
+    /// Topics, or tables whose columns were joined.
+    pub parts: Vec<String>,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what was written, under the
+/// names of its `parts`.
+pub fn read(
+    readings: &Plan,
+    parts: Vec<String>,
+    stop: Stop<'_>,
+    mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
+) -> Result<Exported, LogError> {
+    let mut rows = 0;
+    let why = readings.read(|channel, row| {
+        stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
+        rows += 1;
+        let values = readings.channels[channel].content(&row.cells).0;
+        add(row.stamp.seconds(), values)
+    })?;
+    let why = why.iter().flatten();
+    let warnings = why.map(|why| cut_off(&readings.channels[0].path, why));
+    Ok(Exported {
+        rows,
+        parts,
+        warnings: warnings.collect(),
+    })
+}
