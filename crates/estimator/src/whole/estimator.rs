@@ -4,21 +4,18 @@
 //! find is the input of the nine rows, and the forces of the rows are those of both sides.
 
 use super::inputs::{SideInputs, consider, level_loads};
+use super::side_readings::{SideReadings, bogie_of};
 use super::{Joints, WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
-use crate::deviation::root_sum_square;
 use crate::estimate::{Estimate, EstimateError};
 use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::{JointMeasurement, MotionFilter};
 use crate::flags::Flags;
-use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP, SensorFrame};
+use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::statics::Forces;
-use robhaz_model::{
-    BodyMount, BodyReading, Coupling, PathAngle, Suspension, Units, Vec2, WholeRover,
-    WholeRoverError,
-};
+use robhaz_model::{Coupling, Units, Vec2, WholeRover, WholeRoverError};
 
 /// All readings of one instant, SI; `None` where one is missing. Wheels are left 1 to 3, then right
 /// 1 to 3.
@@ -193,10 +190,7 @@ pub struct WholeEstimator {
     settings: EstimatorSettings,
     units: Units,
     sides: [Estimator; 2],
-    mounts: [BodyMount; 2],
-    coupling: PathAngle<6>,
-    /// Coupling's angle of the last frame that had one, rad, its rate, rad/s.
-    coupled: (f64, f64),
+    readings: SideReadings,
     /// In the units of the filters.
     body: BodyInputs,
     roll: LinkAngleKalman,
@@ -273,7 +267,6 @@ impl WholeEstimator {
         };
         let side = &rover.side;
         let level = level_loads(rover).map_err(|_| WholeRoverError::FourBar)?;
-        let radius = side.geometry.wheel_radius;
         let side_estimator = || {
             let mut estimator = Estimator::new(side, settings);
             if let Some(motion) = estimator.motion() {
@@ -281,13 +274,10 @@ impl WholeEstimator {
             }
             estimator
         };
-        let mount = || BodyMount::new(&side.geometry, joint_noise);
         Ok(Self {
             units: Units::of(side),
             sides: [side_estimator(), side_estimator()],
-            mounts: [mount(), mount()],
-            coupling: PathAngle::new(radius, joint_noise),
-            coupled: (0.0, 0.0),
+            readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
             roll: LinkAngleKalman::new(&settings.budget),
             yaw_rate: 0.0,
@@ -312,7 +302,8 @@ impl WholeEstimator {
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let dt = self.advance_clock(frame.time)?;
-        let frames = self.side_frames(frame);
+        self.take(frame);
+        let frames = self.readings.frames(frame);
         let (roll, body_flags) = self.update_roll(frame, dt);
         let across = self.across();
         let [left, right] = &mut self.sides;
@@ -372,8 +363,7 @@ impl WholeEstimator {
         }
         self.time = Some(now);
         if set_back {
-            self.mounts = self.mounts.each_ref().map(BodyMount::started_anew);
-            self.coupling = self.coupling.started_anew();
+            self.readings = self.readings.started_anew();
             self.body = BodyInputs::default();
         }
         if set_back || dt > LONGEST_GAP * unit {
@@ -382,12 +372,8 @@ impl WholeEstimator {
         Ok(dt.max(0.0))
     }
 
-    /// The readings of both sides as those of links.
-    fn side_frames(&mut self, frame: &WholeFrame) -> [SensorFrame; 2] {
-        let coupling = (self.coupling).update(frame.time, frame.coupling, &frame.wheel_angle);
-        if let Some(coupled) = coupling {
-            self.coupled = coupled;
-        }
+    /// Notes which readings there are, and holds the steering.
+    fn take(&mut self, frame: &WholeFrame) {
         let [roll_rate, _, yaw_rate] = frame.rates;
         let [left, right] = frame.pins;
         let readings = [
@@ -404,58 +390,6 @@ impl WholeEstimator {
         }
         for (held, read) in self.steering.iter_mut().zip(frame.steering) {
             *held = read.filter(|angle| angle.is_finite()).unwrap_or(*held);
-        }
-        let [_, pitch_rate, _] = frame.rates;
-        let bogie_first = self.bogie_link() == 0;
-        let turns = |turns: &[Option<f64>; 6], side: usize| [0, 1, 2].map(|i| turns[3 * side + i]);
-        let coupling_of = self.rover.coupling;
-        let of_rocker = match coupling_of {
-            Coupling::Differential => self.coupling.rate_error(),
-            Coupling::RearBogie => 0.0,
-        };
-        [0, 1].map(|side: usize| {
-            let sign = super::posture::sign(side);
-            // The link that the body is fixed to in the plane.
-            let (inclination, rate) = match coupling_of {
-                Coupling::Differential => (
-                    frame
-                        .inclination
-                        .zip(coupling)
-                        .map(|(body, (angle, _))| body + sign * angle),
-                    pitch_rate
-                        .zip(coupling)
-                        .map(|(body, (_, rate))| body + sign * rate),
-                ),
-                Coupling::RearBogie => (frame.inclination, pitch_rate),
-            };
-            let reading = BodyReading {
-                inclination,
-                rate,
-                pin: frame.pins[side].map(|pin| if bogie_first { pin } else { -pin }),
-                wheels: turns(&frame.wheel_angle, side),
-            };
-            let links = self.mounts[side].links(frame.time, &reading);
-            let [link1, link2] = [0, 1].map(|k: usize| LinkReading {
-                inclination: links.inclination[k],
-                rate: links.rate[k],
-                rate_error: root_sum_square(links.rate_error[k], of_rocker),
-            });
-            SensorFrame {
-                time: frame.time,
-                wheel_angle: turns(&frame.wheel_angle, side),
-                motor_torque: turns(&frame.motor_torque, side),
-                link1,
-                link2,
-                contact_angle: [None; 3],
-            }
-        })
-    }
-
-    /// Index of the link that is the bogie.
-    fn bogie_link(&self) -> usize {
-        match self.rover.side.geometry.suspension {
-            Suspension::Bogie { body } => 1 - body.index(),
-            Suspension::FourBar => 0,
         }
     }
 
@@ -508,7 +442,8 @@ impl WholeEstimator {
         let [left, right] = self.velocity;
         let speed = 0.5 * (left.x + right.x);
         let (rover, geometry) = (&self.rover, &self.rover.side.geometry);
-        let bogie = self.bogie_link();
+        let bogie = bogie_of(geometry);
+        let coupled = self.readings.coupled();
         let bogie_place = rover.link_places[bogie];
         let roll_rate = self.roll.smooth_rate / self.units.time;
         let middle = geometry.axles[1].x;
@@ -539,7 +474,7 @@ impl WholeEstimator {
                 }
                 let (mut up, mut raised) = (roll_rate * beside, 0.0);
                 if rear_bogie && geometry.carriers[i].index() != bogie {
-                    (up, raised) = (up + self.coupled.1 * y, self.coupled.0 * y);
+                    (up, raised) = (up + coupled.1 * y, coupled.0 * y);
                 }
                 across.velocity[i] = Vec2::new(steered - self.yaw_rate * beside, up);
                 across.place[i] = Vec2::new(0.0, raised);
@@ -615,7 +550,7 @@ impl WholeEstimator {
         WholeError,
     > {
         let rover = &self.rover;
-        let inputs = SideInputs::new(rover, states, self.coupled)?;
+        let inputs = SideInputs::new(rover, states, self.readings.coupled())?;
         let joints = Joints {
             steering: self.steering,
             ..inputs.joints

@@ -11,10 +11,8 @@ mod wirings;
 use crate::check::check;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
-use robhaz_estimator::whole::WholeFrame;
-use robhaz_estimator::{LinkReading, SensorFrame};
-use robhaz_model::{BodyMount, BodyReading, Coupling, PathAngle, Suspension};
-use robhaz_score::signals::median;
+use robhaz_estimator::SensorFrame;
+use robhaz_estimator::whole::{SideReadings, WholeFrame};
 
 /// Turn from which on a drive is none straight on, rad.
 const STRAIGHT: f64 = 0.17;
@@ -71,52 +69,12 @@ fn of_side(
     name: &str,
 ) -> Vec<Finding> {
     let (rover, budget) = (stated.rover, stated.settings.budget);
-    let geometry = &rover.side.geometry;
-    let mut mount = BodyMount::new(geometry, stated.joint[0]).keeping_jumps();
-    let bogie_first =
-        matches!(geometry.suspension, Suspension::Bogie { body } if body.index() == 1);
-    let sign = if side == 0 { 1.0 } else { -1.0 };
-    let mut coupling = PathAngle::<6>::new(geometry.wheel_radius, stated.joint[0]);
-    let of_frame = |frame: &WholeFrame| {
-        let angle = coupling.update(frame.time, frame.coupling, &frame.wheel_angle);
-        // A rear bogie does not turn the rockers.
-        let turned = match rover.coupling {
-            Coupling::Differential => angle.map(|(angle, rate)| (sign * angle, sign * rate)),
-            Coupling::RearBogie => Some((0.0, 0.0)),
-        };
-        let wheels = |of: &[Option<f64>; 6]| [0, 1, 2].map(|i| of[3 * side + i]);
-        let [_, rate, _] = frame.rates;
-        let links = mount.links(
-            frame.time,
-            &BodyReading {
-                inclination: frame
-                    .inclination
-                    .zip(turned)
-                    .map(|(body, (angle, _))| body + angle),
-                rate: rate.zip(turned).map(|(body, (_, rate))| body + rate),
-                pin: frame.pins[side].map(|pin| if bogie_first { pin } else { -pin }),
-                wheels: wheels(&frame.wheel_angle),
-            },
-        );
-        let link = |k: usize| LinkReading {
-            inclination: links.inclination[k],
-            rate: links.rate[k],
-        };
-        SensorFrame {
-            time: frame.time,
-            wheel_angle: wheels(&frame.wheel_angle),
-            motor_torque: wheels(&frame.motor_torque),
-            link1: link(0),
-            link2: link(1),
-            contact_angle: [None; 3],
-        }
-    };
+    let mut readings = SideReadings::new(rover, stated.joint[0]).keeping_jumps();
+    let of_frame = |frame: &WholeFrame| readings.frames(frame)[side];
     let of_side: Vec<SensorFrame> = frames.iter().map(of_frame).collect();
-    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
-    let period = median(steps.collect()).unwrap_or(0.0);
     let stated_side = Stated {
         robot: &rover.side,
-        budget: budget.of_body_sensors(&rover.side, stated.joint, 0.0, period),
+        budget: budget.of_body_sensors(&rover.side, stated.joint),
         viscous_damping: stated.settings.viscous_damping,
         compression: stated.settings.compression,
         sides: stated.settings.sides,

@@ -1,0 +1,102 @@
+//! The readings of a whole rover as those of the links of each side.
+
+use super::WholeFrame;
+use super::posture::sign;
+use crate::deviation::root_sum_square;
+use crate::frame::{LinkReading, SensorFrame};
+use robhaz_model::{BodyMount, BodyReading, Coupling, Geometry, PathAngle, Suspension, WholeRover};
+
+/// Makes the readings that sensors on the links of both sides would give, of those of the body and of
+/// the joints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideReadings {
+    kind: Coupling,
+    /// Whether link 1 is the bogie, not link 2.
+    bogie_first: bool,
+    mounts: [BodyMount; 2],
+    coupling: PathAngle<6>,
+    coupled: (f64, f64),
+}
+
+impl SideReadings {
+    /// For a rover whose joints are read with this white noise, rad a sample.
+    pub fn new(rover: &WholeRover, joint_noise: f64) -> Self {
+        let geometry = &rover.side.geometry;
+        let mount = BodyMount::new(geometry, joint_noise);
+        Self {
+            kind: rover.coupling,
+            bogie_first: bogie_of(geometry) == 0,
+            mounts: [mount.clone(), mount],
+            coupling: PathAngle::new(geometry.wheel_radius, joint_noise),
+            coupled: (0.0, 0.0),
+        }
+    }
+
+    /// The same, but every reading of a pin counts: [`BodyMount::keeping_jumps`].
+    #[must_use]
+    pub fn keeping_jumps(self) -> Self {
+        Self {
+            mounts: self.mounts.map(BodyMount::keeping_jumps),
+            ..self
+        }
+    }
+
+    /// As before its first frame.
+    pub(super) fn started_anew(&self) -> Self {
+        Self {
+            mounts: self.mounts.each_ref().map(BodyMount::started_anew),
+            coupling: self.coupling.started_anew(),
+            ..self.clone()
+        }
+    }
+
+    /// Angle of the coupling in the last frame that had one, rad, and its rate, rad/s.
+    pub(super) fn coupled(&self) -> (f64, f64) {
+        self.coupled
+    }
+
+    /// The readings of the left and of the right side in a frame. The pitch of a differential's rockers
+    /// is that of the body plus or less its angle; a rear bogie's front halves have the body's.
+    pub fn frames(&mut self, frame: &WholeFrame) -> [SensorFrame; 2] {
+        let coupling = (self.coupling).update(frame.time, frame.coupling, &frame.wheel_angle);
+        self.coupled = coupling.unwrap_or(self.coupled);
+        let (turned, of_rocker) = match self.kind {
+            Coupling::Differential => (coupling, self.coupling.rate_error()),
+            Coupling::RearBogie => (Some((0.0, 0.0)), 0.0),
+        };
+        let [_, pitch_rate, _] = frame.rates;
+        let of = |wheels: &[Option<f64>; 6], side: usize| [0, 1, 2].map(|i| wheels[3 * side + i]);
+        [0, 1].map(|side: usize| {
+            let body = frame.inclination.zip(turned);
+            let rate = pitch_rate.zip(turned);
+            let pin = frame.pins[side];
+            let reading = BodyReading {
+                inclination: body.map(|(body, (angle, _))| body + sign(side) * angle),
+                rate: rate.map(|(body, (_, rate))| body + sign(side) * rate),
+                pin: pin.map(|pin| if self.bogie_first { pin } else { -pin }),
+                wheels: of(&frame.wheel_angle, side),
+            };
+            let links = self.mounts[side].links(frame.time, &reading);
+            let [link1, link2] = LinkReading::of(&links).map(|link| LinkReading {
+                rate_error: root_sum_square(link.rate_error, of_rocker),
+                ..link
+            });
+            SensorFrame {
+                time: frame.time,
+                wheel_angle: of(&frame.wheel_angle, side),
+                motor_torque: of(&frame.motor_torque, side),
+                link1,
+                link2,
+                contact_angle: [None; 3],
+            }
+        })
+    }
+}
+
+/// Index of the link that is the bogie.
+pub(super) fn bogie_of(geometry: &Geometry) -> usize {
+    match geometry.suspension {
+        Suspension::Bogie { body } => 1 - body.index(),
+        Suspension::FourBar => 0,
+    }
+}
