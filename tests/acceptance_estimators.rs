@@ -423,7 +423,12 @@ fn every_step_of_the_ladder_carries() {
 /// over seeds and samples.
 #[test]
 fn a_study_does_not_depend_on_threads() {
-    let short = ["record.duration=3", "sensors.grade=poor", "record.rate=500"];
+    let short = [
+        "record.duration=2.5",
+        "sensors.grade=poor",
+        "record.rate=200",
+        "sensors.rate=200",
+    ];
     let scene = with_kalman("smooth", &[&short]);
     let study_of = |jobs| {
         let study = Study::of_scene(&scene, 7, true).unwrap();

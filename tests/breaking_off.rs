@@ -278,7 +278,7 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let dir = long_scene();
         let mut command = Command::new("sh");
         let script = format!(
-            "ulimit -f {limit} && exec \"$0\" run long.toml --set 'estimator=[{{name=\"kalman\"}}]' --rerun off --format {format}"
+            "ulimit -f {limit} && exec \"$0\" run long.toml --set 'estimator=[{{name=\"true-mass\"}}]' --rerun off --format {format}"
         );
         command.args(["-c", &script, env!("CARGO_BIN_EXE_robhaz")]);
         command.current_dir(dir.path());
@@ -288,14 +288,21 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let truth = format!("runs/long.partial/truth.{format}");
         assert!(!dir.path().join(format!("{truth}.partial")).exists());
         let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
-        let rest = ["--estimator", "kalman", "--rerun", "off", "--out", "again"];
+        let rest = [
+            "--estimator",
+            "true-mass",
+            "--rerun",
+            "off",
+            "--out",
+            "again",
+        ];
         let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
         let output = { estimate }.output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
         let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
         // Records with a truth, from 0.1 s on: at least one group.
-        let samples = summary["estimators"]["kalman"]["samples"].as_u64();
+        let samples = summary["estimators"]["true-mass"]["samples"].as_u64();
         assert!(samples > Some(16_384 - 100), "{samples:?}");
     }
 }
@@ -304,7 +311,7 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
 #[test]
 fn an_export_that_is_stopped_leaves_nothing() {
     let dir = tempfile::tempdir().unwrap();
-    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 60\n";
+    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 20\n";
     fs::write(dir.path().join("a.toml"), text).unwrap();
     let run = ["run", "a.toml", "--rerun", "off", "--out", "a"];
     assert!(robhaz(dir.path(), &run).status().unwrap().success());

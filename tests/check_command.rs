@@ -1,6 +1,6 @@
 //! `robhaz check`, and the way from an unknown log to forces in `docs/log-to-forces.md`.
 
-use crate::support::{columns, robhaz, root, text};
+use crate::support::{columns, robhaz, root, text, with_run};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -19,22 +19,23 @@ fn run(folder: &Path, command: &str) -> Output {
     robhaz(folder).args(arguments).output().unwrap()
 }
 
-/// A log of a robot with names and units of its own: inclinations in degrees, the second gyroscope
+/// A folder with `drive.csv`, a log of a robot with names and units of its own: inclinations in degrees, the second gyroscope
 /// mounted the other way round, the first two motor torques exchanged. No contact angles.
-fn write_log(folder: &Path) {
-    let mut command = robhaz(folder);
-    command.arg("run").arg(root().join("scenes/smooth.toml"));
-    command.args(["--engine", "direct", "--rerun", "off", "--format", "csv"]);
-    for set in [
+fn with_log() -> tempfile::TempDir {
+    let sets = [
         "sensors.grade=typical",
         "record.duration=12",
         "record.rate=200",
         "sensors.rate=200",
-    ] {
-        command.args(["--set", set]);
-    }
-    let output = command.args(["--out", "run"]).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    ];
+    let sets = sets.into_iter().flat_map(|set| ["--set", set]);
+    let dir = with_run(
+        &["--format", "csv"]
+            .into_iter()
+            .chain(sets)
+            .collect::<Vec<_>>(),
+    );
+    let folder = dir.path();
     let sensors = columns(&folder.join("run/sensors.csv"));
     let channels = [
         ("t", "time", 1.0),
@@ -59,6 +60,7 @@ fn write_log(folder: &Path) {
         writer.write_record(scaled.map(cell)).unwrap();
     }
     writer.flush().unwrap();
+    dir
 }
 
 /// A description with the torques of wheels 1 and 2 in these columns, a unit of the inclinations
@@ -119,9 +121,8 @@ fn has_numbers(finding: &serde_json::Value) -> bool {
 /// torques of the motor's side are not called right: their noise is a hundredth of the budget's.
 #[test]
 fn units_that_fit_each_other_are_found() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = with_log();
     let folder = dir.path();
-    write_log(folder);
     // Radians times 57.3 are what degrees look like.
     for (scale, unit) in [("57.29578", "deg"), ("0.1591549", "turns")] {
         let encoder = format!(", scale = {scale}");
@@ -160,9 +161,8 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     for command in COMMANDS {
         assert!(guide.lines().any(|line| line == command), "{command}");
     }
-    let dir = tempfile::tempdir().unwrap();
+    let dir = with_log();
     let folder = dir.path();
-    write_log(folder);
 
     let unnamed = run(folder, COMMANDS[0]);
     let said = text(&unnamed.stderr);
@@ -225,9 +225,8 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
 /// wrong sign.
 #[test]
 fn an_estimate_tells_a_contradiction() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = with_log();
     let folder = dir.path();
-    write_log(folder);
     write_description(folder, ["tau2", "tau1"], "deg", "+");
     let estimated = run(folder, COMMANDS[3]);
     let said = text(&estimated.stdout);
@@ -243,9 +242,8 @@ fn an_estimate_tells_a_contradiction() {
 /// say so; a budget of its own, here or in the file of the robot, is silent.
 #[test]
 fn the_default_budget_of_a_robot_is_named() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = with_log();
     let folder = dir.path();
-    write_log(folder);
     write_description(folder, ["tau2", "tau1"], "deg", "-");
     let mine = fs::read_to_string(folder.join("mine.toml")).unwrap();
     fs::write(

@@ -1,25 +1,17 @@
 //! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate`
 //! survives them.
 
-use crate::support::{columns, robhaz, root, text};
+use crate::support::{columns, robhaz, text, with_run};
 use std::fs;
 use std::path::Path;
 
-/// The table `sensors` of eight seconds of `smooth`, as lines.
-fn recorded(folder: &Path) -> Vec<String> {
-    let mut command = robhaz(folder);
-    command.arg("run").arg(root().join("scenes/smooth.toml"));
-    command.args(["--engine", "direct", "--rerun", "off", "--format", "csv"]);
-    command.args([
-        "--set",
-        "sensors.grade=typical",
-        "--set",
-        "record.duration=8",
-    ]);
-    let output = command.args(["--out", "run"]).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let table = fs::read_to_string(folder.join("run/sensors.csv")).unwrap();
-    table.lines().map(str::to_owned).collect()
+/// A folder, and the table `sensors` of eight seconds of `smooth`, as lines.
+fn recorded() -> (tempfile::TempDir, Vec<String>) {
+    let sets = ["sensors.grade=typical", "record.duration=8"];
+    let dir = with_run(&["--format", "csv", "--set", sets[0], "--set", sets[1]]);
+    let table = fs::read_to_string(dir.path().join("run/sensors.csv")).unwrap();
+    let lines = table.lines().map(str::to_owned).collect();
+    (dir, lines)
 }
 
 /// Writes the lines as a log, each with a changed time, s.
@@ -54,13 +46,9 @@ fn fault<'a>(lines: &'a [String], test: &str) -> &'a str {
 /// beyond five times the weight, 687 N, and starts anew once, with the flag.
 #[test]
 fn a_clock_that_is_set_back_is_named_and_survived() {
-    let dir = tempfile::tempdir().unwrap();
+    let (dir, lines) = recorded();
     let folder = dir.path();
-    write(
-        folder,
-        &recorded(folder),
-        |t| if t > 5.0 { t - 0.2 } else { t },
-    );
+    write(folder, &lines, |t| if t > 5.0 { t - 0.2 } else { t });
     let said = checked(folder);
     assert!(said[0].contains("8001 rows at 1000 Hz"), "{}", said[0]);
     let clock = fault(&said, "clock");
@@ -98,9 +86,8 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
 /// seconds: named, without the memory of all these seconds.
 #[test]
 fn implausible_times_are_named() {
-    let dir = tempfile::tempdir().unwrap();
+    let (dir, lines) = recorded();
     let folder = dir.path();
-    let lines = recorded(folder);
     write(folder, &lines, |t| if t > 4.0 { t + 1.7e9 } else { t });
     let said = checked(folder);
     let gaps = fault(&said, "gaps");
@@ -125,9 +112,8 @@ fn implausible_times_are_named() {
 /// Repeated rows and a cut last row are named, too.
 #[test]
 fn repeated_rows_and_a_cut_are_named() {
-    let dir = tempfile::tempdir().unwrap();
+    let (dir, mut lines) = recorded();
     let folder = dir.path();
-    let mut lines = recorded(folder);
     for k in (100..4000).rev().step_by(20) {
         lines.insert(k, lines[k].clone());
     }

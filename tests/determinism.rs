@@ -60,10 +60,10 @@ fn scenes() -> Vec<Scene> {
     paths.iter().flat_map(both).collect()
 }
 
-/// Hash of every tenth record and the last one as text in which different floats differ, also zeros
+/// Hash of every hundredth record and the last one as text in which different floats differ, also zeros
 /// of both signs. A record follows from the one before: a difference stays.
 fn bits(truth: &[Truth]) -> u64 {
-    let every: Vec<&Truth> = truth.iter().step_by(10).chain(truth.last()).collect();
+    let every: Vec<&Truth> = truth.iter().step_by(100).chain(truth.last()).collect();
     fnv(&format!("{every:?}"))
 }
 

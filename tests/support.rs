@@ -6,9 +6,11 @@ use robhaz_run::{Frame, RunDescription, RunEnd, RunError, Sink, SinkError};
 use robhaz_scene::Scene;
 use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Arc, Mutex, OnceLock};
+use tempfile::TempDir;
 
 /// The repository's root.
 pub fn root() -> PathBuf {
@@ -30,6 +32,39 @@ pub fn robhaz(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
     command.current_dir(folder);
     command
+}
+
+/// A folder of a test's own with what `robhaz run scenes/smooth.toml` leaves in `run`, by the engine direct and
+/// without recording. The command runs once for all tests with the same further arguments.
+pub fn with_run(arguments: &[&str]) -> TempDir {
+    type Files = Vec<(PathBuf, Vec<u8>)>;
+    static RUNS: Mutex<BTreeMap<String, Arc<OnceLock<Files>>>> = Mutex::new(BTreeMap::new());
+    let run = Arc::clone(RUNS.lock().unwrap().entry(arguments.join(" ")).or_default());
+    let files = run.get_or_init(|| {
+        let made = tempfile::tempdir().unwrap();
+        let mut command = robhaz(made.path());
+        command.arg("run").arg(root().join("scenes/smooth.toml"));
+        command.args(["--engine", "direct", "--rerun", "off", "--out", "run"]);
+        let output = command.args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let folders = ["run", "run/figures"].map(|name| made.path().join(name));
+        let entries = folders.iter().flat_map(|f| std::fs::read_dir(f).unwrap());
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let files = paths.filter(|path| path.is_file());
+        let read = |path: PathBuf| {
+            (
+                path.strip_prefix(made.path()).unwrap().into(),
+                std::fs::read(&path).unwrap(),
+            )
+        };
+        files.map(read).collect()
+    });
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("run/figures")).unwrap();
+    for (path, content) in files {
+        std::fs::write(folder.path().join(path), content).unwrap();
+    }
+    folder
 }
 
 /// Output of the command as text.

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 BODY_MASS = 21.0  # kg, another than that of robots/marta.toml
 START, REST, END = 1_689_953_714_000_000_000, 6.0, 18.0  # ns; s
-# N; along z they sum to 0: a common part of N cannot be told from weight.
+# N; along z they sum to 0: a common part of N cannot be distinguished from weight.
 BIAS_FORCE = np.array([[3.0, -2, 7], [-4, 1, -6], [1, 0, 10], [0.5, 2, -3], [-2, 0, -12], [4, 1, 4]])
 BIAS_TORQUE = np.array([0.2, -0.3, 0.1, 0.0, 0.4, -0.2])
 

@@ -130,17 +130,17 @@ fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
 /// A wheel of 4 % more radius is distinguished from one that slips on level and on rough ground; on few slopes,
 /// where each wheel drives some of the way further than the others, `check` says that it cannot tell.
 #[test]
-fn a_wheel_of_another_radius_is_told_from_slip() -> Result<(), Failure> {
+fn a_wheel_of_another_radius_is_distinguished_from_slip() -> Result<(), Failure> {
     let fault = FAULTS.iter().find(|f| f.name == "wheel 2 turns 4 % less");
     let fault = fault.ok_or("no such fault")?;
-    for (ground, is_told) in [("flat", true), ("rough", true), ("smooth", false)] {
+    for (ground, is_shown) in [("flat", true), ("rough", true), ("smooth", false)] {
         let scene = scene(ground, &["sensors.grade=typical", "record.duration=12"])?;
         let mut frames = readings(&scene, &TruthRun::of(&scene)?, 0);
         fault.change.of(&mut frames);
         let report = report(&scene, &frames)?;
         assert_eq!(
             found(fault, &report).0,
-            is_told,
+            is_shown,
             "{ground}: {}",
             report.text()
         );

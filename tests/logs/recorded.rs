@@ -1,15 +1,11 @@
 //! Runs, their folders as logs, and the command `robhaz estimate` on them.
 
-use crate::support::{robhaz, root, text};
+use crate::support::{robhaz, text, with_run};
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
 /// A folder with a run of 2.5 s on typical sensors, in a format, with further overrides.
 pub fn recorded(format: &str, set: &[&str]) -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().unwrap();
-    let mut command = robhaz(folder.path());
-    command.arg("run").arg(root().join("scenes/smooth.toml"));
-    command.args(["--engine", "direct", "--rerun", "off", "--format", format]);
     let fixed = [
         "record.duration=2.5",
         "record.compare_from=1",
@@ -17,11 +13,13 @@ pub fn recorded(format: &str, set: &[&str]) -> (tempfile::TempDir, PathBuf) {
         "sensors.dropped=0.01",
         "model_error.pins=0.001",
     ];
-    for set in fixed.iter().chain(set) {
-        command.args(["--set", set]);
-    }
-    let output = command.args(["--out", "run"]).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let sets = fixed.iter().chain(set).flat_map(|set| ["--set", set]);
+    let folder = with_run(
+        &["--format", format]
+            .into_iter()
+            .chain(sets)
+            .collect::<Vec<_>>(),
+    );
     let run = folder.path().join("run");
     (folder, run)
 }

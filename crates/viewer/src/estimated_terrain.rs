@@ -32,9 +32,9 @@ pub(crate) struct Terrain {
     wheel_radius: f64,
     /// True place of the estimator's origin, m.
     origin: Option<Vec2>,
-    /// Points left since the last drawing, the last one before first.
+    /// Points left since the lines were last written, after the last one before.
     points: Vec<GroundPoint>,
-    /// Whether a drawing is due.
+    /// Whether the lines are to be written.
     is_due: bool,
     left: Lines,
     memory: Lines,

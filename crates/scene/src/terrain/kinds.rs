@@ -339,6 +339,20 @@ impl Form for Parts {
 mod tests {
     use super::*;
 
+    /// Kinds that have a key of the same name share its declaration, as `START`: its row and its schema
+    /// describe one meaning.
+    #[test]
+    fn a_name_of_all_kinds_is_one_key() {
+        let keys = || {
+            KINDS
+                .iter()
+                .flat_map(|kind| kind.keys.iter().copied().flatten())
+        };
+        for (a, b) in keys().flat_map(|a| keys().map(move |b| (a, b))) {
+            assert!(a.name != b.name || a.meaning == b.meaning, "{}", a.name);
+        }
+    }
+
     /// The meaning of the key `kind` describes each kind, and each is written as what it reads.
     #[test]
     fn each_kind_is_described_and_written_as_itself() {
