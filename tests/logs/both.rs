@@ -140,6 +140,11 @@ fn the_command_estimates_six_wheels() {
         let means = &summary(&folder.path().join("out"))["estimators"][name]["means"];
         assert!(means["normal_force"][1].as_f64().unwrap() > 20.0, "{means}");
         assert!(said.contains(name), "{said}");
+        let figure = folder
+            .path()
+            .join(format!("out/figures/normal_force_{name}.svg"));
+        let figure = std::fs::read_to_string(figure).unwrap();
+        assert!(figure.contains("RMSE over the three wheels") && figure.contains("true"));
     }
 }
 

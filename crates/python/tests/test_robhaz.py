@@ -81,6 +81,7 @@ def test_six_wheels_at_rest_on_a_cross_slope():
     for k, name in enumerate(f"{side}_wheel{i}" for side in ("left", "right") for i in (1, 2, 3)):
         assert table[f"{name}_normal_force"][2] == found.normal_force[k]
         assert table[f"{name}_normal_force_sigma"][2] == found.normal_force_sigma[k]
+    assert table["right_wheel3_contacts"][2] == 1 and table["left_flags"][2] == 0
     assert table["tip_line"][2] == 1 and table["tip_margin"][2] == found.tip_margin
 
 
