@@ -428,7 +428,7 @@ fn check_finds_what_is_exchanged() {
         ),
         (
             turned(&["differential_angle"]),
-            "or that of differential_angle",
+            "turn the sign of differential_angle",
         ),
         (
             changed(&["differential_angle"], |x| x + 0.08),

@@ -60,7 +60,7 @@ fn the_head_of_a_table_is_checked() {
     twice[1..].iter_mut().for_each(|row| *row += ",0");
     write("twice.csv", &twice);
     let error = refused(folder.path(), &["twice.csv"]);
-    let place = "line 1, column 15: found the name wheel1_angle again";
+    let place = "line 1, column 17: found the name wheel1_angle again";
     assert!(
         error.contains(place) && error.contains("column 2 has it"),
         "{error}"

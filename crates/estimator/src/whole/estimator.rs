@@ -4,7 +4,7 @@
 //! find is the input of the nine rows, and the forces of the rows are those of both sides.
 
 use super::inputs::{SideInputs, consider, level_loads};
-use super::side_readings::{SideReadings, bogie_of};
+use super::readings::{SideReadings, WholeFrame, bogie_of};
 use super::{Joints, WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
 use crate::estimate::{Estimate, EstimateError};
 use crate::estimator::{Estimator, SideStep};
@@ -16,32 +16,6 @@ use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::statics::Forces;
 use robhaz_model::{Coupling, Units, Vec2, WholeRover, WholeRoverError};
-
-/// All readings of one instant, SI; `None` where one is missing. Wheels are left 1 to 3, then right
-/// 1 to 3.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WholeFrame {
-    /// Time of the sample, s; must increase from frame to frame.
-    pub time: f64,
-    /// Turn of each wheel relative to its link, rad, forward positive.
-    pub wheel_angle: [Option<f64>; 6],
-    /// Motor torque at each wheel after the gear, N m, forward positive.
-    pub motor_torque: [Option<f64>; 6],
-    /// Steering of each wheel, rad, to the left; 0 of a wheel that has had none so far.
-    pub steering: [Option<f64>; 6],
-    /// Angles of the bogies against the links that they are pivoted to, rad, nose up: left, right.
-    pub pins: [Option<f64>; 2],
-    /// Angle of the left rocker against the body, rad, nose up; of a rear bogie its roll against the
-    /// body's, left side up.
-    pub coupling: Option<f64>,
-    /// Inclination of the body, rad, nose up: `atan2(f_x, hypot(f_y, f_z))` of the specific force f
-    /// at rest.
-    pub inclination: Option<f64>,
-    /// Roll of the body, rad, left side up: `atan2(f_y, f_z)` at rest.
-    pub roll: Option<f64>,
-    /// Rates of the body, rad/s: roll (left side up), pitch (nose up), yaw (to the left).
-    pub rates: [Option<f64>; 3],
-}
 
 /// The line about which a rover would tip over first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

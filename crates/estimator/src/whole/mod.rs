@@ -7,7 +7,7 @@
 //! | the nine rows: forces, moments, coupling, bogies | `equilibrium.rs` |
 //! | weighted least squares for six N, with covariance | `solve.rs` |
 //! | from both sides' filters to the inputs of the rows | `inputs.rs` |
-//! | the readings of the rover as those of each side's links | `side_readings.rs` |
+//! | the readings of the rover as those of each side's links | `readings.rs` |
 //! | readings of both sides in, forces of six wheels out | `estimator.rs` |
 //!
 //! Vectors are in the body frame: origin O on [`WholeRover::pivot`] in the middle plane, x forward,
@@ -23,14 +23,14 @@ mod estimator;
 mod inputs;
 mod loads;
 mod posture;
-mod side_readings;
+mod readings;
 mod solve;
 
 pub use equilibrium::{ROWS, Rows, WholeEquilibrium};
-pub use estimator::{TipLine, WholeEstimate, WholeEstimator, WholeFrame};
+pub use estimator::{TipLine, WholeEstimate, WholeEstimator};
 pub use loads::{JointMotion, WholeMotion};
 pub use posture::{Contact, Joints, Link, WholePosture};
-pub use side_readings::SideReadings;
+pub use readings::{SideReadings, WholeFrame};
 pub use solve::{INPUTS, InputCovariance, WholeForces, input};
 
 /// A vector in the body frame.

@@ -118,7 +118,7 @@ pub const FILTER_TIME: f64 = 0.03;
 /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
 /// line between the wheels, rad. Where the estimated angle itself deviates, that adds.
 /// Chosen; sensitive.
-pub const SLOPE: f64 = 0.06;
+pub const SLOPE: f64 = 0.1;
 /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter
 /// waves.
 /// Chosen; sensitive.

@@ -237,7 +237,10 @@ impl Judgement {
     /// wired right has less than 0.96 of its sum (`joints`: less than 0.99).
     fn is_better(&self, own: &Self, joints: bool) -> bool {
         let [by_all, by_misfit] = [self.sum / own.sum, self.misfit / own.misfit];
-        by_all < BETTER || joints && by_all < BETTER_OF_JOINTS && by_misfit < BETTER_MISFIT
+        // The roll follows the ground with it, and not as wired.
+        let turns_roll = own.correlation() < 0.0 && self.correlation() > CORRELATED;
+        let of_joints = by_all < BETTER_OF_JOINTS || turns_roll && by_all < 1.0;
+        by_all < BETTER || joints && of_joints && by_misfit < BETTER_MISFIT
     }
 }
 

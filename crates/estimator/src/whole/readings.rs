@@ -1,10 +1,35 @@
-//! The readings of a whole rover as those of the links of each side.
+//! The readings of a whole rover, and those of the links of each side that follow from them.
 
-use super::WholeFrame;
 use super::posture::sign;
 use crate::deviation::root_sum_square;
 use crate::frame::{LinkReading, SensorFrame};
 use robhaz_model::{BodyMount, BodyReading, Coupling, Geometry, PathAngle, Suspension, WholeRover};
+
+/// All readings of one instant, SI; `None` where one is missing. Wheels are left 1 to 3, then right
+/// 1 to 3.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WholeFrame {
+    /// Time of the sample, s; must increase from frame to frame.
+    pub time: f64,
+    /// Turn of each wheel relative to its link, rad, forward positive.
+    pub wheel_angle: [Option<f64>; 6],
+    /// Motor torque at each wheel after the gear, N m, forward positive.
+    pub motor_torque: [Option<f64>; 6],
+    /// Steering of each wheel, rad, to the left; 0 of a wheel that has had none so far.
+    pub steering: [Option<f64>; 6],
+    /// Angles of the bogies against the links that they are pivoted to, rad, nose up: left, right.
+    pub pins: [Option<f64>; 2],
+    /// Angle of the left rocker against the body, rad, nose up; of a rear bogie its roll against the
+    /// body's, left side up.
+    pub coupling: Option<f64>,
+    /// Inclination of the body, rad, nose up: `atan2(f_x, hypot(f_y, f_z))` of the specific force f
+    /// at rest.
+    pub inclination: Option<f64>,
+    /// Roll of the body, rad, left side up: `atan2(f_y, f_z)` at rest.
+    pub roll: Option<f64>,
+    /// Rates of the body, rad/s: roll (left side up), pitch (nose up), yaw (to the left).
+    pub rates: [Option<f64>; 3],
+}
 
 /// Makes the readings that sensors on the links of both sides would give, of those of the body and of
 /// the joints.
