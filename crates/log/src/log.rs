@@ -96,6 +96,7 @@ impl Log {
             source: path,
             channels,
         };
+        warnings.extend(unmapped(&plan)?);
         if plan.is_of_both() || choice.sides == LogSides::Both {
             check_both(&plan, &mut choice, options)?;
         } else {
@@ -362,6 +363,29 @@ fn check_both(plan: &Plan, choice: &mut LogChoice, options: &LogOptions) -> Resu
     choice
         .keep_one_of_both(options.named_estimators)
         .map_err(|error| LogError::whole(&plan.source, error))
+}
+
+/// The columns of tables that have the names of readings that a log may lack, and are not mapped.
+fn unmapped(plan: &Plan) -> Result<Option<String>, LogError> {
+    let mut names = Vec::new();
+    for channel in &plan.channels {
+        if !matches!(channel.rows, Rows::Table(..)) {
+            continue;
+        }
+        for column in channel.found()? {
+            let is_it = |r: &Reading| {
+                r.is_optional() && r.is_of_both() == plan.is_of_both() && r.name() == column.name
+            };
+            if Reading::all().any(|r| is_it(&r) && !plan.has(r)) {
+                names.push(column.name);
+            }
+        }
+    }
+    let notice = format!(
+        "{} of the table are not mapped, so they do not count",
+        names.join(", ")
+    );
+    Ok((!names.is_empty()).then_some(notice))
 }
 
 /// Leaves out contact angles, or the estimators that need them. Returns what the user should know.

@@ -133,7 +133,7 @@ pub fn rover(path: &Path, choice: &LogChoice) -> Result<WholeRover, LogError> {
     } = &choice.robot;
     choice.robot.whole_rover().ok_or_else(|| {
         let what = match robot.geometry.suspension {
-            Suspension::FourBar => "is a four-bar: how two of them share the body's moment, statics do not say; allowed: a robot with suspension.kind = \"bogie\", or the readings of one side",
+            Suspension::FourBar => "is a four-bar: how two of them share the body's moment, statics do not say; allowed: --robot ROBOT.toml of one with suspension.kind = \"bogie\", or the readings of one side",
             Suspension::Bogie { .. } => "has no [robot.across]; allowed: a robot file with this section (docs/scenes.md#across), by --robot ROBOT.toml, or the readings of one side",
         };
         let message = format!("has readings of both sides, and the robot {geometry_name} {what}");

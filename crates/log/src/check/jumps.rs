@@ -9,6 +9,7 @@
 
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
+use crate::jitter::Jitter;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
 use robhaz_score::signals::median;
@@ -18,6 +19,8 @@ use std::f64::consts::TAU;
 /// Change of the spin speed within a step that a true impact may show, beside that to a stop, rad/s:
 /// half a metre a second at the rim of robot A.
 const LARGEST_CHANGE: f64 = 5.0;
+/// Standard deviations of the stamps' errors beyond which a step is none of them.
+const GATE: f64 = 5.0;
 /// Counts of the encoder by which a step may err: two of its own, two of the speeds.
 const COUNTS: f64 = 4.0;
 /// Least jump, rad: text formats of few digits.
@@ -54,8 +57,10 @@ pub fn findings<'a>(
     robot: &Robot,
     counts: f64,
 ) -> (Vec<Finding>, Cow<'a, [SensorFrame]>) {
-    let unit = Units::of(robot).time;
-    let mut of_wheels = [0, 1, 2].map(|i| jumps(frames, i, LARGEST_CHANGE / unit, counts));
+    let change = LARGEST_CHANGE / Units::of(robot).time;
+    // By as much a step may err by its stamps.
+    let stamps = GATE * std::f64::consts::SQRT_2 * Jitter::of(frames, counts).sigma;
+    let mut of_wheels = [0, 1, 2].map(|i| jumps(frames, i, change, counts, stamps));
     drop_set_clocks(&mut of_wheels);
     let mut found = Vec::new();
     let common = common_reset(&of_wheels);
@@ -85,7 +90,7 @@ pub fn findings<'a>(
 
 /// The jumps of an encoder; none if they are those of an angle that starts anew after a turn or an
 /// overflow, which is a finding of its own.
-fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64) -> Vec<Jump> {
+fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64, stamps: f64) -> Vec<Jump> {
     let read = |(k, f): (usize, &SensorFrame)| {
         let angle = f.wheel_angle[wheel].filter(|angle| angle.is_finite())?;
         Some((k, f.time, angle))
@@ -114,7 +119,8 @@ fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64) -> Vec<
         let fastest = before.abs().max(behind.abs());
         let mean = 0.5 * (before + behind);
         let jump = by - mean * dt;
-        if jump.abs() <= LEAST.max(COUNTS * count) + (fastest + change) * dt {
+        let by_stamps = mean.abs() * stamps;
+        if jump.abs() <= LEAST.max(COUNTS * count) + (fastest + change) * dt + by_stamps {
             continue;
         }
         if let Some(last) = found.last_mut().filter(|last| last.frame == read[k].0)

@@ -128,7 +128,7 @@ impl BothSummary {
         let normal = self.normal_force.as_ref();
         let normal = normal.map(|e| errors("along the ground's normal", e));
         let rover = format!(
-            "  the rover: force of the ground across {:.1} N on average, to the left; axial force of a wheel up to {:.2} of its N; tip-over margin {:.2} at least, at {:.2} s about the {} wheels (1 on level ground, 0 tips).",
+            "  the rover: force of the ground across {:.1} N on average (positive to the left); axial force of a wheel up to {:.2} of its N; tip-over margin {:.2} at least, at {:.2} s about the {} wheels (1 on level ground, 0 tips).",
             self.mean_lateral_force,
             self.largest_axial_share,
             self.least_tip_margin,

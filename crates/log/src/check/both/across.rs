@@ -217,7 +217,7 @@ pub fn torques(follows: [Option<bool>; 3]) -> Finding {
     if !wrong.is_empty() {
         let figure = format!("of wheels {wrong} the torque answers the encoder of the other side");
         let remedy = format!(
-            "exchange the columns of left and right of either the motor_torque or the angle of wheels {wrong}"
+            "exchange the columns of left and right of the motor_torque or of the angle of wheels {wrong}, not of both: turn a left wheel by hand, and the angle that changes is the left one"
         );
         return Finding::ok(test, channel, figure).fault(remedy);
     }

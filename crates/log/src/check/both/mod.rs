@@ -11,6 +11,8 @@ mod wirings;
 use crate::check::check;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
+use crate::jitter::Jitter;
+use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
 
@@ -34,6 +36,17 @@ const OF_BOTH: [&str; 4] = [
 
 /// Checks the frames of a log of both sides, in order of time.
 pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
+    let mut settings = stated.settings;
+    let budget = &mut settings.budget;
+    // As an estimate takes it.
+    budget.jitter = budget
+        .jitter
+        .max(Jitter::of(&left, budget.encoder_counts).sigma);
+    let stated = &StatedBoth {
+        settings,
+        ..*stated
+    };
     let mut findings = Vec::new();
     for (side, name) in ["left", "right"].into_iter().enumerate() {
         findings.extend(of_side(frames, stated, side, name));
@@ -52,9 +65,12 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         .iter()
         .any(|f| f.verdict == Verdict::Fault && hides(f));
     findings.push(torques);
-    findings.extend(across::zeros(frames, stated));
+    let zeros = across::zeros(frames, stated);
+    // The small gain by which a joint's wiring shows is as well that of a zero that is off.
+    let zeroed = zeros.iter().all(|f| f.verdict != Verdict::Fault);
+    findings.extend(zeros);
     findings.push(across::roll(frames));
-    let (of_wirings, wired) = wirings::findings(frames, stated, follows, is_upset);
+    let (of_wirings, wired) = wirings::findings(frames, stated, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
     findings.push(across::yaw(&wired, stated.rover));

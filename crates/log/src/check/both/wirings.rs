@@ -245,7 +245,7 @@ impl Judgement {
 }
 
 /// The sign of the roll against the ground, with what was found corrected.
-fn roll_on_ground(found: &Judgement, coupling: Coupling) -> Finding {
+fn roll_on_ground(found: &Judgement) -> Finding {
     let correlation = found.correlation();
     let figure = format!(
         "the roll follows the ground under both sides with a correlation of {correlation:.2}"
@@ -258,23 +258,20 @@ fn roll_on_ground(found: &Judgement, coupling: Coupling) -> Finding {
     if correlation > CORRELATED {
         finding
     } else if correlation < -CORRELATED {
-        // The slopes under a side follow its rocker, and so the differential.
-        finding.fault(match coupling {
-            Coupling::Differential => "turn the signs of body_roll and body_roll_rate, or that of differential_angle: lift the left front wheel by hand, then all three must grow; or left and right are exchanged",
-            Coupling::RearBogie => "turn the signs of body_roll and body_roll_rate: lift the left side by hand, then both must grow; or left and right are exchanged",
-        })
+        finding.fault("turn the signs of body_roll and body_roll_rate: lift the left side by hand, then both must grow; or left and right are exchanged")
     } else {
         finding.cannot_tell("drive over bumps under one side")
     }
 }
 
-/// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with it. `is_upset`: another test
-/// has found a fault, with which no exchange is to be seen.
+/// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with
+/// it. `is_upset`: another test has found a fault, with which no exchange is to be seen; `zeroed`: none
+/// has found a joint's zero that is off.
 pub fn findings(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
     follows: [Option<bool>; 3],
-    is_upset: bool,
+    [is_upset, zeroed]: [bool; 2],
 ) -> ([Finding; 2], Vec<WholeFrame>) {
     let part = part(frames, stated.rover);
     let of = |wiring: &&'static [Change]| (*wiring, Judgement::of(part, stated, wiring));
@@ -292,7 +289,7 @@ pub fn findings(
         .with("at best", best, "-");
     let others = || all.iter().skip(1);
     let mut better: Vec<_> = others()
-        .filter(|(wiring, f)| f.is_better(&own, is_of_joints(wiring)))
+        .filter(|(wiring, f)| f.is_better(&own, zeroed && is_of_joints(wiring)))
         .collect();
     let best = least(&mut better.iter().map(|(_, f)| f.sum));
     better.retain(|(_, f)| f.sum <= AS_WELL * best);
@@ -325,7 +322,7 @@ pub fn findings(
     } else {
         finding
     };
-    let roll = roll_on_ground(&corrected, stated.rover.coupling);
+    let roll = roll_on_ground(&corrected);
     let wired = frames.iter().map(|frame| wired(frame, wiring));
     ([roll, finding], wired.collect())
 }
