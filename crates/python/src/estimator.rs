@@ -73,6 +73,10 @@ impl Estimator {
     }
 
     #[pyo3(signature = (time, wheel_angle, motor_torque, inclination, rate, contact_angle=None, rate_error=None))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the readings of a frame, by name"
+    )]
     fn update(
         &mut self,
         time: &Bound<'_, PyAny>,
