@@ -148,6 +148,39 @@ fn the_command_estimates_six_wheels() {
     }
 }
 
+/// Acceptance: with a noise of the torques that is not stated and pins that are noisier than stated, N is
+/// what it is with the true budget within 0.3 N, 1 % of the mean load and less than what is stated; it says
+/// which noise counts, and `check` calls the stated one a fault.
+#[test]
+fn noise_that_is_not_stated_is_that_of_the_log() {
+    let stated = folder(BUDGET);
+    let log = fixture("readings.csv");
+    estimate(stated.path(), &log, &["--format", "csv", "--out", "out"]);
+    let wanted = forces(stated.path(), "out");
+
+    let description = BUDGET.replace("torque_noise = 0.034\n", "pin_noise = \"0.04 deg\"\n");
+    let measured = folder(&description);
+    let robot = robot();
+    let log_name = log.display().to_string();
+    let args = [
+        "estimate",
+        &log_name,
+        "--robot",
+        &robot,
+        "--sensors",
+        "mine.toml",
+    ];
+    let more = ["--format", "csv", "--out", "out"];
+    let output = robhaz(measured.path()).args(args).args(more).output();
+    let said = text(&output.unwrap().stderr);
+    let line = "the noise of the pins' angles is 0.11 deg, measured; budget.pin_noise is 0.04 deg";
+    assert!(said.contains(line), "{said}");
+    let apart = difference(&wanted, &forces(measured.path(), "out"));
+    assert!(apart < 0.3, "{apart}");
+    let (_, said) = checked(measured.path(), &log);
+    assert!(said.contains("white noise while driving"), "{said}");
+}
+
 /// Equivalence: columns of other names, units, signs and zeros give the same forces (1e-7 N: rounding of the
 /// factors, by differences over time), and the folder of the estimate the same bits. Inclination and roll from the specific force, whose noise is
 /// another one, change N by less than a tenth of the mean load, and by 1 % of it in the mean.

@@ -160,10 +160,16 @@ pub struct NoiseBudget {
 }
 
 impl NoiseBudget {
-    /// Prior of the gear friction of a robot of which none is known, N m: that of
-    /// [`Self::typical`], 0.3 N m, for robot A, and in proportion to weight and wheel radius.
-    pub fn usual_gear_friction(robot: &Robot) -> f64 {
-        Self::typical().gear_friction * Units::of(robot).torque()
+    /// [`Self::typical`] of a robot of another weight and size: what its torques and its gears err by,
+    /// in proportion to weight and wheel radius, as the torques that its drives must give.
+    pub fn typical_for(robot: &Robot) -> Self {
+        let (typical, torque) = (Self::typical(), Units::of(robot).torque());
+        Self {
+            torque_noise: torque * typical.torque_noise,
+            torque_offset: torque * typical.torque_offset,
+            gear_friction: torque * typical.gear_friction,
+            ..typical
+        }
     }
 
     /// The budget of the angles of links that [`robhaz_model::BodyMount`] makes of an IMU in the body
@@ -192,8 +198,8 @@ impl NoiseBudget {
         root_sum_square(self.inclination_noise, LEAST)
     }
 
-    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction,
-    /// wheels on firm ground, exact nominal parameters.
+    /// Sensors of the class that robot A carries, up to 0.3 N m of gear friction, wheels on firm
+    /// ground, exact nominal parameters.
     ///
     /// Rolling resistance of tyres on concrete and asphalt is 0.010 to 0.020 (Wong, Theory of
     /// Ground Vehicles, ch. 1).

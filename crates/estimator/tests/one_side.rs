@@ -43,12 +43,7 @@ fn rover() -> Robot {
 }
 
 fn budget(robot: &Robot) -> NoiseBudget {
-    NoiseBudget {
-        torque_noise: 0.034,
-        torque_offset: 0.034,
-        gear_friction: NoiseBudget::usual_gear_friction(robot),
-        ..NoiseBudget::typical()
-    }
+    NoiseBudget::typical_for(robot)
 }
 
 /// N of the wheels with tractions T on level ground, N: forces of the side along the vertical,

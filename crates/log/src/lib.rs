@@ -35,6 +35,7 @@ mod log;
 mod mapped;
 mod mcap_events;
 mod messages;
+mod noise;
 mod order;
 mod own_names;
 mod parquet_rows;

@@ -7,6 +7,7 @@ use crate::frames::Frames;
 use crate::integral;
 use crate::jitter::Jitter;
 use crate::mapped;
+use crate::noise;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
 use crate::plan::{Plan, Rows};
@@ -119,6 +120,13 @@ impl Log {
         }
         warnings.extend(integrate(&plan, &mut survey, &mut choice));
         warnings.extend(check_values(&plan, &survey, options.allows_empty)?);
+        if !choice.states_torque_noise {
+            let noise = &mut choice.budget.torque_noise;
+            *noise = noise::of_torques(&plan, &survey, *noise, options.allows_empty);
+        }
+        if !options.allows_empty {
+            warnings.extend(noise::take_pins(&plan, &survey, &mut choice.pin[0]));
+        }
         let mount = plan.is_of_body().then(|| {
             let robot = &choice.robot.robot;
             let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
@@ -136,13 +144,13 @@ impl Log {
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         let mut frames = Frames::new(plan, survey, mount);
         let fingerprint = fingerprint(&files, &choice)?;
-        let all = frames.all(0);
-        let jitter = Jitter::of(&all, choice.budget.encoder_counts);
-        let robot = &choice.robot.robot;
-        let mut lost = signs_are_lost(&all, robot);
+        let mut sides = vec![frames.all(0)];
         if choice.sides == LogSides::Both {
-            lost |= signs_are_lost(&frames.all(1), robot);
+            sides.push(frames.all(1));
         }
+        let jitter = Jitter::of(&sides[0], choice.budget.encoder_counts);
+        let robot = &choice.robot.robot;
+        let lost = sides.iter().any(|side| signs_are_lost(side, robot));
         if !options.allows_empty && lost {
             return Err(LogError::whole(
                 &frames.source(),

@@ -329,7 +329,7 @@ impl Scene {
     }
 
     /// The noise budget from the sensors' data sheets and the tolerances of the nominal values. No
-    /// data sheet states the gear friction: [`NoiseBudget::usual_gear_friction`]. A
+    /// data sheet states the gear friction: that of [`NoiseBudget::typical_for`]. A
     /// weighing replaces the tolerances of the nominal values.
     ///
     /// # Errors
@@ -358,8 +358,7 @@ impl Scene {
             body_cg,
             link_mass,
             load_covariance,
-            gear_friction: NoiseBudget::usual_gear_friction(&self.robot.robot),
-            ..NoiseBudget::typical()
+            ..NoiseBudget::typical_for(&self.robot.robot)
         };
         Ok(match spec.imu {
             ImuPlace::Links => budget,

@@ -87,17 +87,9 @@ fn rover_of(case: &str) -> WholeRover {
 
 fn estimator(rover: &WholeRover) -> WholeEstimator {
     let noise = 0.1_f64.to_radians();
-    let torque = Units::of(&rover.side).torque();
-    let typical = NoiseBudget::typical();
-    let budget = NoiseBudget {
-        torque_noise: typical.torque_noise * torque,
-        torque_offset: typical.torque_offset * torque,
-        gear_friction: typical.gear_friction * torque,
-        ..typical
-    };
     let settings = EstimatorSettings {
         viscous_damping: 0.044,
-        budget,
+        budget: NoiseBudget::typical_for(&rover.side),
         ..EstimatorSettings::kalman_without_angles()
     };
     WholeEstimator::new(rover, settings, [noise, 0.1_f64.to_radians()]).expect("a rover")

@@ -10,7 +10,7 @@ use crate::check::recorded::{Kind, OfBody, Recorded};
 use crate::check::report::Finding;
 use crate::check::rest::SHOWN;
 use robhaz_model::Robot;
-use robhaz_score::signals::{high_pass, integral, median, rms, subtract};
+use robhaz_score::signals::{high_pass, integral, median, rms, subtract, white_noise};
 
 const NOISE: &str = "noise while driving";
 const WHITE: &str = "white noise while driving";
@@ -24,13 +24,11 @@ const RATIO: f64 = 2.0;
 /// Change of the slope of an axle's path between readings that is usual on uneven ground, rad: a
 /// corner of 17 deg.
 const CORNER: f64 = 0.3;
-/// Normal deviation over the median of absolute ones.
-const OF_MEDIAN: f64 = 1.4826;
 /// Standard deviations that a spike is beyond: none by chance.
 const GATE: f64 = 10.0;
 /// Angle (rad) or rate (rad/s) by ground and impacts from which a spike cannot be distinguished.
 const MOST: f64 = 4.0;
-/// Fewest readings from which noise is determined.
+/// Fewest readings in which spikes are looked for.
 const LEAST: usize = 50;
 
 /// All findings; nothing of a log that does not drive.
@@ -126,17 +124,11 @@ fn arm(robot: &Robot) -> f64 {
     (0..3).map(arm).fold(f64::INFINITY, f64::min)
 }
 
-/// The white noise of the angle of pin Q, from what three readings in a row differ by from a
-/// straight line: their median, which neither corners nor spikes change.
+/// The white noise of the angle of pin Q.
 fn white(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Finding> {
     let values = log.recording.while_driving(&channel.values);
-    let bends = values.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs());
-    let bends: Vec<f64> = bends.filter(|b| b.is_finite()).collect();
-    if bends.len() < LEAST {
-        return None;
-    }
     let of_ground = CORNER * ground.usual;
-    let noise = OF_MEDIAN * median(bends)? / 6f64.sqrt();
+    let noise = white_noise(&values)?;
     let [shown, stated] = [noise, channel.noise].map(|x| x / DEGREE);
     let figure = format!(
         "{shown:.3} deg, budget {stated:.3} deg and by the ground {:.3} deg",

@@ -53,6 +53,10 @@ pub struct LogChoice {
     pub states_loads: bool,
     /// Whether `budget.gear_friction` is stated; else it follows from the robot.
     pub states_friction: bool,
+    /// Whether `budget.torque_offset` is stated; else it follows from the robot.
+    pub states_torque_offset: bool,
+    /// Whether `budget.torque_noise` is stated; else the log shows it, or it follows from the robot.
+    pub states_torque_noise: bool,
     /// Whether `drive.viscous_damping` is stated; else that of the robot's file counts.
     pub states_damping: bool,
     /// White noise of inclination (rad a sample) and rate (rad/s a sample) of the inertial sensor in
@@ -93,6 +97,8 @@ impl Default for LogChoice {
             states_robot: false,
             states_loads: false,
             states_friction: false,
+            states_torque_offset: false,
+            states_torque_noise: false,
             body: None,
             pin: [0.1_f64.to_radians(); 2],
             states_damping: false,
@@ -144,6 +150,8 @@ impl LogChoice {
             states_robot: true,
             states_loads: true,
             states_friction: true,
+            states_torque_offset: true,
+            states_torque_noise: true,
             body: (spec.imu == ImuPlace::Body).then_some([spec.inclination_noise, spec.rate_noise]),
             pin: [spec.pin_noise, spec.pin_bias],
             states_damping: true,

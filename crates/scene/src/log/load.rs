@@ -98,15 +98,18 @@ keys! {
     jitter: number(TIME, at_least(0.0).at_most(1.0)) => budget.jitter;
 
     /// white noise of the torque, of a sample
-    torque_noise: number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_noise;
+    torque_noise ("what the log shows; where it shows none, 0.1 of robot A, else in proportion to weight and wheel radius"):
+        number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_noise;
 
     /// constant offset of the torque
-    torque_offset: number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_offset;
+    torque_offset ("0.1 of robot A, else in proportion to weight and wheel radius"):
+        number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_offset;
 
     /// relative error of the torque's scale
     torque_gain: number(NONE, at_least(0.0).at_most(1.0)) => budget.torque_gain;
 
-    /// white noise of the angle of pin Q, of logs with pin_angle
+    /// white noise of the angle of pin Q, of logs with pin_angle; `estimate` takes what the log shows
+    /// where that is more
     pin_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => (|l| &mut l.pin[0]);
 
     /// constant error of that angle
@@ -229,8 +232,15 @@ impl LogChoice {
             choice.take_robot(path)?;
         }
         let robot = &choice.robot.robot;
+        let (usual, budget) = (NoiseBudget::typical_for(robot), &mut choice.budget);
         if !choice.states_friction {
-            choice.budget.gear_friction = NoiseBudget::usual_gear_friction(robot);
+            budget.gear_friction = usual.gear_friction;
+        }
+        if !choice.states_torque_offset {
+            budget.torque_offset = usual.torque_offset;
+        }
+        if !choice.states_torque_noise {
+            budget.torque_noise = usual.torque_noise;
         }
         if !choice.states_damping {
             // That of robot A, for a robot of this weight and size.
@@ -363,6 +373,8 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
         .iter()
         .any(|key| has(&format!("budget.{key}")));
     choice.states_friction |= has("budget.gear_friction");
+    choice.states_torque_offset |= has("budget.torque_offset");
+    choice.states_torque_noise |= has("budget.torque_noise");
     choice.states_damping |= has("drive.viscous_damping");
     if has("robot") {
         (choice.robot, choice.states_robot) = (RobotChoice::default(), true);

@@ -96,6 +96,26 @@ pub fn deviation(x: &[f64]) -> f64 {
     mean_of(x, |v| (v - mean) * (v - mean)).map_or(0.0, f64::sqrt)
 }
 
+/// Standard deviation of the white noise of samples of a smooth signal: what three differ by from a
+/// straight line, by the median, which neither corners nor spikes change. `None` of fewer than 50.
+///
+/// Noise bends steps of two samples as much as steps of one, a smooth signal four times as much.
+pub fn white_noise(x: &[f64]) -> Option<f64> {
+    /// Standard deviation of normal errors over the median of their amounts.
+    const OF_MEDIAN: f64 = 1.4826;
+    const LEAST: usize = 50;
+    let bend = |step: usize| {
+        let of = |i: usize| (x[i + 2 * step] - 2.0 * x[i + step] + x[i]).abs();
+        let all: Vec<f64> = (0..x.len().saturating_sub(2 * step)).map(of).collect();
+        let is_enough = all.iter().filter(|bend| bend.is_finite()).count() >= LEAST;
+        let bend = OF_MEDIAN * median(all).filter(|_| is_enough)?;
+        Some(bend * bend)
+    };
+    // (1 + 4 + 1) sigma^2, and that of the signal, b^2 and (4 b)^2.
+    let noise = (16.0 * bend(1)? - bend(2)?) / (15.0 * 6.0);
+    Some(noise.max(0.0).sqrt())
+}
+
 /// Median of the samples that are there.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.retain(|v| v.is_finite());
@@ -129,6 +149,20 @@ mod tests {
         assert!(high_pass(&x, 5)[20].abs() < 1e-12);
         assert!((delayed(&x, 3)[10] - x[7]).abs() < 1e-12);
         assert!((delayed(&x, -3)[10] - x[13]).abs() < 1e-12);
+    }
+
+    /// Closed form: noise that alternates by +-1 bends by 4 and, over two steps, not at all; a parabola
+    /// bends by its second difference and four times that, and is no noise; spikes do not count.
+    #[test]
+    fn white_noise_is_no_curvature() {
+        let expected = 1.4826 * 16.0 / 90f64.sqrt();
+        let alternating = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let mut x: Vec<f64> = (0..200).map(alternating).collect();
+        x[100] = 1e6;
+        assert!((white_noise(&x).unwrap_or(0.0) - expected).abs() < 1e-12);
+        let parabola: Vec<f64> = (0..200).map(|i| 0.1 * (i * i) as f64).collect();
+        assert!(white_noise(&parabola).is_some_and(|noise| noise < 1e-9));
+        assert_eq!(white_noise(&x[..50]), None);
     }
 
     /// A missing sample is bridged by a mean; its integral goes on behind it.
