@@ -120,6 +120,11 @@ impl Log {
         }
         warnings.extend(integrate(&plan, &mut survey, &mut choice));
         warnings.extend(check_values(&plan, &survey, options.allows_empty)?);
+        warnings.extend(noise::take_counts(
+            &plan,
+            &survey,
+            &mut choice.budget.encoder_counts,
+        ));
         if !choice.states_torque_noise {
             let noise = &mut choice.budget.torque_noise;
             *noise = noise::of_torques(&plan, &survey, *noise, options.allows_empty);

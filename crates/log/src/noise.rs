@@ -1,8 +1,9 @@
-//! White noise of torques and pins, as a log shows it. What `kalman` estimates depends on these two: a
-//! torque that counts three times as noisy as it is, or a pin half as noisy, makes N two to three times
-//! as wrong.
+//! Counts of the encoders and white noise of torques and pins, as a log shows them. What `kalman`
+//! estimates depends on these: counts that are far fewer than stated make N five times as wrong, a torque
+//! that counts three times as noisy as it is, or a pin half as noisy, two to three times.
 
 use crate::plan::Plan;
+use crate::readings::Reading;
 use crate::survey::Survey;
 use robhaz_score::signals::white_noise;
 
@@ -12,6 +13,14 @@ const LEAST: f64 = 1.0 / 3.0;
 const LEAST_OF_CHECK: f64 = 1.0;
 /// Most of it: more is a torque in another unit, which is to be found and not to be believed.
 const MOST: f64 = 10.0;
+/// Least change of an angle that is not rounding, rad.
+const LEAST_CHANGE: f64 = 1e-9;
+/// What a change may differ by from a multiple of the step, in steps: angles written with few digits.
+const OF_STEP: f64 = 0.05;
+/// Fewest changes of up to five steps that show the step, and fewest of several, or gaps of each length,
+/// between them.
+const LEAST_STEPS: usize = 50;
+const LEAST_COUNT: usize = 10;
 /// Measured noise over the stated one from which on it counts: chance is up to 1.1 of 500 readings.
 const EXCEEDS: f64 = 1.25;
 
@@ -34,22 +43,122 @@ pub fn take_pins(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<Strin
     ))
 }
 
+/// Takes the counts of the encoders (in a turn of the wheel; 0: exact) for the stated ones where they are
+/// fewer, and says so.
+pub fn take_counts(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<String> {
+    let steps = of_readings(plan, survey, "_angle").filter_map(|(reading, values)| {
+        let is_of_wheel = reading.name().contains("wheel") && !reading.is_contact_angle();
+        is_of_wheel.then(|| step(&values)).flatten()
+    });
+    let counts = std::f64::consts::TAU / steps.fold(0.0, f64::max);
+    if !counts.is_finite() || *stated > 0.0 && *stated < EXCEEDS * counts {
+        return None;
+    }
+    let was = std::mem::replace(stated, counts);
+    Some(format!(
+        "the encoders have {counts:.0} counts in a turn of the wheel, as their steps show; budget.encoder_counts is {was}: the measured one counts"
+    ))
+}
+
+/// The step of which all changes of an angle are multiples, rad; `None` where it is too fine to be seen
+/// between readings.
+fn step(values: &[f64]) -> Option<f64> {
+    let is_change = |change: &f64| *change > LEAST_CHANGE;
+    let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    // A wheel that turns by two counts and three shows one count in what its changes differ by.
+    let differences = changes.windows(2).map(|w| (w[1] - w[0]).abs());
+    let steps = || {
+        changes
+            .iter()
+            .copied()
+            .chain(differences.clone())
+            .filter(is_change)
+    };
+    let least = steps().fold(f64::INFINITY, f64::min);
+    let few: Vec<f64> = steps().filter(|x| *x < 5.5 * least).collect();
+    let multiples: f64 = few.iter().map(|x| (x / least).round()).sum();
+    let step = few.iter().sum::<f64>() / multiples;
+    let is_multiple = |x: &&f64| (*x / step - (*x / step).round()).abs() < OF_STEP;
+    let fits =
+        few.len() >= LEAST_STEPS && 50 * few.iter().filter(is_multiple).count() >= 49 * few.len();
+    // A steady speed has changes of one size, too, without any step.
+    let is_several = |x: &&f64| **x > 1.5 * step;
+    let has_several = few.iter().filter(is_several).count() >= LEAST_COUNT;
+    let moments: Vec<usize> = (0..changes.len())
+        .filter(|i| is_change(&changes[*i]))
+        .collect();
+    let mut gaps: Vec<usize> = moments.windows(2).map(|w| w[1] - w[0]).collect();
+    gaps.sort_unstable();
+    let lengths = gaps
+        .chunk_by(|a, b| a == b)
+        .filter(|same| same.len() >= LEAST_COUNT);
+    (fits && (has_several || lengths.count() > 1)).then_some(step)
+}
+
 /// White noise of the readings whose name ends so: the root of the mean square of theirs.
 fn measured(plan: &Plan, survey: &Survey, name: &str) -> Option<f64> {
-    let mut squares = Vec::new();
-    for (channel, found) in plan.channels.iter().zip(&survey.channels) {
+    let noise = |(_, values): (Reading, Vec<f64>)| white_noise(&values);
+    // Coarse counts, and readings that are written again and again, hide it.
+    let all = of_readings(plan, survey, name).filter_map(noise);
+    let squares: Vec<f64> = all.filter(|noise| *noise > 0.0).map(|x| x * x).collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
+
+/// The readings whose name ends so, with the values of the whole log.
+fn of_readings(
+    plan: &Plan,
+    survey: &Survey,
+    name: &str,
+) -> impl Iterator<Item = (Reading, Vec<f64>)> {
+    let channels = plan.channels.iter().zip(&survey.channels);
+    channels.flat_map(move |(channel, found)| {
         let columns = channel.columns.len().max(1);
-        for (_, formula) in channel
+        let readings = channel
             .readings
             .iter()
-            .filter(|(r, _)| r.name().ends_with(name))
-        {
+            .filter(move |(r, _)| r.name().ends_with(name));
+        readings.map(move |(reading, formula)| {
             let rows = found.cells.chunks(columns);
-            let values: Vec<f64> = rows.filter_map(|row| formula.value(row)).collect();
-            // Coarse counts, and readings that are written again and again, hide it.
-            let noise = white_noise(&values).filter(|noise| *noise > 0.0);
-            squares.extend(noise.map(|noise| noise * noise));
-        }
+            (
+                *reading,
+                rows.filter_map(|row| formula.value(row)).collect(),
+            )
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Angles at a speed that swings about 2 rad/s, every 10 ms, rounded down to counts (in a turn).
+    fn angles(counts: f64, swing: f64) -> Vec<f64> {
+        let count = std::f64::consts::TAU / counts;
+        let angle = |k: u32| {
+            let time = 0.01 * f64::from(k);
+            2.0 * time + swing * time.sin()
+        };
+        (0..1000)
+            .map(|k| (angle(k) / count).floor() * count)
+            .collect()
     }
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+
+    /// Closed form: the step of counts that are seen one by one, also where each reading has at most one
+    /// (100 counts); angles without counts have none, at a steady speed, written twice, or at one that
+    /// swings.
+    #[test]
+    fn counts_show_in_their_steps() {
+        let cases = [100.0, 752.0, 1500.0].map(|counts| [(counts, 0.0), (counts, 0.5)]);
+        for (counts, swing) in cases.into_iter().flatten().chain([(160_000.0, 0.5)]) {
+            let found = step(&angles(counts, swing)).map(|step| std::f64::consts::TAU / step);
+            assert!(
+                found.is_some_and(|found| (found / counts - 1.0).abs() < 1e-9),
+                "{counts}"
+            );
+        }
+        let exact: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
+        let twice: Vec<f64> = exact.iter().flat_map(|x| [*x, *x]).collect();
+        let swings: Vec<f64> = exact.iter().map(|x| x + 0.3 * x.sin()).collect();
+        assert_eq!([step(&exact), step(&twice), step(&swings)], [None; 3]);
+    }
 }

@@ -91,7 +91,7 @@ keys! {
 keys! {
     BUDGET: LogChoice;
 
-    /// counts of the encoder in a turn of the wheel; 0 for an exact angle
+    /// counts of the encoder in a turn of the wheel; 0 for an exact angle; fewer where the log shows so
     encoder_counts: number(NONE, at_least(0.0).at_most(1e12)) => budget.encoder_counts;
 
     /// error of the time stamps
