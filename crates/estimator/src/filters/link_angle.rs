@@ -3,7 +3,7 @@
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{SMOOTHING, TYPICAL, smoothing_time};
 use crate::deviation::{GATE, root_sum_square};
-use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading};
+use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::settings::NoiseBudget;
 
 /// Angle of one link and bias of its gyroscope.
@@ -31,6 +31,9 @@ pub struct LinkAngleKalman {
     unmodelled: f64,
     /// Angular acceleration of a jump that is not confirmed, rad/s^2.
     unconfirmed: f64,
+    /// Mean square of the angular acceleration of an impact, rad^2/s^4: see
+    /// [`Self::impact_acceleration`].
+    struck: f64,
     /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what
     /// its acceleration adds.
     expected: f64,
@@ -90,15 +93,27 @@ impl LinkAngleKalman {
     }
 
     /// Jumps of the gyroscope: the turn (rad) that readings have shown that were left out, and the
-    /// change (rad/s) of one that is left out now. It can be an impact that no reading has confirmed
-    /// yet: the link's acceleration errs by it.
-    pub fn jump(&mut self, budget: &NoiseBudget, turn: f64, left_out: f64) {
+    /// change (rad/s) of one that is left out now, over `dt` (s). It can be an impact that no reading
+    /// has confirmed yet: the link's acceleration errs by it.
+    pub fn jump(&mut self, budget: &NoiseBudget, turn: f64, left_out: f64, dt: f64) {
         if turn.abs() > 0.0 {
             self.filter.x[ANGLE] += turn;
             self.unread = 0.0;
         }
         let smoothing = smoothing_time(self.rate_noise(budget) / TYPICAL.rate_noise);
         self.unconfirmed = left_out / smoothing;
+        self.struck *= libm::exp(-dt / Self::IMPACT_LASTS);
+        self.strike(left_out, dt);
+    }
+
+    /// Time for which an impact shakes a wheel, s: hard wheels on hard ground.
+    /// Chosen.
+    const IMPACT_LASTS: f64 = 3e-3;
+
+    /// The rate has changed by `change` (rad/s) within `dt` (s), as only an impact can.
+    fn strike(&mut self, change: f64, dt: f64) {
+        let acceleration = change / dt.max(SHORTEST_STEP);
+        self.struck = self.struck.max(acceleration * acceleration);
     }
 
     /// Way of a wheel along the ground over which its direction hardly changes, m.
@@ -138,6 +153,7 @@ impl LinkAngleKalman {
         if !held && readings.rate.is_some() && change.abs() > noise.max(IMPACT * dt) {
             self.smooth_rate += change;
             self.followed += change;
+            self.strike(change, dt);
         }
         self.smooth(budget, dt);
         let expected = budget.specific_force;
@@ -253,6 +269,12 @@ impl LinkAngleKalman {
     pub fn unmodelled_acceleration(&self) -> f64 {
         let jump = self.unconfirmed * self.unconfirmed;
         robhaz_model::sqrt(self.unmodelled.max(jump))
+    }
+
+    /// Standard deviation of the same within an impact, rad/s^2, which changes the rate between two
+    /// readings; it decays within [`Self::IMPACT_LASTS`].
+    pub fn impact_acceleration(&self) -> f64 {
+        robhaz_model::sqrt(self.struck)
     }
 
     /// Bias of the gyroscope and its standard deviation, rad/s.

@@ -394,7 +394,7 @@ impl WholeEstimator {
         if roll.started {
             let [left, right] = self.velocity;
             let across = 0.5 * (left.x + right.x) * self.yaw_rate / self.rover.side.gravity;
-            roll.jump(budget, roll_rate.late, roll_rate.left_out());
+            roll.jump(budget, roll_rate.late, roll_rate.left_out(), dt / time);
             roll.update(budget, dt / time, &readings, across);
         } else if let Some(angle) = readings.inclination {
             roll.start(angle, 0.0, readings.rate.unwrap_or(0.0));

@@ -8,7 +8,7 @@
 use crate::rover::{open_source_rover, triple_bogie};
 use robhaz_estimator::whole::{TipLine, WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{EstimateError, EstimatorSettings, Flags, Health, NoiseBudget};
-use robhaz_model::{Units, Vec2, WholeRover};
+use robhaz_model::{Vec2, WholeRover};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

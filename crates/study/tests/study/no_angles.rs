@@ -278,6 +278,8 @@ struct Measured {
     inside: f64,
     /// Share of the errors of all samples within two sigma.
     inside_all: f64,
+    /// Mean NEES of all samples.
+    nees_all: f64,
 }
 
 /// Runs the seeds of a case, and prints a row.
@@ -299,8 +301,9 @@ fn measure(case: &Case, drive: (&str, &[&str]), seeds: Range<u64>) -> Measured {
     let error = 100.0 * mean(&|s| s.score.at_one_contact().nrmse());
     let inside = 100.0 * mean(&|s| s.score.at_one_contact().coverage());
     let inside_all = 100.0 * mean(&|s| s.score.coverage());
+    let nees_all = mean(&|s| s.score.nees());
     println!(
-        "| {} | {} | {error:.2} | {:.2} | {inside:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {inside_all:.1} | {:.0} | {:.2} |",
+        "| {} | {} | {error:.2} | {:.2} | {inside:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {inside_all:.1} | {nees_all:.0} | {:.2} |",
         case.name,
         drive.0,
         100.0 * mean(&|s| s.score.at_one_contact().stated()),
@@ -308,13 +311,13 @@ fn measure(case: &Case, drive: (&str, &[&str]), seeds: Range<u64>) -> Measured {
         mean(&|s| Some(s.score.at_one_contact().traction()?.rmse_all)),
         mean(&|s| Some(s.angle)).sqrt().to_degrees(),
         100.0 * mean(&|s| s.score.nrmse()),
-        mean(&|s| s.score.nees()),
         mean(&|s| Some(s.score.traction()?.rmse_all)),
     );
     Measured {
         error,
         inside,
         inside_all,
+        nees_all,
     }
 }
 
@@ -334,15 +337,21 @@ fn errors_without_contact_angles() {
 }
 
 /// A robot that a kerb or stairs hold is found to stand, and states that it hardly knows N: over
-/// two seeds at least 90 % of all errors are within two sigma.
+/// two seeds at least 90 % of all errors are within two sigma, impacts included. Their mean NEES is 20
+/// at most, 3 being right: in an impact N changes by many weights between two readings.
 #[test]
 fn a_held_robot_states_what_it_does_not_know() {
     for name in ["kerb of 150 mm", "stairs, robot A"] {
         let case = CASES.iter().find(|case| case.name == name);
         let case = case.expect("a case of that name");
         for drive in DRIVES {
-            let Measured { inside_all, .. } = measure(case, drive, 0..2);
+            let Measured {
+                inside_all,
+                nees_all,
+                ..
+            } = measure(case, drive, 0..2);
             assert!(inside_all >= 90.0, "{name} {}: {inside_all} %", drive.0);
+            assert!(nees_all <= 20.0, "{name} {}: {nees_all}", drive.0);
         }
     }
 }

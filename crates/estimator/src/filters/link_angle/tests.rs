@@ -195,3 +195,29 @@ fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     }
     assert!(link.unmodelled_acceleration() < 0.1 * found);
 }
+
+/// Closed form: a jump d of the rate between two readings is an acceleration d/dt of an impact, left out
+/// or not, and falls by e within twice the time that it lasts; one that wheels can follow is none.
+#[test]
+fn a_jump_of_the_rate_is_an_impact() {
+    let budget = NoiseBudget::typical();
+    let dt = 1e-3;
+    let jump = 2.0 * IMPACT * dt;
+    let mut link = LinkAngleKalman::new(&budget);
+    link.start(0.0, 0.0, 0.0);
+    let mut update = |rate: f64, left_out: f64| {
+        link.jump(&budget, 0.0, left_out, dt);
+        link.update(&budget, dt, &readings(Some(rate), None), 0.0);
+        link.impact_acceleration()
+    };
+    assert_eq!(update(0.4 * IMPACT * dt, 0.0).to_bits(), 0.0_f64.to_bits());
+    for (rate, left_out) in [(jump, 0.0), (jump, jump)] {
+        assert!((update(rate, left_out) - 2.0 * IMPACT).abs() < 0.41 * IMPACT);
+        let before = update(rate, 0.0);
+        let after = (0..6).fold(before, |_, _| update(rate, 0.0));
+        assert!(
+            (before / after - 1.0_f64.exp()).abs() < 1e-9,
+            "{before} {after}"
+        );
+    }
+}

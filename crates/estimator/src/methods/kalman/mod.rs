@@ -186,7 +186,11 @@ impl KalmanFilters {
         let weighted = direction.filter(|_| self.method.whitening);
         let mut forces = solve(equations, weighted, right, inputs);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
-        self.consider_unmodelled_turning(nominal, equations, &right.sensitivity, &mut forces);
+        let turning = self
+            .links
+            .each_ref()
+            .map(LinkAngleKalman::unmodelled_acceleration);
+        self.consider_turning(turning, nominal, equations, &right.sensitivity, &mut forces);
         Ok(self.conclude(instant, step, forces))
     }
 
@@ -235,6 +239,12 @@ impl KalmanFilters {
         self.last_traction = forces.traction;
         self.last_sigma = [0, 1, 2].map(|i| forces.sigma_normal(i));
         let stated = 1.0 / self.scale.applied;
+        // Of a few samples: no filter is to take the forces before for that wrong.
+        let impact = self
+            .links
+            .each_ref()
+            .map(LinkAngleKalman::impact_acceleration);
+        self.consider_turning(impact, nominal, &equations, &right.sensitivity, &mut forces);
         let loaded =
             |i: usize| nominal.carries_load(forces.normal[i] * stated, self.last_sigma[i] * stated);
         self.loaded = [loaded(0), loaded(1), loaded(2)];
@@ -306,7 +316,7 @@ impl KalmanFilters {
             let link = &mut self.links[i];
             link.joint_noise = instant.inputs.joint_noise[i];
             if link.started {
-                link.jump(budget, rate.late, rate.left_out());
+                link.jump(budget, rate.late, rate.left_out(), instant.dt);
                 let innovation = link.update(budget, instant.dt, &readings, force_angle);
                 innovation_of[i] = innovation.map(|innovation| innovation.value);
                 innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);

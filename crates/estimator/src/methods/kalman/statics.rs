@@ -158,15 +158,15 @@ impl KalmanFilters {
         Some((parity, Flags::OUT_OF_RANGE.when(!within_gate)))
     }
 
-    /// Adds what unmodelled angular accelerations of the links cost to the covariance of N:
-    /// [`crate::filters::LinkAngleKalman::unmodelled_acceleration`]. Nothing on ground that the
-    /// filters follow.
+    /// Adds what errors of the links' angular accelerations with these standard deviations (rad/s^2)
+    /// cost to the covariance of N.
     ///
     /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the
     /// link there: no sensor shows how much. So beside the inertia of the turning linkage counts an
     /// acceleration of Q in any direction, by the longest arm from Q to an axle of that link.
-    pub(super) fn consider_unmodelled_turning(
+    pub(super) fn consider_turning(
         &self,
+        [s1, s2]: [f64; 2],
         nominal: &Nominal,
         equations: &Equations,
         sensitivity: &Sensitivity,
@@ -179,7 +179,6 @@ impl KalmanFilters {
         let lever = nominal.settings.moment_lever;
         let links = self.links.each_ref();
         let [a1, a2] = links.map(|link| link.acceleration);
-        let [s1, s2] = links.map(|link| link.unmodelled_acceleration());
         for (link, sigma, accelerations) in [(0, s1, [a1 + s1, a2]), (1, s2, [a1, a2 + s2])] {
             if !(sigma > 0.0) {
                 continue;

@@ -180,7 +180,17 @@ fn unmodelled_turning_counts_with_the_whole_mass() {
             covariance: [[0.0; 6]; 6],
         };
         let right = filters.right_side(&nominal, &equations);
-        filters.consider_unmodelled_turning(&nominal, &equations, &right.sensitivity, &mut forces);
+        let turning = filters
+            .links
+            .each_ref()
+            .map(LinkAngleKalman::unmodelled_acceleration);
+        filters.consider_turning(
+            turning,
+            &nominal,
+            &equations,
+            &right.sensitivity,
+            &mut forces,
+        );
         forces.covariance.iter().flatten().sum::<f64>()
     };
     assert!(!(variance_of_sum(&still) > 0.0));
