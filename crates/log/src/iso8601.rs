@@ -29,7 +29,9 @@ pub fn parse(text: &str) -> Option<Stamp> {
     };
     let text = format!("{date}T{}{zone}", time.replace(',', "."));
     let read = |format: &str| DateTime::parse_from_str(&text, format).ok();
-    let found = FORMATS.into_iter().find_map(read)?;
+    // The usual form first: a format is parsed with each text.
+    let usual = DateTime::parse_from_rfc3339(&text).ok();
+    let found = usual.or_else(|| FORMATS.into_iter().find_map(read))?;
     let whole = found.timestamp().checked_mul(SECOND)?;
     // A second or more in a leap second.
     let rest = i64::from(found.timestamp_subsec_nanos());
