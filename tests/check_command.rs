@@ -45,8 +45,8 @@ fn with_log() -> tempfile::TempDir {
         ("tau1", "wheel2_motor_torque", 1.0),
         ("tau2", "wheel1_motor_torque", 1.0),
         ("tau3", "wheel3_motor_torque", 1.0),
-        ("tilt1", "link1_inclination", 1f64.to_degrees()),
-        ("tilt2", "link2_inclination", 1f64.to_degrees()),
+        ("pitch1", "link1_inclination", 1f64.to_degrees()),
+        ("pitch2", "link2_inclination", 1f64.to_degrees()),
         ("gyro1", "link1_rate", 1.0),
         ("gyro2", "link2_rate", -1.0),
     ];
@@ -85,8 +85,8 @@ wheel3_angle = {{ column = "enc3"{encoder} }}
 wheel1_motor_torque = {{ column = "{tau1}"{torque} }}
 wheel2_motor_torque = {{ column = "{tau2}"{torque} }}
 wheel3_motor_torque = {{ column = "tau3"{torque} }}
-link1_inclination = {{ column = "tilt1", unit = "{unit}" }}
-link2_inclination = {{ column = "tilt2", unit = "{unit}" }}
+link1_inclination = {{ column = "pitch1", unit = "{unit}" }}
+link2_inclination = {{ column = "pitch2", unit = "{unit}" }}
 link1_rate = {{ column = "gyro1" }}
 link2_rate = {{ column = "gyro2", sign = "{sign}" }}
 "#

@@ -65,8 +65,8 @@ def joint_angles(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         turn = nominal.inv() * Rotation.from_quat(np.stack([tf[q][rows] for q in quaternion], axis=1))
         matrix = turn.as_matrix()
         if (worst := matrix[:, 2, 2].min()) < 0.99:
-            tilt = np.degrees(np.arccos(worst))
-            message = f"{frame} turns by {tilt:.0f} deg about another axis; allowed: about the z axis alone"
+            other = np.degrees(np.arccos(worst))
+            message = f"{frame} turns by {other:.0f} deg about another axis; allowed: about the z axis alone"
             raise Problem(f"{folder / name}: QX to QW: {message}")
         found[frame] = tf["Timestamp"][rows], np.unwrap(np.arctan2(matrix[:, 1, 0], matrix[:, 0, 0]))
     return found
@@ -262,9 +262,9 @@ def rest_problem(traverse: Traverse, rest: np.ndarray) -> str | None:
     """Why the sensors cannot be zeroed."""
     if not len(rest):
         return f"the wheels never stand for {REST} s"
-    tilts = {"pitch": traverse.pitch, "roll": traverse.roll, "left bogie": traverse.pins[:, 0]}
-    tilts |= {"right bogie": traverse.pins[:, 1], "rear bogie": traverse.rear}
-    for name, angle in tilts.items():
+    angles = {"pitch": traverse.pitch, "roll": traverse.roll, "left bogie": traverse.pins[:, 0]}
+    angles |= {"right bogie": traverse.pins[:, 1], "rear bogie": traverse.rear}
+    for name, angle in angles.items():
         if abs(mean := angle[rest].mean()) > LEVEL:
             return f"at rest the {name} is {np.degrees(mean):.1f} deg; allowed: up to {np.degrees(LEVEL):.0f} deg"
     size = np.linalg.norm(traverse.specific_force[rest].mean(axis=0))

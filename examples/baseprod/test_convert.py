@@ -203,12 +203,12 @@ def test_loads_at_rest():
     of_rear = sum(m for m, _ in half) - at_q
     assert level == pytest.approx(GRAVITY * np.array([of_front, of_middle, of_rear] * 2), rel=1e-12)
     pitch, roll = 0.04, 0.05
-    tilted, mirrored = marta.loads_at_rest(pitch, roll), marta.loads_at_rest(pitch, -roll)
-    assert tilted == pytest.approx(np.roll(mirrored, 3), rel=1e-12)
+    inclined, mirrored = marta.loads_at_rest(pitch, roll), marta.loads_at_rest(pitch, -roll)
+    assert inclined == pytest.approx(np.roll(mirrored, 3), rel=1e-12)
     up = convert.up_in_body(pitch, roll)
     parts = [part for group in marta.groups.values() for part in group]
     moment = np.cross(marta.contacts[5], up) * 0
-    for force, at in [*zip(tilted, marta.contacts, strict=True), *((-GRAVITY * p.mass, p.at) for p in parts)]:
+    for force, at in [*zip(inclined, marta.contacts, strict=True), *((-GRAVITY * p.mass, p.at) for p in parts)]:
         moment = moment + force * np.cross(at - marta.contacts[5], up)
     assert moment == pytest.approx(np.zeros(3), abs=1e-9)
 

@@ -16,7 +16,7 @@ WEIGHT, HEIGHT = 124.587, 0.16933
 
 
 def test_loads_on_a_cross_slope():
-    """Closed form, left side up. 0.2 %: the tyres' 0.3 mm tilt the rover by a mrad, and creep lets it slide."""
+    """Closed form, left side up. 0.2 %: the tyres' 0.3 mm roll the rover by a mrad, and creep lets it slide."""
     angle = 8.0
     world = World(Case(cross_slope=angle, gains=(0, 0)))
     for _ in range(5000):

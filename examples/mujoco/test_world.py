@@ -22,7 +22,7 @@ STATIC = {
 
 @pytest.mark.parametrize("geometry", STATIC)
 def test_static_loads_on_level_ground(geometry):
-    """Closed form: the static normal forces of robots/*.toml. 0.1 %: the tyres' 0.3 mm tilt the robot by less than 1
+    """Closed form: the static normal forces of robots/*.toml. 0.1 %: the tyres' 0.3 mm incline the robot by less than 1
     mrad."""
     free = Drive(kp=0, ki=0)
     world = World(load(geometry), Ground("flat"), Contact(), free, 2.5e-4)

@@ -100,7 +100,7 @@ class Case:
     """A rover, its ground and its commands."""
 
     ground: Callable = flat
-    cross_slope: float = 0.0  # deg, left side up: gravity is tilted
+    cross_slope: float = 0.0  # deg, left side up: gravity is inclined
     speed: float = 0.2  # m/s of O
     radius: float = math.inf  # of the turn to the left, m, about a point beside the middle wheels
     steered: bool = False  # the corner wheels steer; else the rover skids
@@ -202,14 +202,14 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
     motors = "".join(f'<motor name="{n}" joint="{n}"/>' for n in NAMES)
     if case.steered:
         motors += "".join(f'<position joint="{n}_steering" kp="400" kv="8"/>' for n in NAMES if not n.endswith("2"))
-    tilt = math.radians(case.cross_slope)
+    slope = math.radians(case.cross_slope)
     roll, yaw = across.body_inertia
     inertia = (roll, 2 * robot.inertia["body"], yaw)
     inertial = _inertial(place(robot.cg["body"], across.body_place), 2 * robot.mass["body"], inertia)
     rover = f'<freejoint name="root"/>{inertial}{tree}'
     return f"""<mujoco model="rover">
   <compiler angle="radian" autolimits="false"/>
-  <option gravity="0 {-robot.gravity * math.sin(tilt):.12g} {-robot.gravity * math.cos(tilt):.12g}" timestep="{step}"
+  <option gravity="0 {-robot.gravity * math.sin(slope):.12g} {-robot.gravity * math.cos(slope):.12g}" timestep="{step}"
           integrator="implicitfast" cone="elliptic" impratio="20" tolerance="1e-12" iterations="200"/>
   <default><geom contype="0" conaffinity="0"/></default>
   <worldbody>{planes}{body("body", np.array([across.pivot[0], 0, across.pivot[1]]), rover)}</worldbody>

@@ -64,7 +64,7 @@ fn recorded_drive(folder: &Path) {
     let mut description = String::from(
         "time_base = \"body\"\n\
          missing = [\"wheel1_contact_angle\", \"wheel2_contact_angle\", \"wheel3_contact_angle\"]\n\
-         [budget]\nbody_cg = 0\nlink_masses = 0\ninclination_feels = \"gravity\"\n",
+         [budget]\nbody_cg = 0\nlink_masses = 0\ninclination_measures = \"gravity\"\n",
     );
     for name in ["joints", "body", "pin"] {
         write!(

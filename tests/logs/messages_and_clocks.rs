@@ -323,7 +323,7 @@ fn two_clocks_are_brought_onto_one_time() {
     // The run's own figure without contact angles is 2 to 4 % at the start of the course; wrong
     // signs give 20 % and more.
     assert!(nrmse.unwrap() < 0.06, "{nrmse:?}");
-    // An offset that is forgotten leaves no row in common.
+    // An offset that is left out leaves no row in common.
     let text = std::fs::read_to_string(folder.path().join("two.toml")).unwrap();
     std::fs::write(
         folder.path().join("bad.toml"),

@@ -94,6 +94,15 @@ impl Jitter {
     pub fn exceeds(&self, stated: f64) -> bool {
         self.sigma > 1.25 * stated
     }
+
+    /// The one that counts, s: the stated one unless this is clearly more.
+    pub fn counted(&self, stated: f64) -> f64 {
+        if self.exceeds(stated) {
+            self.sigma
+        } else {
+            stated
+        }
+    }
 }
 
 /// A step that ends at a frame.

@@ -179,16 +179,13 @@ impl Log {
         })
     }
 
-    /// The run of its estimators. Of the stated and the measured errors of the time stamps the larger
-    /// counts.
+    /// The run of its estimators.
     ///
     /// # Errors
     /// [`LogError`] of a rover that cannot be estimated.
     pub fn into_run(self) -> Result<Run, LogError> {
         let mut choice = self.choice.clone();
-        if self.jitter.exceeds(choice.budget.jitter) {
-            choice.budget.jitter = self.jitter.sigma;
-        }
+        choice.budget.jitter = self.jitter.counted(choice.budget.jitter);
         let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();

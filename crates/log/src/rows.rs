@@ -81,17 +81,8 @@ pub struct TimeColumn {
 }
 
 /// Names of seconds and nanoseconds in two columns, behind the same start: those of ROS 2 and ROS 1, and usual ones.
-const SECONDS: [&str; 5] = ["sec", "secs", "seconds", "second", "s"];
-const NANOSECONDS: [&str; 8] = [
-    "nanosec",
-    "nanosecs",
-    "nsec",
-    "nsecs",
-    "nanoseconds",
-    "nanosecond",
-    "nanos",
-    "ns",
-];
+const SECONDS: &str = "sec secs seconds second s";
+const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs nanoseconds nanosecond nanos ns";
 
 impl TimeColumn {
     /// Takes the column of the nanoseconds where a table has the time in two columns: `header.stamp.sec` and
@@ -104,12 +95,12 @@ impl TimeColumn {
         }
         let pairs = found.iter().filter_map(|column| {
             let name = column.name.as_str();
-            let start = SECONDS.iter().find_map(|end| {
+            let start = SECONDS.split(' ').find_map(|end| {
                 let start = name.strip_suffix(end)?;
                 (start.is_empty() || start.ends_with(['.', '_', '/', ' ', '-'])).then_some(start)
             })?;
             let of_start = |end: &&str| has(&format!("{start}{end}"));
-            let nanoseconds = NANOSECONDS.iter().find(|end| of_start(end))?;
+            let nanoseconds = NANOSECONDS.split(' ').find(of_start)?;
             Some((start, name, format!("{start}{nanoseconds}")))
         });
         let pairs: Vec<(&str, &str, String)> = pairs.collect();

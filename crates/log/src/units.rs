@@ -27,190 +27,94 @@ pub struct Unit {
 }
 
 /// Units by their names without spaces and multiplication signs, in small letters.
-const UNITS: &[(Kind, f64, &[&str])] = &[
-    (Kind::Angle, 1.0, &["rad", "radian", "radians"]),
-    (Kind::Angle, 1e-3, &["mrad", "milliradian", "milliradians"]),
+const UNITS: &[(Kind, f64, &str)] = &[
+    (Kind::Angle, 1.0, "rad radian radians"),
+    (Kind::Angle, 1e-3, "mrad milliradian milliradians"),
     (
         Kind::Angle,
         PI / 180.0,
-        &[
-            "deg", "degs", "degree", "degrees", "\u{b0}", "\u{ba}", "\u{2da}",
-        ],
+        "deg degs degree degrees \u{b0} \u{ba} \u{2da}",
     ),
-    (
-        Kind::Angle,
-        PI / 180e3,
-        &["mdeg", "millidegree", "millidegrees"],
-    ),
+    (Kind::Angle, PI / 180e3, "mdeg millidegree millidegrees"),
     (
         Kind::Angle,
         TAU,
-        &[
-            "turn",
-            "turns",
-            "rev",
-            "revs",
-            "revolution",
-            "revolutions",
-            "rot",
-            "rotations",
-        ],
+        "turn turns rev revs revolution revolutions rot rotations",
     ),
     (
         Kind::Counts,
         1.0,
-        &[
-            "count", "counts", "cnt", "cnts", "tick", "ticks", "pulse", "pulses",
-        ],
+        "count counts cnt cnts tick ticks pulse pulses",
     ),
     (
         Kind::Torque,
         1.0,
-        &[
-            "nm",
-            "newtonmetre",
-            "newtonmetres",
-            "newtonmeter",
-            "newtonmeters",
-        ],
+        "nm newtonmetre newtonmetres newtonmeter newtonmeters",
     ),
     (
         Kind::Torque,
         1e-3,
-        &["mnm", "nmm", "millinewtonmetre", "millinewtonmeter"],
+        "mnm nmm millinewtonmetre millinewtonmeter",
     ),
-    (Kind::Torque, 1e-2, &["ncm"]),
-    (Kind::Torque, 1e-6, &["unm", "\u{b5}nm", "\u{3bc}nm"]),
-    (Kind::Torque, 1e3, &["knm"]),
-    (Kind::Torque, 0.098_066_5, &["kgcm", "kgfcm", "kpcm"]),
-    (Kind::Torque, 9.806_65, &["kgm", "kgfm", "kpm"]),
-    (Kind::Torque, 1.355_818, &["lbft", "ftlb", "lbfft", "ftlbf"]),
-    (Kind::Torque, 0.112_985, &["lbin", "inlb", "lbfin", "inlbf"]),
-    (Kind::Torque, 0.007_061_6, &["ozin", "inoz", "ozfin"]),
-    (
-        Kind::Current,
-        1.0,
-        &["a", "amp", "amps", "ampere", "amperes"],
-    ),
+    (Kind::Torque, 1e-2, "ncm"),
+    (Kind::Torque, 1e-6, "unm \u{b5}nm \u{3bc}nm"),
+    (Kind::Torque, 1e3, "knm"),
+    (Kind::Torque, 0.098_066_5, "kgcm kgfcm kpcm"),
+    (Kind::Torque, 9.806_65, "kgm kgfm kpm"),
+    (Kind::Torque, 1.355_818, "lbft ftlb lbfft ftlbf"),
+    (Kind::Torque, 0.112_985, "lbin inlb lbfin inlbf"),
+    (Kind::Torque, 0.007_061_6, "ozin inoz ozfin"),
+    (Kind::Current, 1.0, "a amp amps ampere amperes"),
     (
         Kind::Current,
         1e-3,
-        &["ma", "milliamp", "milliamps", "milliampere", "milliamperes"],
+        "ma milliamp milliamps milliampere milliamperes",
     ),
-    (Kind::Current, 1e-6, &["ua", "\u{b5}a", "\u{3bc}a"]),
+    (Kind::Current, 1e-6, "ua \u{b5}a \u{3bc}a"),
     (
         Kind::Rate,
         1.0,
-        &[
-            "rad/s",
-            "rad/sec",
-            "rad/second",
-            "rads^1",
-            "rads1",
-            "rads\u{207b}\u{b9}",
-            "radps",
-            "radpers",
-            "radpersec",
-            "radpersecond",
-            "radianspersecond",
-        ],
+        "rad/s rad/sec rad/second rads^1 rads1 rads\u{207b}\u{b9} radps radpers radpersec \
+         radpersecond radianspersecond",
     ),
-    (Kind::Rate, 1e-3, &["mrad/s", "mrad/sec", "mradps"]),
+    (Kind::Rate, 1e-3, "mrad/s mrad/sec mradps"),
     (
         Kind::Rate,
         PI / 180.0,
-        &[
-            "deg/s",
-            "deg/sec",
-            "deg/second",
-            "degs^1",
-            "degs1",
-            "degs\u{207b}\u{b9}",
-            "\u{b0}/s",
-            "\u{b0}/sec",
-            "\u{ba}/s",
-            "dps",
-            "degps",
-            "degpers",
-            "degpersec",
-            "degpersecond",
-            "degrees/s",
-            "degrees/sec",
-            "degree/s",
-            "degreespersecond",
-        ],
+        "deg/s deg/sec deg/second degs^1 degs1 degs\u{207b}\u{b9} \u{b0}/s \u{b0}/sec \
+         \u{ba}/s dps degps degpers degpersec degpersecond degrees/s degrees/sec degree/s \
+         degreespersecond",
     ),
-    (Kind::Rate, PI / 180e3, &["mdps", "mdeg/s"]),
+    (Kind::Rate, PI / 180e3, "mdps mdeg/s"),
     (
         Kind::Rate,
         TAU / 60.0,
-        &[
-            "rpm",
-            "r/min",
-            "rev/min",
-            "turns/min",
-            "1/min",
-            "u/min",
-            "min^1",
-            "min1",
-            "min\u{207b}\u{b9}",
-        ],
+        "rpm r/min rev/min turns/min 1/min u/min min^1 min1 min\u{207b}\u{b9}",
     ),
-    (
-        Kind::Rate,
-        TAU,
-        &["rps", "r/s", "rev/s", "revs/s", "turns/s", "turn/s"],
-    ),
-    (Kind::Time, 1.0, &["s", "sec", "secs", "second", "seconds"]),
+    (Kind::Rate, TAU, "rps r/s rev/s revs/s turns/s turn/s"),
+    (Kind::Time, 1.0, "s sec secs second seconds"),
     (
         Kind::Time,
         1e-3,
-        &[
-            "ms",
-            "msec",
-            "msecs",
-            "millis",
-            "millisecond",
-            "milliseconds",
-        ],
+        "ms msec msecs millis millisecond milliseconds",
     ),
     (
         Kind::Time,
         1e-6,
-        &[
-            "us",
-            "\u{b5}s",
-            "\u{3bc}s",
-            "usec",
-            "usecs",
-            "micros",
-            "microsecond",
-            "microseconds",
-        ],
+        "us \u{b5}s \u{3bc}s usec usecs micros microsecond microseconds",
     ),
     (
         Kind::Time,
         1e-9,
-        &[
-            "ns",
-            "nsec",
-            "nsecs",
-            "nanosec",
-            "nanosecs",
-            "nanos",
-            "nanosecond",
-            "nanoseconds",
-        ],
+        "ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds",
     ),
-    (Kind::Time, 60.0, &["min", "mins", "minute", "minutes"]),
-    (Kind::Time, 3600.0, &["h", "hr", "hour", "hours"]),
+    (Kind::Time, 60.0, "min mins minute minutes"),
+    (Kind::Time, 3600.0, "h hr hour hours"),
     (
         Kind::Other,
         1.0,
-        &[
-            "v", "mv", "volt", "volts", "n", "kn", "newton", "newtons", "m", "mm", "cm", "m/s",
-            "m/s^2", "m/s2", "g", "%", "percent", "pwm", "w", "watt", "\u{b0}c",
-        ],
+        "v mv volt volts n kn newton newtons m mm cm m/s m/s^2 m/s2 g % percent pwm w watt \
+         \u{b0}c",
     ),
 ];
 
@@ -221,7 +125,8 @@ impl Unit {
         let plain: String = name.trim().chars().filter(|c| !is_left_out(c)).collect();
         let plain = plain.to_lowercase();
         let mut all = UNITS.iter();
-        let (kind, factor, _) = all.find(|(.., names)| names.contains(&plain.as_str()))?;
+        let (kind, factor, _) =
+            all.find(|(.., names)| names.split(' ').any(|name| name == plain))?;
         Some(Self {
             name: name.trim().to_owned(),
             kind: *kind,

@@ -11,7 +11,6 @@
 //! | `scene` | a [`Scene`], and the parts of a run that it gives |
 //! | `load` | all keys of a scene; from a file and overrides to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `estimators` | its sections |
-//! | `steering`, `across` | of a robot: steering hardware, what lies across |
 //! | `model_error` | the nominal robot: drawn, and weighed if it is |
 //! | `values` | forms of single values of robots |
 //! | `checks` | rules over several keys |
@@ -20,12 +19,10 @@
 //! | `schema` | JSON Schema of the files |
 //! | `plant_failure` | errors of the plant with the keys that can help |
 
-mod across;
 mod checks;
 mod contact;
 mod drive;
 mod estimators;
-mod inertias;
 mod load;
 mod log;
 mod model_error;
@@ -33,7 +30,6 @@ mod plant_failure;
 mod robot;
 mod scene;
 mod schema;
-mod steering;
 mod study;
 mod terrain;
 mod values;

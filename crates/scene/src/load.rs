@@ -118,7 +118,7 @@ keys! {
 
     /// what the inclinometers measure: the direction of gravity, or of the specific force, which
     /// includes the link's acceleration
-    inclination_feels: MEASURED => sensors.spec.specific_force;
+    inclination_measures: MEASURED => sensors.spec.specific_force;
 
     /// white noise of the gyros, standard deviation of a sample
     rate_noise: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => sensors.spec.rate_noise;

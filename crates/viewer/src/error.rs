@@ -39,7 +39,7 @@ pub enum ViewerError {
     #[error(
         "no viewer listens at {0}: start one with `rerun --bind 127.0.0.1`, or let `--rerun live` start it"
     )]
-    NobodyListens(String),
+    NoViewerListens(String),
     /// No viewer is on the PATH.
     #[error("no Rerun viewer is installed (`rerun` is not on the PATH): {INSTALL}")]
     NotInstalled,

@@ -68,7 +68,7 @@ impl RecordingSink {
     /// `rerun+http://HOST:PORT/proxy`.
     ///
     /// # Errors
-    /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
+    /// [`ViewerError::Address`], [`ViewerError::NoViewerListens`]
     pub fn connect(address: &str) -> Result<Self, ViewerError> {
         let (viewer, plain) = Target::connect(address)?;
         Ok(Self::new(plain, viewer, Some(Instant::now())))
@@ -79,7 +79,7 @@ impl RecordingSink {
     ///
     /// # Errors
     /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
-    /// [`ViewerError::NobodyListens`]
+    /// [`ViewerError::NoViewerListens`]
     pub fn live() -> Result<Self, ViewerError> {
         if !listens(DEFAULT_PORT) {
             Started::at(DEFAULT_PORT, &[OsStr::new("--expect-data-soon")])?;

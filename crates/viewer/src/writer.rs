@@ -64,7 +64,7 @@ impl Target {
         let second = Duration::from_secs(1);
         let answers = |a: &SocketAddr| TcpStream::connect_timeout(a, second).is_ok();
         let Some(listening) = found.find(answers) else {
-            return Err(ViewerError::NobodyListens(plain.to_owned()));
+            return Err(ViewerError::NoViewerListens(plain.to_owned()));
         };
         let viewer = Self::Viewer(Connection::open(listening)?);
         Ok((viewer, plain.to_owned()))
@@ -114,7 +114,7 @@ impl Background {
                 for message in messages {
                     target.send(message)?;
                 }
-                // Nobody waits for it once the recording has been given up.
+                // No thread waits for it once the recording has been given up.
                 let _ = done.send(());
             }
             target.finish()

@@ -17,8 +17,9 @@ use robhaz_estimator::{
 };
 use robhaz_model::Robot;
 
-const TEST: &str = "agreement of all";
-const WIRING: &str = "wheels and links";
+pub const TEST: &str = "agreement of all";
+pub const WIRING: &str = "wheels and links";
+pub const TORQUE_SCALE: &str = "scale of torques, mass";
 const CHANNEL: &str = "all";
 /// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is
 /// a fault.
@@ -366,20 +367,20 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
 
 /// The torques against the weight, as `kalman` has found them.
 fn torque_scale(own: &Judgement, stated: &Stated<'_>) -> Finding {
-    const TEST: &str = "scale of torques, mass";
     const CHANNEL: &str = "torques 1 to 3";
     if stated.sides == Sides::OneOfTwo {
         let figure = "the torques of one side of two do not carry its weight alone";
         let remedy =
             "hold a wheel by a spring scale: its pull times the wheel radius is the torque";
-        return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
+        return Finding::ok(TORQUE_SCALE, CHANNEL, figure).cannot_tell(remedy);
     }
     let robot = stated.robot;
     let Some(scale) = own.scale else {
-        return Finding::ok(TEST, CHANNEL, "no estimate").cannot_tell("see the faults above");
+        return Finding::ok(TORQUE_SCALE, CHANNEL, "no estimate")
+            .cannot_tell("see the faults above");
     };
     let figure = scale.in_words(robot.mass.total()).to_string();
-    let finding = Finding::ok(TEST, CHANNEL, figure)
+    let finding = Finding::ok(TORQUE_SCALE, CHANNEL, figure)
         .with("ratio", scale.ratio, "-")
         .with("sigma", scale.sigma, "-");
     match scale.confirmation {

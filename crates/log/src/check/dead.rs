@@ -18,90 +18,48 @@ pub fn findings(
     driving: &[[bool; 3]],
 ) -> Vec<(Channel, Finding)> {
     let mut found: Vec<(Channel, Finding)> = Vec::new();
-    for reading in readings(frames, stated) {
+    for recorded in Recorded::of_frames(frames, stated) {
         // Without the inclination of the body neither link has one, whatever pin Q reads.
-        let is_made = |(channel, _): &(Channel, Finding)| *channel == reading.channel;
+        let is_made = |(channel, _): &(Channel, Finding)| *channel == recorded.channel;
         if !found.iter().any(is_made)
-            && let Some(finding) = reading.finding(driving)
+            && let Some(finding) = finding(&recorded, driving)
         {
-            let removed = Change::Remove(reading.channel);
-            found.push((reading.channel, finding.change([removed])));
+            let removed = Change::Remove(recorded.channel);
+            found.push((recorded.channel, finding.change([removed])));
         }
     }
     found
 }
 
-/// A reading as it was recorded.
-struct Reading {
-    channel: Channel,
-    /// Its channel in a finding, and its name in the log.
-    shown: String,
-    name: String,
-    values: Vec<f64>,
-    /// Whether it is of an exact sensor, which may be constant.
-    may_rest: bool,
-    /// What may have been recorded in its place.
-    what: &'static str,
-}
-
-/// The readings of a log: of encoders, and those of [`Recorded::of_frames`].
-fn readings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Reading> {
-    let encoder = |i: usize| {
-        let channel = Channel::Encoder(i);
-        let value = |f: &SensorFrame| channel.value(f).unwrap_or(f64::NAN);
-        Reading {
-            channel,
-            shown: channel.to_string(),
-            name: channel.reading(),
-            values: frames.iter().map(value).collect(),
-            may_rest: false,
-            what: "what turns with the wheel",
-        }
+fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {
+    let (shown, channel, count) = (&recorded.name, recorded.channel, recorded.values.len());
+    // The name in the log.
+    let name = match *shown == channel.to_string() {
+        true => channel.reading(),
+        false => shown.clone(),
     };
-    let other = |recorded: Recorded| {
-        let own = Channel::ALL
-            .into_iter()
-            .find(|c| c.to_string() == recorded.name);
-        let channel = own.unwrap_or(match recorded.kind {
-            Kind::Rate => Channel::Gyro(0),
-            _ => Channel::Inclinometer(0),
-        });
-        Reading {
-            channel,
-            name: own.map_or_else(|| recorded.name.clone(), Channel::reading),
-            shown: recorded.name,
-            values: recorded.values,
-            may_rest: recorded.noise <= 0.0,
-            what: match recorded.kind {
-                Kind::Torque => "what the drive states as effort or current",
-                _ => "what this sensor writes",
-            },
-        }
+    let mut values = recorded.values.iter().filter(|v| !v.is_nan());
+    let Some(first) = values.next() else {
+        let figure = format!("{name} has no value in {count} frames");
+        return Some(Finding::ok(TEST, shown, figure).fault(EMPTY));
     };
-    let others = Recorded::of_frames(frames, stated).into_iter().map(other);
-    (0..3).map(encoder).chain(others).collect()
-}
-
-impl Reading {
-    fn finding(&self, driving: &[[bool; 3]]) -> Option<Finding> {
-        let (name, count) = (&self.name, self.values.len());
-        let mut values = self.values.iter().filter(|v| !v.is_nan());
-        let Some(first) = values.next() else {
-            let figure = format!("{name} has no value in {count} frames");
-            return Some(Finding::ok(TEST, &self.shown, figure).fault(EMPTY));
+    // An exact sensor may be constant.
+    let may_rest = recorded.kind != Kind::Encoder && recorded.noise <= 0.0;
+    let own = |i: usize| channel == Channel::Encoder(i);
+    let turns = |turns: &[bool; 3]| (0..3).filter(|i| !own(*i) && turns[*i]).count() >= 2;
+    // Readings of the body follow from those of the links, with rounding.
+    let is_constant = values.all(|v| (v - first).abs() <= ROUNDING);
+    (is_constant && !may_rest && driving.iter().any(turns)).then(|| {
+        let what = match recorded.kind {
+            Kind::Encoder => "what turns with the wheel",
+            Kind::Torque => "what the drive states as effort or current",
+            _ => "what this sensor writes",
         };
-        let own = |i: usize| self.channel == Channel::Encoder(i);
-        let turns = |turns: &[bool; 3]| (0..3).filter(|i| !own(*i) && turns[*i]).count() >= 2;
-        // Readings of the body follow from those of the links, with rounding.
-        let is_constant = values.all(|v| (v - first).abs() <= ROUNDING);
-        (is_constant && !self.may_rest && driving.iter().any(turns)).then(|| {
-            let figure = format!("{name} is {first} in all of {count} frames while wheels turn");
-            Finding::ok(TEST, &self.shown, figure).fault(format!(
-                "not measured: check cable and driver, and whether {} is its column; no other test uses it",
-                self.what
-            ))
-        })
-    }
+        let figure = format!("{name} is {first} in all of {count} frames while wheels turn");
+        Finding::ok(TEST, shown, figure).fault(format!(
+            "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
+        ))
+    })
 }
 
 /// The kinds of channels that are dead.

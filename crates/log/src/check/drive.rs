@@ -38,7 +38,7 @@ const CERTAIN: f64 = 0.99;
 /// Longest delay that is looked for, s.
 const LONGEST_DELAY: f64 = 0.1;
 
-const PAIRING: &str = "wiring of wheels";
+pub const PAIRING: &str = "wiring of wheels";
 const CHANNEL: &str = "torques and encoders";
 const LATE: &str = "torques after encoders";
 

@@ -37,8 +37,8 @@ const CERTAIN: f64 = 0.9;
 /// Range of the scale that is looked for.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
-const SCALE: &str = "distance";
-const SIGNS: &str = "links on the ground";
+pub const SCALE: &str = "distance";
+pub const SIGNS: &str = "links on the ground";
 /// The channels of what it finds of links.
 pub const CHANNEL: &str = "inclinometer 1, inclinometer 2";
 /// Radians of a degree: the factor of a wrong unit.

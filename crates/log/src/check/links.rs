@@ -38,8 +38,8 @@ const SCALE_ERROR: f64 = 0.25;
 /// than wheels slip that start a robot, less than a mistake in units, edges or gear ratios.
 const ACCELERATION_ERROR: f64 = 2.0;
 
-const ACCELERATION: &str = "acceleration";
-const SIGN: &str = "sign and unit";
+pub const ACCELERATION: &str = "acceleration";
+pub const SIGN: &str = "sign and unit";
 /// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before
 /// further tests.
 pub fn units(log: &Readings<'_>) -> Vec<Finding> {

@@ -64,22 +64,31 @@ use robhaz_score::signals::median;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
+    check_unless_stamped(frames, stated, false)
+}
+
+/// The same; `has_stamps`: the time stamps, which both sides share, have a finding already.
+fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps: bool) -> Report {
     let (of_jumps, mended) = jumps::findings(frames, stated.robot, stated.budget.encoder_counts);
     let clock = Clock::of(&mended);
     let Some(recording) = Recording::new(&clock, stated.robot) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
-    let of_clock = clock.finding();
+    let mut findings = vec![clock.finding()];
     let Stated { mut budget, .. } = *stated;
-    let (jitter, of_stamps) = stamps::finding(&mended, budget.encoder_counts, budget.jitter);
-    budget.jitter = budget.jitter.max(jitter.sigma);
+    if !has_stamps {
+        let (counted, finding) = stamps::finding(&mended, budget.encoder_counts, budget.jitter);
+        budget.jitter = counted;
+        findings.push(finding);
+    }
     let stated = &Stated { budget, ..*stated };
+    findings.push(sides(stated));
     let mut log = Readings {
         stated,
         frames: mended,
         recording,
-        findings: vec![of_clock, of_stamps, sides(stated)],
+        findings,
     };
     log.take(of_jumps);
     let driving = still::driving(&log.frames, stated);
@@ -142,17 +151,18 @@ impl Readings<'_> {
     }
 }
 
+const SIDES: &str = "sides";
+
 /// What the log is of, which no reading shows.
 fn sides(stated: &Stated<'_>) -> Finding {
-    let (test, channel) = ("sides", "all");
     match stated.sides {
-        Sides::Plane => Finding::ok(test, channel, "a robot in the plane, or a test rig"),
+        Sides::Plane => Finding::ok(SIDES, "all", "a robot in the plane, or a test rig"),
         Sides::OneOfTwo => {
             let slope = stated.budget.cross_slope.to_degrees();
             let figure = format!(
                 "one side of two: the stated deviations contain pushes of the other one and a cross slope of {slope:.1} deg"
             );
-            Finding::ok(test, channel, figure)
+            Finding::ok(SIDES, "all", figure)
                 .with("cross slope", slope, "deg")
                 .cannot_tell(Sides::REMEDY)
         }

@@ -147,7 +147,7 @@ fn spikes(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Fin
     let (unit, factor) = channel.shown_in();
     // An axle rises as far as the wheel rolls. A link that turns as fast does so for some readings.
     let by_ground = match channel.kind {
-        Kind::Torque => return None,
+        Kind::Encoder | Kind::Torque => return None,
         Kind::Rate => 3.0 * ground.largest / recording.slowest,
         Kind::Pin => 2.0 * ground.largest,
         // An impact stops the robot within a reading.

@@ -16,7 +16,7 @@ const CERTAIN: f64 = 0.9;
 const ALLOWED_DELAY: f64 = 0.03;
 /// Error of the distance between two axles by slip, -.
 const SLIP: f64 = 0.03;
-/// Unexplained share without a delay over that with it, which is a fault.
+/// Residual share without a delay over that with it, which is a fault.
 const WORSE: f64 = 2.0;
 /// Largest number of delays of each sign that are tried.
 const MOST_LAGS: isize = 40;

@@ -13,6 +13,8 @@ pub const ROUNDING: f64 = 1e-12;
 /// What a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
+    /// The angle of a wheel, rad.
+    Encoder,
     /// An angle of an inclinometer, which also shows accelerations, rad.
     Inclination,
     /// A rate, rad/s.
@@ -28,8 +30,10 @@ pub enum Kind {
 pub struct Recorded {
     /// Name of the channel, or of the reading.
     pub name: String,
+    /// The channel; of a reading of the body or of pin Q one that is made of it.
+    pub channel: Channel,
     pub kind: Kind,
-    /// White noise of a sample by the budget, in its unit.
+    /// White noise of a sample by the budget, in its unit; 0 of an encoder.
     pub noise: f64,
     pub values: Vec<f64>,
 }
@@ -65,21 +69,25 @@ impl OfBody {
     }
 
     fn into_recorded(self, noise: BodyNoise) -> Vec<Recorded> {
-        let of = |name: &str, kind, noise, values| Recorded {
+        let (rate, angle) = (Channel::Gyro(0), Channel::Inclinometer(0));
+        let of = |name: &str, channel, kind, noise, values| Recorded {
             name: name.to_owned(),
+            channel,
             kind,
             noise,
             values,
         };
+        let (inclination, of_angle) = (Kind::Inclination, noise.inclination);
         vec![
-            of("body_rate", Kind::Rate, noise.rate, self.rate),
+            of("body_rate", rate, Kind::Rate, noise.rate, self.rate),
             of(
                 "body_inclination",
-                Kind::Inclination,
-                noise.inclination,
+                angle,
+                inclination,
+                of_angle,
                 self.inclination,
             ),
-            of("pin_angle", Kind::Pin, noise.pin, self.pin),
+            of("pin_angle", angle, Kind::Pin, noise.pin, self.pin),
         ]
     }
 }
@@ -101,10 +109,12 @@ fn channels(stated: &Stated<'_>, values: impl Fn(Channel) -> Vec<f64>) -> Vec<Re
 fn of_channel(channel: Channel, stated: &Stated<'_>, values: Vec<f64>) -> Recorded {
     Recorded {
         name: channel.to_string(),
+        channel,
         kind: match channel {
-            Channel::Gyro(_) => Kind::Rate,
+            Channel::Encoder(_) => Kind::Encoder,
             Channel::Torque(_) => Kind::Torque,
-            _ => Kind::Inclination,
+            Channel::Gyro(_) => Kind::Rate,
+            Channel::Inclinometer(_) => Kind::Inclination,
         },
         noise: channel.noise(&stated.budget),
         values,
@@ -112,16 +122,19 @@ fn of_channel(channel: Channel, stated: &Stated<'_>, values: Vec<f64>) -> Record
 }
 
 impl Recorded {
-    /// Those of the torques and of the links, or of the body, in frames.
+    /// Those of the encoders, the torques and the links, or the body, in frames.
     pub fn of_frames(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Self> {
         let values = |channel: Channel| {
             let value = |f: &SensorFrame| channel.value(f).unwrap_or(f64::NAN);
             frames.iter().map(value).collect::<Vec<f64>>()
         };
-        Self::all(stated, values)
+        let encoders = [0, 1, 2].map(Channel::Encoder).into_iter();
+        let encoders = encoders.map(|channel| of_channel(channel, stated, values(channel)));
+        encoders.chain(Self::all(stated, values)).collect()
     }
 
-    /// Those of a recording, at its equal steps, from sample 0 to `end`.
+    /// Those of the torques and the links, or the body, of a recording, at its equal steps, from
+    /// sample 0 to `end`.
     pub fn of_recording(recording: &Recording, end: usize, stated: &Stated<'_>) -> Vec<Self> {
         let values = |channel: Channel| {
             let values = match channel {

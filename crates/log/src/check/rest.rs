@@ -49,6 +49,7 @@ impl Recorded {
     /// The unit in which it is shown, and the factor from SI to it.
     pub const fn shown_in(&self) -> (&'static str, f64) {
         match self.kind {
+            Kind::Encoder => ("rad", 1.0),
             Kind::Torque => ("N m", 1.0),
             Kind::Rate => ("deg/s", 1.0 / DEGREE),
             Kind::Inclination | Kind::Pin => ("deg", 1.0 / DEGREE),

@@ -14,8 +14,8 @@ const ROUNDED: f64 = 2e-4;
 const TEST: &str = "jitter";
 const CHANNEL: &str = "time stamps";
 
-/// The errors that the frames show against a stated one (s), and the finding.
-pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (Jitter, Finding) {
+/// The finding of the errors that the frames show against a stated one (s), and the one that counts, s.
+pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (f64, Finding) {
     let jitter = Jitter::of(frames, counts);
     let [measured, budget] = [jitter.sigma, stated].map(|time| 1e3 * time);
     let unit = resolution(frames);
@@ -39,7 +39,8 @@ pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (Jitter, Fin
             "budget.jitter = \"{measured:.1} ms\" (estimate takes it by itself); better: stamp readings when they are taken{finer}"
         ));
     }
-    (jitter, finding.with("jitter", jitter.sigma, "s"))
+    let finding = finding.with("jitter", jitter.sigma, "s");
+    (jitter.counted(stated), finding)
 }
 
 /// The unit of the stamps, s, if all steps are whole numbers of it and differ: the least step or the

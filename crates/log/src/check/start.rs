@@ -22,7 +22,7 @@ const CORRELATED: f64 = 0.1;
 /// Deviations of a coefficient that tell its sign.
 const GATE: f64 = 5.0;
 
-const TEST: &str = "sign at the start";
+pub const TEST: &str = "sign at the start";
 
 /// All findings, for encoders of one sign. `forward` is the sign of the acceleration by the
 /// inclinometers over that by the encoders, 0 where it is not known.

@@ -38,40 +38,15 @@ pub fn findings(
     driving: &[[bool; 3]],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for i in 0..3 {
-        let encoder = Channel::Encoder(i);
-        let value = |f: &SensorFrame| encoder.value(f).unwrap_or(f64::NAN);
-        let values: Vec<f64> = frames.iter().map(value).collect();
-        findings.push(stuck(
-            frames,
-            driving,
-            &encoder.to_string(),
-            &values,
-            Sensor::Encoder(i),
-        ));
-        findings.extend(wrapped(frames, encoder));
-    }
     for channel in Recorded::of_frames(frames, stated) {
-        let Recorded {
-            name,
-            noise,
-            values,
-            ..
-        } = &channel;
-        findings.push(stuck(frames, driving, name, values, Sensor::Noisy(*noise)));
-        findings.extend(at_limit(&channel));
+        findings.push(stuck(frames, driving, &channel));
+        findings.extend(match channel.kind {
+            Kind::Encoder => wrapped(frames, channel.channel),
+            _ => at_limit(&channel),
+        });
     }
     findings.extend(repeated(frames, stated.body.is_some()));
     findings
-}
-
-/// What a channel that does not change is judged by.
-#[derive(Clone, Copy)]
-enum Sensor {
-    /// The encoder of a wheel, from 0.
-    Encoder(usize),
-    /// A sensor with this white noise of a sample.
-    Noisy(f64),
 }
 
 /// Channels of one kind whose readings are the same in each frame, though they change; without the
@@ -157,22 +132,15 @@ fn resolution(values: &[f64]) -> f64 {
 
 /// The longest time for which a channel repeats its value while the other wheels turn (two of them
 /// for an encoder).
-fn stuck(
-    frames: &[SensorFrame],
-    driving: &[[bool; 3]],
-    channel: &str,
-    values: &[f64],
-    sensor: Sensor,
-) -> Finding {
-    let wheel = match sensor {
-        Sensor::Encoder(i) => Some(i),
-        Sensor::Noisy(_) => None,
-    };
+fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], recorded: &Recorded) -> Finding {
+    let (channel, values, noise) = (&recorded.name, &recorded.values, recorded.noise);
+    let is_encoder = recorded.kind == Kind::Encoder;
     let (mut last, mut since) = (f64::NAN, 0.0);
     let (mut longest, mut at) = (0.0, 0.0);
     let mut any = false;
     for ((frame, driving), value) in frames.iter().zip(driving).zip(values) {
-        let turning = (0..3).filter(|w| Some(*w) != wheel && driving[*w]);
+        let others = (0..3).filter(|w| recorded.channel != Channel::Encoder(*w));
+        let turning = others.filter(|w| driving[*w]);
         let drives = turning.count() >= 2;
         any |= drives;
         if value.is_nan() {
@@ -195,12 +163,10 @@ fn stuck(
     let finding = Finding::ok(STUCK, channel, figure);
     if longest < LONGEST_CONSTANT {
         finding.with("longest", longest, "s")
-    } else if let Sensor::Noisy(noise) = sensor
-        && noise <= 0.0
-    {
+    } else if !is_encoder && noise <= 0.0 {
         let remedy = "the budget states no noise, so the reading may be constant: state its noise";
         finding.cannot_tell(remedy)
-    } else if let Sensor::Noisy(noise) = sensor
+    } else if !is_encoder
         && let step @ 0.0..f64::INFINITY = resolution(values)
         && step > COARSE * noise
     {

@@ -30,7 +30,7 @@ const EMPTY: f64 = 0.5;
 /// `1/sqrt(12)` of it.
 const COARSE: f64 = 4.0;
 
-const TEST: &str = "signed";
+pub const TEST: &str = "signed";
 
 /// A finding for each torque with a fault, one for all without.
 pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {

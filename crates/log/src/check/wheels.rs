@@ -18,7 +18,7 @@ const PARTS: usize = 10;
 /// Least number of samples of a part.
 const LEAST_SAMPLES: usize = 50;
 
-const TEST: &str = "sign and counts";
+pub const TEST: &str = "sign and counts";
 
 /// Relative difference of a wheel's radius from that of the others that is no fault, -: twice what
 /// tyres and printed wheels err by.

@@ -142,15 +142,18 @@ impl Odometry {
     fn pose_covariance(&self, time: f64) -> [[f64; 6]; 6] {
         let budget = &self.budget;
         let along = self.deviation.powi(2);
-        let tilt = budget.inclination_noise.powi(2) + budget.inclination_bias.powi(2);
+        let inclination = budget.inclination_noise.powi(2) + budget.inclination_bias.powi(2);
         let up = along + (budget.inclination_bias * self.way).powi(2);
         let mut all = [[0.0; 6]; 6];
         let (across, diagonal) = match self.across {
             Some(_) => {
                 let yaw = self.yaw_variance(time);
-                (along + yaw * self.way * self.way, [up, tilt, tilt, yaw])
+                (
+                    along + yaw * self.way * self.way,
+                    [up, inclination, inclination, yaw],
+                )
             }
-            None => (UNKNOWN, [up, UNKNOWN, tilt, UNKNOWN]),
+            None => (UNKNOWN, [up, UNKNOWN, inclination, UNKNOWN]),
         };
         let (sin, cos) = self.attitude[2].sin_cos();
         all[0][0] = along * cos * cos + across * sin * sin;

@@ -17,8 +17,8 @@ pub struct Exported {
     pub warnings: Vec<String>,
 }
 
-/// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what was written, under the
-/// names of its `parts`.
+/// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what
+/// was written, under the names of its `parts`.
 pub fn read(
     readings: &Plan,
     parts: Vec<String>,

@@ -238,11 +238,12 @@ pub fn write_mcap(
         estimates.push(Estimate::new(sides, &place.choice, &mut topics)?);
     }
     let mut last = None;
+    let joints = joints_of_both();
     let parts = topics.names.clone();
     let exported = read(readings, parts, stop, |time, now| {
         let messages = match both {
             false => of_one_side(time, &now, last.as_ref()),
-            true => of_both_sides(time, &now, last.as_ref()),
+            true => of_both_sides(time, &now, last.as_ref(), &joints),
         };
         last = Some((time, now));
         for (topic, message) in messages.iter().enumerate() {
@@ -296,36 +297,57 @@ fn of_one_side(time: f64, now: &Values, last: Option<&(f64, Values)>) -> Vec<Vec
     ]
 }
 
-/// The same of both sides: readings, joints, the body's IMU.
-fn of_both_sides(time: f64, now: &Values, last: Option<&(f64, Values)>) -> Vec<Vec<u8>> {
+/// A joint of both sides: its angle, and the torque of its motor.
+struct JointOfBoth {
+    name: &'static str,
+    angle: Reading,
+    torque: Option<Reading>,
+    /// A wheel that is not steered has no such joint, and a rover one of two couplings.
+    may_lack: bool,
+}
+
+fn joints_of_both() -> Vec<JointOfBoth> {
+    let of = |angle: Reading| {
+        let full = angle.name();
+        let name = full.strip_suffix("_angle").unwrap_or(full);
+        let mut all = Reading::of_whole();
+        let torque = all.find(|r| r.name().strip_suffix("_motor_torque") == Some(name));
+        let is_coupling = ["differential_angle", "rear_bogie_angle"].contains(&full);
+        let may_lack = is_coupling || full.ends_with("_steering");
+        (may_lack || full.ends_with("_angle")).then_some(JointOfBoth {
+            name,
+            angle,
+            torque,
+            may_lack,
+        })
+    };
+    Reading::of_whole().filter_map(of).collect()
+}
+
+/// The messages of one frame of both sides: readings, `joints`, the body's IMU.
+fn of_both_sides(
+    time: f64,
+    now: &Values,
+    last: Option<&(f64, Values)>,
+    joints: &[JointOfBoth],
+) -> Vec<Vec<u8>> {
     let readings: Vec<f64> = Reading::of_whole().map(|r| number(now, r)).collect();
     let body = whole_frame(time, now);
-    let last = last.map(|(time, last)| (*time, last));
-    let of = |reading: Reading| {
-        let name = reading.name();
-        let effort = name.strip_suffix("_angle").and_then(|wheel| {
-            let mut all = Reading::of_whole();
-            let torque = all.find(|r| r.name().strip_suffix("_motor_torque") == Some(wheel))?;
-            now[torque.index()]
-        });
-        let before = last.map(|(time, last)| (time, last[reading.index()]));
-        let position = (time, now[reading.index()]);
-        let joint_name = name.strip_suffix("_angle").unwrap_or(name);
-        joint(joint_name.to_owned(), position, before, effort)
+    let value = |r: Reading| now[r.index()];
+    let joints = joints
+        .iter()
+        .filter(|j| !j.may_lack || value(j.angle).is_some());
+    let of = |j: &JointOfBoth| {
+        let before = last.map(|(time, last)| (*time, last[j.angle.index()]));
+        let position = (time, value(j.angle));
+        joint(
+            j.name.to_owned(),
+            position,
+            before,
+            j.torque.and_then(value),
+        )
     };
-    // A wheel that is not steered has no such joint, and a rover one of two couplings.
-    let is_joint = |r: &Reading| {
-        let name = r.name();
-        let is_absent = now[r.index()].is_none();
-        match name.ends_with("_steering")
-            || name.starts_with("differential")
-            || name.starts_with("rear")
-        {
-            true => !is_absent,
-            false => name.ends_with("_angle"),
-        }
-    };
-    let joints: Vec<Joint> = Reading::of_whole().filter(is_joint).map(of).collect();
+    let joints: Vec<Joint> = joints.map(of).collect();
     let [roll, inclination] = [body.roll, body.inclination].map(|x| x.unwrap_or(f64::NAN));
     let rates = body.rates.map(|x| x.unwrap_or(f64::NAN));
     vec![

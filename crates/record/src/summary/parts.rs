@@ -165,7 +165,7 @@ pub struct FrictionSummary {
 
 impl FrictionSummary {
     pub(crate) fn of(world: &Scene) -> Self {
-        // All fields, so that none is forgotten; those that not every law has are its parameters.
+        // All fields, so that none is left out; those that not every law has are its parameters.
         let FrictionLaw {
             kind,
             mu_s,

@@ -130,7 +130,7 @@ keys! {
 
     /// what the inclinometers measure: the direction of gravity, or of the specific force, which
     /// includes the link's acceleration
-    inclination_feels: MEASURED => budget.specific_force;
+    inclination_measures: MEASURED => budget.specific_force;
 
     /// time constant of the inclinometers' low pass, 1/(2 pi bandwidth)
     inclination_lag: number(TIME, at_least(0.0).at_most(1e3)) => budget.inclination_lag;

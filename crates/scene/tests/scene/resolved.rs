@@ -121,7 +121,7 @@ fn choices_of_every_kind_come_back() {
         vec!["sensors.grade=typical", "sensors.dropped=0.25"],
         vec![
             "sensors.grade=poor",
-            "sensors.inclination_feels=gravity",
+            "sensors.inclination_measures=gravity",
             "sensors.rate_walk='0.1 deg/s/sqrt(s)'",
             "model_error.body_cg='10 mm'",
             "model_error.viscous_damping=-0.2",

@@ -73,7 +73,7 @@ fn an_address_without_a_viewer_is_an_error() {
         .err()
         .expect("no viewer listens");
     assert!(
-        matches!(error, ViewerError::NobodyListens { .. }),
+        matches!(error, ViewerError::NoViewerListens { .. }),
         "{error}"
     );
     assert!(error.to_string().contains(&address), "{error}");

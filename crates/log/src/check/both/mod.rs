@@ -8,10 +8,12 @@
 mod across;
 mod wirings;
 
-use crate::check::check;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
-use crate::jitter::Jitter;
+use crate::check::{
+    SIDES, agreement, check_unless_stamped, delay, drive, ground, links, stamps, start, torques,
+    wheels,
+};
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
@@ -20,18 +22,26 @@ use robhaz_estimator::whole::{SideReadings, WholeFrame};
 const STRAIGHT: f64 = 0.17;
 /// Tests of one side that take it for one that drives straight on.
 const STRAIGHT_ON: [&str; 5] = [
-    "sign and counts",
-    "acceleration",
-    "links on the ground",
-    "distance",
-    "wiring of wheels",
+    wheels::TEST,
+    links::ACCELERATION,
+    ground::SIGNS,
+    ground::SCALE,
+    drive::PAIRING,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
 const OF_BOTH: [&str; 4] = [
-    "sides",
-    "agreement of all",
-    "wheels and links",
-    "scale of torques, mass",
+    SIDES,
+    agreement::TEST,
+    agreement::WIRING,
+    agreement::TORQUE_SCALE,
+];
+/// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
+const HIDES: [&str; 5] = [
+    links::SIGN,
+    wheels::TEST,
+    start::TEST,
+    torques::TEST,
+    drive::PAIRING,
 ];
 
 /// Checks the frames of a log of both sides, in order of time.
@@ -39,15 +49,13 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
     let mut settings = stated.settings;
     let budget = &mut settings.budget;
-    // As an estimate takes it.
-    budget.jitter = budget
-        .jitter
-        .max(Jitter::of(&left, budget.encoder_counts).sigma);
+    let (counted, of_stamps) = stamps::finding(&left, budget.encoder_counts, budget.jitter);
+    budget.jitter = counted;
     let stated = &StatedBoth {
         settings,
         ..*stated
     };
-    let mut findings = Vec::new();
+    let mut findings = vec![of_stamps];
     for (side, name) in ["left", "right"].into_iter().enumerate() {
         findings.extend(of_side(frames, stated, side, name));
     }
@@ -57,13 +65,11 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     let torques = across::torques(follows);
     if torques.verdict == Verdict::Fault {
         // A side by itself would look for the cause in itself.
-        findings.retain(|f| f.test != "wiring of wheels");
+        findings.retain(|f| f.test != drive::PAIRING);
     }
-    // Of noise and zeros no exchange is hidden.
-    let hides = |f: &Finding| f.test.contains("sign") || f.test.contains("wiring");
     let is_upset = findings
         .iter()
-        .any(|f| f.verdict == Verdict::Fault && hides(f));
+        .any(|f| f.verdict == Verdict::Fault && HIDES.contains(&f.test));
     findings.push(torques);
     let zeros = across::zeros(frames, stated);
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
@@ -100,10 +106,10 @@ fn of_side(
             pin: stated.joint[0],
         }),
     };
-    let mut findings = check(&of_side, &stated_side).findings;
+    let mut findings = check_unless_stamped(&of_side, &stated_side, true).findings;
     let turned = across::turn(frames);
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
-    let is_of_body = |f: &Finding| f.test == "delay" && f.channel.contains("body_inclination");
+    let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
     if turned > STRAIGHT {
         findings.retain(|f| !STRAIGHT_ON.contains(&f.test));
@@ -112,7 +118,7 @@ fn of_side(
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
     }
     for finding in &mut findings {
-        if finding.test == "distance" && finding.verdict == Verdict::Fault {
+        if finding.test == ground::SCALE && finding.verdict == Verdict::Fault {
             // The body's inclination and roll follow the ground of the other side, too.
             *finding = finding
                 .clone()

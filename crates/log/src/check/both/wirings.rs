@@ -7,8 +7,8 @@ use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_model::{Coupling, Units, WholeRover};
 
 const TEST: &str = "left and right";
-/// Sum over that of the log as wired below which another wiring is a fault. Of honest drives, straight on
-/// and in turns, the least is 0.96; one exchanged wheel on uneven ground has 0.83.
+/// Sum over that of the log as wired below which another wiring is a fault. Of honest drives, straight
+/// on and in turns, the least is 0.96; one exchanged wheel on uneven ground has 0.83.
 const BETTER: f64 = 0.87;
 /// The same of pins and coupling, with the misfit's.
 const BETTER_OF_JOINTS: f64 = 0.97;
@@ -43,43 +43,25 @@ enum Change {
 use Change::{Angle, Pins, Roll, Torque};
 
 /// As wired, then all others that are tried, those with fewer changes first.
-const WIRINGS: [&[Change]; 19] = [
-    &[],
-    &[Torque(0)],
-    &[Angle(0)],
-    &[Angle(0), Torque(0)],
-    &[Torque(1)],
-    &[Angle(1)],
-    &[Angle(1), Torque(1)],
-    &[Torque(2)],
-    &[Angle(2)],
-    &[Angle(2), Torque(2)],
-    &[Pins],
-    &[Change::Coupling],
-    &[Roll],
+fn wirings() -> Vec<Vec<Change>> {
+    type Of = fn(usize) -> Change;
+    let of = |wheels: &[usize], changes: &[Of]| -> Vec<Change> {
+        let each = |change: &Of| wheels.iter().map(|i| change(*i)).collect::<Vec<_>>();
+        changes.iter().flat_map(each).collect()
+    };
+    let kinds: [&[Of]; 3] = [&[Torque], &[Angle], &[Angle, Torque]];
+    let [.., both] = kinds;
+    let mut all = vec![Vec::new()];
+    for i in 0..3 {
+        all.extend(kinds.map(|changes| of(&[i], changes)));
+    }
+    all.extend([Pins, Change::Coupling, Roll].map(|change| vec![change]));
     // The wheels of a bogie, in front or behind.
-    &[Angle(0), Angle(1), Torque(0), Torque(1)],
-    &[Angle(1), Angle(2), Torque(1), Torque(2)],
-    &[Torque(0), Torque(1), Torque(2)],
-    &[Angle(0), Angle(1), Angle(2)],
-    &[
-        Angle(0),
-        Angle(1),
-        Angle(2),
-        Torque(0),
-        Torque(1),
-        Torque(2),
-    ],
-    &[
-        Angle(0),
-        Angle(1),
-        Angle(2),
-        Torque(0),
-        Torque(1),
-        Torque(2),
-        Pins,
-    ],
-];
+    all.extend([of(&[0, 1], both), of(&[1, 2], both)]);
+    all.extend(kinds.map(|changes| of(&[0, 1, 2], changes)));
+    all.push([of(&[0, 1, 2], both), vec![Pins]].concat());
+    all
+}
 
 impl Change {
     fn apply(self, frame: &mut WholeFrame) {
@@ -265,8 +247,8 @@ fn roll_on_ground(found: &Judgement) -> Finding {
 }
 
 /// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with
-/// it. `is_upset`: another test has found a fault, with which no exchange is to be seen; `zeroed`: none
-/// has found a joint's zero that is off.
+/// it. `is_upset`: another test has found a fault, with which no exchange is to be seen; `zeroed`:
+/// none has found a joint's zero that is off.
 pub fn findings(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
@@ -274,8 +256,11 @@ pub fn findings(
     [is_upset, zeroed]: [bool; 2],
 ) -> ([Finding; 2], Vec<WholeFrame>) {
     let part = part(frames, stated.rover);
-    let of = |wiring: &&'static [Change]| (*wiring, Judgement::of(part, stated, wiring));
-    let all: Vec<_> = WIRINGS.iter().map(of).collect();
+    let of = |wiring: Vec<Change>| {
+        let found = Judgement::of(part, stated, &wiring);
+        (wiring, found)
+    };
+    let all: Vec<_> = wirings().into_iter().map(of).collect();
     let own = all[0].1;
     let least = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::INFINITY, f64::min);
     let best = least(&mut all.iter().map(|(_, f)| f.sum));
@@ -297,7 +282,8 @@ pub fn findings(
     if better.iter().any(|(wiring, _)| fits(wiring, follows)) {
         better.retain(|(wiring, _)| fits(wiring, follows));
     }
-    // With all of one side exchanged for the other the differential's sign fits as well, and the roll does not.
+    // With all of one side exchanged for the other the differential's sign fits as well, and the roll
+    // does not.
     let follows_ground = |found: &Judgement| found.correlation() > CORRELATED;
     if better.iter().any(|(_, f)| follows_ground(f)) {
         better.retain(|(_, f)| follows_ground(f));

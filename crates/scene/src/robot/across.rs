@@ -1,6 +1,6 @@
 //! `[robot.across]`: what lies across in a rover with both sides.
 
-use crate::inertias::too_large_across;
+use crate::robot::inertias::too_large_across;
 use crate::values::{FARTHEST, POINT};
 use robhaz_keys::error::Problem;
 use robhaz_keys::form::{Array, Maybe, array, word};
