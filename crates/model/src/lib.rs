@@ -78,6 +78,19 @@ pub fn sqrt(x: f64) -> f64 {
     libm::sqrt(x)
 }
 
+/// Share of a new sample in a first-order low pass of the time constant `time` (s), `dt` (s) after the
+/// last one, -: `y += share (x - y)` is the backward Euler step of `time dy/dt = x - y`.
+///
+/// ```
+/// let share = robhaz_model::low_pass_share(0.01, 0.04);
+/// assert!((share - 0.2).abs() < 1e-15);
+/// ```
+#[must_use]
+#[inline]
+pub fn low_pass_share(dt: f64, time: f64) -> f64 {
+    dt / (time + dt)
+}
+
 impl Robot {
     /// Geometry A with the mass set `caption`: the default robot.
     pub fn default_a() -> Self {

@@ -165,7 +165,7 @@ impl<const N: usize> PathAngle<N> {
         if count > 0.0 && dt > 0.0 {
             let speed = sum / count;
             self.way += speed * dt;
-            self.speed += dt / (Self::SPEED_TIME + dt) * (speed - self.speed);
+            self.speed += crate::low_pass_share(dt, Self::SPEED_TIME) * (speed - self.speed);
         }
     }
 

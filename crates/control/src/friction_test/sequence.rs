@@ -182,7 +182,7 @@ impl FrictionTests {
         let now = input.frame.time;
         let weight = self.time.map_or(1.0, |last| {
             let dt = (now - last).max(0.0).min(LONGEST_STEP);
-            dt / (TORQUE_SMOOTHING * self.unit + dt)
+            robhaz_model::low_pass_share(dt, TORQUE_SMOOTHING * self.unit)
         });
         for (smooth, found) in self.torques.iter_mut().zip(&input.frame.motor_torque) {
             if let Some(found) = found {

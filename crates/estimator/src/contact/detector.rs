@@ -192,7 +192,7 @@ impl ContactDetector {
             self.beyond_creep = 0.0;
             return;
         };
-        let weight = dt / (Self::HOLD + dt);
+        let weight = robhaz_model::low_pass_share(dt, Self::HOLD);
         self.beyond_creep += weight * (slip.beyond_creep - self.beyond_creep);
         let (beyond, creep) = (self.beyond_creep, slip.creep);
         let least = Self::LEAST_SLIP.max(SIGNIFICANT * slip.noise);

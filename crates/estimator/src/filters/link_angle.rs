@@ -211,7 +211,7 @@ impl LinkAngleKalman {
             } else {
                 0.0
             };
-            let weight = dt / (smoothing + dt);
+            let weight = robhaz_model::low_pass_share(dt, smoothing);
             let unmodelled = of_jump.max((1.0 - weight) * self.unmodelled);
             let counts = unmodelled > Self::LEAST_UNMODELLED;
             self.unmodelled = if counts { unmodelled } else { 0.0 };

@@ -197,12 +197,13 @@ impl SlipWatch {
             true => Self::COARSE_SMOOTHING,
             false => Self::RATIO_SMOOTHING,
         };
-        self.ratio += dt / (smoothing + dt) * (ratio - self.ratio);
-        self.fast_ratio += dt / (Self::FAST_SMOOTHING + dt) * (ratio - self.fast_ratio);
+        self.ratio += robhaz_model::low_pass_share(dt, smoothing) * (ratio - self.ratio);
+        self.fast_ratio +=
+            robhaz_model::low_pass_share(dt, Self::FAST_SMOOTHING) * (ratio - self.fast_ratio);
         let forward = libm::copysign(1.0, self.ratio);
         let slip = sample.counted_slip(self.ratio);
         let acceleration = (slip - self.slip) / Self::RATIO_SMOOTHING;
-        self.slip += dt / (Self::RATIO_SMOOTHING + dt) * (slip - self.slip);
+        self.slip += robhaz_model::low_pass_share(dt, Self::RATIO_SMOOTHING) * (slip - self.slip);
         self.slid += slip.abs() * dt;
         if self.slips {
             let speed = match self.coarse {

@@ -97,10 +97,10 @@ impl SlippedDistance {
             self.certain = (Self::CERTAINTY * density / (2.0 * Self::ALLOWANCE)).max(Self::LEAST);
         }
         let change = slip - self.usual;
-        self.usual += dt / (Self::USUAL_TIME + dt) * change;
+        self.usual += robhaz_model::low_pass_share(dt, Self::USUAL_TIME) * change;
         let outlier = Self::OUTLIER * Self::OUTLIER * self.variance.max(budget);
         if change * change < outlier {
-            let weight = dt / (Self::VARIANCE_TIME + dt);
+            let weight = robhaz_model::low_pass_share(dt, Self::VARIANCE_TIME);
             self.variance += weight * (change * change - self.variance);
         }
         self.time += dt;

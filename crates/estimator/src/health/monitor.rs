@@ -91,7 +91,7 @@ impl HealthMonitor {
         for (constancy, torque) in self.torque.iter_mut().zip(sample.varying_torque) {
             constancy.update(torque, dt);
         }
-        self.fastest -= dt / (WINDOW + dt) * self.fastest;
+        self.fastest -= robhaz_model::low_pass_share(dt, WINDOW) * self.fastest;
         self.fastest = self.fastest.max(sample.rim);
         for (turning, readings) in self.turning.iter_mut().zip(sample.links) {
             let readings = readings.filter(|_| self.fastest > DRIVING_SPEED);
@@ -102,7 +102,7 @@ impl HealthMonitor {
         if !(sample.drives && sample.model_holds) {
             return;
         }
-        let weight = dt / (WINDOW + dt);
+        let weight = robhaz_model::low_pass_share(dt, WINDOW);
         let Innovations {
             encoder,
             slip,
@@ -268,8 +268,9 @@ impl Turning {
         }
         let predicted = self.angle + dt * rate;
         let difference = inclination - predicted;
-        self.angle = predicted + dt / (WINDOW + dt) * difference;
-        self.difference += dt / (Self::MEAN + dt) * (difference - self.difference);
+        self.angle = predicted + robhaz_model::low_pass_share(dt, WINDOW) * difference;
+        self.difference +=
+            robhaz_model::low_pass_share(dt, Self::MEAN) * (difference - self.difference);
         let of_speed = speed / (GRAVITY * Self::MEAN);
         let allowed = Self::MARGIN + of_speed + SIGNIFICANT * WINDOW * bias;
         // Half the limit is well within it again.

@@ -62,7 +62,7 @@ impl Smoothing {
             (self.torque, self.angle) = ([readings.torque; 3], [readings.angle; 3]);
             return None;
         }
-        let weight = dt / (Self::TIME + dt);
+        let weight = robhaz_model::low_pass_share(dt, Self::TIME);
         follow(&mut self.torque[0], &readings.torque, weight);
         follow(&mut self.angle[0], &readings.angle, weight);
         self.elapsed += dt;

@@ -125,7 +125,7 @@ impl Answer {
         if !self.started {
             (self.started, self.slow) = (true, differences);
         }
-        let weight = dt / (Self::SLOW + dt);
+        let weight = robhaz_model::low_pass_share(dt, Self::SLOW);
         for (difference, slow) in differences.iter_mut().zip(&mut self.slow) {
             follow(slow, difference, weight);
             for (difference, slow) in difference.iter_mut().zip(slow) {
@@ -133,7 +133,7 @@ impl Answer {
             }
         }
         let [torque, angle, speed] = differences;
-        let weight = dt / (WINDOW + dt);
+        let weight = robhaz_model::low_pass_share(dt, WINDOW);
         let mean = |sum: &mut f64, a: &[f64; 3], b: &[f64; 3]| *sum += weight * (dot(a, b) - *sum);
         mean(&mut self.torque_torque, &torque, &torque);
         mean(&mut self.angle_angle, &angle, &angle);

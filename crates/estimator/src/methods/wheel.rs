@@ -90,7 +90,7 @@ impl Wheel {
         let (speed, sigma) = self.observer.speed();
         if dt > 0.0 && self.observer.settled() {
             let smoothing = smoothing_time(parameters.encoder_sigma / COUNT_SIGMA);
-            let weight = dt / (smoothing + dt);
+            let weight = robhaz_model::low_pass_share(dt, smoothing);
             let rate = (speed - self.speed) / dt;
             self.acceleration += weight * (rate - self.acceleration);
         }

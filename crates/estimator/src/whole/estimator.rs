@@ -377,10 +377,11 @@ impl WholeEstimator {
         let flags = self.body.take(frame.roll, rates, dt / time, &gate);
         let [roll_rate, yaw_rate] = &self.body.rates;
         self.yaw_rate = yaw_rate.recent().unwrap_or(0.0) / time;
-        self.turning += dt / (TURN_TIME * time + dt) * (self.yaw_rate - self.turning);
+        self.turning +=
+            robhaz_model::low_pass_share(dt, TURN_TIME * time) * (self.yaw_rate - self.turning);
         if dt > 0.0 {
             let [smooth, acceleration] = &mut self.yaw;
-            let weight = dt / (YAW_TIME * time + dt);
+            let weight = robhaz_model::low_pass_share(dt, YAW_TIME * time);
             let change = weight * (self.yaw_rate - *smooth);
             *smooth += change;
             *acceleration += weight * (change / dt - *acceleration);
