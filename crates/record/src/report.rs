@@ -36,9 +36,9 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let floods = runs
         .iter()
         .flat_map(|(label, summary)| flood(label, summary));
-    let of_both = runs.iter().filter_map(|(label, summary)| {
-        let warning = summary.both.as_ref()?.warning()?;
-        Some(format!("{label}: {warning}"))
+    let of_both = runs.iter().flat_map(|(label, summary)| {
+        let warnings = summary.both.iter().flat_map(BothSummary::warnings);
+        warnings.map(move |warning| format!("{label}: {warning}"))
     });
     let warnings = floods.chain(of_both);
     let mut text = warnings.chain(tables).collect::<Vec<_>>().join("\n");

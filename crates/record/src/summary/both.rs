@@ -1,8 +1,15 @@
 //! What a run of both sides leaves beside the summaries of its sides.
 
-use robhaz_run::BothFrame;
+use super::parts::TorqueScaleSummary;
+use robhaz_estimator::TorqueScale;
+use robhaz_run::{BothDescription, BothFrame};
 use robhaz_score::{BothErrors, BothStatistics, Sum};
 use serde::{Deserialize, Serialize};
+
+/// Mean misfit beyond which readings contradict each other: chi-square with three degrees of freedom
+/// is larger once in 10 000 times. The errors of a drive may last as long as the drive, which is then
+/// one such number, so that a longer one proves no more.
+const LARGEST_MISFIT: f64 = 21.1;
 
 /// The rover as a whole, over the records that count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +35,15 @@ pub struct BothSummary {
     pub samples: u64,
     /// Records in which wheels are dragged across.
     pub dragged: u64,
+    /// Mean misfit of the nine equations over the records in which none are, -: 3 if what is stated
+    /// holds; `None` without such records.
+    pub misfit: Option<f64>,
+    /// Why readings contradict each other, a cause each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contradictions: Vec<String>,
+    /// The torques against the weight at the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_scale: Option<TorqueScaleSummary>,
 }
 
 /// Sums over the records of a run of both sides that count.
@@ -43,16 +59,26 @@ pub(super) struct BothSums {
     least: Option<(f64, f64, &'static str)>,
     samples: u64,
     dragged: u64,
+    misfit: Sum,
+    scale: Option<TorqueScale>,
 }
 
 impl BothSums {
-    /// Adds a record.
+    /// Takes the scale of a record, also of one that does not count.
+    pub fn add_scale(&mut self, record: &BothFrame<'_>) {
+        self.scale = record.estimate.map(|e| e.torque_scale).or(self.scale);
+    }
+
+    /// Adds a record that counts.
     pub fn add(&mut self, time: f64, record: &BothFrame<'_>) {
         let Some(estimate) = record.estimate else {
             return;
         };
         self.samples += 1;
         self.dragged += u64::from(estimate.dragged);
+        if !estimate.dragged {
+            self.misfit.add(estimate.misfit);
+        }
         self.lateral_force.add(estimate.lateral_force);
         let share = estimate.axial_share.abs();
         self.largest_axial_share = self.largest_axial_share.max(share);
@@ -75,12 +101,17 @@ impl BothSums {
         self.loads += 6;
     }
 
-    /// The summary under the estimator's name; `None` without records.
-    pub fn summary(&self, estimator: &str) -> Option<BothSummary> {
+    /// The summary of a run whose sides have the mass `described` each, kg; `None` without records.
+    pub fn summary(&self, run: &BothDescription, described: f64) -> Option<BothSummary> {
+        let misfit = self.misfit.mean(self.samples - self.dragged);
+        let beyond = misfit.filter(|misfit| *misfit > LARGEST_MISFIT).map(|misfit| {
+            format!("the nine equations of the rover have a misfit of {misfit:.0} on average, where 3 is expected and correct readings have {LARGEST_MISFIT} once in 10 000 logs")
+        });
+        let contradictions = run.contradiction.clone().into_iter().chain(beyond);
         let (least_tip_margin, least_tip_margin_s, line) = self.least?;
         let load = self.load.mean(self.loads).unwrap_or(1.0);
         Some(BothSummary {
-            estimator: estimator.to_owned(),
+            estimator: run.label.clone(),
             normal_force: self.normal_force.errors(load),
             in_plane_normal_force: self.in_plane.errors(load),
             mean_lateral_force: self.lateral_force.mean(self.samples)?,
@@ -90,6 +121,11 @@ impl BothSums {
             tip_line: line.to_owned(),
             samples: self.samples,
             dragged: self.dragged,
+            misfit,
+            contradictions: contradictions.collect(),
+            torque_scale: self
+                .scale
+                .map(|scale| TorqueScaleSummary::of(&scale, described)),
         })
     }
 }
@@ -101,16 +137,23 @@ impl BothSummary {
         self.dragged as f64 / self.samples.max(1) as f64
     }
 
-    /// What the user must know before the forces.
-    pub(crate) fn warning(&self) -> Option<String> {
+    /// What the user must know before the forces, a line each.
+    pub(crate) fn warnings(&self) -> Vec<String> {
         /// Share of the records that is no turn.
         const FEW: f64 = 0.01;
         let share = 100.0 * self.dragged_share();
-        (self.dragged_share() > FEW).then(|| {
+        let contradiction = (!self.contradictions.is_empty()).then(|| {
+            format!(
+                "READINGS CONTRADICT EACH OTHER: {}. `robhaz check` looks for the cause.",
+                self.contradictions.join("; ")
+            )
+        });
+        let dragged = (self.dragged_share() > FEW).then(|| {
             format!(
                 "WHEELS ARE DRAGGED ACROSS in {share:.1} % of the records, as in a skid turn: there forces are outside of the model, and their stated deviations large."
             )
-        })
+        });
+        contradiction.into_iter().chain(dragged).collect()
     }
 
     /// The rover as a whole, a line each.
@@ -135,6 +178,9 @@ impl BothSummary {
             self.least_tip_margin_s,
             self.tip_line
         );
-        in_plane.into_iter().chain(normal).chain([rover]).collect()
+        let scale = self.torque_scale.as_ref();
+        let scale = scale.map(|scale| format!("  {}: {}.", self.estimator, scale.words));
+        let lines = in_plane.into_iter().chain(normal).chain([rover]);
+        lines.chain(scale).collect()
     }
 }

@@ -52,7 +52,9 @@ fn a_rover_drives_along_a_circle() {
             ..WholeFrame::default()
         };
         let estimate = estimator.update(&frame).expect("an estimate");
-        recording.log(&frame, &estimate).expect("it is written");
+        recording
+            .log(&frame, &estimate, None)
+            .expect("it is written");
     }
     recording.end().expect("a file");
 
@@ -147,7 +149,9 @@ fn a_picture_of_a_log() {
         };
         end = frame.time;
         if let Ok(estimate) = estimator.update(&frame) {
-            recording.log(&frame, &estimate).expect("it is written");
+            recording
+                .log(&frame, &estimate, None)
+                .expect("it is written");
         }
     }
     recording.end().expect("a file");

@@ -6,7 +6,10 @@
 //! zeros of the joints over the way.
 
 mod across;
+mod contradiction;
 mod wirings;
+
+pub use contradiction::contradiction;
 
 use crate::check::check;
 use crate::check::report::{Finding, Verdict};
