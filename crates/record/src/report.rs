@@ -86,9 +86,12 @@ const FEW_OUT_OF_RANGE: f64 = 0.01;
 /// The estimators of a log of which many records are out of range.
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
     let of = |e: &EstimatorSummary| {
-        let out = e.means.as_ref().map_or(e.samples, |m| m.out_of_range);
-        // Counts of records.
-        let share = out as f64 / e.samples.max(1) as f64;
+        let share = e
+            .means
+            .as_ref()
+            .map_or(f64::from(u8::from(e.samples > 0)), |m| {
+                m.share(m.out_of_range, e.samples)
+            });
         (summary.log.is_some() && share > FEW_OUT_OF_RANGE).then(|| {
             format!(
                 "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \

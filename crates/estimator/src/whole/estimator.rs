@@ -97,6 +97,11 @@ pub struct WholeEstimate {
 }
 
 impl WholeEstimate {
+    /// Mean misfit over a log beyond which its readings contradict each other: chi-square with three
+    /// degrees of freedom is larger once in 10 000 times. Errors of a drive may last as long as the
+    /// drive, which is then one such number, so that a longer one proves no more.
+    pub const LARGEST_MISFIT: f64 = 21.1;
+
     /// Standard deviation of N of wheel `i` (0 to 5), N.
     pub fn sigma_normal(&self, i: usize) -> Option<f64> {
         let variance: &f64 = self.covariance.get(i)?.get(i)?;

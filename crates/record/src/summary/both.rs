@@ -2,14 +2,10 @@
 
 use super::parts::TorqueScaleSummary;
 use robhaz_estimator::TorqueScale;
+use robhaz_estimator::whole::WholeEstimate;
 use robhaz_run::{BothDescription, BothFrame};
 use robhaz_score::{BothErrors, BothStatistics, Sum};
 use serde::{Deserialize, Serialize};
-
-/// Mean misfit beyond which readings contradict each other: chi-square with three degrees of freedom
-/// is larger once in 10 000 times. The errors of a drive may last as long as the drive, which is then
-/// one such number, so that a longer one proves no more.
-const LARGEST_MISFIT: f64 = 21.1;
 
 /// The rover as a whole, over the records that count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,9 +99,10 @@ impl BothSums {
 
     /// The summary of a run whose sides have the mass `described` each, kg; `None` without records.
     pub fn summary(&self, run: &BothDescription, described: f64) -> Option<BothSummary> {
+        let largest = WholeEstimate::LARGEST_MISFIT;
         let misfit = self.misfit.mean(self.samples - self.dragged);
-        let beyond = misfit.filter(|misfit| *misfit > LARGEST_MISFIT).map(|misfit| {
-            format!("the nine equations of the rover have a misfit of {misfit:.0} on average, where 3 is expected and correct readings have {LARGEST_MISFIT} once in 10 000 logs")
+        let beyond = misfit.filter(|misfit| *misfit > largest).map(|misfit| {
+            format!("the nine equations of the rover have a misfit of {misfit:.0} on average, where 3 is expected and correct readings have {largest} once in 10 000 logs")
         });
         let contradictions = run.contradiction.clone().into_iter().chain(beyond);
         let (least_tip_margin, least_tip_margin_s, line) = self.least?;

@@ -7,8 +7,8 @@
 //! under the right one), for all others together in at most their number times as many. The sums are
 //! those of one sample in [`LASTS`], for which the errors of the filters' equations last.
 
-use super::across;
 use super::wirings::{WIRINGS, wired};
+use super::{STRAIGHT, across};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::DRIVING_SPEED;
@@ -109,6 +109,16 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<S
     let direct = direct.iter().find(|finding| is_fault(finding));
     if let Some(finding) = direct {
         return Some(format!("{}: {}", finding.channel, finding.figure));
+    }
+    // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
+    let wrong = |i: &usize| across::torque_follows(frames, *i) == Some(false);
+    if across::turn(frames) < STRAIGHT
+        && let Some(i) = (0..3).find(wrong)
+    {
+        let wheel = i + 1;
+        return Some(format!(
+            "the torques of left and right wheel {wheel} answer the encoders of the other side"
+        ));
     }
     let part = part(frames, stated.rover.side.geometry.wheel_radius);
     let own = judged(&part, stated, 0)?;

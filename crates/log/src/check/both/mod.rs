@@ -6,6 +6,7 @@
 //! zeros of the joints over the way.
 
 mod across;
+mod agreement;
 mod contradiction;
 mod wirings;
 
@@ -50,10 +51,16 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         settings,
         ..*stated
     };
-    let mut findings = Vec::new();
-    for (side, name) in ["left", "right"].into_iter().enumerate() {
-        findings.extend(of_side(frames, stated, side, name));
+    let ranges = across::ranges(frames, stated.rover);
+    if !ranges.is_empty() {
+        let remedy = "correct the readings that no rover can have first";
+        let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
+        return ranges.into_iter().chain([others]).collect();
     }
+    let [left, right] = [(0, "left"), (1, "right")];
+    let mut sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
+    mirrored(&mut sides);
+    let mut findings = sides.concat();
     // In a turn the set speeds differ.
     let is_straight = across::turn(frames) < STRAIGHT;
     let follows = [0, 1, 2].map(|i| across::torque_follows(frames, i).filter(|_| is_straight));
@@ -69,6 +76,12 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         .any(|f| f.verdict == Verdict::Fault && hides(f));
     findings.push(torques);
     let zeros = across::zeros(frames, stated);
+    // One remedy for one pin: the way tells its zero from that of the body.
+    for (zero, side) in zeros.iter().zip(["left", "right"]) {
+        let is_twin = |f: &Finding| f.test == "zero on the ground" && f.channel.starts_with(side);
+        let tells = zero.verdict != Verdict::CannotTell;
+        findings.retain(|f| !(tells && is_twin(f)));
+    }
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
     let zeroed = zeros.iter().all(|f| f.verdict != Verdict::Fault);
     findings.extend(zeros);
@@ -76,8 +89,39 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     let (of_wirings, wired) = wirings::findings(frames, stated, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
-    findings.push(across::yaw(&wired, stated.rover));
+    let yaw = across::yaw(&wired, stated.rover);
+    if yaw.verdict != Verdict::Fault {
+        findings.extend(across::steering(&wired, stated.rover));
+    }
+    findings.push(yaw);
+    let is_found = findings.iter().any(|f| f.verdict == Verdict::Fault);
+    findings.extend(agreement::findings(&wired, stated, is_found));
     findings
+}
+
+/// Motors that are mounted mirror-wise count the other way on one side: where the other side shows that
+/// the body's readings are right, encoders and torques of this one are not.
+fn mirrored(sides: &mut [Vec<Finding>; 2]) {
+    for (k, name) in [(0, "left"), (1, "right")] {
+        let is_right = |f: &Finding| f.test == "acceleration" && f.verdict == Verdict::Ok;
+        if !sides[1 - k].iter().any(is_right) {
+            continue;
+        }
+        let is_it = |f: &&mut Finding| {
+            f.test == "sign at the start"
+                && f.verdict == Verdict::Fault
+                && f.channel.contains("gyros")
+        };
+        if let Some(finding) = sides[k].iter_mut().find(is_it) {
+            finding.channel = format!("{name}: encoders 1 to 3, torques 1 to 3");
+            "the wheels accelerate the other way than those of the other side and the body"
+                .clone_into(&mut finding.figure);
+            let remedy = format!(
+                "turn the signs of all angles and torques of the {name} side: its motors are mounted mirror-wise"
+            );
+            *finding = finding.clone().fault(remedy);
+        }
+    }
 }
 
 /// The tests of one side, whose links' readings are made of those of the body and the joints.
@@ -122,6 +166,11 @@ fn of_side(
                 .cannot_tell("measure a way: distance over turns of the wheels");
         }
         finding.channel = format!("{name}: {}", finding.channel);
+        // The reading's own name in a remedy.
+        if let Some(remedy) = &mut finding.remedy {
+            let own = format!("{name}_pin_angle");
+            *remedy = remedy.replace(&own, "pin_angle").replace("pin_angle", &own);
+        }
     }
     findings
 }
