@@ -97,10 +97,19 @@ pub struct WholeEstimate {
 }
 
 impl WholeEstimate {
-    /// Mean misfit over a log beyond which its readings contradict each other: chi-square with three
-    /// degrees of freedom is larger once in 10 000 times. Errors of a drive may last as long as the
-    /// drive, which is then one such number, so that a longer one proves no more.
-    pub const LARGEST_MISFIT: f64 = 21.1;
+    /// Mean misfit over a drive beyond which its readings contradict each other: correct ones are there
+    /// once in 10 000 drives. `rolled` is how far the wheels have turned, rad.
+    ///
+    /// The mean of n independent misfits is a chi-square with 3 n degrees of freedom over n (its quantile
+    /// by Wilson and Hilferty). One is independent of the last after five wheel radii, over which axial
+    /// forces last; some errors last as long as the drive, so that no more than eight count.
+    pub fn largest_misfit(rolled: f64) -> f64 {
+        const DEVIATE: f64 = 3.72;
+        let samples = (rolled / 5.0).clamp(1.0, 8.0);
+        let share = 2.0 / (9.0 * 3.0 * samples);
+        let root = 1.0 - share + DEVIATE * robhaz_model::sqrt(share);
+        3.0 * root * root * root
+    }
 
     /// Standard deviation of N of wheel `i` (0 to 5), N.
     pub fn sigma_normal(&self, i: usize) -> Option<f64> {
@@ -694,5 +703,25 @@ fn side_forces(side: usize, states: [&SideState; 2], forces: &WholeForces) -> Fo
         normal: [0, 1, 2].map(|i| forces.normal[3 * side + i]),
         traction: state.traction,
         covariance,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tables of the chi-square: 21.11 is the upper 1e-4 quantile of three degrees of freedom, 58.6 of 24;
+    /// the approximation errs by 4 % and less.
+    #[test]
+    fn the_largest_misfit_is_a_quantile() {
+        for (rolled, expected) in [
+            (0.0, 21.11),
+            (5.0, 21.11),
+            (40.0, 58.6 / 8.0),
+            (1e9, 58.6 / 8.0),
+        ] {
+            let found = WholeEstimate::largest_misfit(rolled);
+            assert!((found / expected - 1.0).abs() < 0.04, "{rolled}: {found}");
+        }
     }
 }

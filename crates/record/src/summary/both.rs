@@ -56,6 +56,9 @@ pub(super) struct BothSums {
     samples: u64,
     dragged: u64,
     misfit: Sum,
+    /// How far the wheels have turned, rad, and the last sum of their angles.
+    rolled: f64,
+    turned: Option<f64>,
     scale: Option<TorqueScale>,
 }
 
@@ -72,8 +75,12 @@ impl BothSums {
         };
         self.samples += 1;
         self.dragged += u64::from(estimate.dragged);
+        let turned = record.sides.readings.wheel_angle.iter().copied();
+        let turned = turned.sum::<Option<f64>>();
+        let step = turned.and_then(|now| Some((now - self.turned.replace(now)?).abs() / 6.0));
         if !estimate.dragged {
             self.misfit.add(estimate.misfit);
+            self.rolled += step.unwrap_or(0.0);
         }
         self.lateral_force.add(estimate.lateral_force);
         let share = estimate.axial_share.abs();
@@ -99,10 +106,10 @@ impl BothSums {
 
     /// The summary of a run whose sides have the mass `described` each, kg; `None` without records.
     pub fn summary(&self, run: &BothDescription, described: f64) -> Option<BothSummary> {
-        let largest = WholeEstimate::LARGEST_MISFIT;
+        let largest = WholeEstimate::largest_misfit(self.rolled);
         let misfit = self.misfit.mean(self.samples - self.dragged);
         let beyond = misfit.filter(|misfit| *misfit > largest).map(|misfit| {
-            format!("the nine equations of the rover have a misfit of {misfit:.0} on average, where 3 is expected and correct readings have {largest} once in 10 000 logs")
+            format!("the nine equations of the rover have a misfit of {misfit:.1} on average, where 3 is expected and correct readings have {largest:.1} once in 10 000 drives")
         });
         let contradictions = run.contradiction.clone().into_iter().chain(beyond);
         let (least_tip_margin, least_tip_margin_s, line) = self.least?;

@@ -186,6 +186,44 @@ pub fn yaw(frames: &[WholeFrame], rover: &WholeRover) -> Finding {
     }
 }
 
+/// Wheels of left and right that turn against each other while the body does not spin: motors that are
+/// mounted mirror-wise count the other way.
+pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
+    let radius = rover.side.geometry.wheel_radius;
+    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+    let (mut sums, mut spun, mut last) = ([0.0; 3], [0.0; 2], None);
+    for frame in frames {
+        let sum = |side: usize| {
+            let wheels = frame.wheel_angle[3 * side..][..3].iter();
+            Some(wheels.copied().sum::<Option<f64>>()? / 3.0)
+        };
+        let (Some(left), Some(right), [.., Some(rate)]) = (sum(0), sum(1), frame.rates) else {
+            continue;
+        };
+        let Some((time, before)) = last.replace((frame.time, [left, right])) else {
+            continue;
+        };
+        let [left, right] = [left - before[0], right - before[1]];
+        for (sum, x) in sums
+            .iter_mut()
+            .zip([left * left, right * right, left * right])
+        {
+            *sum += x;
+        }
+        let by_wheels = radius * (right - left) / (2.0 * track);
+        let step = (frame.time - time).min(LONGEST_GAP);
+        spun[0] += by_wheels * by_wheels;
+        spun[1] += by_wheels * rate * step;
+    }
+    let [left, right, product] = sums;
+    let (correlation, share) = (product / (left * right).sqrt(), spun[1] / spun[0]);
+    (correlation < -0.5 && share.abs() < SMALL).then(|| {
+        let figure = format!("they turn against each other (correlation {correlation:.2}), and the body does not spin");
+        let finding = Finding::ok("left and right wheels", "encoders of both sides", figure);
+        finding.with("correlation", correlation, "-").fault("motors that are mounted mirror-wise count the other way: turn the signs of all angles and torques of the side that counts backwards on the way forward")
+    })
+}
+
 /// Readings of a rover that are beyond what it can do, as angles in another unit are.
 pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     /// Share of the frames beyond its range that is no spike.
@@ -467,6 +505,26 @@ mod tests {
         let mut frames = turn_left(|_| ());
         frames.retain(|f| !(2.0..6.0).contains(&f.time));
         assert_eq!(yaw(&frames, &rover()).verdict, Verdict::Ok);
+    }
+
+    /// Motors mounted mirror-wise: the right wheels count backwards. A rover that spins on the spot, and one
+    /// that drives on, have none.
+    #[test]
+    fn mirrored_motors_are_found() {
+        let right = |f: &mut WholeFrame, way: f64| {
+            f.wheel_angle = [1.0, 1.0, 1.0, way, way, way].map(|way| Some(2.0 * way * f.time));
+        };
+        let found = |way: f64, rate: f64| {
+            let spins = |f: &mut WholeFrame| {
+                right(f, way);
+                f.rates[2] = Some(rate);
+            };
+            opposed(&turn_left(spins), &rover())
+        };
+        assert!(found(-1.0, 0.0).is_some());
+        assert!(found(1.0, 0.0).is_none());
+        // 2 rad/s at 0.075 m, half track 0.208 m: clockwise.
+        assert!(found(-1.0, -0.72).is_none());
     }
 
     /// Joints in degrees are beyond what a rover can do; spikes are not.

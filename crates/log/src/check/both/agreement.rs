@@ -13,15 +13,19 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
         return Vec::new();
     };
     let (mut scale, mut faulty, mut first) = (None, Channels::NONE, None);
-    let (mut misfit, mut count) = (0.0, 0.0);
+    let (mut misfit, mut count, mut rolled) = (0.0, 0.0, 0.0);
+    let mut last = None;
     for frame in frames {
         let Ok(estimate) = estimator.update(frame) else {
             continue;
         };
         scale = Some(estimate.torque_scale);
+        let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
+        let step = turned.and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
         if !estimate.dragged {
             misfit += estimate.misfit;
             count += 1.0;
+            rolled += step.unwrap_or(0.0);
         }
         let of_sides = estimate
             .sides
@@ -67,7 +71,7 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
         );
     }
     let finding = Finding::ok("agreement of both sides", "all", figure).with("misfit", mean, "-");
-    let agrees = first.is_none() && !(mean > WholeEstimate::LARGEST_MISFIT);
+    let agrees = first.is_none() && !(mean > WholeEstimate::largest_misfit(rolled));
     all.push(match (agrees, is_found) {
         (true, _) => finding,
         (false, true) => finding.cannot_tell("correct the faults above first"),

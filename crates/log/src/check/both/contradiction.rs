@@ -106,7 +106,8 @@ fn part(frames: &[WholeFrame], radius: f64) -> Vec<(WholeFrame, f64)> {
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
     let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
     let direct = [across::roll(frames), across::yaw(frames, stated.rover)];
-    let direct = direct.iter().find(|finding| is_fault(finding));
+    let opposed = across::opposed(frames, stated.rover);
+    let direct = direct.iter().chain(&opposed).find(|f| is_fault(f));
     if let Some(finding) = direct {
         return Some(format!("{}: {}", finding.channel, finding.figure));
     }

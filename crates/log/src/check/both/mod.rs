@@ -58,9 +58,13 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         return ranges.into_iter().chain([others]).collect();
     }
     let [left, right] = [(0, "left"), (1, "right")];
-    let mut sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
-    mirrored(&mut sides);
+    let sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
     let mut findings = sides.concat();
+    if let Some(opposed) = across::opposed(frames, stated.rover) {
+        // A side by itself would look for the cause in the body.
+        findings.retain(|f| f.test != "sign at the start");
+        findings.push(opposed);
+    }
     // In a turn the set speeds differ.
     let is_straight = across::turn(frames) < STRAIGHT;
     let follows = [0, 1, 2].map(|i| across::torque_follows(frames, i).filter(|_| is_straight));
@@ -97,31 +101,6 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     let is_found = findings.iter().any(|f| f.verdict == Verdict::Fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
     findings
-}
-
-/// Motors that are mounted mirror-wise count the other way on one side: where the other side shows that
-/// the body's readings are right, encoders and torques of this one are not.
-fn mirrored(sides: &mut [Vec<Finding>; 2]) {
-    for (k, name) in [(0, "left"), (1, "right")] {
-        let is_right = |f: &Finding| f.test == "acceleration" && f.verdict == Verdict::Ok;
-        if !sides[1 - k].iter().any(is_right) {
-            continue;
-        }
-        let is_it = |f: &&mut Finding| {
-            f.test == "sign at the start"
-                && f.verdict == Verdict::Fault
-                && f.channel.contains("gyros")
-        };
-        if let Some(finding) = sides[k].iter_mut().find(is_it) {
-            finding.channel = format!("{name}: encoders 1 to 3, torques 1 to 3");
-            "the wheels accelerate the other way than those of the other side and the body"
-                .clone_into(&mut finding.figure);
-            let remedy = format!(
-                "turn the signs of all angles and torques of the {name} side: its motors are mounted mirror-wise"
-            );
-            *finding = finding.clone().fault(remedy);
-        }
-    }
 }
 
 /// The tests of one side, whose links' readings are made of those of the body and the joints.
