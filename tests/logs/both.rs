@@ -559,13 +559,23 @@ fn an_estimate_says_that_readings_contradict_each_other() {
         assert!(is_told && said.contains(expected), "{expected}: {said}");
         assert!(said.contains("`robhaz check`"), "{said}");
     }
-    // A torque of each side: the speed control answers for the wrong wheel.
-    let fixture = std::fs::read_to_string(fixture("readings.csv")).unwrap();
-    let (left, right) = ("left_wheel2_motor_torque", "right_wheel2_motor_torque");
-    let log = fixture.replace(left, "kept").replace(right, left);
-    std::fs::write(&wrong, log.replace("kept", right)).unwrap();
+    // Motors that are mounted mirror-wise: the right wheels count backwards.
+    let right = fixture("readings.csv");
+    let text = std::fs::read_to_string(&right).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    rewritten(&right, &wrong, |_, cells| {
+        let is_right = |(name, _): &(&&str, &mut String)| name.starts_with("right_wheel");
+        for (_, cell) in header.iter().zip(cells).filter(is_right) {
+            let value: f64 = cell.parse().unwrap();
+            *cell = format!("{:?}", -value);
+        }
+        true
+    });
     let (is_told, said) = first(&wrong);
-    assert!(is_told && said.contains("left and right wheel 2"), "{said}");
+    assert!(
+        is_told && said.contains("turn against each other"),
+        "{said}"
+    );
 }
 
 /// The torques against the weight of the rover: in table and summary, and their ratio is 1 within three of its

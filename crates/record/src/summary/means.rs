@@ -162,10 +162,11 @@ mod tests {
     /// their number, of those of the summary.
     #[test]
     fn flags_are_shares_of_the_records_with_an_estimate() {
-        let mut sums = ForceSums::default();
-        for _ in 0..8 {
-            sums.add(Some(&Estimate::default()));
-        }
+        let sums = ForceSums {
+            samples: 8,
+            averaged: 8,
+            ..ForceSums::default()
+        };
         let means = sums.means().expect("records");
         assert!((means.share(2, 1) - 0.25).abs() < 1e-15);
         let older = MeanForces {

@@ -4,8 +4,7 @@ use crate::reading::{chunks, messages, rows, scalars};
 use re_log_types::LogMsg;
 use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
 use re_sdk_types::components::{LineStrip3D, Translation3D, Vector3D};
-use robhaz_estimator::SensorFrame;
-use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{SideReadings, WholeEstimator, WholeFrame};
 use robhaz_model::WholeRover;
 use robhaz_run::{
     BothDescription, BothFrame, BothSides, BothTruth, EstimatedTerrain, Frame, RunDescription,
@@ -169,6 +168,7 @@ fn true_forces_are_drawn() {
             normal_force: [0.0; 6],
             in_plane: None,
         };
+        let [sensors, _] = SideReadings::new(&rover, 0.0).frames(&readings);
         let sides = BothSides {
             readings,
             truth: (k % 2 == 0).then_some(truth),
@@ -177,7 +177,7 @@ fn true_forces_are_drawn() {
             time,
             truth: None,
             clearances: None,
-            sensors: &SensorFrame::default(),
+            sensors: &sensors,
             both: Some(BothFrame {
                 sides: &sides,
                 estimate: Some(&estimate),
@@ -208,7 +208,8 @@ fn true_forces_are_drawn() {
     let plot = scalars(&chunks, "/series/normal_force/right");
     assert!(plot.len() == 51 && plot.iter().all(|(_, row)| row.len() == 12));
     let truth = |row: usize| [0, 4, 8].map(|line| plot[row].1[line]);
-    assert_eq!(truth(2), [4.0, 5.0, 6.0]);
+    let expected = [4.0, 5.0, 6.0].map(f64::to_bits);
+    assert_eq!(truth(2).map(f64::to_bits), expected);
     assert!(truth(3).iter().all(|n| n.is_nan()));
 }
 

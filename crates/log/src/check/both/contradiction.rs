@@ -139,7 +139,8 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<S
     let least = (others / CHANCE).ln();
     let evidence = |sum: f64| 0.5 * samples * (own.sum - sum);
     // No wiring has less than 0.
-    if !(evidence(0.0) > least) {
+    let at_most = evidence(0.0);
+    if at_most.is_nan() || at_most <= least {
         return None;
     }
     let all = (1..WIRINGS.len()).filter_map(|k| judged(&part, stated, k));
