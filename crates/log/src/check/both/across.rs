@@ -466,7 +466,8 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         assert!(faults(|_| ()).is_empty());
-        let cases: [(fn(&mut WholeFrame), &str); 3] = [
+        type Case = (fn(&mut WholeFrame), &'static str);
+        let cases: [Case; 3] = [
             (
                 |f| f.steering[3] = f.steering[3].map(|x| -x),
                 "turn the sign",
