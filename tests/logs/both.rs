@@ -481,3 +481,207 @@ fn check_finds_what_is_exchanged() {
         assert_eq!(faults.count(), 1, "{expected}: {said}");
     }
 }
+
+/// The rows of a table, changed by `change` (row, cells), below its header.
+fn rewritten(table: &Path, out: &Path, change: impl Fn(usize, &mut Vec<String>) -> bool) {
+    let text = std::fs::read_to_string(table).unwrap();
+    let mut lines = text.lines();
+    let mut kept = lines.next().unwrap().to_owned() + "\n";
+    for (row, line) in lines.enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if change(row, &mut cells) {
+            kept += &(cells.join(",") + "\n");
+        }
+    }
+    std::fs::write(out, kept).unwrap();
+}
+
+/// A truth as fast as the log is compared with at every frame, whatever the stamps err by: interpolated, N errs as with
+/// equal stamps, to a tenth. A slower one is compared with once a row, which is said.
+#[test]
+fn every_frame_has_its_truth() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let found = |log: &Path, truth: &Path| {
+        let truth = truth.display().to_string();
+        let said = estimate(path, log, &["--truth", &truth, "--out", "out", "--force"]);
+        let summary = summary(&path.join("out"));
+        let side = &summary["estimators"]["kalman-right"];
+        let nrmse = summary["both"]["in_plane_normal_force"]["nrmse"].as_f64();
+        (side["samples"].as_u64().unwrap(), nrmse.unwrap(), said)
+    };
+    let (log, truth) = (fixture("readings.csv"), fixture("truth.csv"));
+    let (all, nrmse, _) = found(&log, &truth);
+    // 50 Hz from 2.5 s on.
+    assert_eq!(all, 175);
+    // Up to 0.4 of a period, as of a driver that waits for a bus.
+    let jittered = path.join("jittered.csv");
+    rewritten(&log, &jittered, |row, cells| {
+        let time: f64 = cells[0].parse().unwrap();
+        let off = [0.0, 0.008, -0.008, -0.004, 0.006][row % 5];
+        cells[0] = format!("{:?}", time + if row > 0 { off } else { 0.0 });
+        true
+    });
+    let (count, error, _) = found(&jittered, &truth);
+    assert!(count.abs_diff(all) <= 1, "{count} of {all}");
+    assert!(error < 2.0 * nrmse, "{error} {nrmse}");
+    let slow = path.join("slow.csv");
+    rewritten(&truth, &slow, |row, _| row % 2 == 0);
+    let (count, error, _) = found(&log, &slow);
+    assert!(count.abs_diff(all / 2) <= 1, "{count}");
+    assert!((error - nrmse).abs() < 0.1 * nrmse, "{error} {nrmse}");
+    let mut command = robhaz(path);
+    let (log, slow) = (log.display().to_string(), slow.display().to_string());
+    command.args([
+        "estimate",
+        &log,
+        "--robot",
+        &robot(),
+        "--sensors",
+        "mine.toml",
+    ]);
+    command.args([
+        "--truth", &slow, "--out", "out", "--force", "--rerun", "off",
+    ]);
+    let said = text(&command.output().unwrap().stderr);
+    assert!(said.contains("of the 175 frames that count"), "{said}");
+}
+
+/// The longer drive of the estimator's tests: bumps under the left side, 9 s at 50 Hz.
+fn drive() -> PathBuf {
+    root().join("crates/estimator/tests/whole_rover/drive.csv")
+}
+
+/// An estimate says in its first lines that exchanged sides and wrong signs contradict each other, and nothing of
+/// correct readings; summary and terminal say the same.
+#[test]
+fn an_estimate_says_that_readings_contradict_each_other() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let first = |log: &Path| {
+        let said = estimate(path, log, &["--out", "out", "--force"]);
+        let first = said.lines().next().unwrap().to_owned();
+        let told = &summary(&path.join("out"))["both"]["contradictions"];
+        let is_told = told.as_array().is_some_and(|all| !all.is_empty());
+        assert_eq!(
+            is_told,
+            first.contains("READINGS CONTRADICT EACH OTHER"),
+            "{first}"
+        );
+        (is_told, first)
+    };
+    for right in [fixture("readings.csv"), drive()] {
+        let (is_told, said) = first(&right);
+        assert!(!is_told, "{said}");
+    }
+    let drive = std::fs::read_to_string(drive()).unwrap();
+    let exchanged = |a: &str, b: &str| drive.replace(a, "kept").replace(b, a).replace("kept", b);
+    let wrong = path.join("wrong.csv");
+    for (log, expected) in [
+        (
+            exchanged("left_pin_angle", "right_pin_angle"),
+            "exchanged, or a sign turned",
+        ),
+        (
+            exchanged(",left_wheel", ",right_wheel"),
+            "exchanged, or a sign turned",
+        ),
+    ] {
+        std::fs::write(&wrong, log).unwrap();
+        let (is_told, said) = first(&wrong);
+        assert!(is_told && said.contains(expected), "{expected}: {said}");
+        assert!(said.contains("`robhaz check`"), "{said}");
+    }
+    // Motors that are mounted mirror-wise: the right wheels count backwards.
+    let right = fixture("readings.csv");
+    let text = std::fs::read_to_string(&right).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    rewritten(&right, &wrong, |_, cells| {
+        let is_right = |(name, _): &(&&str, &mut String)| name.starts_with("right_wheel");
+        for (_, cell) in header.iter().zip(cells).filter(is_right) {
+            let value: f64 = cell.parse().unwrap();
+            *cell = format!("{:?}", -value);
+        }
+        true
+    });
+    let (is_told, said) = first(&wrong);
+    assert!(
+        is_told && said.contains("turn against each other"),
+        "{said}"
+    );
+}
+
+/// The torques against the weight of the rover: in table and summary, and their ratio is 1 within three of its
+/// deviations on a drive over bumps, whose length shows it to a tenth.
+#[test]
+fn the_weight_of_the_rover_is_compared_with_the_torques() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let said = estimate(path, &drive(), &["--format", "csv", "--out", "out"]);
+    let scale = summary(&path.join("out"))["both"]["torque_scale"].clone();
+    let [ratio, sigma] = ["ratio", "sigma"].map(|key| scale[key].as_f64().unwrap());
+    assert!((ratio - 1.0).abs() < 3.0 * sigma, "{scale}");
+    assert!(said.contains(scale["words"].as_str().unwrap()), "{said}");
+    let weight = &forces(path, "out")["weight"];
+    let state = ["contradicts", "unconfirmed", "confirmed"];
+    let last = state[(weight.last().unwrap() + 1.0) as usize];
+    assert_eq!(scale["confirmation"], last);
+}
+
+/// Fig. 6 of both sides has six wheels, each true and estimated.
+#[test]
+fn figure_6_shows_both_sides() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let truth = fixture("truth.csv").display().to_string();
+    estimate(
+        path,
+        &fixture("readings.csv"),
+        &["--truth", &truth, "--out", "out"],
+    );
+    let figure = std::fs::read_to_string(path.join("out/figures/fig6_forces.svg")).unwrap();
+    for panel in [
+        "kalman-left: Wheel 1 (front)",
+        "kalman-right: Wheel 3 (rear)",
+        "true",
+    ] {
+        assert!(figure.contains(panel), "{panel}");
+    }
+}
+
+/// A log with columns of steering that are empty, as of a rover whose wheels do not steer: an estimate, exported to
+/// either format, reads back to the same bits.
+#[test]
+fn empty_steering_can_be_exported() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let readings = std::fs::read_to_string(fixture("readings.csv")).unwrap();
+    let mut lines = readings.lines();
+    let mut text = format!(
+        "{},left_wheel1_steering,right_wheel3_steering\n",
+        lines.next().unwrap()
+    );
+    lines.for_each(|line| text += &format!("{line},,\n"));
+    std::fs::write(path.join("log.csv"), text).unwrap();
+    estimate(
+        path,
+        &path.join("log.csv"),
+        &["--format", "csv", "--out", "run"],
+    );
+    for format in ["mcap", "csv"] {
+        let mut export = robhaz(path);
+        export.args(["export", "run", "--to", format, "--force"]);
+        assert!(export.status().unwrap().success(), "{format}");
+        let exported = path.join(format!("run.{format}"));
+        estimate(
+            path,
+            &exported,
+            &["--format", "csv", "--out", "again", "--force"],
+        );
+        assert_same_files(
+            &path.join("run"),
+            &path.join("again"),
+            &["estimate-kalman.csv"],
+        );
+    }
+}

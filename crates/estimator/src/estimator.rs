@@ -10,6 +10,7 @@ use crate::methods::{Across, KalmanFilters, PaperFilters, SideState, Step};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
 use crate::statics::Forces;
+use crate::torque_scale::{Rolling, ScaleFilter};
 use robhaz_model::{Robot, Units};
 
 /// An estimator for one robot. It takes one frame of readings after the other.
@@ -187,6 +188,7 @@ impl Estimator {
             shares: across.shares,
             slip: across.slip.map(|slip| slip / speed),
             dragged: across.dragged,
+            trailing: across.trailing,
         };
         let step = filters.advance(&instant)?;
         let budget = &self.nominal.settings.budget;
@@ -205,6 +207,22 @@ impl Estimator {
             Filters::Kalman(filters) => Some(&mut filters.motion),
             Filters::Paper(_) => None,
         }
+    }
+
+    /// For the torques of a whole rover, by the mean of both sides, against its weight, in the units of
+    /// the filters. `trailing`: see [`Across`].
+    pub(crate) fn scale_filter(&self, trailing: usize) -> ScaleFilter {
+        KalmanFilters::scale_filter(&self.nominal, trailing)
+    }
+
+    /// How a side rolls, as of its last estimate, in the units of the filters.
+    pub(crate) fn rolling(&self) -> Option<&Rolling> {
+        self.kalman_filters()?.rolling.as_ref()
+    }
+
+    /// The weight of a side, in the units of the filters, and the relative error of its mass.
+    pub(crate) fn weight(&self) -> (f64, f64) {
+        (3.0 * self.nominal.mean_load, self.nominal.mass_sigma)
     }
 
     /// Takes the state of a side anew, after its motion filter was corrected.

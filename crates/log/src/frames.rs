@@ -11,6 +11,7 @@ use crate::readings::{self, Reading, Values, frame, side_frame, whole_frame};
 use crate::survey::{Channel, Survey};
 use crate::truth::FoundTruth;
 use robhaz_estimator::SensorFrame;
+use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::BodyMount;
 use robhaz_run::{BothSides, ChannelReport, LogReport, RunError, Sample, Source};
 use robhaz_sim::Truth;
@@ -22,6 +23,9 @@ const ROUNDING: f64 = 0.5e-6;
 
 /// A row is joined to the next one if that is nearer than this, in periods.
 const LONGEST_STEP: f64 = 2.5;
+/// A row of the truth counts for the frames that are nearer than this, in periods of the frames: for one
+/// frame where the truth is slower, and a frame has one wherever the truth is as fast, whatever its stamp.
+const NEAR: f64 = 0.6;
 /// Changes of the slope beyond this many times the usual ones are jumps: there a reading stays as it
 /// was read, so that a wrong one spoils one frame alone.
 const JUMP: f64 = 10.0;
@@ -71,9 +75,21 @@ impl Frames {
     }
 
     /// All frames, without readings of the body; of a log of both sides the wheels of one (0 left, 1
-    /// right). It starts at the first row again.
+    /// right).
     pub fn all(&mut self, side: usize) -> Vec<SensorFrame> {
-        let of_both = self.plan.is_of_both();
+        match self.plan.is_of_both() {
+            true => self.each(|time, values| side_frame(&whole_frame(time, values), side)),
+            false => self.each(|time, values| frame(time, values, None)),
+        }
+    }
+
+    /// All frames of a log of both sides.
+    pub fn all_of_both(&mut self) -> Vec<WholeFrame> {
+        self.each(whole_frame)
+    }
+
+    /// What `of` makes of the time (s) and the readings of each frame. It starts at the first row again.
+    fn each<T>(&mut self, of: impl Fn(f64, &Values) -> T) -> Vec<T> {
         let reports: Vec<_> = self
             .survey
             .channels
@@ -82,10 +98,7 @@ impl Frames {
             .collect();
         let mut all = Vec::new();
         while let Some((time, values, _)) = self.next_values() {
-            all.push(match of_both {
-                true => side_frame(&whole_frame(time, &values), side),
-                false => frame(time, &values, None),
-            });
+            all.push(of(time, &values));
         }
         self.next.fill(0);
         self.ages.fill((0.0, 0));
@@ -164,6 +177,50 @@ impl Frames {
         }
     }
 
+    /// The row of the truth nearest to a time (s), and, where it lies between two, the other one and the
+    /// share of the way to it. `None` where no row is near.
+    fn rows_of_truth(&self, channel: usize, time: f64) -> Option<(usize, Option<(usize, f64)>)> {
+        let Channel { times, report, .. } = &self.survey.channels[channel];
+        let after = times.partition_point(|at| *at <= time + ROUNDING);
+        let away = |row: usize| times.get(row).map_or(f64::INFINITY, |at| (at - time).abs());
+        let before = after.checked_sub(1);
+        let (near, far) = match before {
+            Some(before) if away(before) <= away(after) => (before, Some(after)),
+            _ => (after, before),
+        };
+        if away(near) > NEAR * self.survey.channels[0].report.period {
+            return None;
+        }
+        let step = far.map_or(f64::INFINITY, |far| away(near) + away(far));
+        let is_between = away(near) > ROUNDING && step <= LONGEST_STEP * report.period;
+        Some((
+            near,
+            far.filter(|_| is_between)
+                .map(|far| (far, away(near) / step)),
+        ))
+    }
+
+    /// The truth at the time of a frame, s.
+    fn truth_at(&self, channel: usize, time: f64) -> Option<FoundTruth> {
+        let (near, far) = self.rows_of_truth(channel, time)?;
+        let columns = self.plan.channels[channel].truth.as_ref()?;
+        let cells = self.cells(channel, near)?;
+        match far.and_then(|(far, share)| Some((self.cells(channel, far)?, share))) {
+            Some((far, share)) => columns.found(&columns.between(cells, far, share)),
+            None => columns.found(cells),
+        }
+    }
+
+    /// Number of the frames from a time (s) on, and of those with a row of the truth; `None` without
+    /// truth.
+    pub fn frames_with_truth(&self, from: f64) -> Option<(usize, usize)> {
+        let channel = self.plan.channels.iter().position(|c| c.truth.is_some())?;
+        let times = self.survey.channels[0].times.iter();
+        let counted = times.filter(|time| **time >= from);
+        let with = |time: &&f64| self.rows_of_truth(channel, **time).is_some();
+        Some((counted.clone().count(), counted.filter(with).count()))
+    }
+
     /// Time of the next row of a channel, s.
     fn next_time(&self, channel: usize) -> Option<f64> {
         let times = &self.survey.channels[channel].times;
@@ -171,11 +228,11 @@ impl Frames {
     }
 
     /// Goes past the next row of a channel.
-    fn take(&mut self, channel: usize) -> (Values, Option<FoundTruth>) {
+    fn take(&mut self, channel: usize) -> Values {
         let plan = &self.plan.channels[channel];
         let (row, columns) = (self.next[channel], plan.columns.len());
         self.next[channel] += 1;
-        plan.content(&self.survey.channels[channel].cells[row * columns..(row + 1) * columns])
+        plan.values(&self.survey.channels[channel].cells[row * columns..(row + 1) * columns])
     }
 
     /// Time (s), readings and truth of the next frame.
@@ -183,14 +240,17 @@ impl Frames {
         let time = self.next_time(0)?;
         let is_first = self.next[0] == 0;
         let (mut values, mut truth) = ([None; readings::COUNT], None);
-        let mut add = |(readings, found): (Values, Option<FoundTruth>)| {
-            truth = found.or(truth.take());
+        let mut add = |readings: Values| {
             for (own, new) in values.iter_mut().zip(readings) {
                 *own = new.or(*own);
             }
         };
         add(self.take(0));
         for i in 1..self.plan.channels.len() {
+            if self.plan.channels[i].truth.is_some() {
+                truth = self.truth_at(i, time);
+                continue;
+            }
             let mut taken = 0;
             while let Some(at) = self.next_time(i).filter(|at| *at <= time + ROUNDING) {
                 let row = self.next[i];
@@ -198,7 +258,7 @@ impl Frames {
                 let is_newest = self.next_time(i).is_none_or(|at| at > time + ROUNDING);
                 if is_newest {
                     self.ages[i].1 += 1;
-                    self.move_to(time, i, row, &mut content.0);
+                    self.move_to(time, i, row, &mut content);
                 }
                 let report = &mut self.survey.channels[i].report;
                 // Before the first frame a row is as new as one period of its channel.

@@ -1,6 +1,6 @@
 //! A log that is ready to be estimated.
 
-use crate::check::signs_are_lost;
+use crate::check::{StatedBoth, contradiction, signs_are_lost};
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward};
 use crate::frames::Frames;
@@ -148,6 +148,7 @@ impl Log {
         choice.compare_from = record.compare_from;
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         let mut frames = Frames::new(plan, survey, mount);
+        warnings.extend(few_compared(&frames, record.compare_from));
         let fingerprint = fingerprint(&files, &choice)?;
         let mut sides = vec![frames.all(0)];
         if choice.sides == LogSides::Both {
@@ -183,7 +184,7 @@ impl Log {
     ///
     /// # Errors
     /// [`LogError`] of a rover that cannot be estimated.
-    pub fn into_run(self) -> Result<Run, LogError> {
+    pub fn into_run(mut self) -> Result<Run, LogError> {
         let mut choice = self.choice.clone();
         choice.budget.jitter = self.jitter.counted(choice.budget.jitter);
         let mut description =
@@ -197,9 +198,15 @@ impl Log {
                 label: format!("{}-{side}", one.label),
                 ..one.clone()
             };
+            let stated = StatedBoth {
+                rover: &rover,
+                settings: one.settings,
+                joint: choice.pin,
+            };
             description.both = Some(BothDescription {
                 label: one.label.clone(),
                 coupling: rover.coupling,
+                contradiction: contradiction(&self.frames.all_of_both(), &stated),
             });
             description.estimators = ["left", "right"].map(side).into();
         }
@@ -346,6 +353,20 @@ fn check_truth(
     let is_whole = truth.whole == truth.rows;
     let notice = format!("the truth is compared with where it has N and T of each wheel: {lacks}");
     Ok((!is_whole).then_some(notice))
+}
+
+/// Says where only some of the frames can be compared with the truth.
+fn few_compared(frames: &Frames, compare_from: f64) -> Option<String> {
+    /// Share of the frames that may lack a truth: ends, single rows.
+    const FEW: f64 = 0.01;
+    let (count, with) = frames.frames_with_truth(compare_from)?;
+    // Counts of frames.
+    let lacking = (count - with) as f64;
+    (lacking > FEW * count as f64).then(|| {
+        format!(
+            "the truth has a row for {with} of the {count} frames that count: errors are those of these frames"
+        )
+    })
 }
 
 /// Checks that a log of both sides has all that is needed, of a rover that can be estimated.

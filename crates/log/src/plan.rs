@@ -6,7 +6,7 @@ use crate::formula::Formula;
 use crate::mcap_events::{self, Clock, Wanted};
 use crate::readings::{COUNT, Reading, Values};
 use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
-use crate::truth::{FoundTruth, TruthColumns};
+use crate::truth::TruthColumns;
 use crate::{csv_table, parquet_rows};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -161,14 +161,13 @@ impl ChannelPlan {
         LogError::place(&self.path, format!("channel {}", self.name), message)
     }
 
-    /// What a row's cells give: readings, truth.
-    pub fn content(&self, cells: &[f64]) -> (Values, Option<FoundTruth>) {
+    /// The readings of a row's cells.
+    pub fn values(&self, cells: &[f64]) -> Values {
         let mut values: Values = [None; COUNT];
         for (reading, formula) in &self.readings {
             values[reading.index()] = formula.value(cells);
         }
-        let columns = self.truth.as_ref();
-        (values, columns.and_then(|columns| columns.found(cells)))
+        values
     }
 }
 

@@ -204,6 +204,12 @@ pub fn is_column_of_both(name: &str) -> bool {
     wheel.is_some_and(|wheel| all.into_iter().any(|column| column == wheel))
 }
 
+/// Whether a column is a state or a contact angle.
+fn jumps(name: &str) -> bool {
+    let ends = ["contact_angle", "sliding", "contacts"];
+    ends.iter().any(|end| name.ends_with(end))
+}
+
 /// How the rows of a table are read as truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruthColumns {
@@ -211,6 +217,8 @@ pub struct TruthColumns {
     places: Vec<usize>,
     /// Whether the table has N of the equivalent contact of each wheel, as tables of runs have.
     has_equivalent: [bool; 3],
+    /// Whether each column is a state or a contact angle, which may jump from row to row.
+    jumps: Vec<bool>,
     /// Of a table of both sides, the cells of each wheel: N, T, N in the wheel's plane.
     both: Option<[[Option<usize>; 3]; 6]>,
 }
@@ -222,6 +230,7 @@ impl TruthColumns {
         Self {
             places: columns.iter().filter_map(|name| place(name)).collect(),
             has_equivalent: [1, 2, 3].map(|i| columns.contains(&equivalent(i))),
+            jumps: columns.iter().map(|name| jumps(name)).collect(),
             both: is_of_both(columns).then(|| {
                 core::array::from_fn(|i| {
                     let (side, wheel) = (SIDES[i / 3], i % 3 + 1);
@@ -232,6 +241,17 @@ impl TruthColumns {
                 })
             }),
         }
+    }
+
+    /// The cells between those of two rows, at the `share` of the way from the near one: what jumps is
+    /// that of the near one, and so is what the far one does not have.
+    pub fn between(&self, near: &[f64], far: &[f64], share: f64) -> Vec<f64> {
+        let cells = near.iter().zip(far).zip(&self.jumps);
+        let between = cells.map(|((near, far), jumps)| match far.is_finite() && !jumps {
+            true => near + (far - near) * share,
+            false => *near,
+        });
+        between.collect()
     }
 
     /// The truth of a row's cells, as [`Self::truth`] gives it, of one side or of both.

@@ -36,9 +36,9 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let floods = runs
         .iter()
         .flat_map(|(label, summary)| flood(label, summary));
-    let of_both = runs.iter().filter_map(|(label, summary)| {
-        let warning = summary.both.as_ref()?.warning()?;
-        Some(format!("{label}: {warning}"))
+    let of_both = runs.iter().flat_map(|(label, summary)| {
+        let warnings = summary.both.iter().flat_map(BothSummary::warnings);
+        warnings.map(move |warning| format!("{label}: {warning}"))
     });
     let warnings = floods.chain(of_both);
     let mut text = warnings.chain(tables).collect::<Vec<_>>().join("\n");
@@ -86,9 +86,12 @@ const FEW_OUT_OF_RANGE: f64 = 0.01;
 /// The estimators of a log of which many records are out of range.
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
     let of = |e: &EstimatorSummary| {
-        let out = e.means.as_ref().map_or(e.samples, |m| m.out_of_range);
-        // Counts of records.
-        let share = out as f64 / e.samples.max(1) as f64;
+        let share = e
+            .means
+            .as_ref()
+            .map_or(f64::from(u8::from(e.samples > 0)), |m| {
+                m.share(m.out_of_range, e.samples)
+            });
         (summary.log.is_some() && share > FEW_OUT_OF_RANGE).then(|| {
             format!(
                 "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \

@@ -43,6 +43,9 @@ pub struct BothDescription {
     pub label: String,
     /// What joins the sides.
     pub coupling: Coupling,
+    /// Why the readings of left and right contradict each other, before any estimate; `None` where
+    /// they do not.
+    pub contradiction: Option<String>,
 }
 
 /// An estimator of a run.

@@ -137,7 +137,8 @@ impl Sink for RecordingSink {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if let (Some(whole), Some(both)) = (&mut self.whole, &frame.both) {
             let estimate = both.estimate;
-            let done = estimate.map(|estimate| whole.log(&both.sides.readings, estimate));
+            let sides = both.sides;
+            let done = estimate.map(|e| whole.log(&sides.readings, e, sides.truth.as_ref()));
             return done.unwrap_or(Ok(())).or_else(|error| self.fail(error));
         }
         let Some((recorder, next_write)) = &mut self.run else {

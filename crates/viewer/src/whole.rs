@@ -6,7 +6,7 @@ use crate::colours::{self, Colour, WHEELS, by_index};
 use crate::draw::narrow;
 use crate::layout::{self, WHOLE_PLOTS as PLOTS};
 use crate::recorder::Ticker;
-use crate::series::{NARROW, WHEEL_NAMES};
+use crate::series::{NARROW, WHEEL_NAMES, WIDE};
 use crate::writer::{Target, Writer};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_sdk_types::archetypes::{
@@ -17,7 +17,7 @@ use re_sdk_types::components::{FillMode, MediaType, Radius};
 use re_sdk_types::datatypes::Quaternion;
 use robhaz_estimator::whole::{Joints, Link, Vec3, WholeEstimate, WholeFrame, WholePosture};
 use robhaz_model::{Coupling, Vec2, WholeRover};
-use robhaz_run::RunDescription;
+use robhaz_run::{BothTruth, RunDescription};
 use std::path::Path;
 
 /// Rate of animation and plots, Hz of the log's time.
@@ -37,12 +37,14 @@ const SIDES: [&str; 2] = ["left", "right"];
 
 /// Makes a Rerun recording of a rover with both sides: its drive in 3-D by dead reckoning, a track
 /// on the ground of each wheel, N and T as an arrow at each contact with two standard deviations of
-/// N, and plots.
+/// N, and plots; with truth the true forces beside.
 ///
 /// A reading that is missing is drawn as the last one.
 pub struct WholeRecording {
     out: Writer,
     rover: WholeRover,
+    /// Whether there are true forces.
+    has_truth: bool,
     due: Ticker,
     write: Ticker,
     pose: Pose,
@@ -73,6 +75,9 @@ struct Rows {
     links: Vec<[Vec<Vec3>; 4]>,
     /// Origin and vector of the arrows, and the bars at their tips.
     arrows: Vec<[(Vec3, Vec3); 6]>,
+    /// Those of the true forces, with their times.
+    true_times: Vec<f64>,
+    true_arrows: Vec<[(Vec3, Vec3); 6]>,
     bars: Vec<[Vec<Vec3>; 6]>,
     /// From the last contact to this one.
     tracks: Vec<[[Vec3; 2]; 6]>,
@@ -96,7 +101,7 @@ impl WholeRecording {
         let out = Writer::start(&destination, Target::create(path)?, name, fingerprint)?;
         let thinning = (duration / FULL_RATE_TIME).max(1.0);
         let write = thinning * CHUNK_TIME;
-        Self::begin(out, rover, name, [RATE / thinning, write], false)
+        Self::begin(out, rover, name, [RATE / thinning, write], [false; 2])
     }
 
     /// A recording of a run of both sides in an open target, `thinning` times rarer in time.
@@ -110,7 +115,8 @@ impl WholeRecording {
     ) -> Result<Self, ViewerError> {
         let out = Writer::start(destination, target, &run.name, run.fingerprint)?;
         let write = if is_live { 0.05 } else { thinning * CHUNK_TIME };
-        Self::begin(out, rover, &run.name, [RATE / thinning, write], is_live)
+        let has = [is_live, run.has_truth];
+        Self::begin(out, rover, &run.name, [RATE / thinning, write], has)
     }
 
     fn begin(
@@ -118,15 +124,17 @@ impl WholeRecording {
         rover: &WholeRover,
         name: &str,
         [rate, write]: [f64; 2],
-        is_live: bool,
+        [is_live, has_truth]: [bool; 2],
     ) -> Result<Self, ViewerError> {
         layout::log_whole(&mut out, rover, is_live)?;
-        declare(&mut out, rover)?;
-        let page = TextDocument::new(page(rover, name)).with_media_type(MediaType::markdown());
+        declare(&mut out, rover, has_truth)?;
+        let page =
+            TextDocument::new(page(rover, name, has_truth)).with_media_type(MediaType::markdown());
         out.constant("about", &page)?;
         Ok(Self {
             out,
             rover: rover.clone(),
+            has_truth,
             due: Ticker::new(1.0 / rate),
             write: Ticker::new(write),
             pose: Pose::default(),
@@ -135,12 +143,17 @@ impl WholeRecording {
         })
     }
 
-    /// Takes a frame and its estimate. Every frame that has an estimate is needed: between frames
+    /// Takes a frame, its estimate, and the truth of a run that has one. Every frame that has an estimate is needed: between frames
     /// the drive is reckoned.
     ///
     /// # Errors
     /// [`ViewerError::Io`] of this or an earlier row.
-    pub fn log(&mut self, frame: &WholeFrame, estimate: &WholeEstimate) -> Result<(), ViewerError> {
+    pub fn log(
+        &mut self,
+        frame: &WholeFrame,
+        estimate: &WholeEstimate,
+        truth: Option<&BothTruth>,
+    ) -> Result<(), ViewerError> {
         let pose = &mut self.pose;
         pose.read(frame);
         // A four-bar has no recording: `WholeEstimator` refuses it.
@@ -170,13 +183,21 @@ impl WholeRecording {
             rows.links.push(links(&self.rover, &posture));
             let scale = MEAN_LOAD_LENGTH / self.rover.mean_wheel_load();
             let beside = 1.5 * HALF_WIDTH * radius;
-            let arrow = |i: usize| {
+            let arrow_of = |i: usize, beside: f64, [n, t]: [f64; 2]| {
                 let (c, side) = (&contacts[i], sign(i));
                 let foot = c.point + c.axial * (side * beside);
-                let (n, t) = (estimate.normal_force[i], estimate.traction[i]);
                 (foot, (c.normal * n + c.tangent * t) * scale)
             };
+            let arrow = |i: usize| {
+                let forces = [estimate.normal_force[i], estimate.traction[i]];
+                arrow_of(i, beside, forces)
+            };
             rows.arrows.push(std::array::from_fn(arrow));
+            if let Some(truth) = truth {
+                rows.true_times.push(frame.time);
+                let arrow = |i| arrow_of(i, beside + 0.25 * radius, true_forces(truth, i));
+                rows.true_arrows.push(std::array::from_fn(arrow));
+            }
             rows.bars.push(std::array::from_fn(|i| {
                 let (foot, vector) = arrow(i);
                 let (tip, c) = (foot + vector, &contacts[i]);
@@ -190,7 +211,7 @@ impl WholeRecording {
             rows.tracks.push(std::array::from_fn(|i| {
                 [before[i].replace(now[i]).unwrap_or(now[i]), now[i]]
             }));
-            rows.plot(estimate);
+            rows.plot(estimate, truth, self.has_truth);
         }
         if self.write.is_due(frame.time) {
             self.flush()?;
@@ -215,6 +236,8 @@ impl WholeRecording {
             wheels,
             links,
             arrows,
+            true_times,
+            true_arrows,
             bars,
             tracks,
             plots,
@@ -237,10 +260,16 @@ impl WholeRecording {
         let four = std::iter::repeat_n(4, times.len());
         out.columns("world/rover/links", &times, columns.columns(four))?;
         let six = || std::iter::repeat_n(6, times.len());
-        let columns = Arrows3D::update_fields()
-            .with_origins(arrows.iter().flatten().map(|(foot, _)| point(foot)))
-            .with_vectors(arrows.iter().flatten().map(|(_, vector)| point(vector)));
-        out.columns("world/rover/forces", &times, columns.columns(six()))?;
+        for (entity, times, arrows) in [
+            ("world/rover/forces", &times, &arrows),
+            ("world/rover/true_forces", &true_times, &true_arrows),
+        ] {
+            let columns = Arrows3D::update_fields()
+                .with_origins(arrows.iter().flatten().map(|(foot, _)| point(foot)))
+                .with_vectors(arrows.iter().flatten().map(|(_, vector)| point(vector)));
+            let six = std::iter::repeat_n(6, times.len());
+            out.columns(entity, times, columns.columns(six))?;
+        }
         let columns = strips(bars.iter().flatten().map(points).collect());
         out.columns(
             "world/rover/forces/two_sigma",
@@ -256,7 +285,8 @@ impl WholeRecording {
             &times,
             strips(pieces.collect()).columns(six()),
         )?;
-        for ((entity, values), lines) in PLOTS.iter().zip(plots).zip(plot_lines()) {
+        let lines = plot_lines(self.has_truth);
+        for ((entity, values), lines) in PLOTS.iter().zip(plots).zip(lines) {
             let rows = std::iter::repeat_n(lines.len(), times.len());
             let columns = Scalars::new(values).columns(rows);
             out.columns(format!("series/{entity}"), &times, columns)?;
@@ -306,7 +336,7 @@ impl Pose {
 }
 
 impl Rows {
-    fn plot(&mut self, estimate: &WholeEstimate) {
+    fn plot(&mut self, estimate: &WholeEstimate, truth: Option<&BothTruth>, has_truth: bool) {
         let around = |value: f64, sigma: Option<f64>| {
             let half = 2.0 * sigma.unwrap_or(f64::NAN);
             [value, value + half, value - half]
@@ -314,6 +344,12 @@ impl Rows {
         for i in 0..6 {
             let n = around(estimate.normal_force[i], estimate.sigma_normal(i));
             let t = around(estimate.traction[i], estimate.sigma_traction(i));
+            if has_truth {
+                // A gap where the truth has no row.
+                let [n, t] = truth.map_or([f64::NAN; 2], |truth| true_forces(truth, i));
+                self.plots[i / 3].push(n);
+                self.plots[2 + i / 3].push(t);
+            }
             self.plots[i / 3].extend(n);
             self.plots[2 + i / 3].extend(t);
         }
@@ -321,6 +357,12 @@ impl Rows {
         self.plots[5].push(estimate.tip_margin);
         self.plots[6].push(estimate.axial_share);
     }
+}
+
+/// True N, in the wheel's plane where it is known, and T of a wheel, N.
+fn true_forces(truth: &BothTruth, i: usize) -> [f64; 2] {
+    let wheel = &truth.sides[i / 3].wheels[i % 3];
+    [wheel.normal_force, wheel.traction]
 }
 
 /// +1 for a left wheel, -1 for a right one.
@@ -394,15 +436,20 @@ fn links(rover: &WholeRover, posture: &WholePosture) -> [Vec<Vec3>; 4] {
 }
 
 /// The lines of each plot: name, colour, width (points).
-fn plot_lines() -> [Vec<(String, Colour, f32)>; PLOTS.len()] {
+fn plot_lines(has_truth: bool) -> [Vec<(String, Colour, f32)>; PLOTS.len()] {
     let forces = || {
         let lines = WHEEL_NAMES.iter().zip(WHEELS).flat_map(|(wheel, colour)| {
+            let truth = has_truth.then(|| (format!("{wheel} true [N]"), colour, WIDE));
+            // Beside the truth an estimate is lighter.
+            let colour = if has_truth { colour.light() } else { colour };
             let edge = |sign| (format!("{wheel} {sign} 2 sigma [N]"), colour, 0.75);
-            [
-                (format!("{wheel} [N]"), colour, 2.0 * NARROW),
+            let width = if has_truth { NARROW } else { 2.0 * NARROW };
+            let estimate = [
+                (format!("{wheel} [N]"), colour, width),
                 edge("+"),
                 edge("-"),
-            ]
+            ];
+            truth.into_iter().chain(estimate).collect::<Vec<_>>()
         });
         lines.collect::<Vec<_>>()
     };
@@ -419,7 +466,7 @@ fn plot_lines() -> [Vec<(String, Colour, f32)>; PLOTS.len()] {
 }
 
 /// Logs everything that does not move.
-fn declare(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
+fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> Result<(), ViewerError> {
     let thin = |points| [Radius::new_ui_points(points)];
     out.constant("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
     let outline = &rover.side.geometry.outline;
@@ -467,6 +514,12 @@ fn declare(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
         .with_colors(colours().map(Colour::light))
         .with_radii(thin(2.5));
     out.constant("world/rover/forces", &arrows)?;
+    if has_truth {
+        let arrows = Arrows3D::update_fields()
+            .with_colors(colours())
+            .with_radii(thin(2.5));
+        out.constant("world/rover/true_forces", &arrows)?;
+    }
     let bars = LineStrips3D::update_fields()
         .with_colors(colours().map(Colour::light))
         .with_radii(thin(1.0));
@@ -475,7 +528,7 @@ fn declare(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
         .with_colors(colours())
         .with_radii(thin(1.5));
     out.constant("world/tracks", &tracks)?;
-    for (entity, lines) in PLOTS.iter().zip(plot_lines()) {
+    for (entity, lines) in PLOTS.iter().zip(plot_lines(has_truth)) {
         let style = SeriesLines::new()
             .with_names(lines.iter().map(|(name, ..)| name.as_str()))
             .with_colors(lines.iter().map(|(_, colour, _)| *colour))
@@ -486,7 +539,14 @@ fn declare(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
 }
 
 /// How to read the recording, as Markdown.
-fn page(rover: &WholeRover, name: &str) -> String {
+fn page(rover: &WholeRover, name: &str, has_truth: bool) -> String {
+    let truth = match has_truth {
+        true => {
+            "- True forces have the full colours: thick lines, and the outer arrows, which stand on the \
+             contacts found.\n"
+        }
+        false => "",
+    };
     format!(
         "# {name}\n\n\
          Six wheels of a rover with both sides, from readings. Front wheels are blue, middle ones \
@@ -498,7 +558,7 @@ fn page(rover: &WholeRover, name: &str) -> String {
          - N and T of the left and the right wheels; thin lines are two standard deviations. \
          Attitude: inclination (purple), roll (amber).\n\
          - Tip margin: load off the line about which the rover would tip first, over that on level \
-         ground; at 0 it tips. Axial share: mean axial force of a wheel over its N.\n",
+         ground; at 0 it tips. Axial share: mean axial force of a wheel over its N.\n{truth}",
         rover.mean_wheel_load() / MEAN_LOAD_LENGTH,
     )
 }

@@ -10,7 +10,7 @@ const CELLS: i64 = 40;
 const LARGEST: f64 = 1e12;
 
 /// Motion and forces of a robot whose wheels roll, at one sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rolling {
     /// Power of the ground on each wheel, and of the damping of its module, W.
     pub power: [f64; 3],
@@ -24,6 +24,24 @@ pub(crate) struct Rolling {
     pub energy: [f64; 2],
     /// Kinetic energy of the robot, J.
     pub kinetic: f64,
+}
+
+impl Rolling {
+    /// The mean of both sides of a rover: its body rises by the mean of what they rise by.
+    pub fn mean(&self, other: &Self) -> Self {
+        let of = |a: f64, b: f64| 0.5 * (a + b);
+        let [p, q] = [self.power, other.power];
+        let [a, b] = [self.axles, other.axles];
+        let [e, f] = [self.energy, other.energy];
+        Self {
+            power: [0, 1, 2].map(|i| of(p[i], q[i])),
+            damping: of(self.damping, other.damping),
+            speed: of(self.speed, other.speed),
+            axles: [0, 1].map(|i| of(a[i], b[i])),
+            energy: [0, 1].map(|i| of(e[i], f[i])),
+            kinetic: of(self.kinetic, other.kinetic),
+        }
+    }
 }
 
 /// Work and energy up to one sample, or between two passages of one place.

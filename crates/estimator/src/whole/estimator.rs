@@ -10,11 +10,12 @@ use crate::estimate::{Estimate, EstimateError};
 use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::{JointMeasurement, MotionFilter};
-use crate::flags::Flags;
+use crate::flags::{Channels, Flags};
 use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::statics::Forces;
+use crate::torque_scale::{ScaleFilter, TorqueScale};
 use robhaz_model::{Coupling, Units, Vec2, WholeRover, WholeRoverError};
 
 /// The line about which a rover would tip over first.
@@ -86,6 +87,9 @@ pub struct WholeEstimate {
     /// Squared distance of the nine rows from what their covariance allows: chi-square with three
     /// degrees of freedom if all that is stated holds.
     pub misfit: f64,
+    /// The torques against the rover's weight. Where they contradict it, the covariances contain what
+    /// a payload would change.
+    pub torque_scale: TorqueScale,
     /// Warnings of the readings of the body: roll and rates.
     pub body_flags: Flags,
     /// What each side's filters state, with the forces above: left, right.
@@ -93,6 +97,20 @@ pub struct WholeEstimate {
 }
 
 impl WholeEstimate {
+    /// Mean misfit over a drive beyond which its readings contradict each other: correct ones are there
+    /// once in 10 000 drives. `rolled` is how far the wheels have turned, rad.
+    ///
+    /// The mean of n independent misfits is a chi-square with 3 n degrees of freedom over n (its quantile
+    /// by Wilson and Hilferty). One is independent of the last after five wheel radii, over which axial
+    /// forces last; some errors last as long as the drive, so that no more than eight count.
+    pub fn largest_misfit(rolled: f64) -> f64 {
+        const DEVIATE: f64 = 3.72;
+        let samples = (rolled / 5.0).clamp(1.0, 8.0);
+        let share = 2.0 / (9.0 * 3.0 * samples);
+        let root = 1.0 - share + DEVIATE * robhaz_model::sqrt(share);
+        3.0 * root * root * root
+    }
+
     /// Standard deviation of N of wheel `i` (0 to 5), N.
     pub fn sigma_normal(&self, i: usize) -> Option<f64> {
         let variance: &f64 = self.covariance.get(i)?.get(i)?;
@@ -185,6 +203,8 @@ pub struct WholeEstimator {
     level: [f64; 6],
     /// Normal forces of the last estimate, not below 0, N.
     last: [f64; 6],
+    /// The torques against the weight, by the mean of both sides, in the units of the filters.
+    scale: ScaleFilter,
     time: Option<f64>,
 }
 
@@ -248,9 +268,11 @@ impl WholeEstimator {
             }
             estimator
         };
+        let sides = [side_estimator(), side_estimator()];
         Ok(Self {
+            scale: sides[0].scale_filter(trailing(rover).unwrap_or(Across::NONE.trailing)),
             units: Units::of(side),
-            sides: [side_estimator(), side_estimator()],
+            sides,
             readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
             roll: LinkAngleKalman::new(&settings.budget),
@@ -299,7 +321,8 @@ impl WholeEstimator {
         let states = steps.each_ref().map(|step| &step.state);
         self.velocity = states.map(|state| state.velocity);
         let found = self.solve(states, roll, dt);
-        let (forces, inclination, lateral_force) = found.map_err(|_| EstimateError::Singular)?;
+        let (mut forces, inclination, lateral_force) =
+            found.map_err(|_| EstimateError::Singular)?;
         let [forces0, forces1] = [0, 1].map(|side| side_forces(side, states, &forces));
         let [step0, step1] = steps;
         let [left, right] = &mut self.sides;
@@ -308,6 +331,9 @@ impl WholeEstimator {
         let (Some(left), Some(right)) = (left, right) else {
             return Err(EstimateError::Singular);
         };
+        let mut sides = [left, right];
+        let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].dragged, dt);
+        let [left, right] = sides;
         let (tip_margin, tip_line) = self.tip_over(&forces.normal);
         Ok(WholeEstimate {
             time: frame.time,
@@ -321,6 +347,7 @@ impl WholeEstimator {
             tip_line,
             dragged: across[0].dragged,
             misfit: forces.misfit,
+            torque_scale,
             body_flags,
             sides: [left, right],
         })
@@ -341,6 +368,7 @@ impl WholeEstimator {
             self.body = BodyInputs::default();
         }
         if set_back || dt > LONGEST_GAP * unit {
+            self.scale.interrupt();
             self.roll = LinkAngleKalman::new(&self.settings.budget);
         }
         Ok(dt.max(0.0))
@@ -428,6 +456,7 @@ impl WholeEstimator {
             let sign = super::posture::sign(k);
             let mut across = Across {
                 shares: true,
+                trailing: trailing(rover).unwrap_or(Across::NONE.trailing),
                 ..Across::NONE
             };
             for i in 0..3 {
@@ -571,6 +600,46 @@ impl WholeEstimator {
         Ok((forces, inputs.inclination, equations.f[FORCE_Y]))
     }
 
+    /// The torques against the weight, `dt` (s) after the last sample. Where both contradict each other,
+    /// all forces have that error.
+    fn find_scale(
+        &mut self,
+        sides: &mut [Estimate; 2],
+        forces: &mut WholeForces,
+        dragged: bool,
+        dt: f64,
+    ) -> TorqueScale {
+        /// Turn over the way of a wheel to the place of the one before, rad: in a turn the sides do not
+        /// come there together.
+        /// Chosen; insensitive.
+        const STRAIGHT: f64 = 0.03;
+        let [left, right] = &self.sides;
+        let axles = &self.rover.side.geometry.axles;
+        let between = trailing(&self.rover).map(|i| axles[0].x - axles[i].x);
+        let speed = 0.5 * (self.velocity[0].x + self.velocity[1].x);
+        let turned = between.map(|between| libm::fabs(self.turning * between));
+        let is_straight = turned.is_some_and(|turned| turned < STRAIGHT * libm::fabs(speed));
+        let rolling = left.rolling().zip(right.rolling());
+        let rolling = rolling.filter(|_| !dragged && is_straight);
+        let rolling = rolling.map(|(left, right)| left.mean(right));
+        let (weight, mass) = left.weight();
+        self.scale
+            .update(rolling.as_ref(), weight, mass, dt / self.units.time);
+        if self.scale.contradicts() {
+            let deviation = self.scale.deviation;
+            for side in sides {
+                side.scale_forces(1.0, deviation);
+                side.flags |= Flags::CONTRADICTION;
+                if let Some(kalman) = &mut side.kalman {
+                    kalman.health.faulty |= Channels::TORQUE_SCALE;
+                }
+            }
+            let common = nalgebra::Vector6::from(forces.normal) * deviation;
+            forces.covariance += common * common.transpose();
+        }
+        self.scale.found(weight)
+    }
+
     /// Least margin and its line.
     fn tip_over(&self, normal: &[f64; 6]) -> (f64, TipLine) {
         let mut least = (f64::INFINITY, TipLine::Left);
@@ -588,6 +657,18 @@ impl WholeEstimator {
         }
         least
     }
+}
+
+/// The first wheel behind the front one that runs in its track: it passes the same ground.
+fn trailing(rover: &WholeRover) -> Option<usize> {
+    /// Distance of tracks that are one, over the wheel radius.
+    /// Chosen; insensitive.
+    const SAME: f64 = 0.1;
+    let [front, ..] = rover.half_tracks;
+    let apart = |i: &usize| libm::fabs(rover.half_tracks[*i] - front);
+    [1, 2]
+        .into_iter()
+        .find(|i| apart(i) < SAME * rover.side.geometry.wheel_radius)
 }
 
 /// Gives a side the covariance of both sides' states as the other one has it.
@@ -623,5 +704,25 @@ fn side_forces(side: usize, states: [&SideState; 2], forces: &WholeForces) -> Fo
         normal: [0, 1, 2].map(|i| forces.normal[3 * side + i]),
         traction: state.traction,
         covariance,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tables of the chi-square: 21.11 is the upper 1e-4 quantile of three degrees of freedom, 58.6 of 24;
+    /// the approximation errs by 4 % and less.
+    #[test]
+    fn the_largest_misfit_is_a_quantile() {
+        for (rolled, expected) in [
+            (0.0, 21.11),
+            (5.0, 21.11),
+            (40.0, 58.6 / 8.0),
+            (1e9, 58.6 / 8.0),
+        ] {
+            let found = WholeEstimate::largest_misfit(rolled);
+            assert!((found / expected - 1.0).abs() < 0.04, "{rolled}: {found}");
+        }
     }
 }

@@ -47,7 +47,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Standard deviations of the difference between the two that are a fault.
 const OFFSET_GATE: f64 = 5.0;
 
-const OFFSET: &str = "zero on the ground";
+pub const OFFSET: &str = "zero on the ground";
 
 /// Wirings of the two inclinometers: what each link takes of both, and what makes it that of the
 /// log.

@@ -29,7 +29,7 @@ pub fn read(
     let why = readings.read(|channel, row| {
         stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
         rows += 1;
-        let values = readings.channels[channel].content(&row.cells).0;
+        let values = readings.channels[channel].values(&row.cells);
         add(row.stamp.seconds(), values)
     })?;
     let why = why.iter().flatten();

@@ -1,5 +1,6 @@
 //! The columns of the tables of a log of both sides.
 
+use super::estimate::weight;
 use super::{Source, Table, WHEEL};
 use robhaz_estimator::ContactState;
 use robhaz_estimator::whole::TipLine;
@@ -84,6 +85,8 @@ impl Table {
              deviations; otherwise 0" => |e| Some(f64::from(u8::from(e.dragged)));
             "misfit", "1", "squared distance of the nine equations from what is stated: 3 on average if it holds" =>
                 |e| Some(e.misfit);
+            "weight", "1", "the torques against the described weight: 1 confirmed, 0 unconfirmed, -1 contradicts" =>
+                |e| Some(weight(e.torque_scale.confirmation));
         }
         for (k, side) in SIDES.into_iter().enumerate() {
             columns! { table, Source::both; format!("{side}_"), format!("{side} side: ");
@@ -91,7 +94,7 @@ impl Table {
                  32, absurd 64; out of the model's range 128; spins in place 256; readings contradict each other 512" =>
                     move |e| Some(f64::from(e.sides[k].flags.bits()));
                 "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, 32; \
-                 gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192" =>
+                 gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or mass 16384" =>
                     move |e| Some(f64::from(e.sides[k].kalman?.health.faulty.bits()));
             }
         }

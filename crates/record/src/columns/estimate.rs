@@ -71,11 +71,7 @@ impl Table {
              32; contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or \
              mass 16384; empty without Kalman filters" => |e| e.kalman.map(|k| f64::from(k.health.faulty.bits()));
             "weight", "1", "the torques against the described weight: 1 confirmed, 0 unconfirmed, -1 contradicts; empty \
-             without Kalman filters and for one side of two" => |e| Some(match e.kalman?.torque_scale?.confirmation {
-                Confirmation::Confirmed => 1.0,
-                Confirmation::Unconfirmed => 0.0,
-                Confirmation::Contradicts => -1.0,
-            });
+             without Kalman filters and for one side of two" => |e| Some(weight(e.kalman?.torque_scale?.confirmation));
         }
         for (i, of) in WHEEL.into_iter().enumerate() {
             columns! { self, estimate index; wheel(i), of;
@@ -115,6 +111,15 @@ impl Table {
             "friction_margin", "1", "upper bound of the known mu_max less |mu_n|; empty before a wheel has slipped" =>
                 move |e| e.kalman?.friction[i].margin;
         }
+    }
+}
+
+/// What follows from the torques' scale as a small number.
+pub(super) fn weight(confirmation: Confirmation) -> f64 {
+    match confirmation {
+        Confirmation::Confirmed => 1.0,
+        Confirmation::Unconfirmed => 0.0,
+        Confirmation::Contradicts => -1.0,
     }
 }
 

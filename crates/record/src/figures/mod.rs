@@ -32,7 +32,8 @@ use std::path::{Path, PathBuf};
 /// | `normal_force_NAME` | the same of any other estimator; with a covariance also the error, and two standard deviations |
 /// | `path` | the robot on the ground, and N over the position of the wheels |
 ///
-/// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator. A
+/// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator; of a log of
+/// both sides Fig. 6 shows both. A
 /// run that breaks off is drawn as far as it went. Records are reduced to the resolution of the
 /// figures. Without truth the figures show the estimates alone, and there is no `path`.
 pub struct FigureSink {
@@ -97,7 +98,7 @@ impl Sink for FigureSink {
         run.finish();
         let run = &run;
         let mut figures: Vec<(String, Page)> = Vec::new();
-        if run.has_truth() || run.shown.is_some() {
+        if run.has_truth() || !run.shown.is_empty() {
             if run.geometry.suspension == Suspension::FourBar {
                 figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
             }

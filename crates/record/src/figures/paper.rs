@@ -51,7 +51,7 @@ fn start_entry(run: &RunTraces) -> Option<Entry> {
 
 /// Fig. 5: the pins' positions.
 pub fn linkage(run: &RunTraces) -> Page {
-    let shown = run.shown.as_ref();
+    let shown = run.shown.first();
     let column = |axis: usize, y_label: &'static str| {
         let panels = PINS.iter().enumerate().map(|(k, (_, title))| {
             let estimate = shown.map(|s| &s.pins[k][axis]);
@@ -68,28 +68,51 @@ pub fn linkage(run: &RunTraces) -> Page {
         run,
         "Position of the linkage's pins (the paper's Fig. 5)",
         "in world axes, measured from pin Q".to_owned(),
-        key(run, self::shown(run), &[LINKAGE], false),
+        key(run, &names(self::shown(run)), &[LINKAGE], false),
         vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
     )
 }
 
 /// Fig. 6: N and T of every wheel.
 pub fn forces(run: &RunTraces) -> Page {
-    let shown = shown(run);
-    let truth = run.truth_of(shown);
-    let normal = shown.map(|e| &e.normal_force);
-    let traction = run.shown.as_ref().map(|s| &s.traction);
-    let errors = |e: &EstimatorTraces| (e.score.normal_force(), e.score.traction());
-    let (of_normal, of_traction) = shown.map_or((None, None), errors);
+    let shown: Vec<_> = shown(run).map(Some).collect();
+    // Without estimators the truth alone.
+    let all = if shown.is_empty() { vec![None] } else { shown };
+    let titles = |of: Option<&EstimatorTraces>| match (all.len(), of) {
+        (2, Some(of)) => format!("{}: ", of.name),
+        _ => String::new(),
+    };
+    let mut columns = [Vec::new(), Vec::new()];
+    for (k, of) in all.iter().enumerate() {
+        let (truth, title) = (run.truth_of(*of), titles(*of));
+        let normal = of.map(|e| &e.normal_force);
+        let traction = run.shown.get(k).map(|s| &s.traction);
+        let errors = of.map(|e| (e.score.normal_force(), e.score.traction()));
+        let (of_normal, of_traction) = errors.unwrap_or((None, None));
+        columns[0].extend(wheels(
+            &title,
+            &truth.normal_force,
+            normal,
+            NORMAL_FORCE,
+            of_normal,
+        ));
+        columns[1].extend(wheels(
+            &title,
+            &truth.traction,
+            traction,
+            TRACTION,
+            of_traction,
+        ));
+    }
+    let banded = all.iter().flatten().any(|e| has_band(e));
     page(
         run,
         "Force distribution over the wheels (the paper's Fig. 6)",
         "normal forces and tractions".to_owned(),
-        key(run, shown, &WHEELS, shown.is_some_and(has_band)),
-        vec![
-            wheels(&truth.normal_force, normal, NORMAL_FORCE, of_normal),
-            wheels(&truth.traction, traction, TRACTION, of_traction),
-        ],
+        key(run, &names(self::shown(run)), &WHEELS, banded),
+        columns
+            .map(|panels| Column::new(Scale::Common, panels))
+            .into(),
     )
 }
 
@@ -99,13 +122,14 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let errors = estimator.score.normal_force();
     let normal = Some(&estimator.normal_force);
     let truth = &run.truth_of(Some(estimator)).normal_force;
-    let mut columns = vec![wheels(truth, normal, NORMAL_FORCE, errors)];
+    let panels = wheels("", truth, normal, NORMAL_FORCE, errors);
+    let mut columns = vec![Column::new(Scale::Common, panels)];
     let banded = has_band(estimator);
     if banded && run.has_truth() {
         let error = (0..3).map(|i| {
             let error = Layer::estimate(&estimator.error[i], WHEELS[i]);
             let zero = Layer::level(0.0, &(0.0..run.end));
-            wheel_panel(i, ERROR, vec![zero, error])
+            wheel_panel("", i, ERROR, vec![zero, error])
         });
         columns.push(Column::new(Scale::Common, error));
     }
@@ -113,40 +137,41 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
         run,
         &estimator.figure.1,
         overall(errors),
-        key(run, Some(estimator), &WHEELS, banded),
+        key(run, &estimator.name, &WHEELS, banded),
         columns,
     )
 }
 
-/// The estimator that Figs. 5 and 6 show.
-fn shown(run: &RunTraces) -> Option<&EstimatorTraces> {
-    run.shown.as_ref().map(|s| &run.estimators[s.index])
+/// The estimators that Figs. 5 and 6 show.
+fn shown(run: &RunTraces) -> impl Iterator<Item = &EstimatorTraces> {
+    run.shown.iter().map(|s| &run.estimators[s.index])
 }
 
 fn has_band(estimator: &EstimatorTraces) -> bool {
     estimator.normal_force.iter().any(Estimated::has_band)
 }
 
-/// A panel of a wheel.
-fn wheel_panel(wheel: usize, (y_label, span): Quantity, layers: Vec<Layer>) -> Panel {
-    Panel::new(WHEEL_TITLES[wheel], y_label, (span, HEIGHT), layers)
+/// A panel of a wheel; its title begins with `of`.
+fn wheel_panel(of: &str, wheel: usize, (y_label, span): Quantity, layers: Vec<Layer>) -> Panel {
+    let title = format!("{of}{}", WHEEL_TITLES[wheel]);
+    Panel::new(&title, y_label, (span, HEIGHT), layers)
 }
 
 /// A quantity of every wheel, true and estimated, with its RMSE (N) as note.
 fn wheels(
+    of: &str,
     truth: &[Trace; 3],
     estimates: Option<&[Estimated; 3]>,
     quantity: Quantity,
     errors: Option<ForceErrors>,
-) -> Column {
-    let panels = (0..3).map(|i| {
+) -> [Panel; 3] {
+    [0, 1, 2].map(|i| {
         let layers = layers(&truth[i], estimates.map(|e| &e[i]), WHEELS[i]);
         Panel {
             note: errors.map_or(String::new(), |e| format!("RMSE {:.2} N", e.rmse[i])),
-            ..wheel_panel(i, quantity, layers)
+            ..wheel_panel(of, i, quantity, layers)
         }
-    });
-    Column::new(Scale::Common, panels)
+    })
 }
 
 /// Truth and estimate.
@@ -158,21 +183,22 @@ fn layers(truth: &Trace, estimate: Option<&Estimated>, color: RGBColor) -> Vec<L
         .collect()
 }
 
-/// The key to panels of truth and one estimator.
-fn key(
-    run: &RunTraces,
-    estimator: Option<&EstimatorTraces>,
-    colors: &[RGBColor],
-    banded: bool,
-) -> Vec<Entry> {
+/// The names of estimators in a key.
+fn names<'a>(estimators: impl Iterator<Item = &'a EstimatorTraces>) -> String {
+    let names: Vec<&str> = estimators.map(|e| e.name.as_str()).collect();
+    names.join(", ")
+}
+
+/// The key to panels of truth and of the estimators of these names, if any.
+fn key(run: &RunTraces, names: &str, colors: &[RGBColor], banded: bool) -> Vec<Entry> {
     let truth = || Entry::new(Mark::line(truth_line()), "true");
     let mut key: Vec<Entry> = run.has_truth().then(truth).into_iter().collect();
     let entry = |mark: fn(RGBColor) -> Mark, label: String| Entry {
         marks: colors.iter().map(|color| mark(*color)).collect(),
         label,
     };
-    if let Some(estimator) = estimator {
-        let label = format!("estimated ({})", estimator.name);
+    if !names.is_empty() {
+        let label = format!("estimated ({names})");
         key.push(entry(|color| Mark::line(estimate_line(color)), label));
     }
     if banded {

@@ -28,8 +28,8 @@ pub struct RunTraces {
     /// True x and y of each of [`PINS`] from Q, mm.
     pub pins: [[Trace; 2]; 3],
     pub estimators: Vec<EstimatorTraces>,
-    /// The estimator that Figs. 5 and 6 show.
-    pub shown: Option<Shown>,
+    /// The estimators that Figs. 5 and 6 show: one, or, of a log of both sides, one a side.
+    pub shown: Vec<Shown>,
     /// The robot at equal distances of time, and at the end.
     pub poses: Vec<Truth>,
     records_per_pose: u64,
@@ -79,6 +79,16 @@ impl RunTraces {
         let true_mass = |e: &_| is_preset(e, EstimatorSettings::true_mass());
         let shown = estimators.iter().position(true_mass);
         let shown = shown.or_else(|| estimators.len().checked_sub(1));
+        let shown: Vec<usize> = match run.both {
+            Some(_) => (0..estimators.len()).collect(),
+            None => shown.into_iter().collect(),
+        };
+        let shown = shown.into_iter().map(|index| Shown {
+            index,
+            traction: estimated(records),
+            pins: [(); 3].map(|()| [(); 2].map(|()| Estimated::new(records))),
+            pin_errors: Default::default(),
+        });
         let robot = &run.robot.robot;
         let compare_from = run.record.compare_from;
         let rule = Rule { compare_from };
@@ -95,12 +105,7 @@ impl RunTraces {
                 .enumerate()
                 .map(|(index, e)| EstimatorTraces::new(index, e, records, rule))
                 .collect(),
-            shown: shown.map(|index| Shown {
-                index,
-                traction: estimated(records),
-                pins: [(); 3].map(|()| [(); 2].map(|()| Estimated::new(records))),
-                pin_errors: Default::default(),
-            }),
+            shown: shown.collect(),
             poses: Vec::new(),
             records_per_pose: records.div_ceil(POSES).max(1),
             records: 0,
@@ -146,7 +151,7 @@ impl RunTraces {
             let compared = judged.and_then(|(.., compared)| compared.as_ref());
             estimator.add(frame.time, compared, estimate);
         }
-        if let Some(shown) = &mut self.shown {
+        for shown in &mut self.shown {
             shown.add(frame, self.rule.compares(frame.time));
         }
         self.records += 1;

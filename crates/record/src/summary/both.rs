@@ -1,6 +1,9 @@
 //! What a run of both sides leaves beside the summaries of its sides.
 
-use robhaz_run::BothFrame;
+use super::parts::TorqueScaleSummary;
+use robhaz_estimator::TorqueScale;
+use robhaz_estimator::whole::WholeEstimate;
+use robhaz_run::{BothDescription, BothFrame};
 use robhaz_score::{BothErrors, BothStatistics, Sum};
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +31,15 @@ pub struct BothSummary {
     pub samples: u64,
     /// Records in which wheels are dragged across.
     pub dragged: u64,
+    /// Mean misfit of the nine equations over the records in which none are, -: 3 if what is stated
+    /// holds; `None` without such records.
+    pub misfit: Option<f64>,
+    /// Why readings contradict each other, a cause each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contradictions: Vec<String>,
+    /// The torques against the weight at the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_scale: Option<TorqueScaleSummary>,
 }
 
 /// Sums over the records of a run of both sides that count.
@@ -43,16 +55,33 @@ pub(super) struct BothSums {
     least: Option<(f64, f64, &'static str)>,
     samples: u64,
     dragged: u64,
+    misfit: Sum,
+    /// How far the wheels have turned, rad, and the last sum of their angles.
+    rolled: f64,
+    turned: Option<f64>,
+    scale: Option<TorqueScale>,
 }
 
 impl BothSums {
-    /// Adds a record.
+    /// Takes the scale of a record, also of one that does not count.
+    pub fn add_scale(&mut self, record: &BothFrame<'_>) {
+        self.scale = record.estimate.map(|e| e.torque_scale).or(self.scale);
+    }
+
+    /// Adds a record that counts.
     pub fn add(&mut self, time: f64, record: &BothFrame<'_>) {
         let Some(estimate) = record.estimate else {
             return;
         };
         self.samples += 1;
         self.dragged += u64::from(estimate.dragged);
+        let turned = record.sides.readings.wheel_angle.iter().copied();
+        let turned = turned.sum::<Option<f64>>();
+        let step = turned.and_then(|now| Some((now - self.turned.replace(now)?).abs() / 6.0));
+        if !estimate.dragged {
+            self.misfit.add(estimate.misfit);
+            self.rolled += step.unwrap_or(0.0);
+        }
         self.lateral_force.add(estimate.lateral_force);
         let share = estimate.axial_share.abs();
         self.largest_axial_share = self.largest_axial_share.max(share);
@@ -75,12 +104,18 @@ impl BothSums {
         self.loads += 6;
     }
 
-    /// The summary under the estimator's name; `None` without records.
-    pub fn summary(&self, estimator: &str) -> Option<BothSummary> {
+    /// The summary of a run whose sides have the mass `described` each, kg; `None` without records.
+    pub fn summary(&self, run: &BothDescription, described: f64) -> Option<BothSummary> {
+        let largest = WholeEstimate::largest_misfit(self.rolled);
+        let misfit = self.misfit.mean(self.samples - self.dragged);
+        let beyond = misfit.filter(|misfit| *misfit > largest).map(|misfit| {
+            format!("the nine equations of the rover have a misfit of {misfit:.1} on average, where 3 is expected and correct readings have {largest:.1} once in 10 000 drives")
+        });
+        let contradictions = run.contradiction.clone().into_iter().chain(beyond);
         let (least_tip_margin, least_tip_margin_s, line) = self.least?;
         let load = self.load.mean(self.loads).unwrap_or(1.0);
         Some(BothSummary {
-            estimator: estimator.to_owned(),
+            estimator: run.label.clone(),
             normal_force: self.normal_force.errors(load),
             in_plane_normal_force: self.in_plane.errors(load),
             mean_lateral_force: self.lateral_force.mean(self.samples)?,
@@ -90,6 +125,11 @@ impl BothSums {
             tip_line: line.to_owned(),
             samples: self.samples,
             dragged: self.dragged,
+            misfit,
+            contradictions: contradictions.collect(),
+            torque_scale: self
+                .scale
+                .map(|scale| TorqueScaleSummary::of(&scale, described)),
         })
     }
 }
@@ -101,16 +141,23 @@ impl BothSummary {
         self.dragged as f64 / self.samples.max(1) as f64
     }
 
-    /// What the user must know before the forces.
-    pub(crate) fn warning(&self) -> Option<String> {
+    /// What the user must know before the forces, a line each.
+    pub(crate) fn warnings(&self) -> Vec<String> {
         /// Share of the records that is no turn.
         const FEW: f64 = 0.01;
         let share = 100.0 * self.dragged_share();
-        (self.dragged_share() > FEW).then(|| {
+        let contradiction = (!self.contradictions.is_empty()).then(|| {
+            format!(
+                "READINGS CONTRADICT EACH OTHER: {}. `robhaz check` looks for the cause.",
+                self.contradictions.join("; ")
+            )
+        });
+        let dragged = (self.dragged_share() > FEW).then(|| {
             format!(
                 "WHEELS ARE DRAGGED ACROSS in {share:.1} % of the records, as in a skid turn: there forces are outside of the model, and their stated deviations large."
             )
-        })
+        });
+        contradiction.into_iter().chain(dragged).collect()
     }
 
     /// The rover as a whole, a line each.
@@ -135,6 +182,9 @@ impl BothSummary {
             self.least_tip_margin_s,
             self.tip_line
         );
-        in_plane.into_iter().chain(normal).chain([rover]).collect()
+        let scale = self.torque_scale.as_ref();
+        let scale = scale.map(|scale| format!("  {}: {}.", self.estimator, scale.words));
+        let lines = in_plane.into_iter().chain(normal).chain([rover]);
+        lines.chain(scale).collect()
     }
 }

@@ -140,7 +140,7 @@ impl SummarySink {
             both: run
                 .both
                 .as_ref()
-                .and_then(|both| self.both.summary(&both.label)),
+                .and_then(|both| self.both.summary(both, run.nominal_robot.mass.total())),
             nominal: NominalRobot::of(run),
             estimators: estimators.collect(),
         })
@@ -239,6 +239,7 @@ impl Sink for SummarySink {
                 let judged = self.rule.map(|rule| rule.judge(truth));
                 self.compare_estimate(k, truth, judged.as_ref(), frame);
             }
+            self.both.add_scale(both);
             if counts {
                 self.both.add(frame.time, both);
             }

@@ -4,10 +4,15 @@ use crate::reading::{chunks, messages, rows, scalars};
 use re_log_types::LogMsg;
 use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
 use re_sdk_types::components::{LineStrip3D, Translation3D, Vector3D};
-use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{SideReadings, WholeEstimator, WholeFrame};
 use robhaz_model::WholeRover;
-use robhaz_scene::{LogChoice, RobotChoice};
-use robhaz_viewer::{WholeRecording, picture};
+use robhaz_run::{
+    BothDescription, BothFrame, BothSides, BothTruth, EstimatedTerrain, Frame, RunDescription,
+    Sink as _,
+};
+use robhaz_scene::{LogChoice, RecordChoice, RobotChoice};
+use robhaz_sim::Truth;
+use robhaz_viewer::{RecordingSink, WholeRecording, picture};
 use std::path::Path;
 
 /// A rover of `robots/`, and its estimator.
@@ -52,7 +57,9 @@ fn a_rover_drives_along_a_circle() {
             ..WholeFrame::default()
         };
         let estimate = estimator.update(&frame).expect("an estimate");
-        recording.log(&frame, &estimate).expect("it is written");
+        recording
+            .log(&frame, &estimate, None)
+            .expect("it is written");
     }
     recording.end().expect("a file");
 
@@ -104,6 +111,108 @@ fn a_rover_drives_along_a_circle() {
     assert!(messages(&path).iter().any(active));
 }
 
+/// True forces are drawn beside those found: an arrow at each contact where the truth has a row, and a line of
+/// each wheel, with a gap where it has none.
+#[test]
+fn true_forces_are_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let (rover, mut estimator) = rover("open-source-rover.toml");
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+    let mut choice = LogChoice {
+        robot: RobotChoice::load(&robots.join("open-source-rover.toml")).expect("a robot"),
+        ..LogChoice::default()
+    };
+    choice.select(&["kalman".to_owned()]).expect("a preset");
+    let record = RecordChoice {
+        duration: 1.0,
+        rate: 50.0,
+        compare_from: 0.0,
+    };
+    let mut run = RunDescription::of_log("truth", 1, record, &choice);
+    run.has_truth = true;
+    run.both = Some(BothDescription {
+        label: "kalman".to_owned(),
+        coupling: rover.coupling,
+        contradiction: None,
+    });
+    let mut sink = RecordingSink::save(&path).expect("a file");
+    sink.begin(&run).expect("a recording");
+    for k in 0..=50 {
+        let time = 0.02 * f64::from(k);
+        let readings = WholeFrame {
+            time,
+            wheel_angle: [Some(0.0); 6],
+            motor_torque: [Some(0.0); 6],
+            pins: [Some(0.0); 2],
+            coupling: Some(0.0),
+            inclination: Some(0.0),
+            roll: Some(0.0),
+            rates: [Some(0.0); 3],
+            ..WholeFrame::default()
+        };
+        let estimate = estimator.update(&readings).expect("an estimate");
+        // Wheel i of the truth has (i + 1) N, in every second row.
+        let side = |k: usize| {
+            let mut truth = Truth {
+                time,
+                ..Truth::default()
+            };
+            for (i, wheel) in truth.wheels.iter_mut().enumerate() {
+                wheel.normal_force = (3 * k + i + 1) as f64;
+            }
+            truth
+        };
+        let truth = BothTruth {
+            sides: [side(0), side(1)],
+            normal_force: [0.0; 6],
+            in_plane: None,
+        };
+        let [sensors, _] = SideReadings::new(&rover, 0.0).frames(&readings);
+        let sides = BothSides {
+            readings,
+            truth: (k % 2 == 0).then_some(truth),
+        };
+        let frame = Frame {
+            time,
+            truth: None,
+            clearances: None,
+            sensors: &sensors,
+            both: Some(BothFrame {
+                sides: &sides,
+                estimate: Some(&estimate),
+            }),
+            estimates: &[],
+            commands: None,
+            ground: EstimatedTerrain::default(),
+        };
+        sink.frame(&frame).expect("it is written");
+    }
+    sink.end(None).expect("a file");
+
+    let chunks = chunks(&path);
+    let component = Arrows3D::descriptor_vectors().component;
+    let arrows = rows::<Vector3D>(&chunks, "/world/rover/true_forces", component);
+    let found = rows::<Vector3D>(&chunks, "/world/rover/forces", component);
+    assert_eq!((arrows.len(), found.len()), (26, 51));
+    // 0.2 m a mean load.
+    let scale = 0.2 / rover.mean_wheel_load();
+    for (i, arrow) in arrows[3].1.iter().enumerate() {
+        let expected = scale * (i + 1) as f64;
+        // Single precision, and contacts found to some mrad.
+        assert!(
+            (f64::from(arrow.0.0[2]) - expected).abs() < 1e-3 * expected,
+            "{arrow:?}"
+        );
+    }
+    let plot = scalars(&chunks, "/series/normal_force/right");
+    assert!(plot.len() == 51 && plot.iter().all(|(_, row)| row.len() == 12));
+    let truth = |row: usize| [0, 4, 8].map(|line| plot[row].1[line]);
+    let expected = [4.0, 5.0, 6.0].map(f64::to_bits);
+    assert_eq!(truth(2).map(f64::to_bits), expected);
+    assert!(truth(3).iter().all(|n| n.is_nan()));
+}
+
 /// A picture to look at: of the log WHOLE_ROVER_LOG (columns by their default names) at 60 % of its
 /// time, in WHOLE_ROVER_PICTURE.
 #[test]
@@ -147,7 +256,9 @@ fn a_picture_of_a_log() {
         };
         end = frame.time;
         if let Ok(estimate) = estimator.update(&frame) {
-            recording.log(&frame, &estimate).expect("it is written");
+            recording
+                .log(&frame, &estimate, None)
+                .expect("it is written");
         }
     }
     recording.end().expect("a file");

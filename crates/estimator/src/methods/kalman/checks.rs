@@ -18,14 +18,16 @@ use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
 /// Chosen; held by `tests/check/torque_scale.rs`.
 const STEEPEST: f64 = 0.6;
 
-/// For a robot whose torques err as the budget states.
-pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
-    let [front, middle, _] = &robot.geometry.axles;
+/// For a robot whose torques err as the budget states, and whose `trailing` wheel (1 middle, 2 rear)
+/// comes to where the front wheel was.
+pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget, trailing: usize) -> ScaleFilter {
+    let [front, middle, rear] = &robot.geometry.axles;
+    let trailing = if trailing == 2 { rear } else { middle };
     // Friction is common to all wheels; offsets are not.
     let torques = 3.0 * budget.gear_friction + robhaz_model::sqrt(3.0) * budget.torque_offset;
     let rolling = budget.rolling_resistance * 3.0 * robot.mean_wheel_load();
     let resisted = torques / robot.geometry.wheel_radius + rolling;
-    let between = front.x - middle.x;
+    let between = front.x - trailing.x;
     ScaleFilter::new(between, resisted, budget.torque_gain)
 }
 
@@ -83,7 +85,8 @@ impl KalmanFilters {
     }
 
     /// Takes the sample of `instant`, in the posture of `arms`. Readings that are held for long do
-    /// not count. The torques of one side of two do not hold its weight alone: nothing is found.
+    /// not count. The torques of one side of two do not hold its weight alone: nothing is found; of a
+    /// whole rover both sides together find it, of what is noted here.
     pub(super) fn find_scale(
         &mut self,
         instant: &Instant<'_>,
@@ -96,8 +99,12 @@ impl KalmanFilters {
             && !instant.flags.contains(Flags::SENSOR_STALE)
             && !self.motion.is_after_impact()
             && !self.standing.stands
-            && nominal.other_side.is_none();
+            && (nominal.other_side.is_none() || self.across.shares);
         let rolling = holds.then(|| self.rolling_robot(nominal, arms)).flatten();
+        if nominal.other_side.is_some() {
+            self.rolling = rolling;
+            return;
+        }
         let (weight, mass) = (3.0 * nominal.mean_load, nominal.mass_sigma);
         let scale = &mut self.scale;
         if scale.update(rolling.as_ref(), weight, mass, instant.dt) {
@@ -134,13 +141,13 @@ impl KalmanFilters {
         }
         let total = nominal.robot.mass.total();
         let kinetic = 0.5 * total * velocity.norm_squared();
-        let [front, middle, _] = &arms.axles;
+        let (front, trailing) = (arms.axles.first()?, arms.axles.get(self.across.trailing)?);
         Some(Rolling {
             power,
             damping: damped,
             speed: velocity.x,
-            axles: [front.x, middle.x],
-            energy: [front, middle].map(|axle| GRAVITY * (moment - total * axle.y)),
+            axles: [front.x, trailing.x],
+            energy: [front, trailing].map(|axle| GRAVITY * (moment - total * axle.y)),
             kinetic,
         })
     }

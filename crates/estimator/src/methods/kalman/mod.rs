@@ -25,7 +25,7 @@ use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{ContactAngles, KalmanMethod, NoiseBudget};
 use crate::statics::{Arms, Equations, Forces, RightSide, input, solve};
-use crate::torque_scale::ScaleFilter;
+use crate::torque_scale::{Rolling, ScaleFilter};
 use robhaz_model::{Robot, Vec2};
 
 /// Filters of links, wheels and motion.
@@ -56,6 +56,8 @@ pub(crate) struct KalmanFilters {
     friction: FrictionObserver,
     health: HealthMonitor,
     scale: ScaleFilter,
+    /// Of a side of a whole rover: how it rolls, as of the last estimate.
+    pub rolling: Option<Rolling>,
     push: PushFilter,
     pub across: Across,
 }
@@ -74,6 +76,8 @@ pub(crate) struct Across {
     pub slip: [f64; 3],
     /// Whether wheels are dragged across: their slip is not that of their T/N.
     pub dragged: bool,
+    /// The wheel that comes to where the front wheel was: 1 middle, 2 rear.
+    pub trailing: usize,
 }
 
 impl Across {
@@ -84,6 +88,7 @@ impl Across {
         shares: false,
         slip: [0.0; 3],
         dragged: false,
+        trailing: 1,
     };
 }
 
@@ -97,6 +102,11 @@ pub(crate) struct Step {
 }
 
 impl KalmanFilters {
+    /// For the torques of a robot against its weight: see [`checks::scale_filter`].
+    pub fn scale_filter(nominal: &Nominal, trailing: usize) -> ScaleFilter {
+        checks::scale_filter(&nominal.robot, &nominal.settings.budget, trailing)
+    }
+
     /// Time beyond the parity gate after which the estimated motion and errors are discarded, s:
     /// longer than any impact. Errors that were estimated from false readings would otherwise make
     /// the gate reject correct readings for ever.
@@ -128,7 +138,8 @@ impl KalmanFilters {
             standing: StandingDetector::default(),
             friction: FrictionObserver::default(),
             health: HealthMonitor::default(),
-            scale: checks::scale_filter(robot, budget),
+            scale: checks::scale_filter(robot, budget, Across::NONE.trailing),
+            rolling: None,
             push: PushFilter::new(3.0 * mean_load),
             across: Across::NONE,
         }

@@ -2,8 +2,9 @@
 
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
+use robhaz_estimator::DRIVING_SPEED;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_model::{Coupling, WholeRover};
+use robhaz_model::{Coupling, Units, WholeRover};
 use robhaz_score::signals::{derivative, fit, high_pass, median, smooth};
 
 /// Time over which speeds and torques are averaged, s.
@@ -16,6 +17,14 @@ const EXPLAINED: f64 = 0.5;
 const LARGEST_ZERO: f64 = 0.035;
 /// Turn of the body that shows a sign, rad.
 const LEAST_TURN: f64 = 0.03;
+/// Longest step between frames over which a rate is integrated, s: the estimators start anew after it.
+const LONGEST_GAP: f64 = 0.5;
+/// Mean steering that shows its sign, rad.
+const LEAST_STEERING: f64 = 0.05;
+/// Turn of the wheels over that of the gyroscope that is none: a skid turn has more than 1.
+const SMALL: f64 = 0.3;
+/// Time over which a steering angle is compared, s.
+const STEERING_STEP: f64 = 0.1;
 
 /// Size of the yaw over a log, rad.
 pub fn turn(frames: &[WholeFrame]) -> f64 {
@@ -26,23 +35,33 @@ pub fn turn(frames: &[WholeFrame]) -> f64 {
     steps.sum::<f64>().abs()
 }
 
+/// The name of the angle of what joins the sides.
+fn coupling_angle(coupling: Coupling) -> &'static str {
+    match coupling {
+        Coupling::Differential => "differential_angle",
+        Coupling::RearBogie => "rear_bogie_angle",
+    }
+}
+
 /// The sign of the roll against its rate: changes over a tenth of a second.
 pub fn roll(frames: &[WholeFrame]) -> Finding {
     let readings = frames
         .iter()
         .filter_map(|f| Some((f.time, f.roll?, f.rates[0]?)));
     let (mut turned, mut angle, mut products, mut squares) = (0.0, Vec::new(), 0.0, 0.0);
-    let mut last: Option<(f64, f64)> = None;
+    let (mut last, mut gaps) = (None::<(f64, f64)>, 0);
     for (time, roll, rate) in readings {
         if let Some((before, old)) = last.replace((time, rate)) {
             turned += 0.5 * (old + rate) * (time - before);
+            gaps += usize::from(time - before > LONGEST_GAP);
         }
-        angle.push((time, roll, turned));
+        angle.push((time, roll, turned, gaps));
     }
     // Twice the step of the filter of a gyroscope's drift: slow drifts cancel.
     let step = angle.partition_point(|(t, ..)| *t < angle.first().map_or(0.0, |a| a.0) + 0.5);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (a, b) in angle.iter().zip(angle.iter().skip(step.max(1))) {
+    let pairs = angle.iter().zip(angle.iter().skip(step.max(1)));
+    for (a, b) in pairs.filter(|(a, b)| a.3 == b.3) {
         let (by_roll, by_rate) = (b.1 - a.1, b.2 - a.2);
         products += by_roll * by_rate;
         squares += by_rate * by_rate;
@@ -89,10 +108,7 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     };
     let slopes = range(|f| f.inclination) + range(|f| f.roll);
     let allowed = 3.0 * stated.joint[1] + 0.5 * footprint * slopes / length;
-    let coupling = match stated.rover.coupling {
-        Coupling::Differential => "differential_angle",
-        Coupling::RearBogie => "rear_bogie_angle",
-    };
+    let coupling = coupling_angle(stated.rover.coupling);
     let of_joint = |channel: &str, of: Of| {
         let parts = steps
             .iter()
@@ -140,7 +156,9 @@ pub fn yaw(frames: &[WholeFrame], rover: &WholeRover) -> Finding {
             continue;
         };
         let faster = radius * (right - left) / (6.0 * track);
-        if let Some((time, before)) = last.replace((frame.time, faster)) {
+        if let Some((time, before)) = last.replace((frame.time, faster))
+            && frame.time - time < LONGEST_GAP
+        {
             let by_gyro: f64 = rate * (frame.time - time);
             products += by_gyro * (faster - before);
             squares += by_gyro * by_gyro;
@@ -159,12 +177,159 @@ pub fn yaw(frames: &[WholeFrame], rover: &WholeRover) -> Finding {
         turned.to_degrees()
     );
     let finding = Finding::ok(test, channel, figure).with("ratio", ratio, "-");
-    match ratio < 0.0 {
-        true => finding.fault(
+    match ratio {
+        ratio if ratio < -SMALL => finding.fault(
             "turn the sign of body_yaw_rate, to the left positive; or left and right wheels are exchanged",
         ),
-        false => finding,
+        ratio if ratio < SMALL => finding.fault("check the unit of body_yaw_rate: rad/s or deg/s"),
+        _ => finding,
     }
+}
+
+/// Wheels of left and right that turn against each other while the body does not spin: motors that are
+/// mounted mirror-wise count the other way.
+pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
+    let radius = rover.side.geometry.wheel_radius;
+    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+    let (mut sums, mut spun, mut last) = ([0.0; 3], [0.0; 2], None);
+    for frame in frames {
+        let sum = |side: usize| {
+            let wheels = frame.wheel_angle[3 * side..][..3].iter();
+            Some(wheels.copied().sum::<Option<f64>>()? / 3.0)
+        };
+        let (Some(left), Some(right), [.., Some(rate)]) = (sum(0), sum(1), frame.rates) else {
+            continue;
+        };
+        let Some((time, before)) = last.replace((frame.time, [left, right])) else {
+            continue;
+        };
+        let [left, right] = [left - before[0], right - before[1]];
+        for (sum, x) in sums
+            .iter_mut()
+            .zip([left * left, right * right, left * right])
+        {
+            *sum += x;
+        }
+        let by_wheels = radius * (right - left) / (2.0 * track);
+        let step = (frame.time - time).min(LONGEST_GAP);
+        spun[0] += by_wheels * by_wheels;
+        spun[1] += by_wheels * rate * step;
+    }
+    let [left, right, product] = sums;
+    let (correlation, share) = (product / (left * right).sqrt(), spun[1] / spun[0]);
+    (correlation < -0.5 && share.abs() < SMALL).then(|| {
+        let figure = format!("they turn against each other (correlation {correlation:.2}), and the body does not spin");
+        let finding = Finding::ok("left and right wheels", "encoders of both sides", figure);
+        finding.with("correlation", correlation, "-").fault("motors that are mounted mirror-wise count the other way: turn the signs of all angles and torques of the side that counts backwards on the way forward")
+    })
+}
+
+/// Readings of a rover that are beyond what it can do, as angles in another unit are.
+pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
+    /// Share of the frames beyond its range that is no spike.
+    const OFTEN: f64 = 0.05;
+    /// Angle of a pin over its end stop that no zero explains.
+    const BEYOND: f64 = 1.5;
+    /// Largest angle of differential, rear bogie and body, rad: the rover has tipped over.
+    const LARGEST: f64 = 1.0;
+    type Of = fn(&WholeFrame) -> Option<f64>;
+    let stop = &rover.side.geometry.stop;
+    let of_pin = BEYOND * stop.lower.abs().max(stop.upper.abs());
+    let channels: [(&str, f64, Of); 5] = [
+        ("left_pin_angle", of_pin, |f| f.pins[0]),
+        ("right_pin_angle", of_pin, |f| f.pins[1]),
+        (coupling_angle(rover.coupling), LARGEST, |f| f.coupling),
+        ("body_inclination", LARGEST, |f| f.inclination),
+        ("body_roll", LARGEST, |f| f.roll),
+    ];
+    let finding = |(channel, most, of): &(&str, f64, Of)| {
+        let all: Vec<f64> = frames.iter().filter_map(of).map(f64::abs).collect();
+        let beyond = all.iter().filter(|angle| **angle > *most).count();
+        // Counts of frames.
+        (beyond as f64 > OFTEN * all.len() as f64).then(|| {
+            let largest = all.into_iter().fold(0.0, f64::max);
+            let figure = format!("up to {largest:.2} rad, where {most:.2} is what the rover can do");
+            Finding::ok("range of joints", channel, figure)
+                .with("largest", largest, "rad")
+                .fault(format!("check its unit and zero: angles in degrees have unit = \"deg\" in reading.{channel}"))
+        })
+    };
+    channels.iter().filter_map(finding).collect()
+}
+
+/// The steering of each wheel against the turn: an angle that the log lacks counts as 0.
+pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
+    let geometry = &rover.side.geometry;
+    let least = DRIVING_SPEED * Units::of(&rover.side).speed();
+    let mut sums = [[0.0; 3]; 6];
+    let (mut last, mut yaw, mut count): (Option<(f64, f64)>, f64, f64) = (None, 0.0, 0.0);
+    let (mut before, mut frames_seen) = (None::<f64>, 0.0_f64);
+    for frame in frames {
+        let (Some(turned), [.., Some(rate)]) = (
+            frame.wheel_angle.iter().copied().sum::<Option<f64>>(),
+            frame.rates,
+        ) else {
+            continue;
+        };
+        if before
+            .replace(frame.time)
+            .is_some_and(|before| frame.time - before > LONGEST_GAP)
+        {
+            last = None;
+        }
+        (yaw, frames_seen) = (yaw + rate, frames_seen + 1.0);
+        let Some((time, from)) = last else {
+            (last, yaw, frames_seen) = (Some((frame.time, turned)), 0.0, 0.0);
+            continue;
+        };
+        if frame.time - time < STEERING_STEP {
+            continue;
+        }
+        let speed = geometry.wheel_radius * (turned - from) / (6.0 * (frame.time - time));
+        let rate = yaw / frames_seen;
+        (last, yaw, frames_seen) = (Some((frame.time, turned)), 0.0, 0.0);
+        // At rest a turn has no direction.
+        if speed.abs() < least {
+            continue;
+        }
+        count += 1.0;
+        for (i, [asked, read, product]) in sums.iter_mut().enumerate() {
+            let side = if i < 3 { 1.0 } else { -1.0 };
+            let ahead = geometry.axles[i % 3].x - geometry.axles[1].x;
+            let along = speed - rate * side * rover.half_tracks[i % 3];
+            let angle = (rate * ahead * along.signum()).atan2(along.abs());
+            let found = frame.steering[i].unwrap_or(0.0);
+            *asked += angle * angle;
+            *read += found * found;
+            *product += angle * found;
+        }
+    }
+    let has = |i: usize| frames.iter().any(|f| f.steering[i].is_some());
+    let size = |square: f64| (square / count).sqrt();
+    let steers = (0..6).any(|i| has(i) && size(sums[i][1]) > LEAST_STEERING);
+    let of_wheel = |i: usize| {
+        let [asked, _, product] = sums[i];
+        let name = format!("{}_wheel{}_steering", ["left", "right"][i / 3], i % 3 + 1);
+        // Wheels beside the turn's centre do not steer; without a turn nothing shows.
+        if !(steers && size(asked) > LEAST_STEERING) {
+            return None;
+        }
+        let ratio = product / asked;
+        let figure = format!("{ratio:.2} of what the turn asks for");
+        let finding = Finding::ok("steering and turn", &name, figure).with("ratio", ratio, "-");
+        Some(match ratio {
+            _ if !has(i) => finding.fault(format!(
+                "other wheels steer, and {name} is not in the log, or not mapped: it counts as 0"
+            )),
+            ratio if ratio < -0.5 => {
+                finding.fault(format!("turn the sign of {name}: to the left positive"))
+            }
+            ratio if ratio > 10.0 => finding.fault(format!("state unit = \"deg\" of {name}")),
+            ratio if (0.5..2.0).contains(&ratio) => finding,
+            _ => finding.cannot_tell("drive a turn in which no wheel is dragged across"),
+        })
+    };
+    (0..6).filter_map(of_wheel).collect()
 }
 
 /// Whether the difference of the torques of wheel `i` of both sides answers that of its encoders, as a
@@ -234,5 +399,160 @@ pub fn torques(follows: [Option<bool>; 3]) -> Finding {
             Finding::ok(test, channel, figure)
                 .cannot_tell("drive over bumps under one side under speed control")
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::report::Verdict;
+    use robhaz_scene::RobotChoice;
+    use std::path::Path;
+
+    fn rover() -> WholeRover {
+        let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+        let robot = RobotChoice::load(&robots.join("open-source-rover.toml")).expect("a robot");
+        robot.whole_rover().expect("what lies across")
+    }
+
+    /// A turn to the left at v = 0.2 m/s with w = 0.2 rad/s about a point beside the middle wheels, each
+    /// wheel steered along its way; 10 s at 50 Hz.
+    fn turn_left(change: impl Fn(&mut WholeFrame)) -> Vec<WholeFrame> {
+        const SPEED: f64 = 0.2;
+        const RATE: f64 = 0.2;
+        let rover = rover();
+        let geometry = &rover.side.geometry;
+        let frame = |k: u32| {
+            let time = 0.02 * f64::from(k);
+            let way = |i: usize| {
+                let side = if i < 3 { 1.0 } else { -1.0 };
+                let along = SPEED - RATE * side * rover.half_tracks[i % 3];
+                let across = RATE * (geometry.axles[i % 3].x - geometry.axles[1].x);
+                (along, across)
+            };
+            let mut frame = WholeFrame {
+                time,
+                wheel_angle: std::array::from_fn(|i| {
+                    let (along, across) = way(i);
+                    Some(along.hypot(across) * time / geometry.wheel_radius)
+                }),
+                steering: std::array::from_fn(|i| {
+                    let (along, across) = way(i);
+                    Some(across.atan2(along)).filter(|_| i % 3 != 1)
+                }),
+                pins: [Some(0.0); 2],
+                coupling: Some(0.0),
+                inclination: Some(0.0),
+                roll: Some(0.0),
+                rates: [Some(0.0), Some(0.0), Some(RATE)],
+                ..WholeFrame::default()
+            };
+            change(&mut frame);
+            frame
+        };
+        (0..500).map(frame).collect()
+    }
+
+    /// Closed form of steering along the way: right as it is; a sign, degrees, and an angle that is not
+    /// there are each found at their wheel, and at no other.
+    #[test]
+    fn steering_is_that_of_the_turn() {
+        let faults = |change: fn(&mut WholeFrame)| {
+            let found = steering(&turn_left(change), &rover());
+            assert_eq!(found.len(), 4, "{found:?}");
+            let faults = found.into_iter().filter(|f| f.verdict == Verdict::Fault);
+            faults
+                .map(|f| (f.channel, f.remedy.unwrap_or_default()))
+                .collect::<Vec<_>>()
+        };
+        assert!(faults(|_| ()).is_empty());
+        type Case = (fn(&mut WholeFrame), &'static str);
+        let cases: [Case; 3] = [
+            (
+                |f| f.steering[3] = f.steering[3].map(|x| -x),
+                "turn the sign",
+            ),
+            (
+                |f| f.steering[3] = f.steering[3].map(f64::to_degrees),
+                "deg",
+            ),
+            (|f| f.steering[3] = None, "not in the log"),
+        ];
+        for (change, remedy) in cases {
+            let found = faults(change);
+            assert!(
+                found.len() == 1 && found[0].0 == "right_wheel1_steering",
+                "{found:?}"
+            );
+            assert!(found[0].1.contains(remedy), "{found:?}");
+        }
+        // Straight on nothing shows, and without steering nothing is asked.
+        let straight = |f: &mut WholeFrame| (f.rates[2], f.steering) = (Some(0.0), [Some(0.0); 6]);
+        assert!(steering(&turn_left(straight), &rover()).is_empty());
+        assert!(steering(&turn_left(|f| f.steering = [None; 6]), &rover()).is_empty());
+    }
+
+    /// A yaw rate in deg/s is no wrong sign, and a gap in a turn is no turn of the wheels: the ratio stays
+    /// near 1.
+    #[test]
+    fn the_yaw_has_sign_and_unit() {
+        let remedy = |change: fn(&mut WholeFrame)| {
+            let finding = yaw(&turn_left(change), &rover());
+            finding.remedy.unwrap_or_default()
+        };
+        assert_eq!(remedy(|_| ()), "");
+        assert!(remedy(|f| f.rates[2] = f.rates[2].map(f64::to_degrees)).contains("unit"));
+        assert!(remedy(|f| f.rates[2] = f.rates[2].map(|x| -x)).contains("turn the sign"));
+        let mut frames = turn_left(|_| ());
+        frames.retain(|f| !(2.0..6.0).contains(&f.time));
+        assert_eq!(yaw(&frames, &rover()).verdict, Verdict::Ok);
+    }
+
+    /// Motors mounted mirror-wise: the right wheels count backwards. A rover that spins on the spot, and one
+    /// that drives on, have none.
+    #[test]
+    fn mirrored_motors_are_found() {
+        let right = |f: &mut WholeFrame, way: f64| {
+            f.wheel_angle = [1.0, 1.0, 1.0, way, way, way].map(|way| Some(2.0 * way * f.time));
+        };
+        let found = |way: f64, rate: f64| {
+            let spins = |f: &mut WholeFrame| {
+                right(f, way);
+                f.rates[2] = Some(rate);
+            };
+            opposed(&turn_left(spins), &rover())
+        };
+        assert!(found(-1.0, 0.0).is_some());
+        assert!(found(1.0, 0.0).is_none());
+        // 2 rad/s at 0.075 m, half track 0.208 m: clockwise.
+        assert!(found(-1.0, -0.72).is_none());
+    }
+
+    /// Joints in degrees are beyond what a rover can do; spikes are not.
+    #[test]
+    fn angles_in_degrees_are_out_of_range() {
+        let pin = |f: &mut WholeFrame, x: f64| f.pins[1] = Some(x);
+        let found = |change: &dyn Fn(&mut WholeFrame)| ranges(&turn_left(change), &rover());
+        assert!(found(&|f| pin(f, 0.4 * f.time.sin())).is_empty());
+        let spike = |f: &mut WholeFrame| pin(f, if f.time < 0.1 { 20.0 } else { 0.0 });
+        assert!(found(&spike).is_empty());
+        let degrees = found(&|f| pin(f, (0.2 * f.time.sin()).to_degrees()));
+        assert_eq!(degrees.len(), 1);
+        assert_eq!(degrees[0].channel, "right_pin_angle");
+    }
+
+    /// The roll over a gap of 3 s, in which it changes by 0.3 rad, is not that of its rate there.
+    #[test]
+    fn a_gap_shows_no_roll() {
+        let rolling = |f: &mut WholeFrame| {
+            f.roll = Some(0.1 * (3.0 * f.time).sin());
+            f.rates[0] = Some(0.3 * (3.0 * f.time).cos());
+        };
+        let mut frames = turn_left(rolling);
+        for frame in frames.iter_mut().filter(|f| f.time > 5.0) {
+            frame.roll = frame.roll.map(|roll| roll + 0.3);
+        }
+        frames.retain(|f| !(2.0..5.0).contains(&f.time));
+        assert_eq!(roll(&frames).verdict, Verdict::Ok);
     }
 }

@@ -6,13 +6,17 @@
 //! zeros of the joints over the way.
 
 mod across;
+mod agreement;
+mod contradiction;
 mod wirings;
 
+pub use contradiction::contradiction;
+
+use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    SIDES, agreement, check_unless_stamped, delay, drive, ground, links, stamps, start, torques,
-    wheels,
+    SIDES, check_unless_stamped, delay, drive, ground, links, stamps, start, torques, wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -29,12 +33,7 @@ const STRAIGHT_ON: [&str; 5] = [
     drive::PAIRING,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
-const OF_BOTH: [&str; 4] = [
-    SIDES,
-    agreement::TEST,
-    agreement::WIRING,
-    agreement::TORQUE_SCALE,
-];
+const OF_BOTH: [&str; 4] = [SIDES, of_one::TEST, of_one::WIRING, of_one::TORQUE_SCALE];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
 const HIDES: [&str; 5] = [
     links::SIGN,
@@ -55,9 +54,20 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         settings,
         ..*stated
     };
-    let mut findings = vec![of_stamps];
-    for (side, name) in ["left", "right"].into_iter().enumerate() {
-        findings.extend(of_side(frames, stated, side, name));
+    let ranges = across::ranges(frames, stated.rover);
+    if !ranges.is_empty() {
+        let remedy = "correct the readings that no rover can have first";
+        let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
+        return ranges.into_iter().chain([of_stamps, others]).collect();
+    }
+    let [left, right] = [(0, "left"), (1, "right")];
+    let sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
+    let mut findings = sides.concat();
+    findings.insert(0, of_stamps);
+    if let Some(opposed) = across::opposed(frames, stated.rover) {
+        // A side by itself would look for the cause in the body.
+        findings.retain(|f| f.test != start::TEST);
+        findings.push(opposed);
     }
     // In a turn the set speeds differ.
     let is_straight = across::turn(frames) < STRAIGHT;
@@ -72,6 +82,12 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         .any(|f| f.verdict == Verdict::Fault && HIDES.contains(&f.test));
     findings.push(torques);
     let zeros = across::zeros(frames, stated);
+    // One remedy for one pin: the way tells its zero from that of the body.
+    for (zero, side) in zeros.iter().zip(["left", "right"]) {
+        let is_twin = |f: &Finding| f.test == ground::OFFSET && f.channel.starts_with(side);
+        let tells = zero.verdict != Verdict::CannotTell;
+        findings.retain(|f| !(tells && is_twin(f)));
+    }
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
     let zeroed = zeros.iter().all(|f| f.verdict != Verdict::Fault);
     findings.extend(zeros);
@@ -79,7 +95,13 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     let (of_wirings, wired) = wirings::findings(frames, stated, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
-    findings.push(across::yaw(&wired, stated.rover));
+    let yaw = across::yaw(&wired, stated.rover);
+    if yaw.verdict != Verdict::Fault {
+        findings.extend(across::steering(&wired, stated.rover));
+    }
+    findings.push(yaw);
+    let is_found = findings.iter().any(|f| f.verdict == Verdict::Fault);
+    findings.extend(agreement::findings(&wired, stated, is_found));
     findings
 }
 
@@ -125,6 +147,11 @@ fn of_side(
                 .cannot_tell("measure a way: distance over turns of the wheels");
         }
         finding.channel = format!("{name}: {}", finding.channel);
+        // The reading's own name in a remedy.
+        if let Some(remedy) = &mut finding.remedy {
+            let own = format!("{name}_pin_angle");
+            *remedy = remedy.replace(&own, "pin_angle").replace("pin_angle", &own);
+        }
     }
     findings
 }

@@ -27,7 +27,7 @@ const LONGEST: f64 = 16.0;
 
 /// A change of the wiring; wheels 0 to 2 of both sides.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Change {
+pub(super) enum Change {
     /// Encoders of left and right are exchanged.
     Angle(usize),
     /// Torques are.
@@ -43,7 +43,7 @@ enum Change {
 use Change::{Angle, Pins, Roll, Torque};
 
 /// As wired, then all others that are tried, those with fewer changes first.
-fn wirings() -> Vec<Vec<Change>> {
+pub(super) fn wirings() -> Vec<Vec<Change>> {
     type Of = fn(usize) -> Change;
     let of = |wheels: &[usize], changes: &[Of]| -> Vec<Change> {
         let each = |change: &Of| wheels.iter().map(|i| change(*i)).collect::<Vec<_>>();
@@ -94,7 +94,7 @@ impl Change {
 }
 
 /// A frame that is wired so.
-fn wired(frame: &WholeFrame, wiring: &[Change]) -> WholeFrame {
+pub(super) fn wired(frame: &WholeFrame, wiring: &[Change]) -> WholeFrame {
     let mut wired = *frame;
     wiring.iter().for_each(|change| change.apply(&mut wired));
     wired

@@ -1,0 +1,85 @@
+//! What the estimator of both sides says of the whole log, with the exchanges that were found corrected:
+//! whether its readings agree, and the torques with the weight.
+
+use crate::check::report::Finding;
+use crate::check::stated::StatedBoth;
+use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
+use robhaz_estimator::{Channels, Confirmation};
+
+/// Both findings. `is_found`: another test has found a fault, which may be the cause.
+pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) -> Vec<Finding> {
+    let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint);
+    let Ok(mut estimator) = estimator else {
+        return Vec::new();
+    };
+    let (mut scale, mut faulty, mut first) = (None, Channels::NONE, None);
+    let (mut misfit, mut count, mut rolled) = (0.0, 0.0, 0.0);
+    let mut last = None;
+    for frame in frames {
+        let Ok(estimate) = estimator.update(frame) else {
+            continue;
+        };
+        scale = Some(estimate.torque_scale);
+        let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
+        let step = turned.and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
+        if !estimate.dragged {
+            misfit += estimate.misfit;
+            count += 1.0;
+            rolled += step.unwrap_or(0.0);
+        }
+        let of_sides = estimate
+            .sides
+            .iter()
+            .filter_map(|s| Some(s.kalman?.health.faulty));
+        // The torques' scale has a finding of its own.
+        let bits = of_sides.fold(0, |all, channels| all | channels.bits());
+        let bits = bits & !Channels::TORQUE_SCALE.bits();
+        if bits != 0 {
+            first.get_or_insert(frame.time);
+            faulty |= Channels::from_bits(bits);
+        }
+    }
+    let mut all = Vec::new();
+    if let Some(scale) = scale {
+        let words = scale.in_words(stated.rover.side.mass.total()).to_string();
+        let finding = Finding::ok(
+            "scale of torques, mass",
+            "torques 1 to 3 of both sides",
+            words,
+        );
+        let finding = finding
+            .with("ratio", scale.ratio, "-")
+            .with("deviation", scale.sigma, "-");
+        all.push(match scale.confirmation {
+            Confirmation::Confirmed => finding,
+            Confirmation::Unconfirmed => {
+                finding.cannot_tell("drive some metres over slopes, straight on, with little torque of one wheel against another")
+            }
+            Confirmation::Contradicts => finding.fault(
+                "correct unit, torque_constant, gear_ratio or scale of all torques, or the robot's masses",
+            ),
+        });
+    }
+    let mean: f64 = misfit / count;
+    let mut figure =
+        format!("misfit of the nine equations {mean:.1} on average, 3 if all that is stated holds");
+    if let Some(time) = first {
+        let names: Vec<&str> = faulty.names().collect();
+        figure += &format!(
+            "; from {time:.1} s on {} contradict others",
+            names.join(", ")
+        );
+    }
+    let finding = Finding::ok("agreement of both sides", "all", figure).with("misfit", mean, "-");
+    // Without a frame that counts the mean is no number, and contradicts nothing.
+    let is_beyond = mean > WholeEstimate::largest_misfit(rolled);
+    let agrees = first.is_none() && !is_beyond;
+    all.push(match (agrees, is_found) {
+        (true, _) => finding,
+        (false, true) => finding.cannot_tell("correct the faults above first"),
+        (false, false) => finding.fault(
+            "readings contradict each other, and no test names the cause: check signs, zeros, scales and the budget of the channels that are named, and turn one wheel after the other by hand",
+        ),
+    });
+    all
+}
