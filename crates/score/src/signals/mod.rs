@@ -161,7 +161,8 @@ mod tests {
         x[100] = 1e6;
         assert!((white_noise(&x).unwrap_or(0.0) - expected).abs() < 1e-12);
         let parabola: Vec<f64> = (0..200).map(|i| 0.1 * (i * i) as f64).collect();
-        assert!(white_noise(&parabola).is_some_and(|noise| noise < 1e-9));
+        // The root of what rounding leaves of equal squares.
+        assert!(white_noise(&parabola).is_some_and(|noise| noise < 1e-6));
         assert_eq!(white_noise(&x[..50]), None);
     }
 
