@@ -40,7 +40,7 @@ const LONGEST_DELAY: f64 = 0.1;
 
 pub const PAIRING: &str = "wiring of wheels";
 const CHANNEL: &str = "torques and encoders";
-const LATE: &str = "torques after encoders";
+pub const LATE: &str = "torques after encoders";
 
 /// A wiring of the torques: the encoder to which torque i belongs, and the sign of torque i.
 type Wiring = ([usize; 3], [f64; 3]);

@@ -1,5 +1,6 @@
 //! What the readings of both sides show against each other: roll, yaw, and torques of left and right.
 
+use super::STRAIGHT;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::DRIVING_SPEED;
@@ -23,6 +24,8 @@ const LONGEST_GAP: f64 = 0.5;
 const LEAST_STEERING: f64 = 0.05;
 /// Turn of the wheels over that of the gyroscope that is none: a skid turn has more than 1.
 const SMALL: f64 = 0.3;
+/// Steering from which on a wheel does not roll straight ahead, rad.
+const STEERS: f64 = 0.05;
 /// Time over which a steering angle is compared, s.
 const STEERING_STEP: f64 = 0.1;
 
@@ -33,6 +36,17 @@ pub fn turn(frames: &[WholeFrame]) -> f64 {
         Some(rate? * (w[1].time - w[0].time))
     });
     steps.sum::<f64>().abs()
+}
+
+/// Whether the rover turns without steering: its wheels are dragged across.
+pub fn skids(frames: &[WholeFrame]) -> bool {
+    let steers = |f: &WholeFrame| {
+        f.steering
+            .iter()
+            .flatten()
+            .any(|angle| angle.abs() > STEERS)
+    };
+    turn(frames) > STRAIGHT && !frames.iter().any(steers)
 }
 
 /// The name of the angle of what joins the sides.
@@ -486,6 +500,7 @@ mod tests {
             );
             assert!(found[0].1.contains(remedy), "{found:?}");
         }
+        assert!(skids(&turn_left(|f| f.steering = [None; 6])) && !skids(&turn_left(|_| ())));
         // Straight on nothing shows, and without steering nothing is asked.
         let straight = |f: &mut WholeFrame| (f.rates[2], f.steering) = (Some(0.0), [Some(0.0); 6]);
         assert!(steering(&turn_left(straight), &rover()).is_empty());

@@ -134,7 +134,8 @@ fn of_side(
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
     if turned > STRAIGHT {
-        findings.retain(|f| !STRAIGHT_ON.contains(&f.test));
+        let is_of_drive = |f: &Finding| f.test == delay::TEST && f.channel == drive::LATE;
+        findings.retain(|f| !STRAIGHT_ON.contains(&f.test) && !is_of_drive(f));
         let figure = format!("turned by {:.0} deg", turned.to_degrees());
         let remedy = "record a drive straight on, too: in a turn wheels of a side pass other ground at other speeds";
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));

@@ -1,5 +1,6 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
+use super::across;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::DRIVING_SPEED;
@@ -290,7 +291,7 @@ pub fn findings(
     }
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
-    let finding = if own.dragged > MOSTLY {
+    let finding = if own.dragged > MOSTLY || across::skids(frames) {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
     } else if is_upset && !better.is_empty() {
         finding.cannot_tell(
