@@ -251,15 +251,19 @@ def test_errors_have_the_text_of_the_command(tmp_path):
 
 
 def test_a_robot_whose_errors_are_not_stated_counts_as_people_build_them(run, tmp_path):
-    """The same default as that of the command on a log: the same deviations. A stated budget is silent."""
+    """The same default as that of the command on a log: the same deviations. A stated budget is silent.
+
+    The command measures the torques' noise in the log where none is stated; an estimator on a robot cannot.
+    """
+    (tmp_path / "mine.toml").write_text("[budget]\ntorque_noise = 0.1\n")
     with pytest.warns(UserWarning, match="^kalman: budget.body_cg and budget.link_masses are not stated, .* parts to 3 %"):
-        found = robhaz.Estimator("kalman").estimate(run.sensors)
+        found = robhaz.Estimator("kalman", sensors=tmp_path / "mine.toml").estimate(run.sensors)
     names = run.sensors.columns
     rows = zip(*(run.sensors[name] for name in names))
     lines = [",".join(repr(float(value)) for value in row) for row in rows]
     (tmp_path / "log.csv").write_text("\n".join([",".join(names), *lines]) + "\n")
     arguments = ["--estimator", "kalman", "--format", "csv", "--rerun", "off", "--out", "out"]
-    _command(tmp_path, "estimate", "log.csv", *arguments)
+    _command(tmp_path, "estimate", "log.csv", "--sensors", "mine.toml", *arguments)
     table = np.genfromtxt(tmp_path / "out" / "estimate-kalman.csv", delimiter=",", names=True)
     for column in ("wheel1_normal_force", "wheel1_normal_force_sigma", "wheel3_traction_sigma"):
         np.testing.assert_array_equal(found[column], table[column])
