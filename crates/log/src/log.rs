@@ -7,7 +7,7 @@ use crate::frames::Frames;
 use crate::integral;
 use crate::jitter::Jitter;
 use crate::mapped;
-use crate::noise;
+use crate::measured;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
 use crate::plan::{Plan, Rows};
@@ -120,17 +120,21 @@ impl Log {
         }
         warnings.extend(integrate(&plan, &mut survey, &mut choice));
         warnings.extend(check_values(&plan, &survey, options.allows_empty)?);
-        warnings.extend(noise::take_counts(
+        warnings.extend(measured::take_counts(
             &plan,
             &survey,
             &mut choice.budget.encoder_counts,
         ));
         if !choice.states_torque_noise {
             let noise = &mut choice.budget.torque_noise;
-            *noise = noise::of_torques(&plan, &survey, *noise, options.allows_empty);
+            *noise = measured::noise_of_torques(&plan, &survey, *noise, options.allows_empty);
         }
         if !options.allows_empty {
-            warnings.extend(noise::take_pins(&plan, &survey, &mut choice.pin[0]));
+            warnings.extend(measured::take_noise_of_pins(
+                &plan,
+                &survey,
+                &mut choice.pin[0],
+            ));
         }
         let mount = plan.is_of_body().then(|| {
             let robot = &choice.robot.robot;

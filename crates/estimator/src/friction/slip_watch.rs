@@ -4,6 +4,7 @@ use super::needed::{NeededFriction, OffsetShare};
 use super::slipped_distance::SlippedDistance;
 use crate::contact::ContactDetector;
 use crate::deviation::{GATE, WITHIN, root_sum_square};
+use robhaz_model::low_pass_share;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,13 +198,12 @@ impl SlipWatch {
             true => Self::COARSE_SMOOTHING,
             false => Self::RATIO_SMOOTHING,
         };
-        self.ratio += robhaz_model::low_pass_share(dt, smoothing) * (ratio - self.ratio);
-        self.fast_ratio +=
-            robhaz_model::low_pass_share(dt, Self::FAST_SMOOTHING) * (ratio - self.fast_ratio);
+        self.ratio += low_pass_share(dt, smoothing) * (ratio - self.ratio);
+        self.fast_ratio += low_pass_share(dt, Self::FAST_SMOOTHING) * (ratio - self.fast_ratio);
         let forward = libm::copysign(1.0, self.ratio);
         let slip = sample.counted_slip(self.ratio);
         let acceleration = (slip - self.slip) / Self::RATIO_SMOOTHING;
-        self.slip += robhaz_model::low_pass_share(dt, Self::RATIO_SMOOTHING) * (slip - self.slip);
+        self.slip += low_pass_share(dt, Self::RATIO_SMOOTHING) * (slip - self.slip);
         self.slid += slip.abs() * dt;
         if self.slips {
             let speed = match self.coarse {

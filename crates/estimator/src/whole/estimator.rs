@@ -3,6 +3,8 @@
 //! Each side has the filters of `kalman` for its links, wheels, motion and contact angles. What they
 //! find is the input of the nine rows, and the forces of the rows are those of both sides.
 
+mod scale;
+
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame, bogie_of};
 use super::{Joints, WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
@@ -10,7 +12,7 @@ use crate::estimate::{Estimate, EstimateError};
 use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::{JointMeasurement, MotionFilter};
-use crate::flags::{Channels, Flags};
+use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
@@ -270,7 +272,7 @@ impl WholeEstimator {
         };
         let sides = [side_estimator(), side_estimator()];
         Ok(Self {
-            scale: sides[0].scale_filter(trailing(rover).unwrap_or(Across::NONE.trailing)),
+            scale: sides[0].scale_filter(scale::trailing(rover).unwrap_or(Across::NONE.trailing)),
             units: Units::of(side),
             sides,
             readings: SideReadings::new(rover, joint_noise),
@@ -456,7 +458,7 @@ impl WholeEstimator {
             let sign = super::posture::sign(k);
             let mut across = Across {
                 shares: true,
-                trailing: trailing(rover).unwrap_or(Across::NONE.trailing),
+                trailing: scale::trailing(rover).unwrap_or(Across::NONE.trailing),
                 ..Across::NONE
             };
             for i in 0..3 {
@@ -600,46 +602,6 @@ impl WholeEstimator {
         Ok((forces, inputs.inclination, equations.f[FORCE_Y]))
     }
 
-    /// The torques against the weight, `dt` (s) after the last sample. Where both contradict each other,
-    /// all forces have that error.
-    fn find_scale(
-        &mut self,
-        sides: &mut [Estimate; 2],
-        forces: &mut WholeForces,
-        dragged: bool,
-        dt: f64,
-    ) -> TorqueScale {
-        /// Turn over the way of a wheel to the place of the one before, rad: in a turn the sides do not
-        /// come there together.
-        /// Chosen; insensitive.
-        const STRAIGHT: f64 = 0.03;
-        let [left, right] = &self.sides;
-        let axles = &self.rover.side.geometry.axles;
-        let between = trailing(&self.rover).map(|i| axles[0].x - axles[i].x);
-        let speed = 0.5 * (self.velocity[0].x + self.velocity[1].x);
-        let turned = between.map(|between| libm::fabs(self.turning * between));
-        let is_straight = turned.is_some_and(|turned| turned < STRAIGHT * libm::fabs(speed));
-        let rolling = left.rolling().zip(right.rolling());
-        let rolling = rolling.filter(|_| !dragged && is_straight);
-        let rolling = rolling.map(|(left, right)| left.mean(right));
-        let (weight, mass) = left.weight();
-        self.scale
-            .update(rolling.as_ref(), weight, mass, dt / self.units.time);
-        if self.scale.contradicts() {
-            let deviation = self.scale.deviation;
-            for side in sides {
-                side.scale_forces(1.0, deviation);
-                side.flags |= Flags::CONTRADICTION;
-                if let Some(kalman) = &mut side.kalman {
-                    kalman.health.faulty |= Channels::TORQUE_SCALE;
-                }
-            }
-            let common = nalgebra::Vector6::from(forces.normal) * deviation;
-            forces.covariance += common * common.transpose();
-        }
-        self.scale.found(weight)
-    }
-
     /// Least margin and its line.
     fn tip_over(&self, normal: &[f64; 6]) -> (f64, TipLine) {
         let mut least = (f64::INFINITY, TipLine::Left);
@@ -657,18 +619,6 @@ impl WholeEstimator {
         }
         least
     }
-}
-
-/// The first wheel behind the front one that runs in its track: it passes the same ground.
-fn trailing(rover: &WholeRover) -> Option<usize> {
-    /// Distance of tracks that are one, over the wheel radius.
-    /// Chosen; insensitive.
-    const SAME: f64 = 0.1;
-    let [front, ..] = rover.half_tracks;
-    let apart = |i: &usize| libm::fabs(rover.half_tracks[*i] - front);
-    [1, 2]
-        .into_iter()
-        .find(|i| apart(i) < SAME * rover.side.geometry.wheel_radius)
 }
 
 /// Gives a side the covariance of both sides' states as the other one has it.

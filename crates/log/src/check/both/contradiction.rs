@@ -7,7 +7,7 @@
 //! under the right one), for all others together in at most their number times as many. The sums are
 //! those of one sample in [`LASTS`], for which the errors of the filters' equations last.
 
-use super::wirings::{Change, wired, wirings};
+use super::wirings::{Change, RollOnGround, wired, wirings};
 use super::{STRAIGHT, across};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::StatedBoth;
@@ -46,8 +46,7 @@ fn judged(
     let rover = stated.rover;
     let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint).ok()?;
     let least = DRIVING_SPEED * Units::of(&rover.side).speed();
-    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
-    let (mut sum, mut count, mut products) = (0.0, 0.0, [0.0; 3]);
+    let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
     for (frame, speed) in frames {
         let frame = wired(frame, wiring);
         let Ok(estimate) = estimator.update(&frame) else {
@@ -61,24 +60,14 @@ fn judged(
         for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
             sum += health.slip.iter().chain(&health.direction).sum::<f64>();
         }
-        let [left, right] = estimate
-            .sides
-            .each_ref()
-            .map(|s| s.contact_angle.iter().sum::<f64>() / 3.0);
         if let [Some(rate), ..] = frame.rates {
-            let asked = speed * (left - right) / (2.0 * track);
-            let of_frame = [rate * rate, asked * asked, rate * asked];
-            products
-                .iter_mut()
-                .zip(of_frame)
-                .for_each(|(sum, x)| *sum += x);
+            roll.add(rover, &estimate, *speed, rate);
         }
     }
-    let [rates, asked, product] = products;
     Some(Judged {
         sum: sum / count,
         count,
-        correlation: product / (rates * asked).sqrt(),
+        correlation: roll.correlation(),
     })
 }
 

@@ -8,6 +8,7 @@
 mod across;
 mod agreement;
 mod contradiction;
+mod steering;
 mod wirings;
 
 pub use contradiction::contradiction;
@@ -97,7 +98,7 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     // With what was found corrected: exchanged wheels turn the yaw, too.
     let yaw = across::yaw(&wired, stated.rover);
     if yaw.verdict != Verdict::Fault {
-        findings.extend(across::steering(&wired, stated.rover));
+        findings.extend(steering::steering(&wired, stated.rover));
     }
     findings.push(yaw);
     let is_found = findings.iter().any(|f| f.verdict == Verdict::Fault);

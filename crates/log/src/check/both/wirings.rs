@@ -1,10 +1,10 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
-use super::across;
+use super::steering;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
-use robhaz_estimator::DRIVING_SPEED;
-use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
+use robhaz_estimator::{DRIVING_SPEED, Estimate};
 use robhaz_model::{Coupling, Units, WholeRover};
 
 const TEST: &str = "left and right";
@@ -144,9 +144,32 @@ struct Judgement {
     misfit: f64,
     /// Share of the frames in which wheels are dragged across.
     dragged: f64,
-    /// Sums over the frames of the squares of the roll rate and of that which the ground under both
-    /// sides asks for, and of their product, rad^2/s^2.
-    roll: [f64; 3],
+    roll: RollOnGround,
+}
+
+/// Sums over the frames of the squares of the roll rate and of that which the ground under both sides
+/// asks for, and of their product, rad^2/s^2.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RollOnGround([f64; 3]);
+
+impl RollOnGround {
+    /// Adds a frame of a rover at `speed` (m/s), whose body rolls at `rate` (rad/s).
+    pub fn add(&mut self, rover: &WholeRover, estimate: &WholeEstimate, speed: f64, rate: f64) {
+        let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+        let slope = |side: &Estimate| side.contact_angle.iter().sum::<f64>() / 3.0;
+        let [left, right] = estimate.sides.each_ref().map(slope);
+        let asked = speed * (left - right) / (2.0 * track);
+        let of_frame = [rate * rate, asked * asked, rate * asked];
+        for (sum, x) in self.0.iter_mut().zip(of_frame) {
+            *sum += x;
+        }
+    }
+
+    /// How the roll follows the ground: where the left wheels climb, the left side rises.
+    pub fn correlation(&self) -> f64 {
+        let [rates, asked, product] = self.0;
+        product / (rates * asked).sqrt()
+    }
 }
 
 impl Judgement {
@@ -160,7 +183,6 @@ impl Judgement {
             return refused;
         };
         let side = &stated.rover.side;
-        let track: f64 = stated.rover.half_tracks.iter().sum::<f64>() / 3.0;
         let mut found = Self::default();
         let mut last: Option<(f64, f64)> = None;
         for frame in frames {
@@ -188,17 +210,7 @@ impl Judgement {
             {
                 let way = side.geometry.wheel_radius * (turned - before) / 6.0;
                 let speed = way / (frame.time - time).max(f64::MIN_POSITIVE);
-                let slopes = estimate
-                    .sides
-                    .each_ref()
-                    .map(|s| s.contact_angle.iter().sum::<f64>() / 3.0);
-                let asked = speed * (slopes[0] - slopes[1]) / (2.0 * track);
-                let squares = [rate * rate, asked * asked, rate * asked];
-                found
-                    .roll
-                    .iter_mut()
-                    .zip(squares)
-                    .for_each(|(sum, x)| *sum += x);
+                found.roll.add(stated.rover, &estimate, speed, rate);
             }
         }
         // A count of frames.
@@ -209,19 +221,13 @@ impl Judgement {
         found
     }
 
-    /// How the roll follows the ground: where the left wheels climb, the left side rises.
-    fn correlation(&self) -> f64 {
-        let [rate, asked, product] = self.roll;
-        product / (rate * asked).sqrt()
-    }
-
     /// Whether it fits better than the log as wired: by all innovations, or, of joints, by these and
     /// the misfit. On drives of `examples/mujoco` without a skid turn no other case of a log that is
     /// wired right has less than 0.96 of its sum (`joints`: less than 0.99).
     fn is_better(&self, own: &Self, joints: bool) -> bool {
         let [by_all, by_misfit] = [self.sum / own.sum, self.misfit / own.misfit];
         // The roll follows the ground with it, and not as wired.
-        let turns_roll = own.correlation() < 0.0 && self.correlation() > CORRELATED;
+        let turns_roll = own.roll.correlation() < 0.0 && self.roll.correlation() > CORRELATED;
         let of_joints = by_all < BETTER_OF_JOINTS || turns_roll && by_all < 1.0;
         by_all < BETTER || joints && of_joints && by_misfit < BETTER_MISFIT
     }
@@ -229,7 +235,7 @@ impl Judgement {
 
 /// The sign of the roll against the ground, with what was found corrected.
 fn roll_on_ground(found: &Judgement) -> Finding {
-    let correlation = found.correlation();
+    let correlation = found.roll.correlation();
     let figure = format!(
         "the roll follows the ground under both sides with a correlation of {correlation:.2}"
     );
@@ -285,13 +291,13 @@ pub fn findings(
     }
     // With all of one side exchanged for the other the differential's sign fits as well, and the roll
     // does not.
-    let follows_ground = |found: &Judgement| found.correlation() > CORRELATED;
+    let follows_ground = |found: &Judgement| found.roll.correlation() > CORRELATED;
     if better.iter().any(|(_, f)| follows_ground(f)) {
         better.retain(|(_, f)| follows_ground(f));
     }
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
-    let finding = if own.dragged > MOSTLY || across::skids(frames) {
+    let finding = if own.dragged > MOSTLY || steering::skids(frames) {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
     } else if is_upset && !better.is_empty() {
         finding.cannot_tell(

@@ -1,6 +1,7 @@
 //! Counts of the encoders and white noise of torques and pins, as a log shows them. What `kalman`
-//! estimates depends on these: counts that are far fewer than stated make N five times as wrong, a torque
-//! that counts three times as noisy as it is, or a pin half as noisy, two to three times.
+//! estimates depends on these: counts that are far fewer than stated make N five times as wrong, pins that
+//! count half as noisy as they are up to three times; torques that count three times as noisy widen what is
+//! stated by a fifth.
 
 use crate::plan::Plan;
 use crate::readings::Reading;
@@ -21,12 +22,13 @@ const OF_STEP: f64 = 0.05;
 /// between them.
 const LEAST_STEPS: usize = 50;
 const LEAST_COUNT: usize = 10;
-/// Measured noise over the stated one from which on it counts: chance is up to 1.1 of 500 readings.
+/// Measured noise over the stated one from which on it counts: of 500 readings its standard error
+/// is some 5 %.
 const EXCEEDS: f64 = 1.25;
 
 /// White noise of the torques, N m a sample, of a log whose description states none, for an estimate or
 /// a check; `usual` is that of typical sensors, which counts where the log shows none.
-pub fn of_torques(plan: &Plan, survey: &Survey, usual: f64, of_check: bool) -> f64 {
+pub fn noise_of_torques(plan: &Plan, survey: &Survey, usual: f64, of_check: bool) -> f64 {
     let found = measured(plan, survey, "_motor_torque");
     let least = if of_check { LEAST_OF_CHECK } else { LEAST };
     found.map_or(usual, |noise| noise.clamp(least * usual, MOST * usual))
@@ -34,7 +36,7 @@ pub fn of_torques(plan: &Plan, survey: &Survey, usual: f64, of_check: bool) -> f
 
 /// Takes the measured white noise of the pins' angles (rad) for the stated one where it is greater, and
 /// says so.
-pub fn take_pins(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<String> {
+pub fn take_noise_of_pins(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<String> {
     let found = measured(plan, survey, "pin_angle").filter(|noise| *noise > EXCEEDS * *stated)?;
     let [shown, was] = [found, *stated].map(f64::to_degrees);
     *stated = found;
