@@ -68,6 +68,7 @@ mod health;
 mod methods;
 mod nominal;
 mod settings;
+mod state;
 pub mod statics;
 #[cfg(test)]
 mod testing;

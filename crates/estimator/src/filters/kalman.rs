@@ -2,11 +2,12 @@
 
 /// State estimate and its covariance.
 ///
-/// The last `CONSIDERED` states are consider states (Schmidt-Kalman filter; S. F. Schmidt, 1966):
+/// The `CONSIDERED` states from `FIRST` on are consider states (Schmidt-Kalman filter; S. F. Schmidt,
+/// 1966):
 /// their variance and correlations count, but no measurement corrects them or reduces their
 /// variance. For states of low observability, which the linearised filter would correct wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
+pub struct Kalman<const N: usize, const FIRST: usize = 0, const CONSIDERED: usize = 0> {
     /// State.
     pub x: [f64; N],
     /// Covariance, symmetric.
@@ -51,13 +52,15 @@ impl Innovation {
 }
 
 /// States that are exactly zero.
-impl<const N: usize, const CONSIDERED: usize> Default for Kalman<N, CONSIDERED> {
+impl<const N: usize, const FIRST: usize, const CONSIDERED: usize> Default
+    for Kalman<N, FIRST, CONSIDERED>
+{
     fn default() -> Self {
         Self::new([0.0; N], [0.0; N])
     }
 }
 
-impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
+impl<const N: usize, const FIRST: usize, const CONSIDERED: usize> Kalman<N, FIRST, CONSIDERED> {
     /// Independent states with the given standard deviations.
     pub fn new(x: [f64; N], sigma: [f64; N]) -> Self {
         let mut p = [[0.0; N]; N];
@@ -119,11 +122,10 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// innovation.
     pub fn update<const K: usize>(&mut self, h: &[(usize, f64); K], y: f64, r: f64) -> Innovation {
         let projection = self.project(h);
-        self.correct(N, &projection, y, r, f64::INFINITY)
+        self.correct(&projection, y, r, f64::INFINITY)
     }
 
-    /// Measurement update of the first `estimated` states, at most all but the consider states; the
-    /// others are considered.
+    /// Measurement update of all but the consider states.
     ///
     /// It is robust against outliers: the variance S of an innovation beyond `gate` standard
     /// deviations is inflated until it lies at the gate, so that the correction falls with one over
@@ -134,7 +136,6 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// Returns the innovation with its predicted variance S.
     pub fn correct(
         &mut self,
-        estimated: usize,
         projection: &Projection<N>,
         innovation: f64,
         r: f64,
@@ -145,41 +146,35 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
             variance: projection.variance + r,
         };
         if let Some(s) = found.inflated(gate) {
-            self.apply(estimated, &projection.ph, innovation, s);
+            self.apply(&projection.ph, innovation, s);
         }
         found
     }
 
-    /// `x += K innovation` and `P -= K S K'` with the gain `K = P h/S`, zero for all but the first
-    /// `estimated` states.
-    pub fn apply(&mut self, estimated: usize, ph: &[f64; N], innovation: f64, s: f64) {
-        let estimated = estimated.min(N - CONSIDERED);
+    /// `x += K innovation` and `P -= K S K'` with the gain `K = P h/S`, zero for consider states.
+    pub fn apply(&mut self, ph: &[f64; N], innovation: f64, s: f64) {
+        let considered = FIRST..FIRST + CONSIDERED;
         let root = 1.0 / robhaz_model::sqrt(s);
         // K S K' as k k' is symmetric to the bit.
         let k = ph.map(|value| value * root);
         let step = root * innovation;
-        for (x, ki) in self.x.iter_mut().zip(k).take(estimated) {
+        // Whole rows are fastest; the considered states, and what they have among themselves, come back.
+        let mut kept = ([0.0; CONSIDERED], [[0.0; CONSIDERED]; CONSIDERED]);
+        kept.0.copy_from_slice(&self.x[considered.clone()]);
+        for (kept, row) in kept.1.iter_mut().zip(&self.p[considered.clone()]) {
+            kept.copy_from_slice(&row[considered.clone()]);
+        }
+        for (x, ki) in self.x.iter_mut().zip(k) {
             *x += ki * step;
         }
-        // Whole rows are fastest; what the considered states have among themselves comes back.
-        let (all, mut kept) = (N - CONSIDERED, [[0.0; CONSIDERED]; CONSIDERED]);
-        for (kept, row) in kept.iter_mut().zip(&self.p[all..]) {
-            kept.copy_from_slice(&row[all..]);
-        }
-        let whole = if estimated == all { N } else { estimated };
-        let (rows, others) = self.p.split_at_mut(whole);
-        for (row, ki) in rows.iter_mut().zip(k) {
+        for (row, ki) in self.p.iter_mut().zip(k) {
             for (entry, kj) in row.iter_mut().zip(k) {
                 *entry -= ki * kj;
             }
         }
-        for (row, ki) in others.iter_mut().zip(&k[whole..]) {
-            for (entry, kj) in row.iter_mut().zip(k).take(estimated) {
-                *entry -= ki * kj;
-            }
-        }
-        for (kept, row) in kept.iter().zip(&mut self.p[all..]) {
-            row[all..].copy_from_slice(kept);
+        self.x[considered.clone()].copy_from_slice(&kept.0);
+        for (row, kept) in self.p[considered.clone()].iter_mut().zip(&kept.1) {
+            row[considered.clone()].copy_from_slice(kept);
         }
     }
 }
@@ -234,7 +229,7 @@ mod tests {
         ) {
             let p = covariance(root);
             let x = [1.0, -2.0, 0.5];
-            let mut filter: Kalman<3, 1> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
+            let mut filter: Kalman<3, 2, 1> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             filter.update(&[(0, h[0]), (1, h[1]), (2, h[2])], z, r);
 
             let h = Vector3::from(h);
@@ -263,7 +258,7 @@ mod tests {
             let (mut outlier, mut noisy) = (before, before);
             let innovation = {
                 let seen = outlier.project(&[(1, 1.0)]);
-                outlier.correct(3, &seen, far, 0.1, 5.0)
+                outlier.correct(&seen, far, 0.1, 5.0)
             };
             prop_assume!(innovation.nis() > 25.0);
             noisy.update(&[(1, 1.0)], far, far * far / 25.0 - p[(1, 1)]);
@@ -283,7 +278,7 @@ mod tests {
             for (difference, r) in [(f64::NAN, 0.1), (0.1, f64::NAN), (f64::INFINITY, 0.1), (0.1, f64::INFINITY)] {
                 let mut filter = before;
                 let seen = filter.project(&[(1, 1.0)]);
-                filter.correct(3, &seen, difference, r, 5.0);
+                filter.correct(&seen, difference, r, 5.0);
                 prop_assert_eq!(filter, before);
             }
         }

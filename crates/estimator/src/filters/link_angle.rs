@@ -231,7 +231,7 @@ impl LinkAngleKalman {
         let before = self.filter.x[ANGLE];
         let difference = inclination - self.expected;
         let projection = self.filter.project(&[(ANGLE, 1.0)]);
-        let innovation = self.filter.correct(2, &projection, difference, r, GATE);
+        let innovation = self.filter.correct(&projection, difference, r, GATE);
         // The angle's error is older than the lag.
         self.expected += self.filter.x[ANGLE] - before;
         innovation

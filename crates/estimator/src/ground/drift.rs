@@ -193,7 +193,7 @@ impl Drift {
         ];
         let expected = self.filter.project(&h);
         let left = difference - expected.value;
-        let innovation = self.filter.correct(COUNT, &expected, left, variance, GATE);
+        let innovation = self.filter.correct(&expected, left, variance, GATE);
         let misfit = innovation.nis().min(GATE);
         self.misfit += (misfit - self.misfit) / RECENT;
     }

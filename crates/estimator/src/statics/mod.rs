@@ -33,5 +33,5 @@ pub use load_parameters::{
 pub use loads::{LinkageMotion, Load, Loads};
 pub(crate) use other_side::OtherSide;
 pub(crate) use solve::{
-    CAUSES, RightSide, Sensitivity, Traction, causes, input, sensitivity, solve,
+    CAUSES, DIRECT, RightSide, Sensitivity, Traction, causes, sensitivity, solve,
 };

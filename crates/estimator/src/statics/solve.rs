@@ -6,24 +6,9 @@
 use super::equilibrium::{Equations, Equilibrium, LeastSquaresInverse};
 use super::forces::Forces;
 use super::loads::Loads;
+use crate::state;
 use nalgebra::{Matrix4, Vector4};
 use robhaz_model::{Geometry, PointMasses, Vec2};
-
-/// Order of the uncertain inputs.
-pub(crate) mod input {
-    /// Acceleration of Q, m/s^2: x, y.
-    pub const ACCELERATION: usize = 0;
-    /// Errors of the given contact angles, rad.
-    pub const CONTACT_ANGLE: usize = 2;
-    /// Offsets of the torque readings, N m.
-    pub const TORQUE_OFFSET: usize = 5;
-    /// Dry friction in the gears, common to all wheels, N m against the spin.
-    pub const GEAR_FRICTION: usize = 8;
-    /// Relative errors of the torque readings.
-    pub const TORQUE_GAIN: usize = 9;
-    /// How many.
-    pub const COUNT: usize = 12;
-}
 
 /// Traction of one wheel from motor torque and speed, with its derivatives by the uncertain inputs.
 #[derive(Clone, Copy, Debug)]
@@ -44,16 +29,16 @@ impl Traction {
     /// The derivatives of the traction of wheel `i`, each with its input.
     pub fn gradient(&self, i: usize) -> [(usize, f64); 3] {
         [
-            (input::TORQUE_OFFSET + i, self.by_offset),
-            (input::GEAR_FRICTION, self.by_friction),
-            (input::TORQUE_GAIN + i, self.by_gain),
+            (state::TORQUE_OFFSET.of(i), self.by_offset),
+            (state::GEAR_FRICTION.of(0), self.by_friction),
+            (state::TORQUE_GAIN.of(i), self.by_gain),
         ]
     }
 }
 
 /// Derivatives of `y - H_N N`, with `y = F' - H_T T` and N held, by the uncertain inputs: a column
-/// an input, in the order of [`input`]; N over the input's unit.
-pub(crate) type Sensitivity = [Vector4<f64>; input::COUNT];
+/// an input, in the order of [`state`]; N over the input's unit.
+pub(crate) type Sensitivity = [Vector4<f64>; state::INPUTS];
 
 /// The sensitivity at one instant, linearised at these normal forces and tractions, N. `inertial`
 /// holds the masses if the loads include inertia, else `None`; `lever` is that of the moment rows,
@@ -67,16 +52,16 @@ pub(crate) fn sensitivity(
     lever: f64,
 ) -> Sensitivity {
     let (equilibrium, arms) = (&equations.equilibrium, &equations.arms);
-    let mut columns = [Vector4::zeros(); input::COUNT];
+    let mut columns = [Vector4::zeros(); state::INPUTS];
     if let Some(masses) = inertial {
         for (axis, unit) in [Vec2::x(), Vec2::y()].into_iter().enumerate() {
             let unit_load = Loads::uniform(masses, unit);
-            columns[input::ACCELERATION + axis] =
+            columns[state::ACCELERATION.of(axis)] =
                 Equilibrium::load_side(arms, &geometry.carriers, &unit_load, lever).0;
         }
     }
     for i in 0..3 {
-        columns[input::CONTACT_ANGLE + i] =
+        columns[state::CONTACT_ANGLE.of(i)] =
             equilibrium.by_contact_angle(i, geometry, [normal_force[i], traction[i]]);
         for (k, derivative) in tractions[i].gradient(i) {
             columns[k] += equilibrium.h_t[i] * -derivative;
@@ -118,7 +103,7 @@ impl RightSide {
 /// `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse of H_N gives the same
 /// N: that of weighted least squares with the weight `R^-1`.
 ///
-/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI.
+/// `inputs` gives the covariance of two uncertain inputs by their indices in [`state`], SI.
 pub(crate) fn solve(
     equations: &Equations,
     parity: Option<&Vector4<f64>>,
@@ -221,7 +206,7 @@ impl Joint {
 
 /// Inputs that act on the equations directly: accelerations and contact angles. The others act
 /// through the tractions.
-const DIRECT: usize = input::TORQUE_OFFSET;
+pub(crate) const DIRECT: usize = state::CONTACT_ANGLE.end();
 /// What errs in the equations: direct inputs and the three tractions.
 pub(crate) const CAUSES: usize = DIRECT + 3;
 
@@ -270,7 +255,7 @@ mod tests {
     use proptest::prelude::*;
     use robhaz_model::Robot;
 
-    const INPUTS: usize = input::COUNT;
+    const INPUTS: usize = state::INPUTS;
     type Normals = SMatrix<f64, 4, 3>;
 
     /// Eq. (8) at rest, for angles of links 1 and 2 and contact angles, rad.
@@ -312,7 +297,7 @@ mod tests {
         fn whitened_is_weighted_least_squares(
             theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3, slopes in prop::array::uniform3(-0.4_f64..0.4),
             direct in prop::collection::vec(vector(), DIRECT),
-            tractions in (traction(), traction(), traction()), root in prop::collection::vec(-0.5_f64..0.5, input::COUNT * input::COUNT),
+            tractions in (traction(), traction(), traction()), root in prop::collection::vec(-0.5_f64..0.5, state::INPUTS * state::INPUTS),
         ) {
             let robot = Robot::default_a();
             let equations = equations(&robot, [theta1, theta2], &slopes);
@@ -341,9 +326,9 @@ mod tests {
             let a = SMatrix::<f64, 4, INPUTS>::from_columns(&sensitivity);
             let mut g = SMatrix::<f64, 3, INPUTS>::zeros();
             for (i, t) in tractions.iter().enumerate() {
-                g[(i, input::TORQUE_OFFSET + i)] = t.by_offset;
-                g[(i, input::GEAR_FRICTION)] = t.by_friction;
-                g[(i, input::TORQUE_GAIN + i)] = t.by_gain;
+                g[(i, state::TORQUE_OFFSET.of(i))] = t.by_offset;
+                g[(i, state::GEAR_FRICTION.of(0))] = t.by_friction;
+                g[(i, state::TORQUE_GAIN.of(i))] = t.by_gain;
             }
             let d = Matrix3::from_diagonal(&Vector3::from(tractions.map(|t| t.sigma * t.sigma)));
             let r = a * p * a.transpose() + h_t * d * h_t.transpose() + right.loads;

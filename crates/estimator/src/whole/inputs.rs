@@ -225,7 +225,7 @@ impl<'a> SideInputs<'a> {
 
     /// Derivatives by the uncertain inputs of each side's filters of what has these by the inputs of
     /// the rows.
-    pub fn gradient(&self, by_inputs: &[f64; INPUTS]) -> [[f64; crate::statics::input::COUNT]; 2] {
+    pub fn gradient(&self, by_inputs: &[f64; INPUTS]) -> [[f64; crate::state::INPUTS]; 2] {
         let of_side = |side: usize, state: &SideState| {
             let by_causes: [f64; CAUSES] = core::array::from_fn(|cause| {
                 let mut sum = 0.0;

@@ -12,10 +12,11 @@
 //! | gate | none: an impact is an acceleration, too |
 //! | channels | inclinometers, gyroscopes |
 
-use super::filter::{ACCELERATION, MotionFilter};
+use super::filter::MotionFilter;
 use super::measurement::Measurement;
 use super::tuning::{self, GaussMarkov};
 use crate::deviation::WITHIN;
+use crate::state::ACCELERATION;
 
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +69,7 @@ impl MotionFilter {
         let agreeing = 4.0 * white + 2.0 * (of_angle * of_angle + of_turning * of_turning);
         let excess = 0.5 * (apart - WITHIN * robhaz_model::sqrt(agreeing)).max(0.0);
         let measurement = Measurement {
-            row: [(ACCELERATION, 1.0)],
+            row: [(ACCELERATION.of(0), 1.0)],
             innovation,
             white,
             correlated: [
@@ -155,7 +156,7 @@ mod tests {
             };
             motion.correct_acceleration(&[(k % 10 == 0).then_some(sensed); 2], DT);
         }
-        let (found, sigma) = motion.filter.estimated(ACCELERATION);
+        let (found, sigma) = motion.filter.estimated(ACCELERATION.of(0));
         assert!((found - 0.3).abs() < 0.02 && sigma < 0.3, "{found} {sigma}");
     }
 
@@ -163,7 +164,12 @@ mod tests {
     /// angles' errors count as common.
     #[test]
     fn two_links_tell_more_than_one() {
-        let sigma = |read| accelerated(0.3, read, 0.0).filter.estimated(ACCELERATION).1;
+        let sigma = |read| {
+            accelerated(0.3, read, 0.0)
+                .filter
+                .estimated(ACCELERATION.of(0))
+                .1
+        };
         let (one, two) = (sigma([true, false]), sigma([true, true]));
         assert!(
             two < one && two > one * core::f64::consts::FRAC_1_SQRT_2,

@@ -9,10 +9,11 @@
 //! | gate | [`GATE`] | [`GATE`] |
 //! | channels | none of its own | none of its own |
 
-use super::filter::{CONTACT_ANGLE, MotionFilter, VELOCITY};
+use super::filter::MotionFilter;
 use super::measurement::Measurement;
 use crate::contact::ContactVelocity;
 use crate::deviation::GATE;
+use crate::state::{CONTACT_ANGLE, VELOCITY};
 
 impl MotionFilter {
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its
@@ -31,7 +32,10 @@ impl MotionFilter {
         }
         // The angle changes with dy/dx by cos^2.
         let level = cos * cos;
-        let row = [(VELOCITY, -sin / speed), (VELOCITY + 1, cos / speed)];
+        let row = [
+            (VELOCITY.of(0), -sin / speed),
+            (VELOCITY.of(1), cos / speed),
+        ];
         self.close(row, -level * error, level * level * variance);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
@@ -49,7 +53,7 @@ impl MotionFilter {
         if !(self.velocity().norm_squared() > slow) || self.is_after_impact() {
             return;
         }
-        let state = CONTACT_ANGLE + i;
+        let state = CONTACT_ANGLE.of(i);
         let error = given - slope - self.filter.x[state];
         self.close([(state, 1.0)], error, variance);
     }

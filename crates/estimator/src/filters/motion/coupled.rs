@@ -4,19 +4,19 @@
 //! A side's own measurements do not correct the other side's states: these are considered (Schmidt),
 //! which keeps what is stated right and loses little, since what ties the sides are errors that last.
 
-use super::filter::{CONSIDERED, COUNT, GEAR_FRICTION, Guests, INPUTS, MotionFilter};
+use super::filter::{Guests, MotionFilter};
 use super::tuning::GaussMarkov;
 use crate::deviation::GATE;
 use crate::filters::{Innovation, Projection};
-use crate::statics::input;
+use crate::state::{self, COUNT, GEAR_FRICTION, TORQUE_GAIN};
 
 /// A measurement of the uncertain inputs of both sides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointMeasurement {
     /// Measured minus predicted.
     pub innovation: f64,
-    /// Derivatives by the uncertain inputs of both sides, in the order of [`input`].
-    pub gradient: [[f64; input::COUNT]; 2],
+    /// Derivatives by the uncertain inputs of both sides, in the order of [`state`].
+    pub gradient: [[f64; state::INPUTS]; 2],
     /// Deviation of its error at one sample, which lasts for [`Self::LASTS`].
     pub sigma: f64,
 }
@@ -45,7 +45,8 @@ impl MotionFilter {
     /// Couples two filters that start: dry friction in the gears is that of all six wheels.
     pub fn couple(&mut self) {
         let mut guests = [[0.0; COUNT]; COUNT];
-        guests[GEAR_FRICTION][GEAR_FRICTION] = self.filter.p[GEAR_FRICTION][GEAR_FRICTION];
+        let state = GEAR_FRICTION.of(0);
+        guests[state][state] = self.filter.p[state][state];
         self.guests = Some(guests);
     }
 
@@ -67,7 +68,10 @@ impl MotionFilter {
                 }
             }
         }
-        for (row, ph) in guests.iter_mut().zip(ph).take(COUNT - CONSIDERED) {
+        for (i, (row, ph)) in guests.iter_mut().zip(ph).enumerate() {
+            if TORQUE_GAIN.all().contains(&i) {
+                continue;
+            }
             let gain = ph / s;
             for (entry, with) in row.iter_mut().zip(&with) {
                 *entry -= gain * with;
@@ -84,9 +88,9 @@ impl MotionFilter {
         measurement: &JointMeasurement,
         dt: f64,
     ) -> Innovation {
-        let rows = measurement.gradient.map(|gradient| {
-            core::array::from_fn::<_, { input::COUNT }, _>(|k| (INPUTS + k, gradient[k]))
-        });
+        let rows = measurement
+            .gradient
+            .map(|gradient| core::array::from_fn::<_, { state::INPUTS }, _>(|k| (k, gradient[k])));
         let mut projections = [
             left.filter.project(&rows[0]),
             right.filter.project(&rows[1]),
@@ -129,20 +133,18 @@ impl MotionFilter {
         innovation: f64,
         s: f64,
     ) {
-        left.filter.apply(COUNT, &of_left.ph, innovation, s);
-        right.filter.apply(COUNT, &of_right.ph, innovation, s);
+        left.filter.apply(&of_left.ph, innovation, s);
+        right.filter.apply(&of_right.ph, innovation, s);
         let guests = left.guests.get_or_insert([[0.0; COUNT]; COUNT]);
         for (i, (row, a)) in guests.iter_mut().zip(&of_left.ph).enumerate() {
             let gain = a / s;
-            let considered = i >= COUNT - CONSIDERED;
             // Considered states keep what they have among themselves.
-            let corrected = if considered {
-                COUNT - CONSIDERED
-            } else {
-                COUNT
-            };
-            for (entry, b) in row.iter_mut().zip(&of_right.ph).take(corrected) {
-                *entry -= gain * b;
+            let considered = TORQUE_GAIN.all();
+            let kept = considered.contains(&i);
+            for (k, (entry, b)) in row.iter_mut().zip(&of_right.ph).enumerate() {
+                if !(kept && considered.contains(&k)) {
+                    *entry -= gain * b;
+                }
             }
         }
     }

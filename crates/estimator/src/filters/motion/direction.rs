@@ -9,7 +9,7 @@
 //! | gate | [`GATE`]; unknown angles: beyond [`SIGNIFICANT`] the wheel has met an edge |
 //! | channels | gyroscope, given contact angle, the other wheels' encoders |
 
-use super::filter::{CONTACT_ANGLE, MotionFilter, PENETRATION, VELOCITY};
+use super::filter::MotionFilter;
 use super::measurement::{Expected, Measurement};
 use super::rolling::Sample;
 use super::tuning::{self, GaussMarkov};
@@ -17,7 +17,7 @@ use crate::contact::ContactVelocity;
 use crate::deviation::{GATE, SIGNIFICANT};
 use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
-use crate::statics::input;
+use crate::state::{CONTACT_ANGLE, PENETRATION, VELOCITY};
 use robhaz_model::{Vec2, perp};
 
 impl MotionFilter {
@@ -34,7 +34,7 @@ impl MotionFilter {
         let (of_angle, unknown) = match budget {
             None => (speed, GaussMarkov::new(0.0, 1.0)),
             Some(budget) => {
-                let (_, sigma) = self.input(input::CONTACT_ANGLE + i);
+                let (_, sigma) = self.input(CONTACT_ANGLE.of(i));
                 (
                     0.0,
                     GaussMarkov::new(speed * sigma, budget.contact_angle_time),
@@ -49,12 +49,12 @@ impl MotionFilter {
         };
         Measurement {
             row: [
-                (VELOCITY, -velocity.direction.y),
-                (VELOCITY + 1, velocity.direction.x),
-                (PENETRATION + i, derivative),
-                (CONTACT_ANGLE + i, of_angle),
+                (VELOCITY.of(0), -velocity.direction.y),
+                (VELOCITY.of(1), velocity.direction.x),
+                (PENETRATION.of(i), derivative),
+                (CONTACT_ANGLE.of(i), of_angle),
             ],
-            innovation: -velocity.away - self.filter.x[PENETRATION + i],
+            innovation: -velocity.away - self.filter.x[PENETRATION.of(i)],
             white: wheel.joint_noise * wheel.joint_noise,
             correlated: [
                 wheel.noise(sample.dt),
@@ -114,7 +114,7 @@ impl MotionFilter {
             self.correct(&velocity_alone, &expected, dt);
         }
         if !given {
-            let angle = &mut self.filter.x[CONTACT_ANGLE + i];
+            let angle = &mut self.filter.x[CONTACT_ANGLE.of(i)];
             *angle = angle.clamp(-tuning::STEEPEST, tuning::STEEPEST);
         }
         found
@@ -135,7 +135,7 @@ impl MotionFilter {
         let stationary = self.penetration_process().sigma;
         Innovation {
             value: -velocity.away,
-            variance: self.variance_without(expected, PENETRATION + i)
+            variance: self.variance_without(expected, PENETRATION.of(i))
                 + measurement.at_once()
                 + stationary * stationary,
         }
@@ -152,7 +152,7 @@ impl MotionFilter {
         let away = velocity.away;
         if away > 0.0 {
             let change = (away / velocity.speed).clamp(-tuning::STEEPEST, tuning::STEEPEST);
-            self.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] += change * change;
+            self.filter.p[CONTACT_ANGLE.of(i)][CONTACT_ANGLE.of(i)] += change * change;
         } else {
             self.inflate_velocity(perp(velocity.direction) * away);
         }
@@ -162,7 +162,7 @@ impl MotionFilter {
     pub(super) fn inflate_velocity(&mut self, error: Vec2) {
         for (i, a) in [error.x, error.y].into_iter().enumerate() {
             for (j, b) in [error.x, error.y].into_iter().enumerate() {
-                self.filter.p[VELOCITY + i][VELOCITY + j] += a * b;
+                self.filter.p[VELOCITY.of(i)][VELOCITY.of(j)] += a * b;
             }
         }
     }

@@ -1,44 +1,16 @@
-//! The motion filter's states with their indices, their prediction from one sample to the next, and
+//! The motion filter: prediction of its states ([`crate::state`]) from one sample to the next, and
 //! its readout.
-//!
-//! From [`INPUTS`] on the states are the uncertain inputs of eq. (8), in the order of [`input`].
 
 use super::modes::Modes;
 use super::tuning::{self, GaussMarkov};
 use crate::deviation::GATE;
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
-use crate::statics::input;
+use crate::state::{
+    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, PENETRATION, RADIUS,
+    TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
 use robhaz_model::Vec2;
-
-/// Velocity of Q, m/s: x, y.
-pub const VELOCITY: usize = 0;
-/// Natural logarithm of the creep speed c (m/s) of each wheel: slope of the slip speed over T/N at
-/// small T/N (slip = c T/N), the inverse of its slip stiffness. It is not the dimensionless
-/// creepage, which is c over the rolling speed.
-pub const CREEP: usize = 2;
-/// Speed at which each wheel comes out of the ground, m/s, because its load falls.
-pub const PENETRATION: usize = 5;
-/// Relative error of each wheel's rolling radius, true over nominal less 1.
-pub const RADIUS: usize = 8;
-/// The first of the uncertain inputs.
-pub const INPUTS: usize = 11;
-/// Acceleration of Q, m/s^2: x, y.
-pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
-/// Contact-angle errors, reading minus true, rad.
-pub const CONTACT_ANGLE: usize = INPUTS + input::CONTACT_ANGLE;
-/// Torque offsets, reading minus true, N m.
-pub const TORQUE_OFFSET: usize = INPUTS + input::TORQUE_OFFSET;
-/// Dry gear friction at the wheel, common to all wheels, N m; positive opposes the spin.
-pub const GEAR_FRICTION: usize = INPUTS + input::GEAR_FRICTION;
-/// Relative errors of the torque readings, positive for readings that are too large: consider
-/// states. Only products with creep and contact angles make them observable. A linearised filter is
-/// inconsistent there: its variance would fall while its error grows.
-pub const TORQUE_GAIN: usize = INPUTS + input::TORQUE_GAIN;
-/// Number of states.
-pub const COUNT: usize = INPUTS + input::COUNT;
-/// Number of consider states, at the end.
-pub const CONSIDERED: usize = COUNT - TORQUE_GAIN;
 
 /// Covariance of each state with each of another filter's.
 pub(crate) type Guests = [[f64; COUNT]; COUNT];
@@ -48,8 +20,7 @@ pub(crate) type Guests = [[f64; COUNT]; COUNT];
 pub(crate) struct MotionFilter {
     /// Where the contact angles come from. Not part of the filter state.
     pub(super) angles: ContactAngles,
-    /// Indices as above.
-    pub(super) filter: Kalman<COUNT, CONSIDERED>,
+    pub(super) filter: Kalman<COUNT, { TORQUE_GAIN.of(0) }, { TORQUE_GAIN.len() }>,
     pub(super) modes: Modes,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
@@ -63,20 +34,20 @@ impl MotionFilter {
     pub fn new(budget: &NoiseBudget, angles: ContactAngles) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
-        x[CREEP..PENETRATION].fill(tuning::CREEP);
-        sigma[VELOCITY..CREEP].fill(tuning::VELOCITY_AT_REST);
-        sigma[CREEP..PENETRATION].fill(tuning::CREEP_SIGMA);
-        sigma[PENETRATION..RADIUS].fill(tuning::PENETRATION_SPEED.sigma);
-        sigma[RADIUS..INPUTS].fill(budget.wheel_radius);
-        sigma[ACCELERATION..CONTACT_ANGLE].fill(tuning::ACCELERATION.sigma);
-        sigma[CONTACT_ANGLE..TORQUE_OFFSET].fill(angle_sigma(budget, angles));
-        sigma[TORQUE_OFFSET..GEAR_FRICTION].fill(budget.torque_offset);
-        sigma[GEAR_FRICTION] = budget.gear_friction;
-        sigma[TORQUE_GAIN..].fill(budget.torque_gain);
+        x[CREEP.all()].fill(tuning::CREEP);
+        sigma[VELOCITY.all()].fill(tuning::VELOCITY_AT_REST);
+        sigma[CREEP.all()].fill(tuning::CREEP_SIGMA);
+        sigma[PENETRATION.all()].fill(tuning::PENETRATION_SPEED.sigma);
+        sigma[RADIUS.all()].fill(budget.wheel_radius);
+        sigma[ACCELERATION.all()].fill(tuning::ACCELERATION.sigma);
+        sigma[CONTACT_ANGLE.all()].fill(angle_sigma(budget, angles));
+        sigma[TORQUE_OFFSET.all()].fill(budget.torque_offset);
+        sigma[GEAR_FRICTION.of(0)] = budget.gear_friction;
+        sigma[TORQUE_GAIN.all()].fill(budget.torque_gain);
         let mut filter = Kalman::new(x, sigma);
         let common = tuning::COMMON_CREEP * tuning::CREEP_SIGMA * tuning::CREEP_SIGMA;
         for (i, j) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
-            filter.p[CREEP + i][CREEP + j] = common;
+            filter.p[CREEP.of(i)][CREEP.of(j)] = common;
         }
         Self {
             angles,
@@ -103,7 +74,7 @@ impl MotionFilter {
     pub fn start_at(&mut self, slopes: &[f64; 3]) {
         if self.angles == ContactAngles::Unknown {
             for (i, slope) in slopes.iter().enumerate() {
-                self.filter.x[CONTACT_ANGLE + i] = -slope;
+                self.filter.x[CONTACT_ANGLE.of(i)] = -slope;
             }
         }
     }
@@ -111,7 +82,7 @@ impl MotionFilter {
     /// Marks the velocity as unknown, because the robot may be moving: raises its two variances,
     /// keeps its value and correlations.
     pub fn reset_velocity_variance(&mut self) {
-        for v in [VELOCITY, VELOCITY + 1] {
+        for v in VELOCITY.all() {
             self.filter.p[v][v] = tuning::UNKNOWN_VELOCITY * tuning::UNKNOWN_VELOCITY;
         }
     }
@@ -122,19 +93,20 @@ impl MotionFilter {
         let largest = GATE * tuning::UNKNOWN_VELOCITY;
         // Written so that a NaN is not taken.
         if velocity.norm_squared() < largest * largest {
-            (self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1]) = (velocity.x, velocity.y);
+            (self.filter.x[VELOCITY.of(0)], self.filter.x[VELOCITY.of(1)]) =
+                (velocity.x, velocity.y);
         }
     }
 
     /// Velocity of Q, m/s.
     pub fn velocity(&self) -> Vec2 {
-        Vec2::new(self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1])
+        Vec2::new(self.filter.x[VELOCITY.of(0)], self.filter.x[VELOCITY.of(1)])
     }
 
     /// Covariance of the velocity of Q, m^2/s^2: xx, xy, yy.
     pub fn velocity_covariance(&self) -> [f64; 3] {
         let p = &self.filter.p;
-        let (x, y) = (VELOCITY, VELOCITY + 1);
+        let (x, y) = (VELOCITY.of(0), VELOCITY.of(1));
         [p[x][x], p[x][y], p[y][y]]
     }
 
@@ -145,30 +117,35 @@ impl MotionFilter {
 
     /// Acceleration of Q, m/s^2.
     pub fn acceleration(&self) -> Vec2 {
-        Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
+        Vec2::new(
+            self.filter.x[ACCELERATION.of(0)],
+            self.filter.x[ACCELERATION.of(1)],
+        )
     }
 
-    /// Estimated value of an uncertain input, in the order of [`input`], and its standard
+    /// Estimated value of an uncertain input, in the order of [`crate::state`], and its standard
     /// deviation. An unknown contact angle counts as given with 0.
     pub fn input(&self, k: usize) -> (f64, f64) {
-        self.filter.estimated(INPUTS + k)
+        self.filter.estimated(k)
     }
 
     /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N
     /// m), and gear friction times the smoothed sign of the spin `friction_share`, -1 to 1.
     pub fn torque_error(&self, i: usize, torque: f64, friction_share: f64) -> f64 {
         let x = &self.filter.x;
-        x[TORQUE_OFFSET + i] + x[GEAR_FRICTION] * friction_share + x[TORQUE_GAIN + i] * torque
+        x[TORQUE_OFFSET.of(i)]
+            + x[GEAR_FRICTION.of(0)] * friction_share
+            + x[TORQUE_GAIN.of(i)] * torque
     }
 
-    /// The uncertain inputs of eq. (8), in the order of [`input`].
-    pub fn inputs(&self) -> [f64; input::COUNT] {
-        core::array::from_fn(|k| self.filter.x[INPUTS + k])
+    /// The uncertain inputs of eq. (8), in the order of [`crate::state`].
+    pub fn inputs(&self) -> [f64; INPUTS] {
+        core::array::from_fn(|k| self.filter.x[k])
     }
 
     /// Covariance of the inputs `a` and `b`, SI.
     pub fn input_covariance(&self, a: usize, b: usize) -> f64 {
-        self.filter.p[INPUTS + a][INPUTS + b]
+        self.filter.p[a][b]
     }
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
@@ -210,15 +187,15 @@ impl MotionFilter {
         self.propagate(dt, keep_penetration, keep, keep_angle);
         if self.angles == ContactAngles::Unknown {
             for (i, slope) in expected_slopes.iter().enumerate() {
-                self.filter.x[CONTACT_ANGLE + i] -= (1.0 - keep_angle) * slope;
+                self.filter.x[CONTACT_ANGLE.of(i)] -= (1.0 - keep_angle) * slope;
             }
         }
         // It makes `sigma` the stationary standard deviation.
         let noise = |sigma: f64, keep: f64| sigma * sigma * (1.0 - keep * keep);
-        for state in PENETRATION..RADIUS {
+        for state in PENETRATION.all() {
             self.filter.p[state][state] += noise(penetration.sigma, keep_penetration);
         }
-        for state in ACCELERATION..CONTACT_ANGLE {
+        for state in ACCELERATION.all() {
             self.filter.p[state][state] += noise(acceleration.sigma, keep);
         }
         self.add_angle_noise(budget, dt, fresh_angles, keep_angle, expected_slopes);
@@ -263,43 +240,37 @@ impl MotionFilter {
         keep_acceleration: f64,
         keep_angle: f64,
     ) {
-        const DECAYING: core::ops::Range<usize> = PENETRATION..CONTACT_ANGLE + 3;
         let Kalman { x, p } = &mut self.filter;
         for i in 0..2 {
-            let (v, a) = (VELOCITY + i, ACCELERATION + i);
+            let (v, a) = (VELOCITY.of(i), ACCELERATION.of(i));
             x[v] += dt * x[a];
             for k in 0..COUNT {
                 p[v][k] += dt * p[a][k];
             }
         }
         for i in 0..2 {
+            let v = VELOCITY.of(i);
             for k in i..2 {
-                p[VELOCITY + i][VELOCITY + k] += dt * p[VELOCITY + i][ACCELERATION + k];
+                p[v][VELOCITY.of(k)] += dt * p[v][ACCELERATION.of(k)];
             }
-            for k in VELOCITY + i + 1..COUNT {
-                p[k][VELOCITY + i] = p[VELOCITY + i][k];
+            for k in 0..COUNT {
+                p[k][v] = p[v][k];
             }
         }
         let mut keep = [1.0; COUNT];
-        keep[PENETRATION..RADIUS].fill(keep_penetration);
-        keep[ACCELERATION..CONTACT_ANGLE].fill(keep_acceleration);
-        keep[CONTACT_ANGLE..DECAYING.end].fill(keep_angle);
-        for i in 0..COUNT {
-            if DECAYING.contains(&i) {
-                x[i] *= keep[i];
-                for k in 0..COUNT {
-                    p[i][k] *= keep[i] * keep[k];
-                }
-            } else {
-                for k in DECAYING {
-                    p[i][k] *= keep[k];
-                }
+        keep[PENETRATION.all()].fill(keep_penetration);
+        keep[ACCELERATION.all()].fill(keep_acceleration);
+        keep[CONTACT_ANGLE.all()].fill(keep_angle);
+        for (i, row) in p.iter_mut().enumerate() {
+            x[i] *= keep[i];
+            for (entry, of_other) in row.iter_mut().zip(keep) {
+                *entry *= keep[i] * of_other;
             }
         }
         if let Some(guests) = &mut self.guests {
             for i in 0..2 {
-                let of_acceleration = guests[ACCELERATION + i];
-                for (entry, added) in guests[VELOCITY + i].iter_mut().zip(of_acceleration) {
+                let of_acceleration = guests[ACCELERATION.of(i)];
+                for (entry, added) in guests[VELOCITY.of(i)].iter_mut().zip(of_acceleration) {
                     *entry += dt * added;
                 }
             }
@@ -325,7 +296,7 @@ impl MotionFilter {
     ) {
         let angle = angle_sigma(budget, self.angles);
         for i in 0..3 {
-            let state = CONTACT_ANGLE + i;
+            let state = CONTACT_ANGLE.of(i);
             let mut variance = angle * angle;
             let mut walk = 0.0;
             match self.angles {
@@ -345,12 +316,12 @@ impl MotionFilter {
     /// the wheels have in common.
     fn add_walks(&mut self, dt: f64) {
         let travelled = dt * self.speed();
-        for state in TORQUE_OFFSET..=GEAR_FRICTION {
+        for state in TORQUE_OFFSET.all().chain(GEAR_FRICTION.all()) {
             self.filter.p[state][state] += tuning::TORQUE_WALK * tuning::TORQUE_WALK * dt;
         }
         let change = tuning::CREEP_WALK * tuning::CREEP_WALK * travelled;
-        for row in &mut self.filter.p[CREEP..CREEP + 3] {
-            for entry in &mut row[CREEP..CREEP + 3] {
+        for row in &mut self.filter.p[CREEP.all()] {
+            for entry in &mut row[CREEP.all()] {
                 *entry += change;
             }
         }
@@ -360,12 +331,12 @@ impl MotionFilter {
     /// loads.
     pub fn discard_errors(&mut self, budget: &NoiseBudget) {
         for i in 0..3 {
-            self.set(TORQUE_OFFSET + i, 0.0, budget.torque_offset);
-            let angle = self.filter.x[CONTACT_ANGLE + i];
+            self.set(TORQUE_OFFSET.of(i), 0.0, budget.torque_offset);
+            let angle = self.filter.x[CONTACT_ANGLE.of(i)];
             let sigma = angle_sigma(budget, self.angles);
-            self.set(CONTACT_ANGLE + i, angle, sigma);
+            self.set(CONTACT_ANGLE.of(i), angle, sigma);
         }
-        self.set(GEAR_FRICTION, 0.0, budget.gear_friction);
+        self.set(GEAR_FRICTION.of(0), 0.0, budget.gear_friction);
     }
 
     /// The robot stands at this sample: velocity and acceleration are zero.
@@ -380,11 +351,11 @@ impl MotionFilter {
     /// unmodelled load is at least that.
     pub fn stand(&mut self, mean_load: f64) {
         for i in 0..2 {
-            self.set(VELOCITY + i, 0.0, tuning::VELOCITY_AT_REST);
-            self.set(ACCELERATION + i, 0.0, tuning::ACCELERATION.sigma);
+            self.set(VELOCITY.of(i), 0.0, tuning::VELOCITY_AT_REST);
+            self.set(ACCELERATION.of(i), 0.0, tuning::ACCELERATION.sigma);
         }
         if self.angles == ContactAngles::Unknown {
-            for state in CONTACT_ANGLE..CONTACT_ANGLE + 3 {
+            for state in CONTACT_ANGLE.all() {
                 let angle = self.filter.x[state];
                 self.set(state, angle, tuning::HELD_ANGLE);
             }
@@ -398,7 +369,7 @@ impl MotionFilter {
     /// For tests: adds `change` to the uncertain input `k`.
     #[cfg(test)]
     pub(crate) fn shift_input(&mut self, k: usize, change: f64) {
-        self.filter.x[INPUTS + k] += change;
+        self.filter.x[k] += change;
     }
 }
 

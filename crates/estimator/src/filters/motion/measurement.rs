@@ -1,9 +1,10 @@
 //! A measurement as the filter takes it: what is declared of it, and the one way in which it is
 //! tested and corrects the states.
 
-use super::filter::{COUNT, MotionFilter};
+use super::filter::MotionFilter;
 use super::tuning::GaussMarkov;
 use crate::filters::{Innovation, Projection};
+use crate::state::COUNT;
 
 /// A scalar measurement: `measured - predicted = h' (x - x_estimated) + error`.
 ///
@@ -90,7 +91,7 @@ impl MotionFilter {
         };
         if let Some(s) = found.inflated(measurement.gate) {
             self.correct_guests(&measurement.row, &projection.ph, s);
-            self.filter.apply(COUNT, &projection.ph, found.value, s);
+            self.filter.apply(&projection.ph, found.value, s);
         }
     }
 }

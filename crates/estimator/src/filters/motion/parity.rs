@@ -9,20 +9,20 @@
 //! | gate | [`GATE`]: beyond it the residual shows an impact or an external load, and corrects nothing |
 //! | channels | motor torques, encoders, gyroscopes, inclinometers |
 
-use super::filter::{INPUTS, MotionFilter};
+use super::filter::MotionFilter;
 use super::measurement::Measurement;
 use super::tuning::{self, GaussMarkov};
 use crate::deviation::{GATE, WITHIN};
 use crate::filters::{Innovation, PushFilter};
-use crate::statics::input;
+use crate::state;
 
 /// The parity residual of eq. (8) at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParityResidual {
     /// N.
     pub value: f64,
-    /// Derivatives with respect to the uncertain inputs, in the order of [`input`].
-    pub gradient: [f64; input::COUNT],
+    /// Derivatives with respect to the uncertain inputs, in the order of [`state`].
+    pub gradient: [f64; state::INPUTS],
     /// Variance at this sample from everything but the inputs, N^2.
     pub variance: f64,
     /// Part of it by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
@@ -47,9 +47,7 @@ impl MotionFilter {
     ) -> (Innovation, bool) {
         let passing = robhaz_model::sqrt(parity.variance - parity.of_push);
         let mut measurement = Measurement {
-            row: core::array::from_fn::<_, { input::COUNT }, _>(|k| {
-                (INPUTS + k, parity.gradient[k])
-            }),
+            row: core::array::from_fn::<_, { state::INPUTS }, _>(|k| (k, parity.gradient[k])),
             innovation: -parity.value,
             white: 0.0,
             correlated: [

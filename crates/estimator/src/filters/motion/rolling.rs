@@ -1,12 +1,12 @@
 //! The rolling constraints of a wheel: its centre moves along the ground (`direction.rs`), at the
 //! speed of its rim less the slip (`slip.rs`).
 
-use super::filter::{CREEP, MotionFilter};
+use super::filter::MotionFilter;
 use super::tuning::{self, GaussMarkov};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
 use crate::settings::{ContactAngles, NoiseBudget};
-use crate::statics::input;
+use crate::state::{CONTACT_ANGLE, CREEP};
 use robhaz_model::Vec2;
 
 /// Inputs of the rolling constraints of one wheel. T and N are those of the previous estimate.
@@ -116,7 +116,7 @@ impl MotionFilter {
             let Some(wheel) = &wheels[i] else { continue };
             let smooth = self.velocity() + wheel.smooth_relative;
             let noise = wheel.relative - wheel.smooth_relative;
-            let (error, sigma) = self.input(input::CONTACT_ANGLE + i);
+            let (error, sigma) = self.input(CONTACT_ANGLE.of(i));
             // Unknown angles are those of the velocity.
             let given = self.angles == ContactAngles::Given;
             let widest = if given { GATE * sigma } else { f64::INFINITY };
@@ -140,7 +140,7 @@ impl MotionFilter {
     /// Creep speed of wheel `i`, the slip speed at T = N by the linear law, m/s: slip speed = creep
     /// times T/N while the wheel sticks.
     pub(super) fn creep(&self, i: usize) -> f64 {
-        libm::exp(self.filter.x[CREEP + i])
+        libm::exp(self.filter.x[CREEP.of(i)])
     }
 
     /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct

@@ -9,15 +9,14 @@
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
 
-use super::filter::{
-    CREEP, GEAR_FRICTION, MotionFilter, PENETRATION, RADIUS, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
-};
+use super::filter::MotionFilter;
 use super::measurement::Measurement;
 use super::rolling::{RollingWheel, Sample};
 use super::tuning::{self, GaussMarkov};
 use crate::contact::SlipResidual;
 use crate::deviation::{GATE, root_sum_square};
 use crate::settings::ContactAngles;
+use crate::state::{CREEP, GEAR_FRICTION, RADIUS, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 
 /// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
 /// with the fourth power of T/N.
@@ -48,7 +47,7 @@ impl MotionFilter {
         let ratio_sigma = self.ratio_sigma(i, wheel);
         let pulls = wheel.ratio.abs() > tuning::PULLING * ratio_sigma;
         let shows_creep = pulls && wheel.ratio.abs() < tuning::LINEAR_RATIO;
-        let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
+        let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP.of(i)][CREEP.of(i)]);
         let mut of_creep = root_sum_square(creep_sigma * ratio_sigma, slip * wheel.load_sigma);
         if !shows_creep {
             of_creep = root_sum_square(of_creep, creep_sigma * wheel.ratio);
@@ -58,15 +57,15 @@ impl MotionFilter {
         let of_observer = root_sum_square(by_offset * wheel.torque_sigma, wheel.rim_sigma);
         Measurement {
             row: [
-                (VELOCITY, velocity.direction.x),
-                (VELOCITY + 1, velocity.direction.y),
-                (RADIUS + i, -rim),
-                (CREEP + i, if shows_creep { on * slip } else { 0.0 }),
-                (TORQUE_OFFSET + i, on * by_offset),
-                (GEAR_FRICTION, on * by_offset * wheel.friction_share),
-                (TORQUE_GAIN + i, on * by_offset * wheel.torque),
+                (VELOCITY.of(0), velocity.direction.x),
+                (VELOCITY.of(1), velocity.direction.y),
+                (RADIUS.of(i), -rim),
+                (CREEP.of(i), if shows_creep { on * slip } else { 0.0 }),
+                (TORQUE_OFFSET.of(i), on * by_offset),
+                (GEAR_FRICTION.of(0), on * by_offset * wheel.friction_share),
+                (TORQUE_GAIN.of(i), on * by_offset * wheel.torque),
             ],
-            innovation: rim * (1.0 + self.filter.x[RADIUS + i]) - velocity.speed - slip,
+            innovation: rim * (1.0 + self.filter.x[RADIUS.of(i)]) - velocity.speed - slip,
             white: wheel.white(),
             correlated: [
                 GaussMarkov::new(beyond.sigma * nonlinear, beyond.time),
@@ -104,7 +103,7 @@ impl MotionFilter {
         }
         if !self.modes.is_sliding(i) {
             self.correct(&measurement, &expected, sample.dt);
-            for creep in &mut self.filter.x[CREEP..PENETRATION] {
+            for creep in &mut self.filter.x[CREEP.all()] {
                 *creep = creep.clamp(tuning::LEAST_CREEP, tuning::GREATEST_CREEP);
             }
         }
@@ -114,9 +113,9 @@ impl MotionFilter {
     /// Standard deviation of T/N of wheel `i` from the errors of its torque and of N, -.
     fn ratio_sigma(&self, i: usize, wheel: &RollingWheel) -> f64 {
         let p = &self.filter.p;
-        let (offset, gain) = (TORQUE_OFFSET + i, TORQUE_GAIN + i);
+        let (offset, gain) = (TORQUE_OFFSET.of(i), TORQUE_GAIN.of(i));
         let torque_variance = p[offset][offset]
-            + p[GEAR_FRICTION][GEAR_FRICTION]
+            + p[GEAR_FRICTION.of(0)][GEAR_FRICTION.of(0)]
             + p[gain][gain] * wheel.torque * wheel.torque;
         let of_torque = robhaz_model::sqrt(torque_variance) / wheel.moment_of_load;
         root_sum_square(of_torque, wheel.ratio * wheel.load_sigma)

@@ -1,14 +1,14 @@
 //! Tests of the motion filter as a whole.
 
-use super::filter::{
-    CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, MotionFilter, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
-};
+use super::filter::MotionFilter;
 use super::parity::ParityResidual;
 use super::rolling::RollingWheel;
 use super::tuning;
 use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
-use crate::statics::input;
+use crate::state::{
+    self, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
 use crate::testing::Random;
 use nalgebra::SMatrix;
 use robhaz_model::Vec2;
@@ -40,7 +40,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
 /// Checks a parity residual and corrects the states by it.
 fn check(
     motion: &mut MotionFilter,
-    gradient: &[f64; input::COUNT],
+    gradient: &[f64; state::INPUTS],
     value: f64,
     variance: f64,
     dt: f64,
@@ -154,7 +154,7 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
         ..NoiseBudget::typical()
     };
     let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
-    motion.filter.x[VELOCITY] = 0.2;
+    motion.filter.x[VELOCITY.of(0)] = 0.2;
     let mut random = Random::new();
     let keep = libm::exp(-DT / budget.contact_angle_time);
     let fresh = budget.contact_angle * libm::sqrt(1.0 - keep * keep);
@@ -187,7 +187,7 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
 #[test]
 fn an_impact_becomes_unmodelled_load_and_decays() {
     let budget = NoiseBudget::typical();
-    let h = [0.0; input::COUNT];
+    let h = [0.0; state::INPUTS];
     let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     let impact = check(&mut motion, &h, 20.0, 1.0, DT);
     assert!(!impact.1 && impact.0.nis() > 300.0);
@@ -214,22 +214,23 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
 #[test]
 fn parity_corrects_the_states_that_explain_it() {
     let budget = NoiseBudget::typical();
-    let mut h = [0.0; input::COUNT];
-    h[input::TORQUE_OFFSET] = 10.0;
-    h[input::TORQUE_GAIN] = 10.0;
+    let mut h = [0.0; state::INPUTS];
+    h[TORQUE_OFFSET.of(0)] = 10.0;
+    h[TORQUE_GAIN.of(0)] = 10.0;
     let new = MotionFilter::new(&budget, ContactAngles::Given);
     let mut motion = new;
     // The residual corresponds to an offset of -0.05 N m: value + h x = 0.
     let accepted = check(&mut motion, &h, 0.5, 1e-4, DT);
     assert!(accepted.1 && accepted.0.nis() < 1.0);
-    let x = motion.filter.x[TORQUE_OFFSET];
+    let x = motion.filter.x[TORQUE_OFFSET.of(0)];
     assert!(x < 0.0 && x > -0.05, "{x}");
     assert!(
-        motion.filter.p[TORQUE_OFFSET][TORQUE_OFFSET] < new.filter.p[TORQUE_OFFSET][TORQUE_OFFSET]
+        motion.filter.p[TORQUE_OFFSET.of(0)][TORQUE_OFFSET.of(0)]
+            < new.filter.p[TORQUE_OFFSET.of(0)][TORQUE_OFFSET.of(0)]
     );
     assert_eq!(
-        motion.filter.estimated(TORQUE_GAIN),
-        new.filter.estimated(TORQUE_GAIN)
+        motion.filter.estimated(TORQUE_GAIN.of(0)),
+        new.filter.estimated(TORQUE_GAIN.of(0))
     );
     let mut motion = new;
     assert!(!check(&mut motion, &h, 100.0, 1e-4, DT).1);
@@ -248,11 +249,11 @@ fn parity_corrects_the_states_that_explain_it() {
 /// wheel whose readings agree.
 fn rolling_without_angles() -> (MotionFilter, RollingWheel) {
     let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
-    motion.filter.x[VELOCITY] = 0.2;
+    motion.filter.x[VELOCITY.of(0)] = 0.2;
     for i in 0..3 {
-        motion.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] = 1e-4;
+        motion.filter.p[CONTACT_ANGLE.of(i)][CONTACT_ANGLE.of(i)] = 1e-4;
     }
-    for v in [VELOCITY, VELOCITY + 1] {
+    for v in VELOCITY.all() {
         motion.filter.p[v][v] = 1e-6;
     }
     let mut random = Random::new();
@@ -278,16 +279,16 @@ fn only_a_velocity_away_from_the_ground_shows_an_edge() {
         wheel.relative = Vec2::new(0.0, lift);
         wheel.smooth_relative = wheel.relative;
         wheel.rim_speed = None;
-        let velocity = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
+        let velocity = motion.filter.p[VELOCITY.of(1)][VELOCITY.of(1)];
         motion.roll(&budget, &[Some(wheel), None, None], DT, true);
-        let (angle, sigma) = motion.input(input::CONTACT_ANGLE);
+        let (angle, sigma) = motion.input(CONTACT_ANGLE.of(0));
         let change = libm::atan(0.5);
         if upwards {
             assert!(sigma > 0.3 * change, "{sigma}");
             assert!(angle < 0.0, "{angle}");
         } else {
             assert!(sigma < 0.05 * change, "{sigma}");
-            let opened = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
+            let opened = motion.filter.p[VELOCITY.of(1)][VELOCITY.of(1)];
             assert!(opened > 10.0 * velocity, "{opened}");
         }
         assert!(motion.is_after_impact());
@@ -303,13 +304,13 @@ fn creep_is_learned_from_wheels_that_surely_pull() {
     for (ratio, learns) in [(0.05, false), (0.2, true), (0.6, false)] {
         let (mut motion, mut wheel) = rolling_without_angles();
         // Known friction, so that offset and gain alone decide what is sure.
-        motion.filter.p[GEAR_FRICTION][GEAR_FRICTION] = 1e-6;
+        motion.filter.p[GEAR_FRICTION.of(0)][GEAR_FRICTION.of(0)] = 1e-6;
         wheel.ratio = ratio;
-        let before = motion.filter.x[CREEP];
+        let before = motion.filter.x[CREEP.of(0)];
         for _ in 0..100 {
             motion.roll(&budget, &[Some(wheel), None, None], DT, true);
         }
-        let change = (motion.filter.x[CREEP] - before).abs();
+        let change = (motion.filter.x[CREEP.of(0)] - before).abs();
         // In parts of the creep speed.
         assert_eq!(change > 0.01, learns, "{ratio}: {change}");
     }
@@ -321,18 +322,18 @@ fn creep_is_learned_from_wheels_that_surely_pull() {
 fn the_direction_is_corrected() {
     for forward in [1.0, -1.0] {
         let (mut motion, _) = rolling_without_angles();
-        motion.filter.x[VELOCITY] = 0.2 * forward;
-        motion.filter.x[VELOCITY + 1] = 0.0;
+        motion.filter.x[VELOCITY.of(0)] = 0.2 * forward;
+        motion.filter.x[VELOCITY.of(1)] = 0.0;
         let mut stands = motion;
-        let before = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
+        let before = motion.filter.p[VELOCITY.of(1)][VELOCITY.of(1)];
         let change = motion.correct_direction(0.02, 1e-8);
         // The velocity errs by 0.01 m/s or more, 0.05 rad: the gain is 1 - 1e-8/0.05^2.
         assert!((change + 0.02).abs() < 1e-5, "{change}");
         let velocity = motion.velocity();
         assert!((velocity.y / velocity.x + 0.02).abs() < 1e-5);
-        assert!(motion.filter.p[VELOCITY + 1][VELOCITY + 1] < 0.01 * before);
+        assert!(motion.filter.p[VELOCITY.of(1)][VELOCITY.of(1)] < 0.01 * before);
 
-        stands.filter.x[VELOCITY] = 0.0;
+        stands.filter.x[VELOCITY.of(0)] = 0.0;
         let before = stands;
         assert!(stands.correct_direction(0.02, 1e-8).abs() < 1e-300);
         assert_eq!(stands, before);
@@ -347,17 +348,17 @@ fn mapped_terrain_corrects_a_contact_angle() {
     let (mut motion, _) = rolling_without_angles();
     let mut stands = motion;
     motion.correct_contact_angle(1, 0.0, 0.03, 3e-4);
-    let (error, sigma) = motion.input(input::CONTACT_ANGLE + 1);
+    let (error, sigma) = motion.input(CONTACT_ANGLE.of(1));
     // A prior variance of 1e-4 beside 3e-4: a quarter of the way, and three quarters of the
     // variance.
     assert!((error + 0.25 * 0.03).abs() < 1e-12, "{error}");
     assert!((sigma * sigma - 0.75e-4).abs() < 1e-12, "{sigma}");
     assert_eq!(
-        motion.input(input::CONTACT_ANGLE).0.to_bits(),
+        motion.input(CONTACT_ANGLE.of(0)).0.to_bits(),
         0.0_f64.to_bits()
     );
 
-    stands.filter.x[VELOCITY] = 0.0;
+    stands.filter.x[VELOCITY.of(0)] = 0.0;
     let before = stands;
     stands.correct_contact_angle(1, 0.0, 0.03, 3e-4);
     assert_eq!(stands, before);
@@ -366,8 +367,8 @@ fn mapped_terrain_corrects_a_contact_angle() {
     let covariance = 0.9 * 0.01 * 1e-3;
     // The error of the angle is what is read too much: a velocity that rises too little goes with
     // it.
-    tied.filter.p[VELOCITY + 1][CONTACT_ANGLE + 1] = -covariance;
-    tied.filter.p[CONTACT_ANGLE + 1][VELOCITY + 1] = -covariance;
+    tied.filter.p[VELOCITY.of(1)][CONTACT_ANGLE.of(1)] = -covariance;
+    tied.filter.p[CONTACT_ANGLE.of(1)][VELOCITY.of(1)] = -covariance;
     let before = tied.velocity().y;
     tied.correct_contact_angle(1, 0.0, 0.03, 3e-4);
     let turned = tied.velocity().y - before;
@@ -391,7 +392,7 @@ fn unknown_contact_angles_revert_along_the_ground() {
     let distance = 0.2 * DT * f64::from(steps);
     let expected = 0.1 * (1.0 - libm::exp(-distance / tuning::SLOPE_LENGTH));
     for i in 0..3 {
-        let angle = -motion.input(input::CONTACT_ANGLE + i).0;
+        let angle = -motion.input(CONTACT_ANGLE.of(i)).0;
         // Rounding of 400 steps.
         assert!((angle - expected).abs() < 1e-12, "{angle} {expected}");
     }
@@ -402,7 +403,7 @@ fn unknown_contact_angles_revert_along_the_ground() {
 #[test]
 fn slip_shows_no_torque_without_a_known_load() {
     let budget = NoiseBudget::typical();
-    let offset = |motion: &MotionFilter| motion.input(input::TORQUE_OFFSET);
+    let offset = |motion: &MotionFilter| motion.input(TORQUE_OFFSET.of(0));
     let found = |load_sigma: f64| {
         let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
         let mut random = Random::new();

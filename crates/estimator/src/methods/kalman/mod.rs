@@ -24,7 +24,8 @@ use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{ContactAngles, KalmanMethod, NoiseBudget};
-use crate::statics::{Arms, Equations, Forces, RightSide, input, solve};
+use crate::state;
+use crate::statics::{Arms, Equations, Forces, RightSide, solve};
 use crate::torque_scale::{Rolling, ScaleFilter};
 use robhaz_model::{Robot, Vec2};
 
@@ -291,7 +292,7 @@ impl KalmanFilters {
             nominal.assemble(&equations, &forces, &right.value, contact_angle, flags);
         estimate.parity = parity.map(|(parity, _)| parity);
         let found = self.scale.found(3.0 * nominal.mean_load);
-        let contact_angle_error = [0, 1, 2].map(|i| self.motion.input(input::CONTACT_ANGLE + i));
+        let contact_angle_error = [0, 1, 2].map(|i| self.motion.input(state::CONTACT_ANGLE.of(i)));
         let links = self.links.each_ref();
         estimate.kalman = Some(KalmanReport {
             covariance: forces.covariance,
@@ -346,7 +347,7 @@ impl KalmanFilters {
         let nominal = instant.nominal;
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
         let angle = |i: usize| {
-            let (_, sigma) = self.motion.input(input::CONTACT_ANGLE + i);
+            let (_, sigma) = self.motion.input(state::CONTACT_ANGLE.of(i));
             (self.contact_angle(i, instant.inputs), sigma)
         };
         let compression = nominal.settings.compression;
@@ -394,7 +395,7 @@ impl KalmanFilters {
         let unknown = nominal.other_side.map_or(DIFFERENCES, |_| 1.0);
         let budget = &nominal.settings.budget;
         let radius = nominal.robot.geometry.wheel_radius;
-        let offsets = [0, 1, 2].map(|i| self.motion.input(input::TORQUE_OFFSET + i).0);
+        let offsets = [0, 1, 2].map(|i| self.motion.input(state::TORQUE_OFFSET.of(i)).0);
         let mean = offsets.iter().sum::<f64>() / 3.0;
         let sample = FrictionSample {
             forces,
@@ -426,8 +427,8 @@ impl KalmanFilters {
         let motion = &self.motion;
         let given = self.method.contact_angles == ContactAngles::Given;
         ReadingErrors {
-            torque_offset: [0, 1, 2].map(|i| motion.input(input::TORQUE_OFFSET + i)),
-            gear_friction: motion.input(input::GEAR_FRICTION),
+            torque_offset: [0, 1, 2].map(|i| motion.input(state::TORQUE_OFFSET.of(i))),
+            gear_friction: motion.input(state::GEAR_FRICTION.of(0)),
             contact_angle: given.then_some(contact_angle),
             rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
         }

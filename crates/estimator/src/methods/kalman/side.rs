@@ -4,7 +4,8 @@ use super::{KalmanFilters, Step};
 use crate::frame::Inputs;
 use crate::nominal::Nominal;
 use crate::settings::NoiseBudget;
-use crate::statics::{CAUSES, causes, input};
+use crate::state::{self, ACCELERATION, CONTACT_ANGLE};
+use crate::statics::{CAUSES, DIRECT, causes};
 use robhaz_model::{Units, Vec2};
 
 /// State of one side, SI. Angles are against the horizontal, in the plane of the side.
@@ -30,14 +31,14 @@ pub(crate) struct SideState {
     pub observed: [f64; 3],
     /// Derivatives of acceleration x, y, contact angles and tractions by the filters' uncertain
     /// inputs.
-    by_inputs: [[f64; input::COUNT]; CAUSES],
+    by_inputs: [[f64; state::INPUTS]; CAUSES],
 }
 
 impl SideState {
     /// Derivatives by the filters' uncertain inputs of what has these derivatives by acceleration x,
     /// y, contact angles and tractions.
-    pub fn gradient(&self, by_causes: &[f64; CAUSES]) -> [f64; input::COUNT] {
-        let mut gradient = [0.0; input::COUNT];
+    pub fn gradient(&self, by_causes: &[f64; CAUSES]) -> [f64; state::INPUTS] {
+        let mut gradient = [0.0; state::INPUTS];
         for (by_inputs, by_cause) in self.by_inputs.iter().zip(by_causes) {
             for (entry, by_input) in gradient.iter_mut().zip(by_inputs) {
                 *entry += by_cause * by_input;
@@ -72,8 +73,8 @@ impl KalmanFilters {
         });
         // An estimated contact angle is less the error that the filter's state has.
         let unit = |k: usize| match k {
-            0..input::CONTACT_ANGLE => acceleration,
-            input::CONTACT_ANGLE..input::TORQUE_OFFSET => -1.0,
+            k if ACCELERATION.all().contains(&k) => acceleration,
+            k if CONTACT_ANGLE.all().contains(&k) => -1.0,
             _ => force,
         };
         for (a, row) in covariance.iter_mut().enumerate() {
@@ -81,15 +82,15 @@ impl KalmanFilters {
                 *entry *= unit(a) * unit(b);
             }
         }
-        let mut by_inputs = [[0.0; input::COUNT]; CAUSES];
+        let mut by_inputs = [[0.0; state::INPUTS]; CAUSES];
         for (cause, row) in by_inputs.iter_mut().enumerate() {
-            if cause < input::TORQUE_OFFSET {
+            if cause < DIRECT {
                 row[cause] = unit(cause);
             }
         }
         for (i, traction) in step.right.tractions.iter().enumerate() {
             for (k, derivative) in traction.gradient(i) {
-                by_inputs[input::TORQUE_OFFSET + i][k] += derivative * force;
+                by_inputs[DIRECT + i][k] += derivative * force;
             }
         }
         SideState {

@@ -8,9 +8,10 @@ use crate::flags::Flags;
 use crate::frame::{Inputs, SHORTEST_STEP};
 use crate::health::DRIVING_SPEED;
 use crate::nominal::{Instant, Nominal};
+use crate::state;
 use crate::statics::{
     Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, OtherSide, RightSide, Sensitivity,
-    Traction, input, sensitivity,
+    Traction, sensitivity,
 };
 use nalgebra::Matrix4;
 
@@ -52,7 +53,7 @@ impl KalmanFilters {
 
     /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.
     pub(super) fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
-        inputs.contact_angle[i].value - self.motion.input(input::CONTACT_ANGLE + i).0
+        inputs.contact_angle[i].value - self.motion.input(state::CONTACT_ANGLE.of(i)).0
     }
 
     /// Tractions corrected for the estimated errors of the torque readings.
@@ -192,7 +193,7 @@ impl KalmanFilters {
                     arm = arm.max(robhaz_model::sqrt(axle.norm_squared()));
                 }
             }
-            for by_acceleration in &sensitivity[input::ACCELERATION..input::CONTACT_ANGLE] {
+            for by_acceleration in &sensitivity[state::ACCELERATION.all()] {
                 forces.consider(&equations.inverse, &(by_acceleration * (arm * sigma)));
             }
         }

@@ -4,7 +4,7 @@ use super::*;
 use crate::filters::WheelParameters;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::settings::{EstimatorSettings, Method};
-use crate::statics::input;
+use crate::state;
 use crate::testing::Random;
 use crate::{Estimator, Flags};
 use nalgebra::Vector4;
@@ -17,7 +17,7 @@ proptest! {
     #[test]
     fn sensitivity_is_the_derivative(
         theta in prop::array::uniform2(-0.25_f64..0.25), slopes in prop::array::uniform3(-0.4_f64..0.4),
-        states in prop::collection::vec(-0.1_f64..0.1, input::COUNT), torques in prop::array::uniform3(-3.0_f64..3.0),
+        states in prop::collection::vec(-0.1_f64..0.1, state::INPUTS), torques in prop::array::uniform3(-3.0_f64..3.0),
         speeds in prop::array::uniform3(-0.02_f64..0.02),
     ) {
         let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::kalman());
@@ -51,7 +51,7 @@ proptest! {
         let (equations, right) = at(&filters);
         let normal = equations.inverse.solve(&right.value);
         let h = 1e-6;
-        for k in 0..input::COUNT {
+        for k in 0..state::INPUTS {
             let residual = |change: f64| -> Vector4<f64> {
                 let mut filters = filters;
                 filters.motion.shift_input(k, change);
@@ -157,7 +157,7 @@ fn only_observable_errors_are_estimated() {
 /// Covariance of the torque offsets of an estimator `kalman`.
 fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
     let motion = &estimator.kalman_filters().expect("kalman").motion;
-    let offset = |i| input::TORQUE_OFFSET + i;
+    let offset = |i| state::TORQUE_OFFSET.of(i);
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
 }
 
