@@ -1,5 +1,7 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
+mod inclination;
+
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{SMOOTHING, TYPICAL, smoothing_time};
 use crate::deviation::{GATE, root_sum_square};
@@ -55,9 +57,6 @@ impl LinkAngleKalman {
     /// Random walk of the rate while the gyroscope is not read, rad/s/sqrt(s).
     /// Guard: rates of some tenths of rad/s within a tenth of a second.
     const UNREAD_WALK: f64 = 0.5;
-    /// Relative error of the acceleration that is subtracted from the inclinometer.
-    /// Chosen; sensitive.
-    const ACCELERATION_ERROR: f64 = 0.5;
     /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some
     /// hundredths of a newton of N.
     /// Guard.
@@ -219,22 +218,6 @@ impl LinkAngleKalman {
             self.smooth_rate += change;
             self.acceleration += weight * (change / dt - self.acceleration);
         }
-    }
-
-    /// Corrects the angle by an inclination (rad) where the specific force is at `force_angle` from
-    /// gravity.
-    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, force_angle: f64) -> Innovation {
-        let noise = budget.inclinometer_noise();
-        let uncertain = Self::ACCELERATION_ERROR * force_angle;
-        let late = self.late(budget);
-        let r = noise * noise + uncertain * uncertain + late * late;
-        let before = self.filter.x[ANGLE];
-        let difference = inclination - self.expected;
-        let projection = self.filter.project(&[(ANGLE, 1.0)]);
-        let innovation = self.filter.correct(&projection, difference, r, GATE);
-        // The angle's error is older than the lag.
-        self.expected += self.filter.x[ANGLE] - before;
-        innovation
     }
 
     /// Standard deviation of the inclinometer's reading from the error of its lag while the link

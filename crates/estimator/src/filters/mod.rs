@@ -4,14 +4,16 @@
 //! |---|---|
 //! | link angle (Fig. 5) and traction (eq. (3)) of the paper | `paper.rs` |
 //! | Kalman filter of fixed size, with consider states | `kalman.rs` |
-//! | link angle and the gyroscope's bias | `link_angle.rs` |
-//! | torque of the ground on a wheel | `wheel_torque.rs` |
+//! | a measurement: what is declared of it, how it corrects | `measurement.rs` |
+//! | link angle and the gyroscope's bias; the inclination | `link_angle.rs`, `link_angle/inclination.rs` |
+//! | torque of the ground on a wheel; the encoder's angle | `wheel_torque.rs`, `wheel_torque/encoder.rs` |
 //! | low passes on rates | `smoothing.rs` |
 //! | push of the other side of a robot with two | `push.rs` |
 //! | motion of the robot, errors of contact angles and torques, creep | `motion/` |
 
 mod kalman;
 mod link_angle;
+mod measurement;
 pub(crate) mod motion;
 mod paper;
 mod push;
@@ -20,6 +22,7 @@ mod wheel_torque;
 
 pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::LinkAngleKalman;
+pub(crate) use measurement::{Expected, GaussMarkov, Measurement};
 pub use paper::{ComplementaryFilter, TractionObserver};
 pub(crate) use push::PushFilter;
 pub(crate) use smoothing::smoothing_time;

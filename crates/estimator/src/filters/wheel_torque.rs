@@ -1,10 +1,11 @@
 //! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3),
 //! without its lag.
 
-use super::kalman::{Innovation, Kalman};
+use super::kalman::Kalman;
+mod encoder;
+
 use super::motion::REFERENCE_SPEED;
-use super::smoothing::{SMOOTHING, TYPICAL};
-use crate::deviation::GATE;
+use super::smoothing::TYPICAL;
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,26 +141,6 @@ impl TorqueObserver {
         p[TORQUE][RATE] += 0.5 * q * dt;
         p[RATE][TORQUE] += 0.5 * q * dt;
         p[RATE][RATE] += q;
-    }
-
-    /// Corrects the states by a reading of the spin angle, rad. `None` for the first reading, which
-    /// sets the angle.
-    pub fn measure(&mut self, parameters: &WheelParameters, angle: f64) -> Option<Innovation> {
-        let r = parameters.encoder_sigma * parameters.encoder_sigma;
-        if !self.started {
-            self.started = true;
-            self.filter.set(ANGLE, angle, parameters.encoder_sigma);
-            return None;
-        }
-        let difference = angle - self.filter.x[ANGLE];
-        let expected = self.filter.p[ANGLE][ANGLE] + r;
-        if difference * difference > GATE * GATE * expected {
-            self.filter.p[SPEED][SPEED] += Self::IMPACT_SPEED * Self::IMPACT_SPEED;
-            self.filter.p[TORQUE][TORQUE] += Self::IMPACT_TORQUE * Self::IMPACT_TORQUE;
-            let rate = Self::IMPACT_TORQUE / SMOOTHING;
-            self.filter.p[RATE][RATE] += rate * rate;
-        }
-        Some(self.filter.update(&[(ANGLE, 1.0)], difference, r))
     }
 
     /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later,

@@ -1,8 +1,8 @@
 //! The errors of dead reckoning and of the stored heights: one Kalman filter.
 
 use crate::deviation::GATE;
-use crate::filters::Kalman;
 use crate::filters::motion::SLOPE_LENGTH;
+use crate::filters::{Kalman, Measurement};
 
 /// Error of the height of Q, m.
 const DRIFT: usize = 0;
@@ -191,10 +191,17 @@ impl Drift {
             (behind, -share_behind),
             (ahead, -share_ahead),
         ];
-        let expected = self.filter.project(&h);
-        let left = difference - expected.value;
-        let innovation = self.filter.correct(&expected, left, variance, GATE);
-        let misfit = innovation.nis().min(GATE);
+        let measurement = Measurement {
+            row: h,
+            innovation: difference - self.filter.project(&h).value,
+            white: variance,
+            correlated: [],
+            inflation: 0.0,
+            gate: GATE,
+        };
+        let expected = self.filter.expect(&measurement);
+        self.filter.correct(&measurement, &expected, 1.0);
+        let misfit = expected.innovation.nis().min(GATE);
         self.misfit += (misfit - self.misfit) / RECENT;
     }
 

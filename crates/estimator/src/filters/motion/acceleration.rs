@@ -13,9 +13,10 @@
 //! | channels | inclinometers, gyroscopes |
 
 use super::filter::MotionFilter;
-use super::measurement::Measurement;
-use super::tuning::{self, GaussMarkov};
+use super::tuning;
 use crate::deviation::WITHIN;
+use crate::filters::GaussMarkov;
+use crate::filters::Measurement;
 use crate::state::ACCELERATION;
 
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
@@ -80,7 +81,7 @@ impl MotionFilter {
             inflation: 0.0,
             gate: f64::INFINITY,
         };
-        let expected = self.expect(&measurement);
+        let expected = self.filter.expect(&measurement);
         self.correct(&measurement, &expected, time);
     }
 }

@@ -10,9 +10,9 @@
 //! | channels | none of its own | none of its own |
 
 use super::filter::MotionFilter;
-use super::measurement::Measurement;
 use crate::contact::ContactVelocity;
 use crate::deviation::GATE;
+use crate::filters::Measurement;
 use crate::state::{CONTACT_ANGLE, VELOCITY};
 
 impl MotionFilter {
@@ -67,7 +67,7 @@ impl MotionFilter {
             inflation: 0.0,
             gate: GATE,
         };
-        let expected = self.expect(&measurement);
+        let expected = self.filter.expect(&measurement);
         self.correct(&measurement, &expected, 1.0);
     }
 }

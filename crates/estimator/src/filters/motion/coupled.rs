@@ -5,8 +5,8 @@
 //! which keeps what is stated right and loses little, since what ties the sides are errors that last.
 
 use super::filter::{Guests, MotionFilter};
-use super::tuning::GaussMarkov;
 use crate::deviation::GATE;
+use crate::filters::GaussMarkov;
 use crate::filters::{Innovation, Projection};
 use crate::state::{self, COUNT, GEAR_FRICTION, TORQUE_GAIN};
 

@@ -10,14 +10,15 @@
 //! | channels | gyroscope, given contact angle, the other wheels' encoders |
 
 use super::filter::MotionFilter;
-use super::measurement::{Expected, Measurement};
 use super::rolling::Sample;
-use super::tuning::{self, GaussMarkov};
+use super::tuning;
 use crate::contact::ContactVelocity;
 use crate::deviation::{GATE, SIGNIFICANT};
+use crate::filters::GaussMarkov;
 use crate::filters::Innovation;
+use crate::filters::{Expected, Measurement};
 use crate::settings::{ContactAngles, NoiseBudget};
-use crate::state::{CONTACT_ANGLE, PENETRATION, VELOCITY};
+use crate::state::{CONTACT_ANGLE, COUNT, PENETRATION, VELOCITY};
 use robhaz_model::{Vec2, perp};
 
 impl MotionFilter {
@@ -99,18 +100,18 @@ impl MotionFilter {
         let correct = sample.correct && (given || rolls);
 
         let mut measurement = self.direction(sample, None);
-        let mut expected = self.expect(&measurement);
+        let mut expected = self.filter.expect(&measurement);
         let found = self.away(i, &velocity, &measurement, &expected);
         if correct && !given && found.nis() > SIGNIFICANT * SIGNIFICANT {
             self.meet_edge(i, &velocity);
             measurement.inflation = self.inflation_of_rolling(dt);
-            expected = self.expect(&measurement);
+            expected = self.filter.expect(&measurement);
         }
         if correct {
             self.correct(&measurement, &expected, dt);
         } else {
             let velocity_alone = self.direction(sample, Some(budget));
-            let expected = self.expect(&velocity_alone);
+            let expected = self.filter.expect(&velocity_alone);
             self.correct(&velocity_alone, &expected, dt);
         }
         if !given {
@@ -127,7 +128,7 @@ impl MotionFilter {
         i: usize,
         velocity: &ContactVelocity,
         measurement: &Measurement<4, 4>,
-        expected: &Expected,
+        expected: &Expected<COUNT>,
     ) -> Innovation {
         if self.angles == ContactAngles::Given {
             return expected.innovation;
@@ -139,6 +140,12 @@ impl MotionFilter {
                 + measurement.at_once()
                 + stationary * stationary,
         }
+    }
+
+    /// Variance of a predicted measurement by the states without `state`, whose derivative is 1.
+    fn variance_without(&self, expected: &Expected<COUNT>, state: usize) -> f64 {
+        let Expected { projection, .. } = expected;
+        projection.variance - 2.0 * projection.ph[state] + self.filter.p[state][state]
     }
 
     /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.

@@ -2,9 +2,10 @@
 //! its readout.
 
 use super::modes::Modes;
-use super::tuning::{self, GaussMarkov};
+use super::tuning;
 use crate::deviation::GATE;
-use crate::filters::Kalman;
+use crate::filters::GaussMarkov;
+use crate::filters::{Expected, Kalman, Measurement};
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, PENETRATION, RADIUS,
@@ -56,6 +57,19 @@ impl MotionFilter {
             since_acceleration: 0.0,
             guests: None,
         }
+    }
+
+    /// Corrects the states by a measurement, `dt` seconds after the last of its kind.
+    pub(super) fn correct<const K: usize, const L: usize>(
+        &mut self,
+        measurement: &Measurement<K, L>,
+        expected: &Expected<COUNT>,
+        dt: f64,
+    ) {
+        if let Some(s) = measurement.weight(expected, dt) {
+            self.correct_guests(&measurement.row, &expected.projection.ph, s);
+        }
+        self.filter.correct(measurement, expected, dt);
     }
 
     /// Sets a state, independent of all others.

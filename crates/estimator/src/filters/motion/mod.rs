@@ -28,7 +28,6 @@ mod closure;
 mod coupled;
 mod direction;
 mod filter;
-mod measurement;
 mod modes;
 mod parity;
 mod rolling;

@@ -10,9 +10,10 @@
 //! | channels | motor torques, encoders, gyroscopes, inclinometers |
 
 use super::filter::MotionFilter;
-use super::measurement::Measurement;
-use super::tuning::{self, GaussMarkov};
+use super::tuning;
 use crate::deviation::{GATE, WITHIN};
+use crate::filters::GaussMarkov;
+use crate::filters::Measurement;
 use crate::filters::{Innovation, PushFilter};
 use crate::state;
 
@@ -58,7 +59,7 @@ impl MotionFilter {
             // Tested here.
             gate: f64::INFINITY,
         };
-        let expected = self.expect(&measurement);
+        let expected = self.filter.expect(&measurement);
         let found = expected.innovation;
         let square = found.value * found.value;
         let explained = WITHIN * WITHIN * found.variance;

@@ -2,9 +2,10 @@
 //! speed of its rim less the slip (`slip.rs`).
 
 use super::filter::MotionFilter;
-use super::tuning::{self, GaussMarkov};
+use super::tuning;
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
+use crate::filters::GaussMarkov;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{CONTACT_ANGLE, CREEP};
 use robhaz_model::Vec2;

@@ -10,11 +10,12 @@
 //! | channels | encoder, motor torque, gyroscope |
 
 use super::filter::MotionFilter;
-use super::measurement::Measurement;
 use super::rolling::{RollingWheel, Sample};
-use super::tuning::{self, GaussMarkov};
+use super::tuning;
 use crate::contact::SlipResidual;
 use crate::deviation::{GATE, root_sum_square};
+use crate::filters::GaussMarkov;
+use crate::filters::Measurement;
 use crate::settings::ContactAngles;
 use crate::state::{CREEP, GEAR_FRICTION, RADIUS, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 
@@ -83,7 +84,7 @@ impl MotionFilter {
     pub(super) fn correct_slip(&mut self, sample: &Sample<'_>, rim: f64) -> SlipResidual {
         let (i, wheel) = (sample.i, sample.wheel);
         let measurement = self.slip(sample, rim);
-        let expected = self.expect(&measurement);
+        let expected = self.filter.expect(&measurement);
         let found = expected.innovation;
         let residual = SlipResidual {
             beyond_creep: found.value,
