@@ -48,3 +48,22 @@ fn a_lost_sign_is_named() {
     let of_sign = said.lines().find(|line| line.contains("  signed  "));
     assert!(of_sign.is_some_and(|line| line.starts_with("ok")), "{said}");
 }
+
+/// Angles in degrees, and those of a motor in front of a gear of 10, without their unit: the torques of the start do not
+/// fit. The level drive as it is has no such fault.
+#[test]
+fn another_unit_shows_in_the_start() {
+    for (factor, fits) in [(57.3, false), (0.1, false), (1.0, true)] {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("d.toml"), DESCRIPTION).unwrap();
+        let mut drive = LevelDrive::new(1);
+        for i in 1..=3 {
+            let angles = drive.column(&format!("wheel{i}_angle"));
+            angles.iter_mut().for_each(|angle| *angle *= factor);
+        }
+        drive.write(&dir.path().join("log.csv"));
+        let report = text(&check(dir.path()).stdout);
+        let named = report.contains("have another unit (degrees 57.3;");
+        assert_eq!(named, !fits, "{factor}: {report}");
+    }
+}

@@ -28,6 +28,7 @@ mod error;
 mod export;
 mod formula;
 mod frames;
+mod held;
 mod integral;
 mod iso8601;
 mod jitter;

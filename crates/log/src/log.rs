@@ -4,6 +4,7 @@ use crate::check::{StatedBoth, contradiction, signs_are_lost};
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward};
 use crate::frames::Frames;
+use crate::held;
 use crate::integral;
 use crate::jitter::Jitter;
 use crate::mapped;
@@ -118,6 +119,7 @@ impl Log {
                 wrap::go_on(&mut found.cells, channel.columns.len(), *cell, *range);
             }
         }
+        warnings.extend(held::leave_out(&plan, &mut survey));
         warnings.extend(integrate(&plan, &mut survey, &mut choice));
         warnings.extend(check_values(&plan, &survey, options.allows_empty)?);
         warnings.extend(measured::take_counts(

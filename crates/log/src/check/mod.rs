@@ -120,6 +120,7 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
         log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
+        log.take(start::unit(&log));
         return log.report();
     }
     log.take(start::findings(&log, forward));

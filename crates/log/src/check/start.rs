@@ -22,12 +22,15 @@ const CORRELATED: f64 = 0.1;
 /// Deviations of a coefficient that tell its sign.
 const GATE: f64 = 5.0;
 
+/// Torques of a start over those that the inertias ask for, from which on, and below one over which,
+/// units are wrong: masses are known better, and the other side of a robot can do no more than all.
+const OTHER_UNIT: f64 = 5.0;
+
 pub const TEST: &str = "sign at the start";
 
-/// All findings, for encoders of one sign. `forward` is the sign of the acceleration by the
-/// inclinometers over that by the encoders, 0 where it is not known.
-pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
-    let (recording, robot) = (&log.recording, log.stated.robot);
+/// Torque over the acceleration of the wheels in a start, N m s^2, where it is known.
+fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
+    let recording = &log.recording;
     let end = rest(recording);
     let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
     let range = end.saturating_sub(before)..(end + after).min(recording.len());
@@ -35,7 +38,7 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
     let acceleration = recording.derivative(&recording.middle_spin);
     let (acceleration, constant) = (&acceleration[range.clone()], vec![1.0; range.len()]);
     let correlated = (recording.steps(CORRELATED) as f64).sqrt();
-    let coefficients = [0, 1, 2].map(|i| {
+    [0, 1, 2].map(|i| {
         let torque = &smooth(&recording.torque[i], half)[range.clone()];
         // The mean of the torque explains nothing.
         let mean = fit(torque, &[&constant])?.coefficients[0];
@@ -44,7 +47,34 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
         let value = found.coefficients[0];
         let known = value.abs() > GATE * correlated * found.deviations[0];
         (known && found.explained > EXPLAINED).then_some(value)
-    });
+    })
+}
+
+/// What the inertias of rotor, wheel and a third of the robot ask for, N m s^2.
+fn expected(log: &Readings<'_>) -> f64 {
+    let (mass, radius) = (
+        &log.stated.robot.mass,
+        log.stated.robot.geometry.wheel_radius,
+    );
+    mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0
+}
+
+/// Units of encoders and torques, if those of a start do not fit.
+pub fn unit(log: &Readings<'_>) -> Option<Finding> {
+    let [a, b, c] = coefficients(log);
+    let share = (a? + b? + c?) / (3.0 * expected(log));
+    let is_other = share > 0.0 && !(1.0 / OTHER_UNIT..OTHER_UNIT).contains(&share);
+    let figure =
+        format!("the torques of the start are {share:.3} of what the robot's inertias ask for");
+    let remedy = "the encoders or the torques have another unit (degrees 57.3; mN m 1000), or are those of the motor's side: angles over the gear ratio, torques times it; or the masses are wrong";
+    let finding = Finding::ok(TEST, "encoders, torques", figure).with("share", share, "");
+    is_other.then(|| finding.fault(remedy))
+}
+
+/// All findings, for encoders of one sign. `forward` is the sign of the acceleration by the
+/// inclinometers over that by the encoders, 0 where it is not known.
+pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
+    let coefficients = coefficients(log);
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
     if forward < 0.0 || is_backwards && forward > 0.0 {
         let mut finding = common(is_backwards, forward);
@@ -55,9 +85,10 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
         }
         return vec![finding];
     }
-    // Rotor, wheel, and a third of the robot.
-    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
-    let expected = mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0;
+    if let Some(finding) = unit(log) {
+        return vec![finding];
+    }
+    let expected = expected(log);
     let of_torque = |i: usize| {
         let torque = Channel::Torque(i);
         let Some(coefficient) = coefficients[i] else {

@@ -1,0 +1,141 @@
+//! Readings that a table repeats: drives that are read at a fifth of the rate of the rows, say, with the
+//! last value in each row. An estimator would take a repeated angle for a wheel that stands, and the next
+//! one for a jump; rows between new readings count as without.
+
+use crate::formula::Source;
+use crate::plan::{ChannelPlan, Plan};
+use crate::survey::{Channel, Survey};
+use robhaz_score::signals::median;
+
+/// Fewest new readings that show a rate.
+const LEAST_READINGS: usize = 20;
+/// Share of the new readings that come as often as usual, within a row, and of the cells that change
+/// with them: coarse encoders and torques repeat values, too, but each on its own.
+const REGULAR: f64 = 0.8;
+
+/// Leaves out the repeated readings of wheels and of links, and says so.
+pub fn leave_out(plan: &Plan, survey: &mut Survey) -> Vec<String> {
+    let mut notices = Vec::new();
+    for (channel, found) in plan.channels.iter().zip(&mut survey.channels) {
+        for (of_wheels, name) in [(true, "wheel angles and torques"), (false, "links")] {
+            let cells = cells(channel, of_wheels);
+            let Some(rows) = repeated(found, channel.columns.len(), &cells) else {
+                continue;
+            };
+            let every = rows.every;
+            let rate = 1.0 / (every as f64 * found.report.period);
+            for row in rows.rows {
+                for cell in &cells {
+                    found.cells[row * channel.columns.len() + cell] = f64::NAN;
+                }
+            }
+            notices.push(format!(
+                "the readings of {name} are new in every {every}th row only, at {rate:.0} Hz: the rows between repeat them and count as without"
+            ));
+        }
+    }
+    notices
+}
+
+/// The cells that are readings of wheels, or of links, body and pins, as they are; speeds, which are
+/// integrated, are none.
+fn cells(channel: &ChannelPlan, of_wheels: bool) -> Vec<usize> {
+    let readings = channel.readings.iter();
+    let own = readings.filter(|(reading, _)| {
+        let is_of_wheel = reading.name().contains("wheel");
+        is_of_wheel == of_wheels && !reading.is_contact_angle() && !reading.is_optional()
+    });
+    let cell = own.filter_map(|(_, formula)| match formula.source {
+        Source::Cell(cell) => Some(cell),
+        _ => None,
+    });
+    cell.filter(|cell| !channel.speeds.contains(cell)).collect()
+}
+
+/// Rows that repeat the one before.
+struct Repeated {
+    rows: Vec<usize>,
+    /// Rows from one new reading to the next.
+    every: usize,
+}
+
+/// Of a channel with this many columns, the rows in which these cells repeat those before between new
+/// readings. `None` unless new ones come regularly and all together.
+fn repeated(channel: &Channel, columns: usize, cells: &[usize]) -> Option<Repeated> {
+    if cells.len() < 2 {
+        return None;
+    }
+    let rows: Vec<&[f64]> = channel.cells.chunks(columns).collect();
+    let changed = |row: usize| {
+        let is_new = |cell: &&usize| rows[row][**cell].to_bits() != rows[row - 1][**cell].to_bits();
+        cells.iter().filter(is_new).count()
+    };
+    let changes: Vec<usize> = (1..rows.len()).map(changed).collect();
+    let new: Vec<usize> = (0..changes.len()).filter(|&k| changes[k] > 0).collect();
+    let gaps: Vec<usize> = new.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let every = median(gaps.iter().map(|gap| *gap as f64).collect())?.round() as usize;
+    let share = |count: usize, of: usize| count as f64 / of as f64;
+    let regular = gaps.iter().filter(|gap| gap.abs_diff(every) <= 1);
+    let together: usize = new.iter().map(|k| changes[*k]).sum();
+    let is_repeated = every >= 2
+        && gaps.len() >= LEAST_READINGS
+        && share(regular.count(), gaps.len()) >= REGULAR
+        && share(together, new.len() * cells.len()) >= REGULAR;
+    let mut last = 0;
+    let mut left_out = Vec::new();
+    for (k, changed) in changes.iter().enumerate() {
+        if *changed > 0 {
+            last = k;
+        } else if k - last <= every {
+            left_out.push(k + 1);
+        }
+    }
+    is_repeated.then_some(Repeated {
+        rows: left_out,
+        every,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_run::ChannelReport;
+
+    fn channel(row: impl Fn(usize) -> [f64; 3]) -> Channel {
+        Channel {
+            times: (0..300).map(|k| k as f64 * 0.01).collect(),
+            cells: (0..300).flat_map(row).collect(),
+            report: ChannelReport::default(),
+        }
+    }
+
+    /// A made-up reading with noise.
+    fn reading(k: usize, i: usize) -> f64 {
+        (k as f64).mul_add(0.1, ((k * 7 + i * 13) % 11) as f64 * 0.01)
+    }
+
+    /// Property: readings that are new in every third or fourth row, all together, are found, and those
+    /// rows alone are kept.
+    #[test]
+    fn held_readings_are_left_out() {
+        let new = |k: usize| k * 3 / 10;
+        let held = channel(|k| [0, 1, 2].map(|i| reading(new(k), i)));
+        let found = repeated(&held, 3, &[0, 1, 2]).expect("held");
+        assert_eq!(found.every, 3);
+        for k in 1..300 {
+            assert_eq!(found.rows.contains(&k), new(k) == new(k - 1), "{k}");
+        }
+    }
+
+    /// Property: readings that are new in each row, an encoder of few counts beside such ones, and a
+    /// robot at rest without noise repeat nothing.
+    #[test]
+    fn other_readings_stay() {
+        let new = channel(|k| [0, 1, 2].map(|i| reading(k, i)));
+        let coarse = channel(|k| [(k / 4) as f64, reading(k, 1), reading(k, 2)]);
+        let at_rest = channel(|_| [1.0, 2.0, 3.0]);
+        for log in [new, coarse, at_rest] {
+            assert!(repeated(&log, 3, &[0, 1, 2]).is_none());
+        }
+    }
+}
