@@ -4,6 +4,7 @@
 
 use crate::formula::Source;
 use crate::plan::{ChannelPlan, Plan};
+use crate::readings::Reading;
 use crate::survey::{Channel, Survey};
 use robhaz_score::signals::median;
 
@@ -17,8 +18,8 @@ const REGULAR: f64 = 0.8;
 pub fn leave_out(plan: &Plan, survey: &mut Survey) -> Vec<String> {
     let mut notices = Vec::new();
     for (channel, found) in plan.channels.iter().zip(&mut survey.channels) {
-        for (of_wheels, name) in [(true, "wheel angles and torques"), (false, "links")] {
-            let cells = cells(channel, of_wheels);
+        for kind in KINDS {
+            let cells = cells(channel, kind);
             let Some(rows) = repeated(found, channel.columns.len(), &cells) else {
                 continue;
             };
@@ -30,21 +31,30 @@ pub fn leave_out(plan: &Plan, survey: &mut Survey) -> Vec<String> {
                 }
             }
             notices.push(format!(
-                "the readings of {name} are new in every {every}th row only, at {rate:.0} Hz: the rows between repeat them and count as without"
+                "the readings of {kind} are new in every {every}th row only, at {rate:.0} Hz: the rows between repeat them and count as without"
             ));
         }
     }
     notices
 }
 
-/// The cells that are readings of wheels, or of links, body and pins, as they are; speeds, which are
-/// integrated, are none.
-fn cells(channel: &ChannelPlan, of_wheels: bool) -> Vec<usize> {
+/// What is read at one time: wheel angles, torques, or links, body and pins.
+const KINDS: [&str; 3] = ["wheel angles", "torques", "links"];
+
+fn kind_of(reading: Reading) -> Option<&'static str> {
+    let [angles, torques, links] = KINDS;
+    let kind = match reading.name() {
+        name if name.ends_with("_motor_torque") => torques,
+        name if name.contains("wheel") => angles,
+        _ => links,
+    };
+    (!reading.is_contact_angle() && !reading.is_optional()).then_some(kind)
+}
+
+/// The cells that are readings of a kind as they are; speeds, which are integrated, are none.
+fn cells(channel: &ChannelPlan, kind: &str) -> Vec<usize> {
     let readings = channel.readings.iter();
-    let own = readings.filter(|(reading, _)| {
-        let is_of_wheel = reading.name().contains("wheel");
-        is_of_wheel == of_wheels && !reading.is_contact_angle() && !reading.is_optional()
-    });
+    let own = readings.filter(|(reading, _)| kind_of(*reading) == Some(kind));
     let cell = own.filter_map(|(_, formula)| match formula.source {
         Source::Cell(cell) => Some(cell),
         _ => None,
