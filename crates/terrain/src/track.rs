@@ -2,7 +2,7 @@
 //! are x and height, and in which units.
 
 use crate::Vec2;
-use crate::decimals::{Decimals, Grouping, NO_THOUSANDS};
+use crate::decimals::{Decimals, Grouping, NO_THOUSANDS, NUMBER};
 use crate::risers::sorted;
 use crate::text_table::{TextRow, TextTable, decimal, name_and_unit};
 
@@ -127,7 +127,7 @@ struct Numbers {
 impl Numbers {
     /// The length in a cell, m.
     fn length(&mut self, columns: &Columns, index: usize, row: &TextRow) -> Result<f64, String> {
-        const RANGE: &str = "a number with a decimal point or comma, from -1000 m to 1000 m";
+        let range = || format!("{NUMBER}, from -1000 m to 1000 m");
         let cell = row.text(index);
         let is_height = usize::from(index == columns.height);
         let (number, per_metre) = match columns.per_metre[is_height] {
@@ -135,15 +135,14 @@ impl Numbers {
             None => with_unit(&cell).unwrap_or((&cell, 1.0)),
         };
         let read = self.decimals.read(number, row.line);
-        let value = read.map_err(|allowed| match decimal(number) {
-            // Of this table, as a number is allowed to be.
-            None if !allowed.contains("thousands") => RANGE.to_owned(),
-            _ => allowed,
+        let value = read.map_err(|allowed| match allowed == NUMBER {
+            true => range(),
+            false => allowed,
         })?;
         self.columns[is_height].take(number, value, row.line);
         let length = value / per_metre;
         let is_near = length.is_finite() && length.abs() <= FARTHEST;
-        is_near.then_some(length).ok_or_else(|| RANGE.to_owned())
+        is_near.then_some(length).ok_or_else(range)
     }
 }
 
