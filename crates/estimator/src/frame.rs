@@ -31,7 +31,7 @@ impl LinkReading {
 }
 
 /// All readings of one instant, SI; `None` where a reading is missing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorFrame {
     /// Time of the sample, s; must increase from frame to frame.
     pub time: f64,

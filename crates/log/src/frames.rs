@@ -14,7 +14,6 @@ use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::BodyMount;
 use robhaz_run::{BothSides, ChannelReport, LogReport, RunError, Sample, Source};
-use robhaz_sim::Truth;
 use std::path::PathBuf;
 
 /// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is
@@ -206,8 +205,8 @@ impl Frames {
         let columns = self.plan.channels[channel].truth.as_ref()?;
         let cells = self.cells(channel, near)?;
         match far.and_then(|(far, share)| Some((self.cells(channel, far)?, share))) {
-            Some((far, share)) => columns.found(&columns.between(cells, far, share)),
-            None => columns.found(cells),
+            Some((far, share)) => columns.found(&columns.between(cells, far, share), time),
+            None => columns.found(cells, time),
         }
     }
 
@@ -285,8 +284,8 @@ impl Source for Frames {
         };
         let (mut of_plane, mut of_both) = (None, None);
         match truth {
-            Some(FoundTruth::Plane(truth)) => of_plane = Some(Truth { time, ..*truth }),
-            Some(FoundTruth::Both(truth)) => of_both = Some(truth.at(time)),
+            Some(FoundTruth::Plane(truth)) => of_plane = Some(*truth),
+            Some(FoundTruth::Both(truth)) => of_both = Some(*truth),
             None => {}
         }
         let both = self.plan.is_of_both().then(|| BothSides {

@@ -42,15 +42,8 @@ impl TableFormat {
         if let Some(advice) = bag::advice(path) {
             return LogError::whole(path, advice);
         }
-        let killed = if path.extension().is_some_and(|e| e == "arrows") {
-            "; a stream of an earlier version's killed run: pyarrow.ipc.open_stream reads it, \
-             pyarrow.parquet.write_table makes Parquet of it"
-        } else {
-            ""
-        };
         let endings = endings.join(", ");
-        let message = format!("is no table, allowed endings: {endings}{killed}");
-        LogError::whole(path, message)
+        LogError::whole(path, format!("is no table, allowed endings: {endings}"))
     }
 
     /// The columns of a file.

@@ -155,13 +155,10 @@ pub fn whole_frame(time: f64, values: &Values) -> WholeFrame {
 /// The wheels of one side (0 left, 1 right), without links.
 pub fn side_frame(whole: &WholeFrame, side: usize) -> SensorFrame {
     let of = |wheels: &[Option<f64>; 6]| [0, 1, 2].map(|i| wheels[3 * side + i]);
-    let none = LinkReading::default();
     SensorFrame {
         time: whole.time,
         wheel_angle: of(&whole.wheel_angle),
         motor_torque: of(&whole.motor_torque),
-        link1: none,
-        link2: none,
-        contact_angle: [None; 3],
+        ..SensorFrame::default()
     }
 }

@@ -35,21 +35,7 @@ pub enum FoundTruth {
     /// The truth of one side or of a robot in the plane.
     Plane(Box<Truth>),
     /// That of both sides.
-    Both(Box<FoundBoth>),
-}
-
-/// The truth of both sides in a row.
-#[derive(Clone, Copy, Debug)]
-pub struct FoundBoth(BothTruth);
-
-impl FoundBoth {
-    /// With its time, s.
-    pub fn at(self, time: f64) -> BothTruth {
-        BothTruth {
-            sides: self.0.sides.map(|truth| Truth { time, ..truth }),
-            ..self.0
-        }
-    }
+    Both(Box<BothTruth>),
 }
 
 /// Which rows of a table of the truth can be compared with: those with N and T of every wheel.
@@ -254,12 +240,12 @@ impl TruthColumns {
         between.collect()
     }
 
-    /// The truth of a row's cells, as [`Self::truth`] gives it, of one side or of both.
-    pub fn found(&self, cells: &[f64]) -> Option<FoundTruth> {
+    /// The truth of a row's cells at a time (s), as [`Self::truth`] gives it, of one side or of both.
+    pub fn found(&self, cells: &[f64], time: f64) -> Option<FoundTruth> {
+        let at_time = |truth: Truth| Truth { time, ..truth };
         let Some(both) = &self.both else {
-            return self
-                .truth(cells)
-                .map(|truth| FoundTruth::Plane(Box::new(truth)));
+            let truth = at_time(self.truth(cells)?);
+            return Some(FoundTruth::Plane(Box::new(truth)));
         };
         let of = |part: usize| {
             let value = |wheel: &[Option<usize>; 3]| wheel[part].map_or(f64::NAN, |c| cells[c]);
@@ -273,11 +259,11 @@ impl TruthColumns {
             let of_wheel = |i: usize| [compared[3 * k + i], traction[3 * k + i]];
             columns.truth(&[0, 1, 2].map(of_wheel).concat())
         };
-        Some(FoundTruth::Both(Box::new(FoundBoth(BothTruth {
-            sides: [side(0)?, side(1)?],
+        Some(FoundTruth::Both(Box::new(BothTruth {
+            sides: [side(0)?, side(1)?].map(at_time),
             normal_force,
             in_plane,
-        }))))
+        })))
     }
 
     /// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to

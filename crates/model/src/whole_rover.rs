@@ -4,11 +4,12 @@ use crate::{Robot, Suspension, Vec2, named};
 
 named! {
     /// What joins the two sides besides the body.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Coupling {
         /// The link that the body is fixed to in the plane is a rocker, pivoted to the body on an
         /// axis across. A differential turns both rockers against each other: the body's pitch is
         /// the mean of theirs, and both get the same moment.
+        #[default]
         Differential = "differential",
         /// That link is one half of a rear bogie, which both sides have in common and which rolls
         /// about a longitudinal hinge on the body. The other link is the side's bogie, pivoted to

@@ -47,10 +47,15 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     let (from, to) = (axles[2].x - beside, axles[0].x + ahead + beside);
     let curve = CentreCurve::new(&setup.terrain, geometry.wheel_radius, from, to);
     let mechanism = Mechanism::new(geometry);
-    let no_start = PathError::Start { x: start };
-    let wheels = mechanism.start(&curve, start).ok_or(no_start)?;
+    let no_start = || {
+        PathError(format!(
+            "at the start, with the middle wheel at x = {start} m, there is no posture in which all wheels touch the ground: \
+             [terrain] must be smooth and not too steep there"
+        ))
+    };
+    let wheels = mechanism.start(&curve, start).ok_or_else(no_start)?;
     check_stops(setup, start, mechanism.on_ground(&curve, &wheels).opening())?;
-    let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or(no_start)?;
+    let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or_else(no_start)?;
     let mut meter = ClearanceMeter::new(geometry, setup.terrain.clone());
     let mut pose = |walk: &Walk<'_>, alone| pose(setup, walk, alone, &mut meter);
     let mut posed = vec![pose(&walk, None)];
@@ -92,12 +97,11 @@ fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError>
     if (stop.lower..=stop.upper).contains(&opening) {
         return Ok(());
     }
-    Err(PathError::StartStops {
-        x,
-        angle: opening.to_degrees(),
-        lower: stop.lower.to_degrees(),
-        upper: stop.upper.to_degrees(),
-    })
+    let [angle, lower, upper] = [opening, stop.lower, stop.upper].map(f64::to_degrees);
+    Err(PathError(format!(
+        "at the start, with the middle wheel at x = {x} m, pin Q would have to be at {angle:.1} deg; its end stops allow \
+         {lower:.1} to {upper:.1} deg: [terrain] must be flatter there"
+    )))
 }
 
 /// The present posture; the wheel `alone` has the contact of its own piece only.

@@ -37,62 +37,9 @@ pub struct Options {
 }
 
 /// Reason why a path cannot be judged.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum PathError {
-    /// A friction coefficient is out of range.
-    #[error("the mean of the friction coefficient (--mu) is {0}; it must be above 0 and at most 5")]
-    Mu(f64),
-    /// A standard deviation is out of range.
-    #[error(
-        "the standard deviation of the friction coefficient (--mu-sigma) is {0}; it must be 0 to 5"
-    )]
-    MuSigma(f64),
-    /// A distance is out of range.
-    #[error("the distance (--distance) is {0} m; it must be above 0 and at most 1000 m")]
-    Distance(f64),
-    /// The profile is longer than a path.
-    #[error(
-        "[terrain] ends {0:.1} m ahead, and a path has at most 1000 m: --distance D judges its first D m"
-    )]
-    TooLong(f64),
-    /// A driven robot needs a speed.
-    #[error(
-        "drive.speed is {0} m/s; a robot that is driven along the path (--drive shared, --drive speed) needs one above 0"
-    )]
-    Speed(f64),
-    /// The profile ends behind the robot, or is level ground.
-    #[error(
-        "there is no path ahead: [terrain] is level from x = {from:.3} m on; --distance judges level ground, too"
-    )]
-    NoPath {
-        /// x of the rear wheel at the start, m.
-        from: f64,
-    },
-    /// The robot cannot stand at its start.
-    #[error(
-        "at the start, with the middle wheel at x = {x} m, there is no posture in which all wheels touch the ground: \
-         [terrain] must be smooth and not too steep there"
-    )]
-    Start {
-        /// x of the middle wheel, m.
-        x: f64,
-    },
-    /// The robot starts in a posture beyond its end stops.
-    #[error(
-        "at the start, with the middle wheel at x = {x} m, pin Q would have to be at {angle:.1} deg; its end stops allow \
-         {lower:.1} to {upper:.1} deg: [terrain] must be flatter there"
-    )]
-    StartStops {
-        /// x of the middle wheel, m.
-        x: f64,
-        /// theta_1 - theta_2, deg.
-        angle: f64,
-        /// Lower end stop, deg.
-        lower: f64,
-        /// Upper end stop, deg.
-        upper: f64,
-    },
-}
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct PathError(pub(crate) String);
 
 /// A stretch of the ground with a friction coefficient of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -143,25 +90,36 @@ impl PathSetup {
     /// # Errors
     /// [`PathError`] when an option is out of range or no path lies ahead.
     pub fn new(scene: &Scene, options: Options) -> Result<Self, PathError> {
+        let refused = |text: String| Err(PathError(text));
         // In this form the conditions refuse NaN as well.
         if let Some(mu) = options.mu
             && !(mu > 0.0 && mu <= LARGEST_MU)
         {
-            return Err(PathError::Mu(mu));
+            return refused(format!(
+                "the mean of the friction coefficient (--mu) is {mu}; it must be above 0 and at most 5"
+            ));
         }
         let sigma = options.mu_sigma;
         if !(0.0..=LARGEST_MU).contains(&sigma) {
-            return Err(PathError::MuSigma(sigma));
+            return refused(format!(
+                "the standard deviation of the friction coefficient (--mu-sigma) is {sigma}; it must be 0 to 5"
+            ));
         }
         let speed = scene.drive.speed;
         if options.drive != DriveKind::Ideal && (speed.is_nan() || speed <= 0.0) {
-            return Err(PathError::Speed(speed));
+            return refused(format!(
+                "drive.speed is {speed} m/s; a robot that is driven along the path (--drive shared, --drive speed) needs one above 0"
+            ));
         }
         let robot = scene.robot.robot.clone();
         let terrain = scene.terrain.build(&robot);
         let distance = match options.distance {
             Some(distance) if distance > 0.0 && distance <= LONGEST => distance,
-            Some(distance) => return Err(PathError::Distance(distance)),
+            Some(distance) => {
+                return refused(format!(
+                    "the distance (--distance) is {distance} m; it must be above 0 and at most 1000 m"
+                ));
+            }
             None => to_the_end(&robot, &terrain, &scene.terrain.profile)?,
         };
         let stretches = scene.terrain.stretches.iter().map(|s| Stretch {
@@ -217,10 +175,14 @@ fn to_the_end(robot: &Robot, terrain: &Terrain, profile: &Profile) -> Result<f64
     let (_, end) = terrain.extent();
     let distance = end - rear + BEHIND * robot.geometry.wheel_radius;
     if matches!(profile, Profile::Flat) || end <= rear {
-        return Err(PathError::NoPath { from: rear });
+        return Err(PathError(format!(
+            "there is no path ahead: [terrain] is level from x = {rear:.3} m on; --distance judges level ground, too"
+        )));
     }
     if distance > LONGEST {
-        return Err(PathError::TooLong(distance));
+        return Err(PathError(format!(
+            "[terrain] ends {distance:.1} m ahead, and a path has at most 1000 m: --distance D judges its first D m"
+        )));
     }
     Ok(distance)
 }

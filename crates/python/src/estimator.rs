@@ -4,7 +4,7 @@ use crate::error::{EstimateError, of_scene};
 use crate::estimate::Estimate;
 use crate::readings::Readings;
 use crate::table::Table;
-use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_record::{BatchBuilder, Table as Columns};
@@ -109,14 +109,10 @@ impl Estimator {
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
         let readings = Readings::of(readings, self.needs_contact_angles)?;
-        let table = Columns::estimate(0, &self.name);
-        let name = table.name.clone();
-        let mut rows = BatchBuilder::new(table, &[]);
         let inner = &mut self.inner;
-        py.detach(|| estimate_rows(inner, &readings, &mut rows))?;
-        let batch = rows.take();
-        let batch = batch.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        Ok(Table { name, batch })
+        Table::of(Columns::estimate(0, &self.name), |rows| {
+            py.detach(|| estimate_rows(inner, &readings, rows))
+        })
     }
 
     fn __repr__(&self) -> String {
@@ -170,7 +166,8 @@ fn estimate_rows(
     Ok(())
 }
 
-fn frame<'a>(
+/// A record of readings and their estimates.
+pub fn frame<'a>(
     sensors: &'a SensorFrame,
     estimates: &'a [Result<robhaz_estimator::Estimate, robhaz_estimator::EstimateError>],
 ) -> Frame<'a> {

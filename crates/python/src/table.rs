@@ -8,6 +8,7 @@ use arrow_schema::ffi::FFI_ArrowSchema;
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyCapsule, PyDict};
+use robhaz_record::BatchBuilder;
 
 /// See the stub `_robhaz.pyi`.
 #[pyclass(frozen, module = "robhaz")]
@@ -18,6 +19,19 @@ pub struct Table {
 }
 
 impl Table {
+    /// The table of `columns` with the rows that `add` adds.
+    pub fn of(
+        columns: robhaz_record::Table,
+        add: impl FnOnce(&mut BatchBuilder) -> PyResult<()>,
+    ) -> PyResult<Self> {
+        let name = columns.name.clone();
+        let mut rows = BatchBuilder::new(columns, &[]);
+        add(&mut rows)?;
+        let batch = rows.take();
+        let batch = batch.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        Ok(Self { name, batch })
+    }
+
     /// A value of every column's metadata, by the columns' names.
     fn metadata<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyDict>> {
         let values = PyDict::new(py);

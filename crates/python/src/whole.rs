@@ -1,19 +1,18 @@
 //! An estimator of a rover with both sides, for one frame at a time or a whole table.
 
 use crate::error::{EstimateError, of_scene};
-use crate::estimator::seconds;
+use crate::estimator::{frame, seconds};
 use crate::readings::Source;
 use crate::table::Table;
-use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::DataType;
-use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
+use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{WholeEstimate as Found, WholeFrame};
-use robhaz_record::{field, schema};
+use robhaz_record::Table as Columns;
+use robhaz_run::{BothFrame, BothSides, Frame};
 use robhaz_scene::LogChoice;
 use std::ffi::CString;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 type Six = (f64, f64, f64, f64, f64, f64);
 
@@ -84,36 +83,35 @@ impl WholeEstimator {
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
         let readings = Readings::of(readings)?;
-        // The time is the first.
-        let columns = robhaz_record::Table::estimate_of_both("whole").columns;
-        let mut values = vec![Vec::with_capacity(readings.time.len()); columns.len()];
         let inner = &mut self.inner;
-        py.detach(|| {
-            for (row, time) in readings.time.iter().enumerate() {
-                let found = inner.update(&readings.frame(row));
-                if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = found {
-                    return Err(EstimateError::new_err(format!("row {row}: {error}")));
+        Table::of(Columns::estimate_of_both("whole"), |rows| {
+            py.detach(|| {
+                for row in 0..readings.time.len() {
+                    let readings = readings.frame(row);
+                    let found = inner.update(&readings);
+                    if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = found {
+                        return Err(EstimateError::new_err(format!("row {row}: {error}")));
+                    }
+                    let time = readings.time;
+                    let sides = BothSides {
+                        readings,
+                        truth: None,
+                    };
+                    let both = BothFrame {
+                        sides: &sides,
+                        estimate: found.as_ref().ok(),
+                    };
+                    let sensors = SensorFrame {
+                        time,
+                        ..SensorFrame::default()
+                    };
+                    rows.push_all(&[Frame {
+                        both: Some(both),
+                        ..frame(&sensors, &[])
+                    }]);
                 }
-                for (k, (column, values)) in columns.iter().zip(&mut values).enumerate() {
-                    let value = found.as_ref().ok().and_then(|e| column.of_both(e));
-                    values.push(if k == 0 { Some(*time) } else { value });
-                }
-            }
-            Ok(())
-        })?;
-        let fields = columns.iter().map(|c| {
-            let has_gaps = (DataType::Float64, true);
-            field(&c.name, c.unit, &c.description, has_gaps)
-        });
-        let schema = schema(fields.collect(), &[]);
-        let arrays = values
-            .into_iter()
-            .map(|v| -> ArrayRef { Arc::new(Float64Array::from(v)) });
-        let batch = RecordBatch::try_new(schema, arrays.collect());
-        let batch = batch.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        Ok(Table {
-            name: "estimate-whole".to_owned(),
-            batch,
+                Ok(())
+            })
         })
     }
 }

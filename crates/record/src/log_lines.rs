@@ -70,7 +70,7 @@ pub fn health(runs: &[(&str, &Summary)]) -> Grid {
         let needed = needed.map(|(mean, most)| format!("{} ({})", or_dash(mean), or_dash(most)));
         let missing = [m.reading_missing, m.reading_stale, m.reading_absurd];
         let flags = [m.unloaded, m.at_stop].into_iter().chain(missing);
-        let share = |count| format!("{:.2}", 100.0 * m.share(count, e.samples));
+        let share = |count| format!("{:.2}", 100.0 * m.share(count));
         let flags = flags.chain([m.out_of_range]).map(share);
         let first =
             |(name, found): (&String, &Faulty)| format!("{name} from {:.1} s", found.first_s);
@@ -260,7 +260,6 @@ fn missing_line(log: &LogReport) -> Option<String> {
 }
 
 fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String> {
-    let share = |count: u64| means.share(count, estimator.samples);
     let flags = [
         (
             means.reading_absurd,
@@ -278,7 +277,7 @@ fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String
         (means.at_stop, "the linkage at an end stop"),
     ];
     let often = |(count, what): &(u64, &str)| {
-        let share = share(*count);
+        let share = means.share(*count);
         (share > OFTEN).then(|| format!("{:.1} % with {what}", 100.0 * share))
     };
     let found: Vec<String> = flags.iter().filter_map(often).collect();

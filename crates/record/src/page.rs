@@ -55,8 +55,8 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
         }
         @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
             h2 { "Errors of the estimators" }
-            p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
-                code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
+            p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "max_error" } " are of the normal force N; "
+                code { "nrmse" } " and " code { "stated" } " are relative to the mean N; " code { "lag" } " is the time by which the \
                  estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
                 code { "nees" } " is 3 for a right covariance." }
             (errors(&runs))

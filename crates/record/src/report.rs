@@ -86,12 +86,8 @@ const FEW_OUT_OF_RANGE: f64 = 0.01;
 /// The estimators of a log of which many records are out of range.
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
     let of = |e: &EstimatorSummary| {
-        let share = e
-            .means
-            .as_ref()
-            .map_or(f64::from(u8::from(e.samples > 0)), |m| {
-                m.share(m.out_of_range, e.samples)
-            });
+        let all = f64::from(u8::from(e.samples > 0));
+        let share = e.means.as_ref().map_or(all, |m| m.share(m.out_of_range));
         (summary.log.is_some() && share > FEW_OUT_OF_RANGE).then(|| {
             format!(
                 "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \
@@ -249,38 +245,35 @@ fn touch(clearance: &ClearanceSummary) -> Option<String> {
     ))
 }
 
-/// The scores of a row, in the order of the columns: their names here and in the list of scores.
-const SCORES: [(&str, &str); 18] = [
-    ("rmse_wheel1", "rmse_front"),
-    ("rmse_wheel2", "rmse_middle"),
-    ("rmse_wheel3", "rmse_rear"),
-    ("rmse", "rmse"),
-    ("nrmse", "nrmse"),
-    ("bias_wheel1", "bias_front"),
-    ("bias_wheel2", "bias_middle"),
-    ("bias_wheel3", "bias_rear"),
-    ("largest_error", "max_error"),
-    ("largest_error_time", "max_error_time"),
-    ("lag", "lag"),
-    ("stated_sigma", "stated"),
-    ("coverage", "coverage"),
-    ("nees", "nees"),
-    ("traction_rmse", "traction_rmse"),
-    ("traction_largest_error", "traction_max_error"),
-    ("samples", "samples"),
-    ("missing", "missing"),
+/// The scores of a row, in the order of the columns.
+const SCORES: [&str; 18] = [
+    "rmse_front",
+    "rmse_middle",
+    "rmse_rear",
+    "rmse",
+    "nrmse",
+    "bias_front",
+    "bias_middle",
+    "bias_rear",
+    "max_error",
+    "max_error_time",
+    "lag",
+    "stated",
+    "coverage",
+    "nees",
+    "traction_rmse",
+    "traction_max_error",
+    "samples",
+    "missing",
 ];
 
 /// Columns before the scores.
 const NAMES: [&str; 3] = ["run", "scene", "estimator"];
 
-/// The scores with their names here.
-fn scores() -> impl Iterator<Item = (&'static str, &'static ScoreColumn)> {
-    let score = |(here, name): (&'static str, &str)| {
-        let found = ScoreColumn::all().iter().find(|score| score.name == name);
-        found.map(|score| (here, score))
-    };
-    SCORES.into_iter().filter_map(score)
+/// The scores of a row.
+fn scores() -> impl Iterator<Item = &'static ScoreColumn> {
+    let of = |name| ScoreColumn::all().iter().find(|score| score.name == name);
+    SCORES.into_iter().filter_map(of)
 }
 
 /// The runs with their labels as rows: the texts of [`NAMES`], and each score.
@@ -292,7 +285,7 @@ fn rows<T>(
     let of_run = |(label, run): &(&str, &Summary)| {
         let row = |e: &EstimatorSummary| {
             let names = [*label, &run.scene, &e.name].map(&name).into_iter();
-            let scores = scores().map(|(_, s)| score(s, s.value(run, None, Some(e))));
+            let scores = scores().map(|s| score(s, s.value(run, None, Some(e))));
             names.chain(scores).collect()
         };
         run.estimators.iter().map(row).collect::<Vec<_>>()
@@ -311,7 +304,7 @@ pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::
         Some(count) if score.is_count => Value::from(count as u64),
         value => Value::from(value),
     };
-    let names = || NAMES.into_iter().chain(scores().map(|(name, _)| name));
+    let names = || NAMES.into_iter().chain(scores().map(|score| score.name));
     let object = |row: Vec<Value>| names().zip(row).collect::<IndexMap<_, _>>();
     let rows = rows(runs, |name| Value::from(name), value).into_iter();
     serde_json::to_string_pretty(&rows.map(object).collect::<Vec<_>>())
@@ -319,9 +312,9 @@ pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::
 
 /// Titles with units, and the cells of each row with four significant digits.
 pub(crate) fn comparison_cells(runs: &[(&str, &Summary)]) -> (Vec<String>, Vec<Vec<String>>) {
-    let title = |(name, score): (&str, &ScoreColumn)| match score.unit {
-        "" => name.to_owned(),
-        unit => format!("{name}, {unit}"),
+    let title = |score: &ScoreColumn| match score.unit {
+        "" => score.name.to_owned(),
+        unit => format!("{}, {unit}", score.name),
     };
     let titles = NAMES.map(str::to_owned).into_iter();
     let cell = |_: &ScoreColumn, value: Option<f64>| value.map_or_else(String::new, significant);

@@ -2,7 +2,7 @@
 //! are x and height, and in which units.
 
 use crate::Vec2;
-use crate::decimals::{Decimals, Grouping, NO_THOUSANDS};
+use crate::decimals::{Decimals, Grouping, NO_THOUSANDS, NUMBER};
 use crate::risers::sorted;
 use crate::text_table::{TextRow, TextTable, decimal, name_and_unit};
 
@@ -127,7 +127,7 @@ struct Numbers {
 impl Numbers {
     /// The length in a cell, m.
     fn length(&mut self, columns: &Columns, index: usize, row: &TextRow) -> Result<f64, String> {
-        const RANGE: &str = "a number with a decimal point or comma, from -1000 m to 1000 m";
+        let range = || format!("{NUMBER}, from -1000 m to 1000 m");
         let cell = row.text(index);
         let is_height = usize::from(index == columns.height);
         let (number, per_metre) = match columns.per_metre[is_height] {
@@ -135,15 +135,14 @@ impl Numbers {
             None => with_unit(&cell).unwrap_or((&cell, 1.0)),
         };
         let read = self.decimals.read(number, row.line);
-        let value = read.map_err(|allowed| match decimal(number) {
-            // Of this table, as a number is allowed to be.
-            None if !allowed.contains("thousands") => RANGE.to_owned(),
-            _ => allowed,
+        let value = read.map_err(|allowed| match allowed == NUMBER {
+            true => range(),
+            false => allowed,
         })?;
         self.columns[is_height].take(number, value, row.line);
         let length = value / per_metre;
         let is_near = length.is_finite() && length.abs() <= FARTHEST;
-        is_near.then_some(length).ok_or_else(|| RANGE.to_owned())
+        is_near.then_some(length).ok_or_else(range)
     }
 }
 
@@ -365,74 +364,33 @@ fn unit_of(header: &str) -> Result<Option<f64>, String> {
     found.map(Some)
 }
 
-/// Units in a metre: sub-units divide, since 35 cm is then exactly the double 0.35.
+/// Units of a track: signs, prefix of the word, and units in a metre: sub-units divide, since 35 cm
+/// is then exactly the double 0.35.
+const UNITS: [(&str, &str, f64); 5] = [
+    ("m", "", 1.0),
+    ("dm", "deci", 1e1),
+    ("cm", "centi", 1e2),
+    ("mm", "milli", 1e3),
+    ("um micron microns", "micro", 1e6),
+];
+const METRE: [&str; 4] = ["metre", "metres", "meter", "meters"];
+/// Units of length that no track may have.
+const OTHER_UNITS: &str = "km nm ft feet foot in inch inches yd yards mil mils mi miles kilometers kilometres px pixel pixels";
+
+/// Units in a metre.
 fn per_metre(unit: &str) -> Option<f64> {
-    let is = |names: &[&str]| names.iter().any(|name| unit.eq_ignore_ascii_case(name));
-    match unit {
-        _ if is(&["m", "metre", "metres", "meter", "meters"]) => Some(1.0),
-        _ if is(&["dm", "decimetre", "decimetres", "decimeter", "decimeters"]) => Some(1e1),
-        _ if is(&[
-            "cm",
-            "centimetre",
-            "centimetres",
-            "centimeter",
-            "centimeters",
-        ]) =>
-        {
-            Some(1e2)
-        }
-        _ if is(&[
-            "mm",
-            "millimetre",
-            "millimetres",
-            "millimeter",
-            "millimeters",
-        ]) =>
-        {
-            Some(1e3)
-        }
-        // Both signs for micro.
-        "um" | "\u{b5}m" | "\u{3bc}m" => Some(1e6),
-        _ if is(&[
-            "micron",
-            "microns",
-            "micrometre",
-            "micrometres",
-            "micrometer",
-            "micrometers",
-        ]) =>
-        {
-            Some(1e6)
-        }
-        _ => None,
-    }
+    // Both signs for micro.
+    let unit = unit.to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
+    let is_it = |(signs, prefix, _): &&(&str, &str, f64)| {
+        let word = unit.strip_prefix(prefix).unwrap_or_default();
+        signs.split(' ').any(|sign| sign == unit) || METRE.contains(&word)
+    };
+    UNITS.iter().find(is_it).map(|(.., per_metre)| *per_metre)
 }
 
-/// Whether a word is a unit of length that no track may have.
 fn is_other_unit(unit: &str) -> bool {
     let unit = unit.to_lowercase();
-    [
-        "km",
-        "nm",
-        "ft",
-        "feet",
-        "foot",
-        "in",
-        "inch",
-        "inches",
-        "yd",
-        "yards",
-        "mil",
-        "mils",
-        "mi",
-        "miles",
-        "kilometers",
-        "kilometres",
-        "px",
-        "pixel",
-        "pixels",
-    ]
-    .contains(&unit.as_str())
+    OTHER_UNITS.split(' ').any(|other| other == unit)
 }
 
 /// The number of a length with its own unit, and units in a metre.

@@ -151,13 +151,11 @@ fn row(
             continue;
         }
         let read = decimals.read(&cell, row.line);
-        if let Some(allowed) = read.as_ref().err().filter(|e| e.contains("thousands")) {
-            return Err(refuse(format!("found {cell:?}, allowed: {allowed}")));
-        }
-        let value = read.ok().map(|v| v * column.to_si);
+        let unread = |allowed: String| refuse(format!("found {cell:?}, allowed: {allowed}"));
+        let value = read.map_err(unread)? * column.to_si;
         let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| {
             let message = || format!("found {cell:?}, allowed: {allowed}, or an empty cell");
-            let value = value.filter(|value| range.contains(value));
+            let value = Some(value).filter(|value| range.contains(value));
             value.ok_or_else(|| refuse(message()))
         };
         match column.content {

@@ -184,7 +184,14 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
         Some(Change::Factor(..)) => {
             finding.fault("one of the two has the wrong sign: nose up is positive")
         }
-        Some(other) => finding.fault(other.to_string()),
+        Some(Change::Pin(_, -1.0)) => finding.fault("turn round sign of reading.pin_angle"),
+        Some(Change::Pin(_, factor)) => {
+            let unit = if factor > 1.0 { "rad" } else { "deg" };
+            finding.fault(format!(
+                "reading.pin_angle is in another unit: state unit = \"{unit}\""
+            ))
+        }
+        Some(_) => finding.fault("exchange inclinometer 1 and inclinometer 2"),
         None if own > EXPLAINED => finding,
         None => finding.cannot_tell("drive with all wheels over an obstacle of some centimetres"),
     };

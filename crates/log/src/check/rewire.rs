@@ -171,35 +171,3 @@ impl Change {
         }
     }
 }
-
-impl fmt::Display for Change {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Factor(channel, factor) if *factor < 0.0 => {
-                write!(f, "change the sign of {channel}")
-            }
-            Self::Factor(channel, factor) => write!(f, "{channel} times {factor:.4}"),
-            Self::Exchange(a, b) => write!(f, "exchange {a} and {b}"),
-            Self::Remove(channel) => write!(f, "leave out {channel}"),
-            Self::UpsideDown(k) => write!(f, "turn over the sensor of link {}", k + 1),
-            Self::Body(is_rate, factor) => {
-                let reading = if *is_rate {
-                    "body_rate"
-                } else {
-                    "body_inclination"
-                };
-                write!(f, "{reading} times {factor:.4}")
-            }
-            Self::Pin(_, factor) if *factor < 0.0 => {
-                write!(f, "turn round sign of reading.pin_angle")
-            }
-            Self::Pin(_, factor) => {
-                let unit = if *factor > 1.0 { "rad" } else { "deg" };
-                write!(
-                    f,
-                    "reading.pin_angle is in another unit: state unit = \"{unit}\""
-                )
-            }
-        }
-    }
-}

@@ -36,59 +36,41 @@ pub enum Kind {
     Count,
 }
 
-/// Reads a value from a record or a part of it. Behind a pointer, so that the columns, which are
-/// hundreds, share the code that goes through the records.
-type Get<Value> = Box<dyn Fn(&Frame<'_>) -> Value + Send + Sync>;
-type GetTruth<Value> = Box<dyn Fn(&Truth) -> Value + Send + Sync>;
-type GetBoth = Box<dyn Fn(&WholeEstimate) -> Option<f64> + Send + Sync>;
-type GetEstimate = Box<dyn Fn(&Estimate) -> Option<f64> + Send + Sync>;
-
-/// The source of a column's values.
-enum Source {
-    Record(Get<f64>),
-    RecordOrNone(Get<Option<f64>>),
-    Truth(GetTruth<f64>),
-    TruthCount(GetTruth<u32>),
-    /// Of the estimate of both sides.
-    Both(GetBoth),
-    /// Of the run's estimator of this number (from 0).
-    Estimate(usize, GetEstimate),
-}
+/// The kind of a column's values, and the value of a record; NaN where it is missing. Behind a
+/// pointer, so that the columns, which are hundreds, share the code that goes through the records.
+struct Source(Kind, Get);
+type Get = Box<dyn Fn(&Frame<'_>) -> f64 + Send + Sync>;
 
 impl Source {
     fn record(get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
-        Self::Record(Box::new(get))
+        Self(Kind::Float, Box::new(get))
     }
 
     fn record_or_none(get: impl Fn(&Frame<'_>) -> Option<f64> + Send + Sync + 'static) -> Self {
-        Self::RecordOrNone(Box::new(get))
+        let or_nan = move |f: &Frame<'_>| get(f).unwrap_or(f64::NAN);
+        Self(Kind::Optional, Box::new(or_nan))
     }
 
     fn truth(get: impl Fn(&Truth) -> f64 + Send + Sync + 'static) -> Self {
-        Self::Truth(Box::new(get))
+        Self::record(move |f| f.truth.map_or(f64::NAN, &get))
     }
 
     fn truth_count(get: impl Fn(&Truth) -> u32 + Send + Sync + 'static) -> Self {
-        Self::TruthCount(Box::new(get))
+        let count = move |f: &Frame<'_>| f64::from(f.truth.map_or(0, &get));
+        Self(Kind::Count, Box::new(count))
     }
 
+    /// Of the estimate of both sides.
     fn both(get: impl Fn(&WholeEstimate) -> Option<f64> + Send + Sync + 'static) -> Self {
-        Self::Both(Box::new(get))
+        Self::record_or_none(move |f| get(f.both?.estimate?))
     }
 
+    /// Of the run's estimator of this number (from 0).
     fn estimate(
         index: usize,
         get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
     ) -> Self {
-        Self::Estimate(index, Box::new(get))
-    }
-
-    fn kind(&self) -> Kind {
-        match self {
-            Self::Record(_) | Self::Truth(_) => Kind::Float,
-            Self::RecordOrNone(_) | Self::Both(_) | Self::Estimate(..) => Kind::Optional,
-            Self::TruthCount(_) => Kind::Count,
-        }
+        Self::record_or_none(move |f| get(f.estimates.get(index)?.as_ref().ok()?))
     }
 }
 
@@ -102,51 +84,29 @@ pub struct Column {
     pub description: String,
     /// The kind of its values.
     pub kind: Kind,
-    source: Source,
+    get: Get,
 }
 
 impl Column {
     /// Name and description have two parts.
-    fn new(name: [&str; 2], unit: &'static str, description: [&str; 2], source: Source) -> Self {
+    fn new(
+        name: [&str; 2],
+        unit: &'static str,
+        description: [&str; 2],
+        Source(kind, get): Source,
+    ) -> Self {
         Self {
             name: name.concat(),
             unit,
             description: description.concat(),
-            kind: source.kind(),
-            source,
-        }
-    }
-
-    /// Its value of an estimate of both sides; `None` of one that is missing, and of a column of
-    /// something else.
-    pub fn of_both(&self, estimate: &WholeEstimate) -> Option<f64> {
-        match &self.source {
-            Source::Both(get) => get(estimate),
-            _ => None,
+            kind,
+            get,
         }
     }
 
     /// Adds the values in records; NaN where one is missing.
     pub fn add(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
-        match &self.source {
-            Source::Record(get) => to.extend(frames.iter().map(get)),
-            Source::RecordOrNone(get) => {
-                to.extend(frames.iter().map(|f| get(f).unwrap_or(f64::NAN)))
-            }
-            Source::Truth(get) => to.extend(frames.iter().map(|f| f.truth.map_or(f64::NAN, get))),
-            Source::TruthCount(get) => {
-                let counts = frames.iter().map(|f| f.truth.map_or(0, get));
-                to.extend(counts.map(f64::from))
-            }
-            Source::Both(_) => to.extend(frames.iter().map(|f| {
-                let estimate = f.both.and_then(|both| both.estimate);
-                estimate.and_then(|e| self.of_both(e)).unwrap_or(f64::NAN)
-            })),
-            Source::Estimate(index, get) => to.extend(frames.iter().map(|f| {
-                let estimate = f.estimates.get(*index).and_then(|e| e.as_ref().ok());
-                estimate.and_then(get).unwrap_or(f64::NAN)
-            })),
-        }
+        to.extend(frames.iter().map(&self.get));
     }
 }
 

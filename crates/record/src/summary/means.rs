@@ -24,8 +24,7 @@ pub struct MeanForces {
     /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is
     /// right. `None` if the estimator expects none.
     pub parity: Option<f64>,
-    /// Records with an estimate: those of which the numbers below are a part. 0 in older files.
-    #[serde(default)]
+    /// Records with an estimate: those of which the numbers below are a part.
     pub records: u64,
     /// Records with a wheel without load.
     pub unloaded: u64,
@@ -43,15 +42,10 @@ pub struct MeanForces {
 }
 
 impl MeanForces {
-    /// Share of the records with an estimate; `compared` are those of the summary, of older files.
-    pub(crate) fn share(&self, count: u64, compared: u64) -> f64 {
-        let all = if self.records > 0 {
-            self.records
-        } else {
-            compared
-        };
+    /// Share of the records with an estimate.
+    pub(crate) fn share(&self, count: u64) -> f64 {
         // Counts of records.
-        count as f64 / all.max(1) as f64
+        count as f64 / self.records.max(1) as f64
     }
 }
 
@@ -151,28 +145,5 @@ impl ForceSums {
             reading_absurd: absurd,
             out_of_range,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Flags are shares of the records with an estimate, however few a truth has; of a summary without
-    /// their number, of those of the summary.
-    #[test]
-    fn flags_are_shares_of_the_records_with_an_estimate() {
-        let sums = ForceSums {
-            samples: 8,
-            averaged: 8,
-            ..ForceSums::default()
-        };
-        let means = sums.means().expect("records");
-        assert!((means.share(2, 1) - 0.25).abs() < 1e-15);
-        let older = MeanForces {
-            records: 0,
-            ..means
-        };
-        assert!((older.share(2, 4) - 0.5).abs() < 1e-15);
     }
 }

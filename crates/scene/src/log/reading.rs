@@ -62,7 +62,7 @@ impl<C> Form for ByName<C> {
 }
 
 /// A reading that is a number in a column.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadingChoice {
     /// The reading.
     pub name: &'static str,
@@ -217,18 +217,11 @@ pub(super) const READING: ByName<ReadingChoice> = ByName {
     keys: READING_KEYS,
     start: |name| ReadingChoice {
         name,
-        channel: String::new(),
-        column: String::new(),
         factor: 1.0,
-        offset: 0.0,
-        unit: "",
         scale: 1.0,
         sign: 1.0,
         gear_ratio: 1.0,
-        counts: 0.0,
-        torque_constant: 0.0,
-        wrap: 0.0,
-        of_reading: (),
+        ..ReadingChoice::default()
     },
     check,
 };
@@ -310,7 +303,7 @@ fn factor(unit: &str, keys: &ReadingChoice) -> f64 {
 }
 
 /// An inertial measurement unit on a link.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImuChoice {
     /// `link1`, `link2` or `body`.
     pub link: &'static str,
@@ -348,9 +341,10 @@ pub struct ImuChoice {
 
 named! {
     /// What the inclination of a link follows from.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum InclinationSource {
         /// Direction of the specific force.
+        #[default]
         Acceleration = "acceleration",
         /// Orientation.
         Orientation = "orientation",
@@ -359,9 +353,10 @@ named! {
 
 named! {
     /// The world of an orientation.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum World {
         /// Its z axis points up: east, north, up, as in ROS.
+        #[default]
         Enu = "ENU",
         /// Its z axis points down: north, east, down, as in aviation.
         Ned = "NED",
@@ -464,21 +459,13 @@ impl ImuChoice {
         let names = |start: &str| ["x", "y", "z"].map(|axis| format!("{start}.{axis}"));
         Self {
             link,
-            channel: String::new(),
-            rate_channel: String::new(),
             forward: AXES[0],
             up: AXES[4],
-            inclination: InclinationSource::Acceleration,
-            world: World::Enu,
             acceleration: names("linear_acceleration"),
             orientation: ["x", "y", "z", "w"].map(|axis| format!("orientation.{axis}")),
             angular_velocity: names("angular_velocity"),
             rate_factor: 1.0,
-            inclination_offset: 0.0,
-            rate_offset: 0.0,
-            roll_offset: 0.0,
-            roll_rate_offset: 0.0,
-            yaw_rate_offset: 0.0,
+            ..Self::default()
         }
     }
 }

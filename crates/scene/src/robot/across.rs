@@ -10,8 +10,8 @@ use robhaz_keys::reader::{Reader, join};
 use robhaz_keys::source::Node;
 use robhaz_model::{Bar, Coupling, Robot, Suspension, Vec2, WholeRover};
 
-/// What a file states; the rest follows from the side.
-#[derive(Clone, Debug, PartialEq)]
+/// What a file states; the rest follows from the side. The default is before a file is read.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Across {
     coupling: Coupling,
     pivot: Vec2,
@@ -21,22 +21,6 @@ pub(crate) struct Across {
     body_inertia: Option<[f64; 2]>,
     link_inertias: Option<[[f64; 2]; 2]>,
     wheel_inertia: Option<f64>,
-}
-
-impl Default for Across {
-    /// Before a file is read.
-    fn default() -> Self {
-        Self {
-            coupling: Coupling::Differential,
-            pivot: Vec2::zeros(),
-            half_tracks: [0.0; 3],
-            link_places: None,
-            body_place: 0.0,
-            body_inertia: None,
-            link_inertias: None,
-            wheel_inertia: None,
-        }
-    }
 }
 
 const PLACE: Number = number(LENGTH, at_least(0.0).at_most(FARTHEST));
