@@ -31,7 +31,7 @@ pub fn turn(frames: &[WholeFrame]) -> f64 {
 }
 
 /// The name of the angle of what joins the sides.
-fn coupling_angle(coupling: Coupling) -> &'static str {
+pub(super) fn coupling_angle(coupling: Coupling) -> &'static str {
     match coupling {
         Coupling::Differential => "differential_angle",
         Coupling::RearBogie => "rear_bogie_angle",
