@@ -236,12 +236,16 @@ impl<'a> Compared<'a> {
         0.5 * self.samples * (self.own.sum - sum)
     }
 
+    /// How far the roll follows the ground, in deviations of a correlation that is none: Fisher's
+    /// transform of the correlation of independent samples.
+    fn follows(&self) -> f64 {
+        self.own.correlation.atanh() * (self.samples - 3.0).max(0.0).sqrt()
+    }
+
     /// The roll against the ground.
     fn roll(&self) -> Option<String> {
-        // Fisher's transform of the correlation of independent samples.
         let correlation = self.own.correlation;
-        let deviate = -correlation.atanh() * (self.samples - 3.0).max(0.0).sqrt();
-        (deviate > BEYOND).then(|| {
+        (self.follows() < -BEYOND).then(|| {
             format!("body_roll_rate has a correlation of {correlation:.2} with the roll that the ground under both sides asks for")
         })
     }
@@ -280,8 +284,12 @@ impl<'a> Compared<'a> {
         let mut agreement = Agreement::default();
         let mut noted = None;
         for (what, change) in SIZES {
-            let of_weight = matches!(change, Change::Torques(_));
-            if of_weight && self.own.weight == Some(Confirmation::Confirmed) {
+            let confirmed = match change {
+                Change::Torques(_) => self.own.weight == Some(Confirmation::Confirmed),
+                Change::Roll => self.follows() > BEYOND,
+                _ => false,
+            };
+            if confirmed {
                 continue;
             }
             let Some(found) = Judged::of(&self.part, self.stated, &[change]) else {
@@ -309,7 +317,7 @@ impl<'a> Compared<'a> {
             if matters && evidence > -(1.0 / CHANCE).ln() && noted != Some(what) {
                 noted = Some(what);
                 agreement.unconfirmed.push(format!(
-                    "{what}: {}, and the readings agree as well, but the normal forces differ by {:.0} %",
+                    "{what}: {}, and the readings agree as well, with normal forces that differ by {:.0} %",
                     change.words(coupling),
                     100.0 * (square / all).sqrt()
                 ));
