@@ -307,6 +307,7 @@ impl WholeEstimator {
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let (dt, interrupted) = self.advance_clock(frame.time)?;
+        let frame = &frame.with_rates_of_attitude();
         self.begin(frame, interrupted);
         self.take(frame);
         let frames = self.readings.frames(frame);
