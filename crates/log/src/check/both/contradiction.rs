@@ -120,7 +120,7 @@ impl Judged {
         let (mut square, mut all, mut other) = (0.0, 0.0, self.normal.iter().peekable());
         for (time, forces) in &own.normal {
             while other.next_if(|(at, _)| at < time).is_some() {}
-            let Some((_, found)) = other.next_if(|(at, _)| at == time) else {
+            let Some((_, found)) = other.next_if(|(at, _)| at <= time) else {
                 continue;
             };
             for (a, b) in forces.iter().zip(found) {
