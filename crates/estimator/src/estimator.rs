@@ -164,6 +164,20 @@ impl Estimator {
         Ok((dt, flags))
     }
 
+    /// For a side of a whole rover that drives at its start: the filters start anew with the next frame.
+    pub(crate) fn start_moving(&mut self) {
+        self.filters.start_anew(&self.nominal);
+        self.complete = false;
+        if let Some(motion) = self.motion() {
+            motion.couple();
+        }
+    }
+
+    /// Sets the noise of the inclinometers, rad.
+    pub(crate) fn set_inclination_noise(&mut self, noise: f64) {
+        self.nominal.settings.budget.inclination_noise = noise;
+    }
+
     /// For a side of a whole rover: advances the filters of `kalman` to a frame (SI), up to the
     /// equations of the forces. `across` is in SI.
     pub(crate) fn advance(

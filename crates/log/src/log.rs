@@ -1,6 +1,6 @@
 //! A log that is ready to be estimated.
 
-use crate::check::{StatedBoth, contradiction, signs_are_lost};
+use crate::check::{Agreement, StatedBoth, contradiction, signs_are_lost};
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward};
 use crate::frames::Frames;
@@ -209,10 +209,15 @@ impl Log {
                 settings: one.settings,
                 joint: choice.pin,
             };
+            let Agreement {
+                contradiction,
+                unconfirmed,
+            } = contradiction(&self.frames.all_of_both(), &stated);
             description.both = Some(BothDescription {
                 label: one.label.clone(),
                 coupling: rover.coupling,
-                contradiction: contradiction(&self.frames.all_of_both(), &stated),
+                contradiction,
+                unconfirmed,
             });
             description.estimators = ["left", "right"].map(side).into();
         }

@@ -46,6 +46,8 @@ pub struct BothDescription {
     /// Why the readings of left and right contradict each other, before any estimate; `None` where
     /// they do not.
     pub contradiction: Option<String>,
+    /// What the readings do not confirm, though the forces depend on it.
+    pub unconfirmed: Vec<String>,
 }
 
 /// An estimator of a run.

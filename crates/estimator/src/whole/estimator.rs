@@ -4,6 +4,7 @@
 //! find is the input of the nine rows, and the forces of the rows are those of both sides.
 
 mod scale;
+mod start;
 
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame, bogie_of};
@@ -19,6 +20,7 @@ use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Si
 use crate::statics::Forces;
 use crate::torque_scale::{ScaleFilter, TorqueScale};
 use robhaz_model::{Coupling, Units, Vec2, WholeRover, WholeRoverError};
+use start::Start;
 
 /// The line about which a rover would tip over first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,15 +101,18 @@ pub struct WholeEstimate {
 }
 
 impl WholeEstimate {
+    /// Turn of the wheels after which the errors of the equations are independent of those before, rad:
+    /// axial forces last over five wheel radii.
+    pub const INDEPENDENT: f64 = 5.0;
+
     /// Mean misfit over a drive beyond which its readings contradict each other: correct ones are there
     /// once in 10 000 drives. `rolled` is how far the wheels have turned, rad.
     ///
     /// The mean of n independent misfits is a chi-square with 3 n degrees of freedom over n (its quantile
-    /// by Wilson and Hilferty). One is independent of the last after five wheel radii, over which axial
-    /// forces last; some errors last as long as the drive, so that no more than eight count.
+    /// by Wilson and Hilferty). Some errors last as long as the drive, so that no more than eight count.
     pub fn largest_misfit(rolled: f64) -> f64 {
         const DEVIATE: f64 = 3.72;
-        let samples = (rolled / 5.0).clamp(1.0, 8.0);
+        let samples = (rolled / Self::INDEPENDENT).clamp(1.0, 8.0);
         let share = 2.0 / (9.0 * 3.0 * samples);
         let root = 1.0 - share + DEVIATE * robhaz_model::sqrt(share);
         3.0 * root * root * root
@@ -207,6 +212,7 @@ pub struct WholeEstimator {
     last: [f64; 6],
     /// The torques against the weight, by the mean of both sides, in the units of the filters.
     scale: ScaleFilter,
+    start: Start,
     time: Option<f64>,
 }
 
@@ -287,6 +293,7 @@ impl WholeEstimator {
             roughness: 0.0,
             level,
             last: level,
+            start: Start::new(settings.budget.inclination_noise),
             time: None,
             rover: rover.clone(),
             settings,
@@ -299,7 +306,9 @@ impl WholeEstimator {
     /// # Errors
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
-        let dt = self.advance_clock(frame.time)?;
+        let (dt, interrupted) = self.advance_clock(frame.time)?;
+        let frame = &frame.with_rates_of_attitude();
+        self.begin(frame, interrupted);
         self.take(frame);
         let frames = self.readings.frames(frame);
         let (roll, body_flags) = self.update_roll(frame, dt);
@@ -355,8 +364,9 @@ impl WholeEstimator {
         })
     }
 
-    /// Sets the time of a frame, s. Returns the time since the last one, s; 0 at the first.
-    fn advance_clock(&mut self, now: f64) -> Result<f64, EstimateError> {
+    /// Sets the time of a frame, s. Returns the time since the last one, s, 0 at the first, and whether
+    /// the filters start anew after a gap or a clock that was set back.
+    fn advance_clock(&mut self, now: f64) -> Result<(f64, bool), EstimateError> {
         let last = self.time.unwrap_or(now);
         let (dt, unit) = (now - last, self.units.time);
         let set_back = dt < -LONGEST_GAP * unit;
@@ -369,11 +379,11 @@ impl WholeEstimator {
             self.readings = self.readings.started_anew();
             self.body = BodyInputs::default();
         }
-        if set_back || dt > LONGEST_GAP * unit {
+        let interrupted = set_back || dt > LONGEST_GAP * unit;
+        if interrupted {
             self.scale.interrupt();
-            self.roll = LinkAngleKalman::new(&self.settings.budget);
         }
-        Ok(dt.max(0.0))
+        Ok((dt.max(0.0), interrupted))
     }
 
     /// Notes which readings there are, and holds the steering.
@@ -592,11 +602,12 @@ impl WholeEstimator {
         );
         let weight = dt.clamp(0.0, ROUGHNESS_TIME) / ROUGHNESS_TIME;
         self.roughness += weight * (inputs.roughness() - self.roughness);
+        let of_axial = equations.axial_variance(&inputs.traction(), &forces.normal);
         for i in 0..6 {
             // The ground tilts across the wheel as much as along it.
-            let across = forces.axial * forces.normal[i];
-            let of_tilt = self.roughness
-                * (across * across + 0.75 * self.roughness * forces.normal[i] * forces.normal[i]);
+            let (n, across) = (forces.normal[i], forces.axial * forces.normal[i]);
+            let of_tilt =
+                self.roughness * (across * across + of_axial + 0.75 * self.roughness * n * n);
             forces.covariance[(i, i)] += of_tilt;
         }
         Ok((forces, inputs.inclination, equations.f[FORCE_Y]))

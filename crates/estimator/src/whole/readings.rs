@@ -31,6 +31,24 @@ pub struct WholeFrame {
     pub rates: [Option<f64>; 3],
 }
 
+impl WholeFrame {
+    /// The same with the rates of inclination and roll in place of those of the body about its own axes:
+    /// where it is inclined, a rate of yaw is a part of them.
+    pub(super) fn with_rates_of_attitude(&self) -> Self {
+        let (Some(inclination), Some(roll), [Some(p), Some(q), Some(r)]) =
+            (self.inclination, self.roll, self.rates)
+        else {
+            return *self;
+        };
+        let ((s, c), t) = (libm::sincos(roll), libm::tan(inclination));
+        let rates = [p - t * (r * c - q * s), q * c + r * s, r];
+        Self {
+            rates: rates.map(Some),
+            ..*self
+        }
+    }
+}
+
 /// Makes the readings that sensors on the links of both sides would give, of those of the body and of
 /// the joints.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,5 +141,27 @@ pub(super) fn bogie_of(geometry: &Geometry) -> usize {
     match geometry.suspension {
         Suspension::Bogie { body } => 1 - body.index(),
         Suspension::FourBar => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: a rover that turns about the vertical on a slope keeps inclination and roll.
+    #[test]
+    fn a_turn_about_the_vertical_keeps_the_attitude() {
+        let (inclination, roll, turn) = (0.2_f64, -0.3_f64, 0.5);
+        let (sp, cp) = libm::sincos(inclination);
+        let (sr, cr) = libm::sincos(roll);
+        let frame = WholeFrame {
+            inclination: Some(inclination),
+            roll: Some(roll),
+            rates: [turn * sp, -turn * cp * sr, turn * cp * cr].map(Some),
+            ..WholeFrame::default()
+        };
+        let [p, q, r] = frame.with_rates_of_attitude().rates;
+        assert!(p.is_some_and(|p| p.abs() < 1e-15) && q.is_some_and(|q| q.abs() < 1e-15));
+        assert_eq!(r, frame.rates[2]);
     }
 }

@@ -33,6 +33,9 @@ const FORCE_Z: usize = 2;
 /// a fifth of a degree of toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
 /// sensitive.
 const AXIAL: f64 = 0.03;
+/// Share of the variance of axial forces that both wheels of an axle's line have in common: a rigid
+/// body slides across with both. Chosen; insensitive.
+const OF_AXLE: f64 = 0.7;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
 /// radius. Chosen; sensitive.
 const DRILLING: f64 = 0.2;
@@ -196,7 +199,7 @@ impl WholeEquilibrium {
     /// Variance of an axial force beyond the part that is proportional to N, N^2. Where the wheels
     /// push each other along, friction, which is the same in all directions, lets them push as much
     /// across: the spread of T about a common T/N.
-    fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
+    pub(crate) fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
         let common = traction.iter().sum::<f64>() / normal.iter().sum::<f64>();
         let mut sum = 0.0;
         for (t, n) in traction.iter().zip(normal) {
@@ -243,8 +246,13 @@ impl WholeEquilibrium {
             add(with, &effects[j]);
         }
         let of_axial = self.axial_variance(traction, normal);
-        for column in &self.h_a {
-            add(&(column * of_axial), column);
+        let (left, right) = self.h_a.split_at(3);
+        for (left, right) in left.iter().zip(right) {
+            let both = left + right;
+            add(&(both * (OF_AXLE * of_axial)), &both);
+            for column in [left, right] {
+                add(&(column * ((1.0 - OF_AXLE) * of_axial)), column);
+            }
         }
         for (k, column) in covariance.iter_mut().enumerate() {
             // The lever is twice the radius.

@@ -214,6 +214,31 @@ fn bumps_under_one_side_are_estimated() {
     assert!(within / samples > 0.9, "{}", within / samples);
 }
 
+/// Property: a log that begins while the rover gathers speed (0.8 to 1.4 s), drives over bumps, or goes
+/// on after a gap, does not contradict itself.
+#[test]
+fn a_log_may_begin_in_a_drive() {
+    let table = Table::of(include_str!("drive.csv"));
+    let rows = table.rows.len();
+    let healthy = |rows: &mut dyn Iterator<Item = usize>, case: &str| {
+        let mut estimator = estimator(&open_source_rover());
+        for row in rows {
+            let frame = table.frame(row);
+            let found = estimator.update(&frame).expect("an estimate");
+            for health in found.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
+                let time = frame.time;
+                assert!(health.faulty.is_empty(), "{case}, {time} s: {health:?}");
+            }
+        }
+    };
+    for first in (40..80).chain((80..rows - 100).step_by(20)) {
+        let last = rows.min(first + 200);
+        healthy(&mut (first..last), &format!("from row {first} on"));
+        let gap = (0..first).chain(first + 30..rows.min(first + 230));
+        healthy(&mut { gap }, &format!("a gap at row {first}"));
+    }
+}
+
 /// The frame of the mirrored rover.
 fn mirrored(frame: &WholeFrame) -> WholeFrame {
     let swap = |x: [Option<f64>; 6]| core::array::from_fn(|i| x[(i + 3) % 6]);

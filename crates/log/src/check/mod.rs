@@ -52,7 +52,7 @@ mod torques;
 mod wheels;
 
 pub use both::check_both;
-pub(crate) use both::contradiction;
+pub(crate) use both::{Agreement, contradiction};
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};
 pub(crate) use torques::signs_are_lost;

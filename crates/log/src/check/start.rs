@@ -19,6 +19,8 @@ const START: f64 = 1.0;
 const EXPLAINED: f64 = 0.5;
 /// Time for which residuals are correlated, s.
 const CORRELATED: f64 = 0.1;
+/// Speed over the largest one of a start from which on the robot was driving before.
+const AT_ONCE: f64 = 0.2;
 /// Deviations of a coefficient that tell its sign.
 const GATE: f64 = 5.0;
 
@@ -36,6 +38,12 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
     let range = end.saturating_sub(before)..(end + after).min(recording.len());
     let half = recording.steps(0.5 * SMOOTHING);
     let acceleration = recording.derivative(&recording.middle_spin);
+    // A log that begins in a drive has no start.
+    let mut speeds = recording.middle_spin[range.clone()]
+        .iter()
+        .map(|spin| spin.abs());
+    let first = speeds.find(|spin| spin.is_finite()).unwrap_or(0.0);
+    let is_start = first < AT_ONCE * speeds.fold(0.0, f64::max);
     let (acceleration, constant) = (&acceleration[range.clone()], vec![1.0; range.len()]);
     let correlated = (recording.steps(CORRELATED) as f64).sqrt();
     [0, 1, 2].map(|i| {
@@ -46,7 +54,7 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
         let found = fit(&torque, &[acceleration, &constant])?;
         let value = found.coefficients[0];
         let known = value.abs() > GATE * correlated * found.deviations[0];
-        (known && found.explained > EXPLAINED).then_some(value)
+        (is_start && known && found.explained > EXPLAINED).then_some(value)
     })
 }
 

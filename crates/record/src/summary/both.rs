@@ -37,6 +37,9 @@ pub struct BothSummary {
     /// Why readings contradict each other, a cause each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contradictions: Vec<String>,
+    /// What the readings do not confirm, though the forces depend on it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unconfirmed: Vec<String>,
     /// The torques against the weight at the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_scale: Option<TorqueScaleSummary>,
@@ -127,6 +130,7 @@ impl BothSums {
             dragged: self.dragged,
             misfit,
             contradictions: contradictions.collect(),
+            unconfirmed: run.unconfirmed.clone(),
             torque_scale: self
                 .scale
                 .map(|scale| TorqueScaleSummary::of(&scale, described)),
@@ -184,7 +188,10 @@ impl BothSummary {
         );
         let scale = self.torque_scale.as_ref();
         let scale = scale.map(|scale| format!("  {}: {}.", self.estimator, scale.words));
+        let unconfirmed = self.unconfirmed.iter();
+        let unconfirmed =
+            unconfirmed.map(|what| format!("  {}: UNCONFIRMED: {what}.", self.estimator));
         let lines = in_plane.into_iter().chain(normal).chain([rover]);
-        lines.chain(scale).collect()
+        lines.chain(scale).chain(unconfirmed).collect()
     }
 }

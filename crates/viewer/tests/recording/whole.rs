@@ -135,6 +135,7 @@ fn true_forces_are_drawn() {
         label: "kalman".to_owned(),
         coupling: rover.coupling,
         contradiction: None,
+        unconfirmed: Vec::new(),
     });
     let mut sink = RecordingSink::save(&path).expect("a file");
     sink.begin(&run).expect("a recording");

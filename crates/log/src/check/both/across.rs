@@ -31,7 +31,7 @@ pub fn turn(frames: &[WholeFrame]) -> f64 {
 }
 
 /// The name of the angle of what joins the sides.
-fn coupling_angle(coupling: Coupling) -> &'static str {
+pub(super) fn coupling_angle(coupling: Coupling) -> &'static str {
     match coupling {
         Coupling::Differential => "differential_angle",
         Coupling::RearBogie => "rear_bogie_angle",
@@ -99,7 +99,8 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
         let known = averaged(of).into_iter().filter(|x| x.is_finite());
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = known.fold(ends, |(low, high), x| (x.min(low), x.max(high)));
-        high - low
+        // Without a reading nothing is known.
+        (high - low).abs()
     };
     let slopes = range(|f| f.inclination) + range(|f| f.roll);
     let allowed = 3.0 * stated.joint[1] + 0.5 * footprint * slopes / length;
@@ -420,6 +421,21 @@ pub(super) mod tests {
         let degrees = found(&|f| pin(f, (0.2 * f.time.sin()).to_degrees()));
         assert_eq!(degrees.len(), 1);
         assert_eq!(degrees[0].channel, "right_pin_angle");
+    }
+
+    /// Without a roll the slopes are not known, and no zero is wrong.
+    #[test]
+    fn without_a_roll_no_zero_shows() {
+        let rover = rover();
+        let stated = StatedBoth {
+            rover: &rover,
+            settings: robhaz_estimator::EstimatorSettings::kalman(),
+            joint: [0.002; 2],
+        };
+        let frames = turn_left(|f| (f.roll, f.pins) = (None, [Some(0.2); 2]));
+        for zero in zeros(&frames, &stated) {
+            assert_eq!(zero.verdict, Verdict::CannotTell, "{}", zero.figure);
+        }
     }
 
     /// The roll over a gap of 3 s, in which it changes by 0.3 rad, is not that of its rate there.

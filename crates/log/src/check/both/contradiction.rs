@@ -5,22 +5,24 @@
 //! the difference of the sums of normalised innovations squared. With correct readings that happens in
 //! at most `exp(-E)` of the logs (Markov's inequality: the likelihood of the other wiring has the mean 1
 //! under the right one), for all others together in at most their number times as many. The sums are
-//! those of one sample in [`LASTS`], for which the errors of the filters' equations last.
+//! those of one sample for each [`WholeEstimate::INDEPENDENT`] turn of the wheels.
+//!
+//! The same evidence says whether the sizes of torques and of the coupling's angle are confirmed, and
+//! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
+//! by more than what is stated.
 
 use super::wirings::{Change, RollOnGround, wired, wirings};
 use super::{STRAIGHT, across};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::StatedBoth;
-use robhaz_estimator::DRIVING_SPEED;
-use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
+use robhaz_estimator::{Confirmation, DRIVING_SPEED};
 use robhaz_model::Units;
 
 /// Share of the logs with correct readings that may be taken for others.
 const CHANCE: f64 = 0.01;
 /// Its quantile of a normal deviate.
 const BEYOND: f64 = 2.33;
-/// Time for which errors last, s: that of the axial forces in the filters of both sides.
-const LASTS: f64 = 2.0;
 /// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
 /// impact is no wiring.
 const LARGEST: f64 = 75.0;
@@ -28,47 +30,106 @@ const LARGEST: f64 = 75.0;
 const LONGEST: f64 = 30.0;
 const STEP: f64 = 0.0099;
 
+/// Other sizes and signs that are tried, by what they change. A size of torques shows in the work on
+/// slopes, too.
+const SIZES: [(&str, Change); 5] = [
+    ("size of the torques", Change::Torques(2.0 / 3.0)),
+    ("size of the torques", Change::Torques(1.5)),
+    ("size of the coupling's angle", Change::CouplingSize(0.5)),
+    ("size of the coupling's angle", Change::CouplingSize(2.0)),
+    ("sign of body_roll", Change::Roll),
+];
+/// Normal forces over their stated deviation from which on they differ.
+const DIFFERENT: f64 = 2.0;
+
+/// What an estimate says of the readings of both sides.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Agreement {
+    /// Why they contradict each other, in words; `None` where they do not.
+    pub contradiction: Option<String>,
+    /// What they do not confirm, though the forces depend on it.
+    pub unconfirmed: Vec<String>,
+}
+
 /// What the estimator of both sides says of a wiring.
 struct Judged {
     /// Mean of the normalised innovations squared: misfit, slip and directions of the wheels.
     sum: f64,
     /// Number of the frames that count: the rover drives, no wheel is dragged across.
     count: f64,
+    /// How far the wheels turn in these, rad.
+    rolled: f64,
     /// Correlation of the roll rate with that which the ground under both sides asks for.
     correlation: f64,
+    /// Normal forces of all frames with an estimate, N, and the sum of their variances, N^2.
+    normal: Vec<(f64, [f64; 6])>,
+    variance: f64,
+    /// The torques against the weight.
+    weight: Option<Confirmation>,
 }
 
-fn judged(
-    frames: &[(WholeFrame, f64)],
-    stated: &StatedBoth<'_>,
-    wiring: &[Change],
-) -> Option<Judged> {
-    let rover = stated.rover;
-    let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint).ok()?;
-    let least = DRIVING_SPEED * Units::of(&rover.side).speed();
-    let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
-    for (frame, speed) in frames {
-        let frame = wired(frame, wiring);
-        let Ok(estimate) = estimator.update(&frame) else {
-            continue;
-        };
-        if estimate.dragged || speed.abs() < least {
-            continue;
+impl Judged {
+    fn of(
+        frames: &[(WholeFrame, f64)],
+        stated: &StatedBoth<'_>,
+        wiring: &[Change],
+    ) -> Option<Self> {
+        let rover = stated.rover;
+        let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint).ok()?;
+        let least = DRIVING_SPEED * Units::of(&rover.side).speed();
+        let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
+        let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);
+        let (mut rolled, mut last) = (0.0, frames.first().map_or(0.0, |(f, _)| f.time));
+        for (frame, speed) in frames {
+            let step = frame.time - std::mem::replace(&mut last, frame.time);
+            let frame = wired(frame, wiring);
+            let Ok(estimate) = estimator.update(&frame) else {
+                continue;
+            };
+            normal.push((frame.time, estimate.normal_force));
+            variance += (0..6).map(|i| estimate.covariance[i][i]).sum::<f64>();
+            weight = Some(estimate.torque_scale.confirmation);
+            if estimate.dragged || speed.abs() < least {
+                continue;
+            }
+            count += 1.0;
+            rolled += speed.abs() / rover.side.geometry.wheel_radius
+                * step.clamp(0.0, across::LONGEST_GAP);
+            sum += estimate.misfit.min(LARGEST);
+            for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
+                sum += health.slip.iter().chain(&health.direction).sum::<f64>();
+            }
+            if let [Some(rate), ..] = frame.rates {
+                roll.add(rover, &estimate, *speed, rate);
+            }
         }
-        count += 1.0;
-        sum += estimate.misfit.min(LARGEST);
-        for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
-            sum += health.slip.iter().chain(&health.direction).sum::<f64>();
-        }
-        if let [Some(rate), ..] = frame.rates {
-            roll.add(rover, &estimate, *speed, rate);
-        }
+        Some(Self {
+            sum: sum / count,
+            count,
+            rolled,
+            correlation: roll.correlation(),
+            normal,
+            variance,
+            weight,
+        })
     }
-    Some(Judged {
-        sum: sum / count,
-        count,
-        correlation: roll.correlation(),
-    })
+
+    /// Mean square of the differences of the normal forces from those of `own`, N^2, and of all
+    /// forces.
+    fn differs(&self, own: &Self) -> [f64; 2] {
+        let (mut square, mut all, mut other) = (0.0, 0.0, self.normal.iter().peekable());
+        for (time, forces) in &own.normal {
+            while other.next_if(|(at, _)| at < time).is_some() {}
+            let Some((_, found)) = other.next_if(|(at, _)| at <= time) else {
+                continue;
+            };
+            for (a, b) in forces.iter().zip(found) {
+                square += (a - b) * (a - b);
+                all += a * a;
+            }
+        }
+        [square, all].map(|sum: f64| sum / (6 * own.normal.len()) as f64)
+    }
 }
 
 /// Frames at least [`STEP`] apart from a second before the wheels turn, with the speed, m/s.
@@ -95,8 +156,8 @@ fn part(frames: &[WholeFrame], radius: f64) -> Vec<(WholeFrame, f64)> {
     kept
 }
 
-/// Why the readings contradict each other, in words; `None` where they do not.
-pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
+/// Why the readings contradict each other without an estimate.
+fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
     let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
     let direct = [across::roll(frames), across::yaw(frames, stated.rover)];
     let opposed = across::opposed(frames, stated.rover);
@@ -106,49 +167,162 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<S
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
     let wrong = |i: &usize| across::torque_follows(frames, *i) == Some(false);
-    if across::turn(frames) < STRAIGHT
-        && let Some(i) = (0..3).find(wrong)
-    {
-        let wheel = i + 1;
-        return Some(format!(
-            "the torques of left and right wheel {wheel} answer the encoders of the other side"
-        ));
+    let wheel = (0..3)
+        .find(wrong)
+        .filter(|_| across::turn(frames) < STRAIGHT)?
+        + 1;
+    Some(format!(
+        "the torques of left and right wheel {wheel} answer the encoders of the other side"
+    ))
+}
+
+/// Whether the readings agree, for an estimate.
+pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreement {
+    let contradiction = direct(frames, stated);
+    let compared = Compared::new(frames, stated).filter(|_| contradiction.is_none());
+    let Some(compared) = compared else {
+        return Agreement {
+            contradiction,
+            ..Agreement::default()
+        };
+    };
+    match compared.roll().or_else(|| compared.wirings()) {
+        None => compared.sizes(),
+        contradiction => Agreement {
+            contradiction,
+            ..Agreement::default()
+        },
     }
-    let part = part(frames, stated.rover.side.geometry.wheel_radius);
-    let own = judged(&part, stated, &[])?;
-    let period = robhaz_score::signals::median(
-        part.windows(2).map(|w| w[1].0.time - w[0].0.time).collect(),
-    )?;
-    let samples = own.count * period / LASTS;
-    // Fisher's transform of the correlation of independent samples.
-    let deviate = -own.correlation.atanh() * (samples - 3.0).max(0.0).sqrt();
-    if deviate > BEYOND {
-        return Some(format!(
-            "body_roll_rate has a correlation of {:.2} with the roll that the ground under both sides asks for",
-            own.correlation
-        ));
+}
+
+/// The sizes alone, for a check.
+pub fn sizes(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Finding {
+    let compared = Compared::new(frames, stated);
+    let found = compared.map_or_else(Agreement::default, |compared| compared.sizes());
+    let finding =
+        |figure: String| Finding::ok("sizes and signs", "torques, coupling, roll", figure);
+    match (found.contradiction, &found.unconfirmed[..]) {
+        (Some(words), _) => finding(words).fault("check unit, gear ratio, torque constant or scale"),
+        (None, []) => finding("other ones agree less, or change the forces little".to_owned()),
+        (None, all) => finding(all.join("; ")).cannot_tell(
+            "roll: lift the left side by hand, then it must grow, or drive over bumps under one side; torques: drive over slopes with little torque of one wheel against another",
+        ),
     }
-    // As wired is the first.
-    let wirings = wirings();
-    let others = (wirings.len() - 1) as f64;
-    let least = (others / CHANCE).ln();
-    let evidence = |sum: f64| 0.5 * samples * (own.sum - sum);
-    // No wiring has less than 0.
-    let at_most = evidence(0.0);
-    if at_most.is_nan() || at_most <= least {
-        return None;
+}
+
+/// A log as wired, with which others are compared.
+struct Compared<'a> {
+    stated: &'a StatedBoth<'a>,
+    part: Vec<(WholeFrame, f64)>,
+    own: Judged,
+    /// Number of the independent samples.
+    samples: f64,
+}
+
+impl<'a> Compared<'a> {
+    fn new(frames: &[WholeFrame], stated: &'a StatedBoth<'a>) -> Option<Self> {
+        let part = part(frames, stated.rover.side.geometry.wheel_radius);
+        let own = Judged::of(&part, stated, &[])?;
+        Some(Self {
+            samples: own.rolled / WholeEstimate::INDEPENDENT,
+            stated,
+            part,
+            own,
+        })
     }
-    let all = wirings
-        .iter()
-        .skip(1)
-        .filter_map(|wiring| judged(&part, stated, wiring));
-    // One that is dragged across, or has no estimate, compares with nothing.
-    let all = all.filter(|found| found.count > 0.9 * own.count);
-    let best = all.map(|found| evidence(found.sum)).fold(0.0, f64::max);
-    (best > least).then(|| {
-        format!(
-            "with left and right of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",
-            others * (-best).exp()
-        )
-    })
+
+    /// Half of the difference of the sums of normalised innovations squared.
+    fn evidence(&self, sum: f64) -> f64 {
+        0.5 * self.samples * (self.own.sum - sum)
+    }
+
+    /// How far the roll follows the ground, in deviations of a correlation that is none: Fisher's
+    /// transform of the correlation of independent samples.
+    fn follows(&self) -> f64 {
+        self.own.correlation.atanh() * (self.samples - 3.0).max(0.0).sqrt()
+    }
+
+    /// The roll against the ground.
+    fn roll(&self) -> Option<String> {
+        let correlation = self.own.correlation;
+        (self.follows() < -BEYOND).then(|| {
+            format!("body_roll_rate has a correlation of {correlation:.2} with the roll that the ground under both sides asks for")
+        })
+    }
+
+    /// Exchanges and signs.
+    fn wirings(&self) -> Option<String> {
+        // As wired is the first.
+        let wirings = wirings();
+        let others = (wirings.len() - 1) as f64;
+        let least = (others / CHANCE).ln();
+        // No wiring has less than 0.
+        let at_most = self.evidence(0.0);
+        if at_most.is_nan() || at_most <= least {
+            return None;
+        }
+        let all = wirings.iter().skip(1);
+        let all = all.filter_map(|wiring| Judged::of(&self.part, self.stated, wiring));
+        // One that is dragged across, or has no estimate, compares with nothing.
+        let all = all.filter(|found| found.count > 0.9 * self.own.count);
+        let best = all
+            .map(|found| self.evidence(found.sum))
+            .fold(0.0, f64::max);
+        (best > least).then(|| {
+            format!(
+                "with left and right of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",
+                others * (-best).exp()
+            )
+        })
+    }
+
+    /// Sizes of torques and of the coupling's angle, and the sign of the roll.
+    fn sizes(&self) -> Agreement {
+        let others = SIZES.len() as f64;
+        let least = (others / CHANCE).ln();
+        let coupling = self.stated.rover.coupling;
+        let mut agreement = Agreement::default();
+        let mut noted = None;
+        for (what, change) in SIZES {
+            let confirmed = match change {
+                Change::Torques(_) => self.own.weight == Some(Confirmation::Confirmed),
+                Change::Roll => self.follows() > BEYOND,
+                _ => false,
+            };
+            if confirmed {
+                continue;
+            }
+            let Some(found) = Judged::of(&self.part, self.stated, &[change]) else {
+                continue;
+            };
+            // One that is dragged across, or has no estimate, compares with nothing.
+            if found.count < 0.9 * self.own.count {
+                continue;
+            }
+            // At rest there is none.
+            let evidence = Some(self.evidence(found.sum)).filter(|e| e.is_finite());
+            let evidence = evidence.unwrap_or(0.0);
+            if evidence > least {
+                let chance = others * (-evidence).exp();
+                agreement.contradiction = Some(format!(
+                    "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
+                    change.words(coupling)
+                ));
+                agreement.unconfirmed.clear();
+                return agreement;
+            }
+            let [square, all] = found.differs(&self.own);
+            let variance = self.own.variance / (6 * self.own.normal.len()) as f64;
+            let matters = square > DIFFERENT * DIFFERENT * variance;
+            if matters && evidence > -(1.0 / CHANCE).ln() && noted != Some(what) {
+                noted = Some(what);
+                agreement.unconfirmed.push(format!(
+                    "{what}: {}, and the readings agree as well, with normal forces that differ by {:.0} %",
+                    change.words(coupling),
+                    100.0 * (square / all).sqrt()
+                ));
+            }
+        }
+        agreement
+    }
 }

@@ -11,7 +11,7 @@ mod contradiction;
 mod steering;
 mod wirings;
 
-pub use contradiction::contradiction;
+pub use contradiction::{Agreement, contradiction};
 
 use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};
@@ -101,7 +101,11 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         findings.extend(steering::steering(&wired, stated.rover));
     }
     findings.push(yaw);
-    let is_found = findings.iter().any(|f| f.verdict == Verdict::Fault);
+    let is_fault = |f: &Finding| f.verdict == Verdict::Fault;
+    if !findings.iter().any(is_fault) {
+        findings.push(contradiction::sizes(&wired, stated));
+    }
+    let is_found = findings.iter().any(is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
     findings
 }

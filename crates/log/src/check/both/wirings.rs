@@ -1,5 +1,6 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
+use super::across::coupling_angle;
 use super::steering;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
@@ -27,7 +28,7 @@ const REFUSED: f64 = 1e3;
 const LONGEST: f64 = 16.0;
 
 /// A change of the wiring; wheels 0 to 2 of both sides.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) enum Change {
     /// Encoders of left and right are exchanged.
     Angle(usize),
@@ -39,6 +40,10 @@ pub(super) enum Change {
     Coupling,
     /// Roll and its rate do.
     Roll,
+    /// All torques are so many times as large.
+    Torques(f64),
+    /// The coupling's angle is so many times as large.
+    CouplingSize(f64),
 }
 
 use Change::{Angle, Pins, Roll, Torque};
@@ -70,6 +75,10 @@ impl Change {
             Angle(i) => frame.wheel_angle.swap(i, i + 3),
             Torque(i) => frame.motor_torque.swap(i, i + 3),
             Pins => frame.pins.swap(0, 1),
+            Self::Torques(size) => {
+                frame.motor_torque = frame.motor_torque.map(|torque| torque.map(|x| size * x));
+            }
+            Self::CouplingSize(size) => frame.coupling = frame.coupling.map(|angle| size * angle),
             Self::Coupling => frame.coupling = frame.coupling.map(|angle| -angle),
             Roll => {
                 frame.roll = frame.roll.map(|roll| -roll);
@@ -79,17 +88,18 @@ impl Change {
     }
 
     /// What to do, in words.
-    fn words(self, coupling: Coupling) -> String {
+    pub(super) fn words(self, coupling: Coupling) -> String {
         let exchange = |part: &str| format!("exchange the columns of left_{part} and right_{part}");
         match self {
             Angle(i) => exchange(&format!("wheel{}_angle", i + 1)),
             Torque(i) => exchange(&format!("wheel{}_motor_torque", i + 1)),
             Pins => exchange("pin_angle"),
-            Self::Coupling => match coupling {
-                Coupling::Differential => "turn the sign of differential_angle".to_owned(),
-                Coupling::RearBogie => "turn the sign of rear_bogie_angle".to_owned(),
-            },
+            Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
             Roll => "turn the signs of body_roll and body_roll_rate".to_owned(),
+            Self::Torques(size) => format!("take {size:.2} of all torques"),
+            Self::CouplingSize(size) => {
+                format!("take {size:.2} of {}", coupling_angle(coupling))
+            }
         }
     }
 }
