@@ -364,6 +364,23 @@ impl WholeEstimator {
         })
     }
 
+    /// The filters of roll and of both sides start anew where the first frames show that the rover
+    /// drives. `interrupted`: there is a gap before this frame.
+    fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
+        let radius = self.rover.side.geometry.wheel_radius;
+        let (noise, moves) = self.start.take(frame, interrupted, radius, &self.units);
+        self.settings.budget.inclination_noise = noise;
+        for side in &mut self.sides {
+            side.set_inclination_noise(noise);
+            if moves {
+                side.start_moving();
+            }
+        }
+        if moves || interrupted {
+            self.roll = LinkAngleKalman::new(&self.settings.budget);
+        }
+    }
+
     /// Sets the time of a frame, s. Returns the time since the last one, s, 0 at the first, and whether
     /// the filters start anew after a gap or a clock that was set back.
     fn advance_clock(&mut self, now: f64) -> Result<(f64, bool), EstimateError> {

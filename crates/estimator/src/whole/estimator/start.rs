@@ -1,10 +1,10 @@
 //! A log may begin, or go on after a gap, while the rover drives.
 
-use super::{WholeEstimator, WholeFrame};
 use crate::deviation::root_sum_square;
-use crate::filters::LinkAngleKalman;
 use crate::frame::LONGEST_GAP;
 use crate::health::DRIVING_SPEED;
+use crate::whole::readings::WholeFrame;
+use robhaz_model::Units;
 
 /// Time over which the first frames show whether the wheels turn, s: more than a period of most logs.
 /// Chosen; insensitive.
@@ -40,41 +40,35 @@ impl Start {
             until: f64::NEG_INFINITY,
         }
     }
-}
 
-impl WholeEstimator {
-    /// The filters of roll and of both sides start anew where the first frames show that the rover
-    /// drives. `interrupted`: there is a gap before this frame.
-    pub(super) fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
-        let (now, unit) = (frame.time, self.units.time);
+    /// Takes the wheel angles of a frame of a rover with this wheel radius (m). `interrupted`: there is a
+    /// gap before it. Returns the standard deviation of its inclinations, rad, and whether it shows that
+    /// the rover drives though it counted as standing.
+    pub fn take(
+        &mut self,
+        frame: &WholeFrame,
+        interrupted: bool,
+        radius: f64,
+        units: &Units,
+    ) -> (f64, bool) {
+        let now = frame.time;
         let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
-        let start = &mut self.start;
         let mut moves = false;
         if let Some(turned) = turned.filter(|turned| turned.is_finite()) {
-            if let Some((time, before)) = start.first.filter(|(time, _)| now - time > SHOWS * unit)
-            {
-                let speed = self.rover.side.geometry.wheel_radius * (turned - before) / 6.0;
-                let least = SLOW * DRIVING_SPEED * self.units.speed();
+            let shows = |(time, _): &(f64, f64)| now - time > SHOWS * units.time;
+            if let Some((time, before)) = self.first.filter(shows) {
+                let speed = radius * (turned - before) / 6.0;
+                let least = SLOW * DRIVING_SPEED * units.speed();
                 moves = libm::fabs(speed) > least * (now - time);
-                start.first = None;
-            } else if !start.seen {
-                (start.first, start.seen) = (Some((now, turned)), true);
+                self.first = None;
+            } else if !self.seen {
+                (self.first, self.seen) = (Some((now, turned)), true);
             }
         }
         if moves || interrupted {
-            start.until = now + LONGEST_GAP * unit;
+            self.until = now + LONGEST_GAP * units.time;
         }
-        let unknown = if now < start.until { UNKNOWN } else { 0.0 };
-        let noise = root_sum_square(start.noise, unknown);
-        self.settings.budget.inclination_noise = noise;
-        for side in &mut self.sides {
-            side.set_inclination_noise(noise);
-            if moves {
-                side.start_moving();
-            }
-        }
-        if moves || interrupted {
-            self.roll = LinkAngleKalman::new(&self.settings.budget);
-        }
+        let unknown = if now < self.until { UNKNOWN } else { 0.0 };
+        (root_sum_square(self.noise, unknown), moves)
     }
 }
