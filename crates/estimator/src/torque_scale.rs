@@ -143,16 +143,16 @@ impl ScaleFilter {
         let (ratio, sigma) = self.balance.ratio(weight);
         let ratio = ratio.max(Self::LEAST);
         let (log, sigma) = (libm::log(ratio), sigma / ratio);
-        let square = log * log / (sigma * sigma + mass * mass);
+        let few = sigma * robhaz_model::sqrt(self.balance.few_passages());
+        let square = log * log / (few * few + mass * mass);
         let applied = libm::log(self.applied);
         let before = self.contradicts();
-        let few = robhaz_model::sqrt(self.balance.few_passages());
         if square > GATE * GATE && self.balance.shows_scatter() {
             self.confirmation = Confirmation::Contradicts;
         } else if before && !(square < Self::AGREES * Self::AGREES && GATE * sigma < applied.abs())
         {
             // Not yet.
-        } else if square < WITHIN * WITHIN && sigma * few < Self::CONFIRMS {
+        } else if square < WITHIN * WITHIN && few < Self::CONFIRMS {
             self.confirmation = Confirmation::Confirmed;
         } else {
             self.confirmation = Confirmation::Unconfirmed;
