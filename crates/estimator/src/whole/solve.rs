@@ -34,7 +34,7 @@ const FORCE_Z: usize = 2;
 /// sensitive.
 const AXIAL: f64 = 0.03;
 /// Share of the variance of axial forces that both wheels of an axle's line have in common: a rigid
-/// body slides across with both. Chosen; insensitive.
+/// body slides across with both. Chosen.
 const OF_AXLE: f64 = 0.7;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
 /// radius. Chosen; sensitive.

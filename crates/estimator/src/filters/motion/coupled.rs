@@ -118,8 +118,8 @@ impl MotionFilter {
             value: measurement.innovation,
             variance: variance + measurement.sigma * measurement.sigma,
         };
-        let lasting = GaussMarkov::new(measurement.sigma, JointMeasurement::LASTS);
-        let s = variance + lasting.white(dt);
+        let error = GaussMarkov::new(measurement.sigma, JointMeasurement::LASTS);
+        let s = variance + error.white(dt);
         if found.inflated(GATE) == Some(found.variance) && s > 0.0 {
             Self::apply_both(left, right, &projections, found.value, s);
         }

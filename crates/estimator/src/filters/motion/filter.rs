@@ -67,9 +67,10 @@ impl MotionFilter {
         dt: f64,
     ) {
         if let Some(s) = measurement.weight(expected, dt) {
-            self.correct_guests(&measurement.row, &expected.projection.ph, s);
+            let ph = &expected.projection.ph;
+            self.correct_guests(&measurement.row, ph, s);
+            self.filter.apply(ph, measurement.innovation, s);
         }
-        self.filter.correct(measurement, expected, dt);
     }
 
     /// Sets a state, independent of all others.

@@ -7,10 +7,10 @@ use crate::whole::readings::WholeFrame;
 use robhaz_model::Units;
 
 /// Time over which the first frames show whether the wheels turn, s: more than a period of most logs.
-/// Chosen; insensitive.
+/// Chosen.
 const SHOWS: f64 = 0.015;
 /// Rim speed from which on they do, of the least one of a drive: a rover that starts to move is slow.
-/// Chosen; insensitive.
+/// Chosen.
 const SLOW: f64 = 0.1;
 /// Standard deviation of an inclination before, rad: that of an acceleration of 3 m/s^2.
 /// Guard.
