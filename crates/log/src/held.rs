@@ -1,5 +1,5 @@
-//! Readings that a table repeats: drives that are read at a fifth of the rate of the rows, say, with the
-//! last value in each row. An estimator would take a repeated angle for a wheel that stands, and the next
+//! Readings that a table repeats: drives that are read at a fifth of the rate of the rows, say, all at once
+//! or one after the other, with the last value in each row. An estimator would take a repeated angle for a wheel that stands, and the next
 //! one for a jump; rows between new readings count as without.
 
 use crate::formula::Source;
@@ -7,6 +7,7 @@ use crate::plan::{ChannelPlan, Plan};
 use crate::readings::Reading;
 use crate::survey::{Channel, Survey};
 use robhaz_score::signals::median;
+use std::collections::BTreeSet;
 
 /// Fewest new readings that show a rate.
 const LEAST_READINGS: usize = 20;
@@ -14,15 +15,21 @@ const LEAST_READINGS: usize = 20;
 /// with them: coarse encoders and torques repeat values, too, but each on its own.
 const REGULAR: f64 = 0.8;
 
-/// Leaves out the repeated readings of wheels and of links, and says so.
+/// Leaves out the repeated readings of wheels and of links, and says so. What is not new all at once
+/// may be so wheel by wheel.
 pub fn leave_out(plan: &Plan, survey: &mut Survey) -> Vec<String> {
     let mut notices = Vec::new();
     for (channel, found) in plan.channels.iter().zip(&mut survey.channels) {
-        for kind in KINDS {
-            let cells = cells(channel, kind);
-            let Some(rows) = repeated(found, channel.columns.len(), &cells) else {
+        let mut done = BTreeSet::new();
+        let wheels = channel.readings.iter().filter_map(|(r, _)| wheel_of(*r));
+        let wheels: BTreeSet<&str> = wheels.collect();
+        for group in KINDS.into_iter().chain(wheels) {
+            let cells = cells(channel, group);
+            let rows = repeated(found, channel.columns.len(), &cells);
+            let Some(rows) = rows.filter(|_| !cells.iter().any(|cell| done.contains(cell))) else {
                 continue;
             };
+            done.extend(cells.iter().copied());
             let every = rows.every;
             let rate = 1.0 / (every as f64 * found.report.period);
             for row in rows.rows {
@@ -31,7 +38,7 @@ pub fn leave_out(plan: &Plan, survey: &mut Survey) -> Vec<String> {
                 }
             }
             notices.push(format!(
-                "the readings of {kind} are new in every {every}th row only, at {rate:.0} Hz: the rows between repeat them and count as without"
+                "the readings of {group} are new in every {every}th row only, at {rate:.0} Hz: the rows between repeat them and count as without"
             ));
         }
     }
@@ -51,10 +58,24 @@ fn kind_of(reading: Reading) -> Option<&'static str> {
     (!reading.is_contact_angle() && !reading.is_optional()).then_some(kind)
 }
 
-/// The cells that are readings of a kind as they are; speeds, which are integrated, are none.
-fn cells(channel: &ChannelPlan, kind: &str) -> Vec<usize> {
+/// `wheel1` of its angle and its torque.
+fn wheel_of(reading: Reading) -> Option<&'static str> {
+    let name = reading.name();
+    let of_wheel = name.strip_suffix("_motor_torque");
+    of_wheel
+        .or_else(|| {
+            name.strip_suffix("_angle")
+                .filter(|_| name.contains("wheel"))
+        })
+        .filter(|_| kind_of(reading).is_some())
+}
+
+/// The cells that are readings of a kind or of a wheel as they are; speeds, which are integrated, are
+/// none.
+fn cells(channel: &ChannelPlan, group: &str) -> Vec<usize> {
     let readings = channel.readings.iter();
-    let own = readings.filter(|(reading, _)| kind_of(*reading) == Some(kind));
+    let is_own = |reading| [kind_of(reading), wheel_of(reading)].contains(&Some(group));
+    let own = readings.filter(|(reading, _)| is_own(*reading));
     let cell = own.filter_map(|(_, formula)| match formula.source {
         Source::Cell(cell) => Some(cell),
         _ => None,
