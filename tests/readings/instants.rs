@@ -191,3 +191,50 @@ fn repeated_readings_count_once() {
         assert!(error < 3.0, "{one_row_later}: {error}");
     }
 }
+
+/// Rows that come in bursts of five, 0.2 ms apart, with the stamps of their arrival: the first of each burst
+/// counts, and `check` says so. Known to 5 N, as at the 20 Hz that are left.
+#[test]
+fn rows_of_a_burst_count_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
+    let mut drive = LevelDrive::new(1);
+    let times = drive.column("time");
+    for k in 0..times.len() {
+        times[k] = times[k - k % 5] + 2e-4 * (k % 5) as f64;
+    }
+    drive.write(&folder.join("log.csv"));
+    let checked = check(folder);
+    let printed = text(&checked.stdout);
+    assert!(!checked.status.success(), "{printed}");
+    assert!(printed.contains("or of one burst with it"), "{printed}");
+    assert!(!printed.contains("gap(s)"), "{printed}");
+    estimate(folder);
+    let error = largest_error(folder);
+    assert!(error < 5.0, "{error}");
+}
+
+/// Angles with four significant digits get coarser as the wheels turn: the counts are those of the coarsest
+/// part. Known to 5 N.
+#[test]
+fn angles_with_few_digits_have_the_counts_of_the_coarsest_part() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
+    let mut drive = LevelDrive::new(1);
+    for i in 1..=3 {
+        for angle in drive.column(&format!("wheel{i}_angle")) {
+            // Powers of two, as of a float of 11 bits.
+            let step = angle.abs().max(1e-3).log2().floor().exp2() / 1024.0;
+            *angle = (*angle / step).round() * step;
+        }
+    }
+    drive.write(&folder.join("log.csv"));
+    let checked = check(folder);
+    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    let estimated = text(&estimate(folder).stderr);
+    assert!(estimated.contains("as their steps show"), "{estimated}");
+    let error = largest_error(folder);
+    assert!(error < 5.0, "{error}");
+}

@@ -22,6 +22,9 @@ const OF_STEP: f64 = 0.05;
 /// between them.
 const LEAST_STEPS: usize = 50;
 const LEAST_COUNT: usize = 10;
+/// Parts of a log whose steps are measured each for itself, and their fewest readings.
+const PARTS: usize = 8;
+const LEAST_PART: usize = 200;
 /// Measured noise over the stated one from which on it counts: of 500 readings its standard error
 /// is some 5 %.
 const EXCEEDS: f64 = 1.25;
@@ -50,7 +53,10 @@ pub fn take_noise_of_pins(plan: &Plan, survey: &Survey, stated: &mut f64) -> Opt
 pub fn take_counts(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<String> {
     let steps = of_readings(plan, survey, "_angle").filter_map(|(reading, values)| {
         let is_of_wheel = reading.name().contains("wheel") && !reading.is_contact_angle();
-        is_of_wheel.then(|| step(&values)).flatten()
+        // Angles that are written with so many significant digits get coarser as the wheels turn on.
+        let parts = values.chunks((values.len() / PARTS).max(LEAST_PART));
+        let steps = parts.filter(|_| is_of_wheel).filter_map(step);
+        steps.reduce(f64::max)
     });
     let counts = std::f64::consts::TAU / steps.fold(0.0, f64::max);
     if !counts.is_finite() || *stated > 0.0 && *stated < EXCEEDS * counts {

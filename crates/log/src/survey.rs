@@ -182,14 +182,17 @@ impl Course {
     /// duration of the log.
     fn finish(self, plan: &Plan, i: usize, origin: Stamp, duration: f64) -> Channel {
         let time = |stamp: &Stamp| plan.time(i, *stamp, origin);
-        let times: Vec<f64> = self.stamps.iter().map(time).collect();
+        let mut times: Vec<f64> = self.stamps.iter().map(time).collect();
+        let mut cells = self.cells;
+        let of_bursts = leave_out_bursts(&mut times, &mut cells);
         let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
-        let period = median(steps().map(|(step, _)| step).collect()).unwrap_or(duration);
+        let period = period(&times).unwrap_or(duration);
         let mut report = ChannelReport {
             name: plan.channels[i].name.clone(),
             period,
             offset: plan.channels[i].offset,
             largest_set_back_at: self.set_back_at.as_ref().map(time),
+            duplicates: self.report.duplicates + of_bursts,
             ..self.report
         };
         for (k, (step, start)) in steps().enumerate() {
@@ -209,10 +212,53 @@ impl Course {
         }
         Channel {
             times,
-            cells: self.cells,
+            cells,
             report,
         }
     }
+}
+
+/// Time from one row to the next, s: the usual step, or, where rows come in bursts or as those of several
+/// topics, the mean step.
+fn period(times: &[f64]) -> Option<f64> {
+    /// Rows over which bursts are evened out.
+    const MANY: usize = 20;
+    /// Of the steps of rows that come one by one the mean is the usual one, but for gaps.
+    const OF_BURSTS: f64 = 2.0;
+    let step_over = |rows: usize| {
+        let steps = times.windows(rows + 1);
+        median(steps.map(|w| (w[rows] - w[0]) / rows as f64).collect())
+    };
+    let usual = step_over(1)?;
+    let even = step_over(MANY).filter(|even| *even > OF_BURSTS * usual);
+    Some(even.unwrap_or(usual))
+}
+
+/// Leaves out rows that come in a burst, as over USB, right behind one before: their stamps are those of
+/// their arrival. The first of each burst is kept. Returns how many are left out.
+fn leave_out_bursts(times: &mut Vec<f64>, cells: &mut Vec<f64>) -> u64 {
+    let usual = median(times.windows(2).map(|w| w[1] - w[0]).collect());
+    let Some(even) = period(times).filter(|even| usual.is_some_and(|usual| *even > usual)) else {
+        return 0;
+    };
+    let (rows, columns) = (times.len(), cells.len() / times.len());
+    let row = |k: usize| &cells[k * columns..(k + 1) * columns];
+    let mut kept: Vec<usize> = vec![0];
+    for k in 1..rows {
+        let before = kept.last().map_or(0, |last| *last);
+        // One that has what the row before lacks is of another topic.
+        let adds = row(k)
+            .iter()
+            .zip(row(before))
+            .any(|(new, old)| old.is_nan() && !new.is_nan());
+        if adds || times[k] - times[k - 1] > 0.5 * even {
+            kept.push(k);
+        }
+    }
+    let of_kept = kept.iter().flat_map(|k| row(*k).iter().copied()).collect();
+    *times = kept.iter().map(|k| times[*k]).collect();
+    *cells = of_kept;
+    (rows - kept.len()) as u64
 }
 
 /// Number of rows that are lacking at step `k`, by the mean times of as many rows before as after it:

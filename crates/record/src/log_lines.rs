@@ -173,7 +173,7 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
     let counts = [
         (
             channel.duplicates,
-            "with the time of the row before are left out",
+            "with the time of the row before, or of one burst with it, are left out",
             write,
         ),
         (
