@@ -31,6 +31,21 @@ pub fn findings(
     found
 }
 
+/// Those of the others that are silent for a while.
+pub fn silences(
+    frames: &[SensorFrame],
+    stated: &Stated<'_>,
+    dead: &[(Channel, Finding)],
+) -> Vec<Finding> {
+    let is_dead = |own: &Recorded| dead.iter().any(|(channel, _)| *channel == own.channel);
+    let others = Recorded::of_frames(frames, stated).into_iter();
+    let found = others.filter(|own| !is_dead(own)).filter_map(|own| {
+        let read = own.values.iter().map(|value| !value.is_nan());
+        silent(&own.name, frames.iter().map(|frame| frame.time).zip(read))
+    });
+    found.collect()
+}
+
 fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {
     let (shown, channel, count) = (&recorded.name, recorded.channel, recorded.values.len());
     // The name in the log.
@@ -59,6 +74,36 @@ fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {
         Finding::ok(TEST, shown, figure).fault(format!(
             "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
         ))
+    })
+}
+
+/// A reading that is not there, in the whole log or for longer than the estimators bridge, by the times of
+/// the frames, s, and whether they have it.
+pub fn silent(name: &str, frames: impl Iterator<Item = (f64, bool)>) -> Option<Finding> {
+    /// The estimators hold the last value for this time, s.
+    const BRIDGED: f64 = 0.5;
+    let (mut count, mut known, mut from, mut longest) = (0, 0, None, (0.0, 0.0));
+    for (time, is_read) in frames {
+        count += 1;
+        known += usize::from(is_read);
+        let start = *from.get_or_insert(time);
+        if is_read {
+            from = None;
+        } else if time - start > longest.0 {
+            longest = (time - start, start);
+        }
+    }
+    if known == 0 {
+        let figure = format!("{name} has no value in {count} frames");
+        return Some(Finding::ok(TEST, name, figure).fault(EMPTY));
+    }
+    let (length, start) = longest;
+    (length > BRIDGED).then(|| {
+        let figure = format!("{name} has no value for {length:.1} s from {start:.1} s on");
+        let remedy = "find out why it was not read: the last value is held there";
+        Finding::ok(TEST, name, figure)
+            .with("without", length, "s")
+            .fault(remedy)
     })
 }
 

@@ -96,6 +96,7 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
     let dead = dead::findings(&log.frames, stated, &driving);
     let kinds = dead::Kinds::of(&dead);
     log.take(dead.iter().map(|(_, finding)| finding.clone()));
+    log.take(dead::silences(&log.frames, stated, &dead));
     let without = |findings| dead::without(findings, &dead);
     log.take(without(still::findings(&log.frames, stated, &driving)));
     log.take(without(torques::findings(&log.frames, stated)));

@@ -1,5 +1,6 @@
 //! What the readings of both sides show against each other: roll, yaw, and torques of left and right.
 
+use crate::check::dead;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::WholeFrame;
@@ -36,6 +37,26 @@ pub(super) fn coupling_angle(coupling: Coupling) -> &'static str {
         Coupling::Differential => "differential_angle",
         Coupling::RearBogie => "rear_bogie_angle",
     }
+}
+
+/// Readings of the body and the joints that are not there.
+pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
+    type Of = fn(&WholeFrame) -> Option<f64>;
+    let readings: [(&str, Of); 8] = [
+        ("left_pin_angle", |f| f.pins[0]),
+        ("right_pin_angle", |f| f.pins[1]),
+        (coupling_angle(rover.coupling), |f| f.coupling),
+        ("body_inclination", |f| f.inclination),
+        ("body_roll", |f| f.roll),
+        ("body_roll_rate", |f| f.rates[0]),
+        ("body_rate", |f| f.rates[1]),
+        ("body_yaw_rate", |f| f.rates[2]),
+    ];
+    let found = readings.into_iter().filter_map(|(name, of)| {
+        let read = |f: &WholeFrame| (f.time, of(f).is_some_and(f64::is_finite));
+        dead::silent(name, frames.iter().map(read))
+    });
+    found.collect()
 }
 
 /// The sign of the roll against its rate: changes over a tenth of a second.

@@ -55,11 +55,13 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         settings,
         ..*stated
     };
-    let ranges = across::ranges(frames, stated.rover);
-    if !ranges.is_empty() {
-        let remedy = "correct the readings that no rover can have first";
+    // Without one, or with one that no rover can have, all others look wrong.
+    let mut unusable = across::silences(frames, stated.rover);
+    unusable.extend(across::ranges(frames, stated.rover));
+    if !unusable.is_empty() {
+        let remedy = "correct these readings first";
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
-        return ranges.into_iter().chain([of_stamps, others]).collect();
+        return unusable.into_iter().chain([of_stamps, others]).collect();
     }
     let [left, right] = [(0, "left"), (1, "right")];
     let sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
