@@ -255,25 +255,21 @@ fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice, both: bool) {
                 Upward::Orientation(orientation.map(|c| channel.cell(c)), up)
             }
         };
-        let of_one_side = Formula {
-            source: Source::Inclination(up, axes),
-            ..direction(&name, up, axes)
-        };
-        let formula = if both {
-            direction(&name, up, axes)
-        } else {
-            of_one_side
-        };
+        let mut formula = direction(&name, up, axes);
+        if !both {
+            formula.source = Source::Inclination(up, axes);
+        }
         channel.add(&name, Formula { offset, ..formula });
     }
     for (part, axis, offset) in rates {
-        let name_of = format!("{}_{part}", imu.link);
-        if !both && part != "rate" || !is_free(channels, &name_of) {
+        let name = format!("{}_{part}", imu.link);
+        if !both && part != "rate" || !is_free(channels, &name) {
             continue;
         }
-        let own = [&imu.rate_channel, &imu.channel];
-        let name = own.into_iter().find(|name| !name.is_empty());
-        let channel = named(channels, name.map_or("", String::as_str));
+        let channel = match imu.rate_channel.as_str() {
+            "" => named(channels, &imu.channel),
+            own => named(channels, own),
+        };
         let velocity = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
         let rate = Formula {
             source: Source::Rate(velocity, axis),
@@ -281,7 +277,7 @@ fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice, both: bool) {
             offset,
             is_direction: false,
         };
-        channel.add(&name_of, rate);
+        channel.add(&name, rate);
     }
 }
 
@@ -306,13 +302,9 @@ fn check(
     imus: &[&ImuChoice],
 ) -> Result<(), LogError> {
     let found = channel.found()?;
-    let is_table = match &mut channel.rows {
-        Rows::Topic(..) => false,
-        Rows::Table(_, time) => {
-            time.resolve(&found, choice.is_some_and(|c| !c.time.is_empty()));
-            true
-        }
-    };
+    if let Rows::Table(_, time) = &mut channel.rows {
+        time.resolve(&found, choice.is_some_and(|c| !c.time.is_empty()));
+    }
     let time = match &channel.rows {
         Rows::Topic(..) => None,
         Rows::Table(_, time) => Some(time),
@@ -331,9 +323,10 @@ fn check(
         );
         return Err(LogError::whole(&channel.path, message));
     }
-    if !is_table {
+    // Messages state no units.
+    let Some(time) = time else {
         return Ok(());
-    }
+    };
     let of_name = |name: &str| found.iter().find(|column| column.name == name);
     let refused = |column: &str, unit: &Unit, stated: &str, allowed: &str| {
         let message = format!(
@@ -380,8 +373,7 @@ fn check(
             }
         }
     }
-    let time = time.filter(|time| time.nanoseconds.is_none());
-    let column = time.and_then(|time| of_name(&time.name));
+    let column = of_name(&time.name).filter(|_| time.nanoseconds.is_none());
     if let Some(column) = column.filter(|column| !column.is_time_stamp) {
         let name = choice.map_or("s", ChannelChoice::time_unit);
         let stated = Unit::of(name);
@@ -401,17 +393,14 @@ fn check(
 fn stated(reading: &ReadingChoice) -> Option<Stated> {
     let unit = Unit::of(reading.unit)?;
     let turn = reading.counts.max(1.0);
-    Some(match unit.kind {
-        Kind::Counts => Stated {
-            kind: Kind::Angle,
-            factor: TAU / turn,
-            scale: reading.scale,
-        },
-        kind => Stated {
-            kind,
-            factor: unit.factor,
-            scale: reading.scale,
-        },
+    let (kind, factor) = match unit.kind {
+        Kind::Counts => (Kind::Angle, TAU / turn),
+        kind => (kind, unit.factor),
+    };
+    Some(Stated {
+        kind,
+        factor,
+        scale: reading.scale,
     })
 }
 

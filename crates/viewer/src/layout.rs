@@ -149,7 +149,7 @@ fn log_root(out: &mut Writer, root: &Part, is_live: bool) -> Result<(), ViewerEr
         .with_auto_views(false);
     out.layout("viewport", &viewport)?;
     panels(out, is_live)?;
-    out.activate_layout();
+    out.activate_layout()?;
     Ok(())
 }
 

@@ -29,7 +29,6 @@
 //! gives the same recording.
 
 mod colours;
-mod connection;
 mod draw;
 mod error;
 mod estimated_terrain;
@@ -46,6 +45,7 @@ mod recorder;
 mod scene_view;
 mod series;
 mod sink;
+mod target;
 mod whole;
 mod writer;
 

@@ -8,7 +8,8 @@ use crate::friction_tests::{self, TestPlaces};
 use crate::layout;
 use crate::scene_view::SceneView;
 use crate::series::Series;
-use crate::writer::{Target, Writer};
+use crate::target::Target;
+use crate::writer::Writer;
 use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
@@ -50,7 +51,7 @@ impl Recorder {
         thinning: f64,
     ) -> Result<Self, ViewerError> {
         let chosen = chosen(run);
-        let is_live = matches!(target, Target::Viewer(_));
+        let is_live = target.is_live();
         // The viewer would mix two runs with the same identifier.
         let fingerprint = run.fingerprint ^ if is_live { now() } else { 0 };
         let mut out = Writer::start(destination, target, &run.name, fingerprint)?;
@@ -99,12 +100,7 @@ impl Recorder {
     }
 
     /// Sends what was kept since the last call, and events.
-    pub(crate) fn send(&mut self) -> Result<(), ViewerError> {
-        self.flush()?;
-        self.out.send()
-    }
-
-    fn flush(&mut self) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self) -> Result<(), ViewerError> {
         let out = &mut self.out;
         if let Some(view) = &mut self.view {
             view.flush(out)?;

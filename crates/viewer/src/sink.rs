@@ -4,8 +4,8 @@ use crate::ViewerError;
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Recorder, Ticker};
+use crate::target::Target;
 use crate::whole::WholeRecording;
-use crate::writer::Target;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::error::Error as _;
 use std::ffi::OsStr;
@@ -98,6 +98,22 @@ impl RecordingSink {
         self.lost.as_deref().map(|why| (&*self.destination, why))
     }
 
+    /// Starts the recording of a run.
+    fn start(&mut self, target: Target, run: &RunDescription) -> Result<(), ViewerError> {
+        let destination = &self.destination;
+        self.thinning = thinning(run);
+        if let (Some(_), Some(rover)) = (&run.both, run.robot.whole_rover()) {
+            let whole = WholeRecording::of_run(destination, target, &rover, run, self.thinning)?;
+            self.whole = Some(whole);
+            return Ok(());
+        }
+        let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
+        next_write.is_due(0.0);
+        let recorder = Recorder::begin(destination, target, run, self.thinning)?;
+        self.run = Some((recorder, next_write));
+        Ok(())
+    }
+
     /// Keeps the failure of a viewer, and returns that of a file. Nothing more is recorded.
     fn fail(&mut self, error: ViewerError) -> Result<(), SinkError> {
         (self.run, self.whole) = (None, None);
@@ -116,22 +132,9 @@ impl Sink for RecordingSink {
     }
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        let destination = &self.destination;
-        let used = || ViewerError::Used(destination.clone());
+        let used = || ViewerError::Used(self.destination.clone());
         let target = self.target.take().ok_or_else(used)?;
-        self.thinning = thinning(run);
-        if let (Some(_), Some(rover)) = (&run.both, run.robot.whole_rover()) {
-            let live = self.next_batch.is_some();
-            let whole =
-                WholeRecording::of_run(destination, target, &rover, run, self.thinning, live)?;
-            self.whole = Some(whole);
-            return Ok(());
-        }
-        let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
-        next_write.is_due(0.0);
-        let recorder = Recorder::begin(destination, target, run, self.thinning)?;
-        self.run = Some((recorder, next_write));
-        Ok(())
+        self.start(target, run).or_else(|error| self.fail(error))
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
@@ -153,7 +156,7 @@ impl Sink for RecordingSink {
             }
             None => next_write.is_due(frame.time),
         };
-        match is_due.then(|| recorder.send()) {
+        match is_due.then(|| recorder.flush()) {
             Some(Err(error)) => self.fail(error),
             _ => Ok(()),
         }

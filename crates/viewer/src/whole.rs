@@ -7,7 +7,8 @@ use crate::draw::narrow;
 use crate::layout::{self, WHOLE_PLOTS as PLOTS};
 use crate::recorder::Ticker;
 use crate::series::{NARROW, WHEEL_NAMES, WIDE};
-use crate::writer::{Target, Writer};
+use crate::target::Target;
+use crate::writer::Writer;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_sdk_types::archetypes::{
     Arrows3D, Boxes3D, Cylinders3D, LineStrips3D, Scalars, SeriesLines, TextDocument, Transform3D,
@@ -111,8 +112,8 @@ impl WholeRecording {
         rover: &WholeRover,
         run: &RunDescription,
         thinning: f64,
-        is_live: bool,
     ) -> Result<Self, ViewerError> {
+        let is_live = target.is_live();
         let out = Writer::start(destination, target, &run.name, run.fingerprint)?;
         let write = if is_live { 0.05 } else { thinning * CHUNK_TIME };
         let has = [is_live, run.has_truth];
@@ -215,7 +216,6 @@ impl WholeRecording {
         }
         if self.write.is_due(frame.time) {
             self.flush()?;
-            self.out.send()?;
         }
         Ok(())
     }
