@@ -411,7 +411,8 @@ fn checked(folder: &Path, log: &Path) -> (bool, String) {
 }
 
 /// A correct log has no fault in the tests of both sides; with left and right pins or a wheel exchanged, the signs of
-/// roll or differential turned, or the zero of a joint 4.6 deg off, the test that is meant for it finds it, and no other.
+/// roll or differential turned, the zero of a joint 4.6 deg off, or one without a value, the test that is meant for it
+/// finds it, and no other.
 #[test]
 fn check_finds_what_is_exchanged() {
     let folder = folder(BUDGET);
@@ -470,6 +471,10 @@ fn check_finds_what_is_exchanged() {
         (
             changed(&["right_pin_angle"], |x| x - 0.08),
             "rad from right_pin_angle",
+        ),
+        (
+            changed(&["differential_angle"], |_| f64::NAN),
+            "differential_angle has no value in",
         ),
     ];
     for (log, expected) in cases {

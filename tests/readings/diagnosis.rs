@@ -62,6 +62,25 @@ fn a_dead_channel_has_one_finding() {
     );
 }
 
+/// A wheel that is not read in the second half of a drive: both its channels say since when.
+#[test]
+fn a_silent_channel_is_a_fault() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut drive = LevelDrive::new(1);
+    for column in ["wheel3_angle", "wheel3_motor_torque"] {
+        drive.column(column)[300..].fill(f64::NAN);
+    }
+    let said = log(dir.path(), &drive);
+    let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+    let silent = |name: &str| format!("{name} has no value for 3.0 s from 3.0 s on");
+    assert!(
+        faults.len() == 2
+            && faults[0].contains(&silent("encoder 3"))
+            && faults[1].contains(&silent("torque 3")),
+        "{said}"
+    );
+}
+
 /// A log of which no row has an estimate ends with an error.
 #[test]
 fn an_estimate_without_a_force_is_an_error() {
