@@ -2,6 +2,7 @@
 //! from its normal force and the residuals of its rolling constraints.
 
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
+use crate::filters::SMOOTHING;
 use crate::settings::ContactAngles;
 
 /// How many contacts a wheel has.
@@ -118,10 +119,6 @@ pub(crate) struct ContactDetector {
 }
 
 impl ContactDetector {
-    /// Time for which the speed away from the ground has to be [`WITHIN`] its deviations until a
-    /// wheel has one contact again, s.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const ONE_CONTACT_TIME: f64 = 0.02;
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is
     /// at its peak, the slip is between once (Coulomb friction) and three times (brush model) the
     /// creep at that T/N. The friction law is unknown.
@@ -179,8 +176,9 @@ impl ContactDetector {
             ContactAngles::Unknown => SIGNIFICANT,
         };
         if self.two.on {
+            // The rates behind it have followed by then.
             let ends = away < WITHIN * sigma;
-            self.two.update(ends, Self::ONE_CONTACT_TIME, dt);
+            self.two.update(ends, SMOOTHING, dt);
         } else {
             self.two.update(away > begins * sigma, 0.0, dt);
         }

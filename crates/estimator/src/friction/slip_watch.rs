@@ -4,6 +4,7 @@ use super::needed::{NeededFriction, OffsetShare};
 use super::slipped_distance::SlippedDistance;
 use crate::contact::ContactDetector;
 use crate::deviation::{GATE, WITHIN, root_sum_square};
+use crate::filters::motion::FILTER_TIME;
 use robhaz_model::low_pass_share;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
@@ -160,9 +161,8 @@ impl SlipWatch {
     /// 0.25 N m/s, hence below 0.028 at the default 0.35.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const ACCELERATION: f64 = 0.08;
-    /// Time for which it has to be beyond, s.
-    /// Chosen; held by `crates/study/tests/study/friction_test`.
-    const HOLD: f64 = 0.03;
+    /// Time for which it has to be beyond, s: longer than an error of the observers.
+    const HOLD: f64 = FILTER_TIME;
     /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less
     /// grips.
     /// Chosen; held by `crates/study/tests/study/friction_test`.

@@ -1,6 +1,9 @@
 //! Onset of slip where noise and rate of the readings hide the acceleration of the slip: from the
 //! distance that the wheel has slipped.
 
+use crate::filters::motion::FILTER_TIME;
+use robhaz_model::Units;
+
 /// Page's test (cumulative sum) for a slip speed beyond the usual one: the distance
 ///
 /// ```text
@@ -56,8 +59,8 @@ impl SlippedDistance {
     /// Guard: an onset of slip is no noise.
     const OUTLIER: f64 = 4.0;
     /// Time over which the noise of a sample lasts in the observers, both ways, s.
-    /// Definition: twice the `FILTER_TIME` of the motion filter.
-    const LASTS: f64 = 0.06;
+    /// Definition.
+    const LASTS: f64 = 2.0 * FILTER_TIME;
     /// Samples in which a distance has to grow: one of them can be an outlier.
     /// Definition.
     const SAMPLES: u32 = 2;
@@ -66,8 +69,8 @@ impl SlippedDistance {
     const LEAST: f64 = 1e-3;
     /// Greatest distance at which slip may be certain, m: half of the wheel's radius. With more the
     /// wheel runs away before it is found.
-    /// Chosen; held by `tests/rovers.rs`.
-    const GREATEST: f64 = 0.05;
+    /// Definition.
+    const GREATEST: f64 = 0.5 * Units::RADIUS;
     /// Longest time between samples, s: the usual slip is a mean of at least three.
     /// Definition.
     const LONGEST_STEP: f64 = Self::USUAL_TIME / 3.0;

@@ -5,16 +5,13 @@ use super::cells::{Cell, Cells, FrictionBounds, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::deviation::root_sum_square;
-use crate::filters::motion::{PENETRATION_SPEED, REFERENCE_SPEED};
+use crate::filters::motion::{ACCELERATION, PENETRATION_SPEED, REFERENCE_SPEED};
 use robhaz_model::{Geometry, Vec2};
 
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead
 /// reckoning: the penetration depends on the load; the link angles lag.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const UNEVEN: f64 = 3e-4;
-/// Correlation time of the error of the speed, s.
-/// Chosen; held by `crates/run/tests/run/ground.rs`.
-const SPEED_TIME: f64 = 1.0;
 /// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is
 /// nothing to store.
 /// Guard.
@@ -196,7 +193,7 @@ impl GroundMemory {
             self.way = [self.way[0] + way[0], self.way[1] + length];
             self.length_since_direction += length;
             // White noise of the same effect: `sigma^2 2 T dt`.
-            self.place_variance += 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
+            self.place_variance += 2.0 * ACCELERATION.time * speed_sigma * speed_sigma * motion.dt;
         }
         self.velocity = velocity;
         slope_sigma

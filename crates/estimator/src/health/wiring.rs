@@ -2,6 +2,7 @@
 
 use super::smoothing::{Smoothing, Step, WINDOW, WheelReadings, follow};
 use super::start::{RollingRobot, Start};
+use crate::filters::TYPICAL;
 
 /// Finds out whether torques are exchanged or late.
 ///
@@ -26,10 +27,10 @@ pub(super) struct Wiring {
 }
 
 impl Wiring {
-    /// RMS of the differences between the torques that shows something, N m: some times their
-    /// smoothed noise.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const LEAST_DIFFERENCE: f64 = 0.1;
+    /// RMS of the differences between the torques that shows something, N m: the noise of a
+    /// reading, which is some times what the smoothing leaves of it.
+    /// Data sheet.
+    const LEAST_DIFFERENCE: f64 = TYPICAL.torque_noise;
     /// Part of the residual that another pairing leaves at most if torques are exchanged: it then
     /// explains at least two thirds of the differences.
     /// Chosen; held by the faults and honest logs of `tests/check`.

@@ -6,6 +6,7 @@ use super::tuning;
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Expected, Kalman, Measurement};
+use crate::health::DRIVING_SPEED;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, PENETRATION, RADIUS,
@@ -170,7 +171,7 @@ impl MotionFilter {
 
     /// The process of the speeds of penetration: loads change along the ground.
     pub(super) fn penetration_process(&self) -> GaussMarkov {
-        let least = tuning::LEAST_SPEED / tuning::REFERENCE_SPEED;
+        let least = DRIVING_SPEED / tuning::REFERENCE_SPEED;
         let speed = (self.speed() / tuning::REFERENCE_SPEED).max(least);
         tuning::PENETRATION_SPEED.at_speed(speed)
     }

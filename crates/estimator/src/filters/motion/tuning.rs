@@ -12,9 +12,6 @@ use crate::filters::GaussMarkov;
 /// k, that of the acceleration with k^2. The correlation times fall with 1/k.
 /// Chosen; sensitive.
 pub const REFERENCE_SPEED: f64 = 0.2;
-/// Least speed for the process of [`PENETRATION_SPEED`], m/s.
-/// Guard.
-pub const LEAST_SPEED: f64 = 0.02;
 /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard
 /// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
 /// Chosen; sensitive.
@@ -80,7 +77,7 @@ pub const TORQUE_WALK: f64 = 1e-3;
 pub const CREEP_WALK: f64 = 0.2;
 /// Correlation time of errors that observers and low passes leave, s: in the torques, in the
 /// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
-/// after an impact.
+/// after an impact. What the readings show for as long is no noise of theirs.
 /// Chosen; sensitive.
 pub const FILTER_TIME: f64 = 0.03;
 /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
@@ -127,9 +124,6 @@ pub const IMPACT_NOISE: GaussMarkov = GaussMarkov::new(0.1, 0.1);
 /// direction of the velocity is then the only source of the angle.
 /// Chosen; sensitive.
 pub const EDGE_NOISE: GaussMarkov = GaussMarkov::new(0.0045, 0.1);
-// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
-/// on two contacts under a low-gain drive has a parity residual beyond its gate for seconds.
-pub const UNMODELLED_DECAY: f64 = 0.02;
 /// Variance of the unmodelled load below which it becomes zero, N^2.
 /// Guard.
 pub const UNMODELLED_FLOOR: f64 = 1e-6;
