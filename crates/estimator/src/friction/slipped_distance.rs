@@ -43,8 +43,7 @@ struct Side {
 
 impl SlippedDistance {
     /// Time constant of the usual slip, s: some samples of the slowest readings.
-    /// Chosen; held by `tests/rovers.rs`.
-    const USUAL_TIME: f64 = 0.5;
+    const USUAL_TIME: f64 = super::slip_watch::SlipWatch::WINDOW;
     /// Slip speed beyond the usual one that a gripping wheel may have, m/s. Under a ramp its slip
     /// accelerates by 0.028 m/s^2 at most, and so is 14 mm/s beyond its low pass.
     /// Chosen; held by `tests/rovers.rs`.
@@ -182,7 +181,7 @@ mod tests {
     }
 
     /// Closed form: noise of 60 mm/s needs 13.8 (60 mm/s)^2 80 ms/(40 mm/s) = 99 mm, more than the
-    /// 50 mm that are allowed; samples of 0.25 s are farther apart than 0.17 s. No slip is then
+    /// 50 mm that are allowed; samples of 0.25 s are farther apart than 0.2 s. No slip is then
     /// found, however large.
     #[test]
     fn what_noise_and_rate_hide_is_not_found() {
@@ -196,6 +195,6 @@ mod tests {
             let slip = if k < 50 { 0.0 } else { 1.0 };
             assert_eq!(slow.update(slip, 1e-8, 0.25), None);
         }
-        assert!((slow.noise(0.25) - 1.5).abs() < 1e-9);
+        assert!((slow.noise(0.25) - 1.25).abs() < 1e-9);
     }
 }

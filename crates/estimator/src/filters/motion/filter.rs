@@ -164,11 +164,6 @@ impl MotionFilter {
         self.filter.p[a][b]
     }
 
-    /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
-    pub(super) fn speed_ratio(&self) -> f64 {
-        self.speed().max(tuning::REFERENCE_SPEED) / tuning::REFERENCE_SPEED
-    }
-
     /// The process of the speeds of penetration: loads change along the ground.
     pub(super) fn penetration_process(&self) -> GaussMarkov {
         let least = DRIVING_SPEED / tuning::REFERENCE_SPEED;
@@ -231,13 +226,9 @@ impl MotionFilter {
 
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
     fn acceleration_process(&self, [rims, links]: [f64; 2]) -> GaussMarkov {
-        let speed_ratio = self.speed_ratio();
-        let unmeasured = tuning::ACCELERATION.sigma * speed_ratio * speed_ratio;
-        let rims = tuning::RIM_FACTOR * rims;
-        let links = tuning::LINK_FACTOR * links;
-        let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
+        let GaussMarkov { sigma, time } = tuning::ACCELERATION;
+        let sigma = robhaz_model::sqrt(sigma * sigma + rims * rims + links * links);
         let after = self.is_after_impact();
-        let time = tuning::ACCELERATION.time / speed_ratio;
         GaussMarkov {
             sigma,
             time: if after { tuning::FILTER_TIME } else { time },
