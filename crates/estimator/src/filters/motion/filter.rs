@@ -227,6 +227,7 @@ impl MotionFilter {
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
     fn acceleration_process(&self, [rims, links]: [f64; 2]) -> GaussMarkov {
         let GaussMarkov { sigma, time } = tuning::ACCELERATION;
+        let rims = tuning::RIM_FACTOR * rims;
         let sigma = robhaz_model::sqrt(sigma * sigma + rims * rims + links * links);
         let after = self.is_after_impact();
         GaussMarkov {

@@ -17,6 +17,9 @@ pub const REFERENCE_SPEED: f64 = 0.2;
 /// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
 /// Chosen; sensitive.
 pub const ACCELERATION: GaussMarkov = GaussMarkov::new(0.015, 1.0);
+/// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
+/// Chosen; sensitive.
+pub const RIM_FACTOR: f64 = 2.0;
 /// Standard deviation of the velocity of a robot at rest, m/s.
 /// Guard.
 pub const VELOCITY_AT_REST: f64 = 0.01;
