@@ -9,7 +9,7 @@
 
 mod passage;
 
-use crate::deviation::{GATE, WITHIN};
+use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::filters::Kalman;
 use passage::Passage;
 pub(crate) use passage::Rolling;
@@ -239,9 +239,6 @@ impl WorkBalance {
     /// Change of q in that way.
     /// Chosen; held by `tests/check/torque_scale.rs`.
     const CHANGE: f64 = 0.01;
-    /// Factor on the deviations of q and w_0 by [`Self::loosen`].
-    /// Chosen; held by `tests/check/torque_scale.rs`.
-    const LOOSE: f64 = 3.0;
 
     /// For axles at a distance of `between` (m). `resisted` is the deviation of what offsets,
     /// friction and rolling resistance take of the sum of the tractions (N), `gain` that of the
@@ -258,10 +255,10 @@ impl WorkBalance {
         }
     }
 
-    /// Makes q and w_0 less exact. The gains keep their prior: with more they would explain any
+    /// Makes the deviations of q and w_0 as large as what is [`SIGNIFICANT`] of them. The gains keep their prior: with more they would explain any
     /// ratio.
     pub fn loosen(&mut self) {
-        let factor = |k: usize| if k < 2 { Self::LOOSE } else { 1.0 };
+        let factor = |k: usize| if k < 2 { SIGNIFICANT } else { 1.0 };
         for (i, row) in self.fit.p.iter_mut().enumerate() {
             for (j, entry) in row.iter_mut().enumerate() {
                 *entry *= factor(i) * factor(j);

@@ -2,9 +2,7 @@
 
 use crate::{GRAVITY, Geometry, MassSet, Outline, PinStop, Pins, Robot, sqrt};
 
-/// Radius of a wheel, m, and mass of one side, kg, of the robot whose units are SI.
-/// Definition.
-const RADIUS: f64 = 0.1;
+/// Mass of one side, kg, of the robot whose units are SI.
 /// Definition.
 const MASS: f64 = 14.0;
 
@@ -22,9 +20,13 @@ pub struct Units {
 }
 
 impl Units {
+    /// Radius of a wheel, m, of the robot whose units are SI; of all robots in their own units.
+    /// Definition.
+    pub const RADIUS: f64 = 0.1;
+
     /// For a robot. SI where a number is not above 0 and finite.
     pub fn of(robot: &Robot) -> Self {
-        let length = robot.geometry.wheel_radius / RADIUS;
+        let length = robot.geometry.wheel_radius / Self::RADIUS;
         let mass = robot.mass.total() / MASS;
         let time = sqrt(length * (GRAVITY / robot.gravity));
         let units = [length, mass, time];

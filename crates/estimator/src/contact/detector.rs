@@ -2,7 +2,22 @@
 //! from its normal force and the residuals of its rolling constraints.
 
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
+use crate::filters::SMOOTHING;
 use crate::settings::ContactAngles;
+
+/// T/N from which slip may be more than linear in it, -: ground with less friction carries no robot. A
+/// slip that shows below comes from a wrong velocity, as after an impact.
+/// Chosen; sensitive. Held by `tests/acceptance_contacts.rs`.
+pub(crate) const SLIPPING_RATIO: f64 = 0.15;
+/// Least slip of a wheel that slides, m/s: errors of the estimated speed while two wheels slide, and
+/// of the creep near the peak of friction. Not less than [`SIGNIFICANT`] deviations of the gyroscope's
+/// part.
+/// Chosen; held by `tests/acceptance_contacts.rs`.
+pub(crate) const LEAST_SLIP: f64 = 0.008;
+/// Time for which an impact shakes a wheel, s: hard wheels on hard ground. For as long a condition has
+/// to hold before a contact state changes; it is the time constant of the slip's low pass, too.
+/// Chosen; held by `tests/acceptance_contacts.rs`.
+pub(crate) const IMPACT_LASTS: f64 = 0.005;
 
 /// How many contacts a wheel has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -118,34 +133,17 @@ pub(crate) struct ContactDetector {
 }
 
 impl ContactDetector {
-    /// Time for which the speed away from the ground has to be [`WITHIN`] its deviations until a
-    /// wheel has one contact again, s.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const ONE_CONTACT_TIME: f64 = 0.02;
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is
     /// at its peak, the slip is between once (Coulomb friction) and three times (brush model) the
     /// creep at that T/N. The friction law is unknown.
     /// Chosen; held by `tests/acceptance_contacts.rs`.
     const SLIDING: [f64; 2] = [2.0, 1.5];
-    /// Least slip beyond creep of a wheel that slides, m/s: errors of the estimated speed while two
-    /// wheels slide, and of the creep near the peak of friction. Not less than [`SIGNIFICANT`]
-    /// deviations of the gyroscope's part.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const LEAST_SLIP: f64 = 0.008;
-    /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A
-    /// slip that shows there comes from a wrong velocity, as after an impact.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    pub const LEAST_RATIO: f64 = 0.15;
-    /// Time for which a condition has to hold before a state changes, and time constant of the
-    /// slip's low pass, s.
-    /// Chosen; held by `tests/acceptance_contacts.rs`.
-    const HOLD: f64 = 0.005;
 
     /// Takes the evidence of one sample, `dt` seconds after the last.
     pub fn update(&mut self, evidence: &ContactEvidence, dt: f64) -> ContactEstimate {
         let in_air = self.air.on;
         let change = evidence.unloaded != in_air;
-        self.air.update(change, Self::HOLD, dt);
+        self.air.update(change, IMPACT_LASTS, dt);
 
         let mut slip = None;
         if let Some(rolling) = evidence.rolling.filter(|_| !self.air.on) {
@@ -179,8 +177,9 @@ impl ContactDetector {
             ContactAngles::Unknown => SIGNIFICANT,
         };
         if self.two.on {
+            // The rates behind it have followed by then.
             let ends = away < WITHIN * sigma;
-            self.two.update(ends, Self::ONE_CONTACT_TIME, dt);
+            self.two.update(ends, SMOOTHING, dt);
         } else {
             self.two.update(away > begins * sigma, 0.0, dt);
         }
@@ -192,18 +191,18 @@ impl ContactDetector {
             self.beyond_creep = 0.0;
             return;
         };
-        let weight = robhaz_model::low_pass_share(dt, Self::HOLD);
+        let weight = robhaz_model::low_pass_share(dt, IMPACT_LASTS);
         self.beyond_creep += weight * (slip.beyond_creep - self.beyond_creep);
         let (beyond, creep) = (self.beyond_creep, slip.creep);
-        let least = Self::LEAST_SLIP.max(SIGNIFICANT * slip.noise);
+        let least = LEAST_SLIP.max(SIGNIFICANT * slip.noise);
         // In these forms a NaN does not slide.
         let slides = (beyond + creep).abs()
             > Self::SLIDING[usize::from(self.sliding.on)] * creep.abs()
             && beyond.abs() > least
             && beyond * creep > 0.0
-            && ratio.abs() > Self::LEAST_RATIO;
+            && ratio.abs() > SLIPPING_RATIO;
         self.sliding
-            .update(slides != self.sliding.on, Self::HOLD, dt);
+            .update(slides != self.sliding.on, IMPACT_LASTS, dt);
     }
 }
 

@@ -5,7 +5,10 @@ mod detector;
 mod standing;
 mod velocity;
 
-pub(crate) use detector::{ContactDetector, ContactEvidence, RollingResiduals, SlipResidual};
+pub(crate) use detector::{
+    ContactDetector, ContactEvidence, IMPACT_LASTS, LEAST_SLIP, RollingResiduals, SLIPPING_RATIO,
+    SlipResidual,
+};
 pub use detector::{ContactEstimate, ContactState};
 pub(crate) use standing::StandingDetector;
 pub(crate) use velocity::ContactVelocity;

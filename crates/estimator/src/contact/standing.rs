@@ -1,5 +1,7 @@
 //! Detection of a robot that stands although its wheels turn.
 
+use crate::deviation::GATE;
+use crate::filters::TYPICAL;
 use robhaz_model::{Vec2, perp};
 
 /// Finds a robot that does not move although its wheels turn.
@@ -28,23 +30,16 @@ pub(crate) struct StandingDetector {
 }
 
 impl StandingDetector {
-    /// Change of a link angle that is a change of the posture, rad: five times the noise of an
-    /// inclinometer that errs by 0.1 deg.
-    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
-    const CHANGE: f64 = 0.01;
-    /// Sum of the tractions over the weight from which on a robot pushes: that of a slope of 11
-    /// deg.
-    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
-    pub const PUSHES: f64 = 0.2;
-    /// Angle between the lines from axle to axle from which on they are not one line, rad. Drawings
-    /// that err by 2 mm make 0.015.
-    /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
-    const BEND: f64 = 0.05;
-    /// Distance by which the wheels have to turn, over the largest distance between neighbouring
-    /// axles.
-    /// Chosen; sensitive. Held by `contact/standing.rs` and `tests/check/health.rs`.
-    const DISTANCES: f64 = 1.05;
-    /// The same for contact angles that deviate by [`Self::STEEP`].
+    /// Change of a link angle that is a change of the posture, rad: beyond the gate of an inclinometer's
+    /// noise.
+    /// Definition.
+    const CHANGE: f64 = GATE * TYPICAL.inclination_noise;
+    /// Angle between the lines from axle to axle from which on they are not one line, rad: beyond the
+    /// gate of a posture that changes. Drawings that err by 2 mm make 0.015.
+    /// Definition.
+    const BEND: f64 = GATE * Self::CHANGE;
+    /// Distance by which the wheels have to turn over the largest distance between neighbouring axles,
+    /// for contact angles that deviate by [`Self::STEEP`].
     /// Chosen; held by `contact/standing.rs` and `tests/check/health.rs`.
     const STEEP_DISTANCES: f64 = 0.25;
     /// Mean deviation of the contact angles from the lines between the axles that no robot meets
@@ -75,7 +70,8 @@ impl StandingDetector {
     /// `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of the wheels
     /// relative to the links, m/s. `deviation`: mean over the wheels of the contact angle's
     /// deviation from the line between axles, rad, estimated or [`Self::resisted`], whichever is
-    /// larger, not negative. `pushes`: whether the sum of the tractions is beyond [`Self::PUSHES`].
+    /// larger, not negative. `pushes`: whether the sum of the tractions is beyond
+    /// [`SLIPPING_RATIO`] of the weight.
     /// `dt`: time since the last sample, s.
     pub fn update(
         &mut self,
@@ -110,7 +106,7 @@ impl StandingDetector {
         let bend = perp(behind).dot(&ahead).abs() / (lengths[0] * lengths[1]);
         let distance = lengths[0].max(lengths[1]);
         let off_a_line = bend > Self::BEND;
-        let far = self.turned > Self::DISTANCES * distance;
+        let far = self.turned > distance;
         let steep = self.turned_steep > Self::STEEP_DISTANCES * distance;
         self.stands |= (off_a_line && (far || steep)) || (steep && pushes);
         if !off_a_line && !pushes {
@@ -151,7 +147,7 @@ mod tests {
         let mut bent = AXLES;
         bent[0].y = 0.06;
         let distance = libm::hypot(0.3, 0.06);
-        for (deviation, distances) in [(0.1, 1.05), (0.5, 0.25)] {
+        for (deviation, distances) in [(0.1, 1.0), (0.5, 0.25)] {
             let expected = distances * distance / 0.2;
             // A sample, and the first one at which the posture is taken.
             let time = found(&bent, 0.0, turning, deviation).expect("it stands");

@@ -1,5 +1,6 @@
 //! Velocity of a wheel's centre relative to the ground.
 
+use crate::health::DRIVING_SPEED;
 use robhaz_model::Vec2;
 
 /// Velocity of a wheel's centre, along the ground and away from it.
@@ -16,11 +17,6 @@ pub(crate) struct ContactVelocity {
 }
 
 impl ContactVelocity {
-    /// Speed below which a velocity has no direction, m/s, and a wheel may bear its traction
-    /// without slip.
-    /// Chosen; insensitive.
-    pub const SLOW: f64 = 0.02;
-
     /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad), which errs
     /// by `widest` (rad) at most.
     ///
@@ -38,7 +34,7 @@ impl ContactVelocity {
         let along = smooth.x * cos + smooth.y * sin;
         let size = robhaz_model::sqrt(smooth.norm_squared());
         let angle = libm::atan(away / along);
-        let (direction, speed, away) = if size < Self::SLOW || angle.abs() > widest {
+        let (direction, speed, away) = if size < DRIVING_SPEED || angle.abs() > widest {
             (Vec2::new(cos, sin), along, away)
         } else {
             let speed = libm::copysign(size, along);
@@ -54,7 +50,7 @@ impl ContactVelocity {
 
     /// Whether the wheel rolls: it is fast enough for its slip to depend on T/N.
     pub fn rolls(&self) -> bool {
-        self.speed.abs() > Self::SLOW
+        self.speed.abs() > DRIVING_SPEED
     }
 }
 

@@ -4,6 +4,7 @@ mod inclination;
 
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::{SMOOTHING, TYPICAL, smoothing_time};
+use crate::contact::IMPACT_LASTS;
 use crate::deviation::{GATE, root_sum_square};
 use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::settings::NoiseBudget;
@@ -101,13 +102,9 @@ impl LinkAngleKalman {
         }
         let smoothing = smoothing_time(self.rate_noise(budget) / TYPICAL.rate_noise);
         self.unconfirmed = left_out / smoothing;
-        self.struck *= libm::exp(-dt / Self::IMPACT_LASTS);
+        self.struck *= libm::exp(-dt / IMPACT_LASTS);
         self.strike(left_out, dt);
     }
-
-    /// Time for which an impact shakes a wheel, s: hard wheels on hard ground.
-    /// Chosen.
-    const IMPACT_LASTS: f64 = 3e-3;
 
     /// The rate has changed by `change` (rad/s) within `dt` (s), as only an impact can.
     fn strike(&mut self, change: f64, dt: f64) {
@@ -255,7 +252,7 @@ impl LinkAngleKalman {
     }
 
     /// Standard deviation of the same within an impact, rad/s^2, which changes the rate between two
-    /// readings; it decays within [`Self::IMPACT_LASTS`].
+    /// readings; it decays within [`IMPACT_LASTS`].
     pub fn impact_acceleration(&self) -> f64 {
         robhaz_model::sqrt(self.struck)
     }

@@ -22,13 +22,11 @@ impl PushFilter {
     /// holds its own speed, in a skid turn by half.
     /// Chosen; insensitive.
     const PRIOR: f64 = 0.1;
-    /// Time for which that counts, s.
-    /// Chosen; insensitive.
-    const PRIOR_TIME: f64 = 1.0;
     /// Longest time over which the mean is taken, s: 1 m at 0.2 m/s, some obstacles.
     /// Chosen; insensitive.
     const TIME: f64 = 5.0;
-    /// Correlation time of a push, s: some tenths of a metre of ground under a wheel, or a turn.
+    /// Correlation time of a push, s, for which the prior counts: some tenths of a metre of ground
+    /// under a wheel, or a turn.
     /// Chosen; insensitive.
     pub const LASTS: f64 = 1.0;
 
@@ -37,7 +35,7 @@ impl PushFilter {
         let prior = Self::PRIOR * weight;
         Self {
             square: prior * prior,
-            time: Self::PRIOR_TIME,
+            time: Self::LASTS,
         }
     }
 
@@ -69,8 +67,7 @@ mod tests {
         for _ in 0..2000 {
             push.update(16.0, dt);
         }
-        let expected =
-            (PushFilter::PRIOR_TIME * prior + 2.0 * 16.0) / (PushFilter::PRIOR_TIME + 2.0);
+        let expected = (PushFilter::LASTS * prior + 2.0 * 16.0) / (PushFilter::LASTS + 2.0);
         // Rounding.
         assert!((push.variance() - expected).abs() < 1e-9 * expected);
         push.update(60.0 * 60.0, dt);

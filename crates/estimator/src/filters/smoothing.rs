@@ -5,7 +5,8 @@ use crate::settings::NoiseBudget;
 /// Sensors to which the time constants of low passes and observers refer.
 pub(crate) const TYPICAL: NoiseBudget = NoiseBudget::typical();
 
-/// Time constant of a low pass on a rate of typical sensors, s.
+/// Time constant of a low pass on a rate of typical sensors, s; and of what filters of that speed
+/// leave for some samples: load that no reading shows, the end of a second contact.
 /// Chosen; sensitive.
 pub(crate) const SMOOTHING: f64 = 0.02;
 

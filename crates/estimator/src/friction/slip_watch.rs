@@ -2,8 +2,9 @@
 
 use super::needed::{NeededFriction, OffsetShare};
 use super::slipped_distance::SlippedDistance;
-use crate::contact::ContactDetector;
+use crate::contact::{LEAST_SLIP, SLIPPING_RATIO};
 use crate::deviation::{GATE, WITHIN, root_sum_square};
+use crate::filters::motion::FILTER_TIME;
 use robhaz_model::low_pass_share;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
@@ -49,12 +50,12 @@ impl WheelSample {
     /// The slip that counts, m/s, at a low-pass filtered T/N.
     ///
     /// The motion filter takes the slip of a wheel with |T/N| below
-    /// [`ContactDetector::LEAST_RATIO`] for an error of the estimated speed, and corrects that
+    /// [`SLIPPING_RATIO`] for an error of the estimated speed, and corrects that
     /// speed: where a wheel spins on ice, the others then seem to slip backwards. The median slip
     /// is that error. It counts in full up to that |T/N|, and less and less up to twice as much,
     /// where slip no longer changes the speed.
     fn counted_slip(&self, ratio: f64) -> f64 {
-        let part = (2.0 - ratio.abs() / ContactDetector::LEAST_RATIO).clamp(0.0, 1.0);
+        let part = (2.0 - ratio.abs() / SLIPPING_RATIO).clamp(0.0, 1.0);
         self.slip - part * self.median_slip
     }
 }
@@ -160,16 +161,11 @@ impl SlipWatch {
     /// 0.25 N m/s, hence below 0.028 at the default 0.35.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
     const ACCELERATION: f64 = 0.08;
-    /// Time for which it has to be beyond, s.
-    /// Chosen; held by `crates/study/tests/study/friction_test`.
-    const HOLD: f64 = 0.03;
-    /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less
-    /// grips.
-    /// Chosen; held by `crates/study/tests/study/friction_test`.
-    const LEAST_SLIP: f64 = 0.005;
+    /// Time for which it has to be beyond, s: longer than an error of the observers.
+    const HOLD: f64 = FILTER_TIME;
     /// Age beyond which a peak is forgotten, s.
     /// Chosen; held by `crates/study/tests/study/friction_test`.
-    const WINDOW: f64 = 0.6;
+    pub const WINDOW: f64 = 0.6;
     /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than
     /// half of mu_max on all common grounds. A wheel that was relieved after the peak bears less,
     /// and is moved by others.
@@ -222,7 +218,7 @@ impl SlipWatch {
         }
         self.follow_peak(sample, dt);
         let begins = acceleration * forward > Self::ACCELERATION
-            && slip * forward > Self::LEAST_SLIP
+            && slip * forward > LEAST_SLIP
             && self.fast_ratio.abs() > Self::STILL_BORNE * self.peak.value();
         self.time = if begins { self.time + dt } else { 0.0 };
         if self.time <= dt {
@@ -235,7 +231,7 @@ impl SlipWatch {
             self.time = 0.0;
             return None;
         }
-        self.gripping = self.peak.slip.max(Self::LEAST_SLIP);
+        self.gripping = self.peak.slip.max(LEAST_SLIP);
         Some(self.event())
     }
 

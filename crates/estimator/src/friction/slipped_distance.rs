@@ -1,6 +1,9 @@
 //! Onset of slip where noise and rate of the readings hide the acceleration of the slip: from the
 //! distance that the wheel has slipped.
 
+use crate::filters::motion::FILTER_TIME;
+use robhaz_model::Units;
+
 /// Page's test (cumulative sum) for a slip speed beyond the usual one: the distance
 ///
 /// ```text
@@ -40,8 +43,7 @@ struct Side {
 
 impl SlippedDistance {
     /// Time constant of the usual slip, s: some samples of the slowest readings.
-    /// Chosen; held by `tests/rovers.rs`.
-    const USUAL_TIME: f64 = 0.5;
+    const USUAL_TIME: f64 = super::slip_watch::SlipWatch::WINDOW;
     /// Slip speed beyond the usual one that a gripping wheel may have, m/s. Under a ramp its slip
     /// accelerates by 0.028 m/s^2 at most, and so is 14 mm/s beyond its low pass.
     /// Chosen; held by `tests/rovers.rs`.
@@ -56,8 +58,8 @@ impl SlippedDistance {
     /// Guard: an onset of slip is no noise.
     const OUTLIER: f64 = 4.0;
     /// Time over which the noise of a sample lasts in the observers, both ways, s.
-    /// Definition: twice the `FILTER_TIME` of the motion filter.
-    const LASTS: f64 = 0.06;
+    /// Definition.
+    const LASTS: f64 = 2.0 * FILTER_TIME;
     /// Samples in which a distance has to grow: one of them can be an outlier.
     /// Definition.
     const SAMPLES: u32 = 2;
@@ -66,8 +68,8 @@ impl SlippedDistance {
     const LEAST: f64 = 1e-3;
     /// Greatest distance at which slip may be certain, m: half of the wheel's radius. With more the
     /// wheel runs away before it is found.
-    /// Chosen; held by `tests/rovers.rs`.
-    const GREATEST: f64 = 0.05;
+    /// Definition.
+    const GREATEST: f64 = 0.5 * Units::RADIUS;
     /// Longest time between samples, s: the usual slip is a mean of at least three.
     /// Definition.
     const LONGEST_STEP: f64 = Self::USUAL_TIME / 3.0;
@@ -179,7 +181,7 @@ mod tests {
     }
 
     /// Closed form: noise of 60 mm/s needs 13.8 (60 mm/s)^2 80 ms/(40 mm/s) = 99 mm, more than the
-    /// 50 mm that are allowed; samples of 0.25 s are farther apart than 0.17 s. No slip is then
+    /// 50 mm that are allowed; samples of 0.25 s are farther apart than 0.2 s. No slip is then
     /// found, however large.
     #[test]
     fn what_noise_and_rate_hide_is_not_found() {
@@ -193,6 +195,6 @@ mod tests {
             let slip = if k < 50 { 0.0 } else { 1.0 };
             assert_eq!(slow.update(slip, 1e-8, 0.25), None);
         }
-        assert!((slow.noise(0.25) - 1.5).abs() < 1e-9);
+        assert!((slow.noise(0.25) - 1.25).abs() < 1e-9);
     }
 }

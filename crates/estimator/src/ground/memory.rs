@@ -5,24 +5,17 @@ use super::cells::{Cell, Cells, FrictionBounds, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::deviation::root_sum_square;
-use crate::filters::motion::{PENETRATION_SPEED, REFERENCE_SPEED};
+use crate::filters::motion::{ACCELERATION, PENETRATION_SPEED, REFERENCE_SPEED};
 use robhaz_model::{Geometry, Vec2};
 
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead
 /// reckoning: the penetration depends on the load; the link angles lag.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const UNEVEN: f64 = 3e-4;
-/// Correlation time of the error of the speed, s.
-/// Chosen; held by `crates/run/tests/run/ground.rs`.
-const SPEED_TIME: f64 = 1.0;
 /// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is
 /// nothing to store.
 /// Guard.
 const MOVING: f64 = 0.005;
-/// Length after which passes show an error of the direction anew, m: about the distance of two
-/// wheels.
-/// Chosen; held by `crates/run/tests/run/ground.rs`.
-const DIRECTION_EVERY: f64 = 0.3;
 /// Least number of passed points that show it.
 const LEAST_PASSES: i64 = 3;
 /// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of
@@ -98,6 +91,9 @@ pub(crate) struct GroundMemory {
     place_variance: f64,
     /// Way since the drift was last advanced, m: horizontal, with its sign; and its length.
     way: [f64; 2],
+    /// Distance of neighbouring wheels, m: the length after which passes show an error of the direction
+    /// anew.
+    between: f64,
     /// Length since the passes last showed the direction, m.
     length_since_direction: f64,
     /// Known points passed since then.
@@ -111,11 +107,12 @@ impl GroundMemory {
     /// An empty memory.
     pub fn new(geometry: &Geometry) -> Self {
         let [front, _, rear] = geometry.axles;
-        let length = front.x - rear.x + 2.0 * geometry.wheel_radius;
-        Self::empty(Cells::spacing(length), 0)
+        let length = front.x - rear.x;
+        let spacing = Cells::spacing(length + 2.0 * geometry.wheel_radius);
+        Self::empty(spacing, 0.5 * length, 0)
     }
 
-    fn empty(spacing: f64, section: u32) -> Self {
+    fn empty(spacing: f64, between: f64, section: u32) -> Self {
         Self {
             started: false,
             ended: false,
@@ -124,6 +121,7 @@ impl GroundMemory {
             velocity: [0.0; 2],
             place_variance: 0.0,
             way: [0.0; 2],
+            between,
             length_since_direction: 0.0,
             passes_since_direction: 0,
             contacts: Default::default(),
@@ -149,7 +147,11 @@ impl GroundMemory {
     }
 
     fn start_anew(&mut self) {
-        *self = Self::empty(self.cells.spacing, self.section.saturating_add(1));
+        *self = Self::empty(
+            self.cells.spacing,
+            self.between,
+            self.section.saturating_add(1),
+        );
     }
 
     /// Takes one sample. `bias`: bias of the inclinometers, rad. A sample with an impossible number
@@ -196,7 +198,7 @@ impl GroundMemory {
             self.way = [self.way[0] + way[0], self.way[1] + length];
             self.length_since_direction += length;
             // White noise of the same effect: `sigma^2 2 T dt`.
-            self.place_variance += 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
+            self.place_variance += 2.0 * ACCELERATION.time * speed_sigma * speed_sigma * motion.dt;
         }
         self.velocity = velocity;
         slope_sigma
@@ -351,12 +353,12 @@ impl GroundMemory {
 
     /// Error of the direction of the velocity, as dy/dx, that wheels on mapped ground have shown
     /// since the last such error, and its variance with `bias`, the bias of the inclinometers
-    /// (rad). Once in [`DIRECTION_EVERY`]; else `None`.
+    /// (rad). Once in the distance of neighbouring wheels; else `None`.
     ///
     /// Loop closure: the heights that two wheels find at one place differ by what the direction
     /// erred by on the way between.
     pub fn take_direction_error(&mut self, bias: f64) -> Option<(f64, f64)> {
-        let is_due = self.length_since_direction >= DIRECTION_EVERY
+        let is_due = self.length_since_direction >= self.between
             && self.passes_since_direction >= LEAST_PASSES;
         if self.ended || !is_due {
             return None;
@@ -364,7 +366,7 @@ impl GroundMemory {
         (self.length_since_direction, self.passes_since_direction) = (0.0, 0);
         let (error, variance) = self.drift.stated_direction();
         // The mean of two links' biases, as white noise of the same effect.
-        let correlated = 0.5 * bias * bias * (2.0 * BIAS_LENGTH / DIRECTION_EVERY);
+        let correlated = 0.5 * bias * bias * (2.0 * BIAS_LENGTH / self.between);
         Some((error, variance + correlated))
     }
 

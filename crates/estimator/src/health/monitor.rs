@@ -8,7 +8,8 @@ use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::flags::Channels;
 use robhaz_model::{Carrier, GRAVITY};
 
-/// Least speed of a robot that drives, m/s.
+/// Least speed of a robot that drives, m/s. Below it a velocity has no direction, and a wheel may
+/// bear its traction without slip.
 /// Chosen; held by the faults and honest logs of `tests/check`.
 pub const DRIVING_SPEED: f64 = 0.02;
 

@@ -1,5 +1,7 @@
 //! Motor torques and encoders of the wheels, smoothed, with their rates.
 
+use crate::filters::motion::FILTER_TIME;
+
 /// Time constant of the means of all tests, s: long against impacts and against the correlation
 /// times of the errors, which are at most 0.5 s; short enough to report a fault within 5 s, longer
 /// than an obstacle turns a link.
@@ -47,8 +49,7 @@ pub(super) struct Smoothing {
 
 impl Smoothing {
     /// Time constant, s.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    pub const TIME: f64 = 0.03;
+    pub const TIME: f64 = FILTER_TIME;
     /// Time between steps, s: a third of the time constant.
     /// Definition.
     pub const INTERVAL: f64 = Self::TIME / 3.0;

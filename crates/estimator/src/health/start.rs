@@ -61,9 +61,9 @@ impl Start {
     /// direction.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const MOVES: f64 = 0.05;
-    /// Time of rest before a start, s: several time constants of the smoothing.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const STANDS: f64 = 0.1;
+    /// Time of rest before a start, s: what was before has left the smoothing.
+    /// Definition.
+    const STANDS: f64 = 3.0 * Smoothing::TIME;
     /// Time of the fit, s: a robot is at its speed, and has rolled no further than some wheel
     /// radii.
     /// Chosen; held by the faults and honest logs of `tests/check`.
@@ -76,13 +76,10 @@ impl Start {
     /// without them are the same.
     /// Guard.
     const PRIOR: [f64; 3] = [0.1, 10.0, 20.0];
-    /// Error of J over J: payload, nominal parameters, gains of the torques.
+    /// Error of J over J: payload, nominal parameters, gains of the torques. And of what grows with the
+    /// speed over the mean torque of the acceleration: the ground's curvature where it is larger.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const INERTIA: f64 = 0.2;
-    /// Torque that grows with the speed beyond the nominal parameters' over the mean torque of the
-    /// acceleration: the ground's curvature where it is larger.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const DAMPING: f64 = 0.25;
     /// Part of the squared torque of the acceleration that the fit leaves at most.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const LEFT: f64 = 0.02;
@@ -154,7 +151,7 @@ impl Start {
         let [delay, inertia, damping, ..] = self.fit.x;
         let noise = Self::REFERENCE * Self::REFERENCE;
         let is_robot = (inertia - robot.inertia).abs() < Self::INERTIA * robot.inertia
-            && (damping - robot.damping).abs() * Self::LASTS < Self::DAMPING * robot.inertia;
+            && (damping - robot.damping).abs() * Self::LASTS < Self::INERTIA * robot.inertia;
         let holds = residual * noise < Self::LEFT * inertia * inertia * squared;
         let [[variance, ..], ..] = self.fit.p;
         // The smoothing correlates the noise of steps.

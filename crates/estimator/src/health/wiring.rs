@@ -2,6 +2,7 @@
 
 use super::smoothing::{Smoothing, Step, WINDOW, WheelReadings, follow};
 use super::start::{RollingRobot, Start};
+use crate::filters::TYPICAL;
 
 /// Finds out whether torques are exchanged or late.
 ///
@@ -26,17 +27,17 @@ pub(super) struct Wiring {
 }
 
 impl Wiring {
-    /// RMS of the differences between the torques that shows something, N m: some times their
-    /// smoothed noise.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const LEAST_DIFFERENCE: f64 = 0.1;
+    /// RMS of the differences between the torques that shows something, N m: the noise of a
+    /// reading, which is some times what the smoothing leaves of it.
+    /// Data sheet.
+    const LEAST_DIFFERENCE: f64 = TYPICAL.torque_noise;
     /// Part of the residual that another pairing leaves at most if torques are exchanged: it then
     /// explains at least two thirds of the differences.
     /// Chosen; held by the faults and honest logs of `tests/check`.
     const EXCHANGED: f64 = 1.0 / 3.0;
-    /// Part of the residual from which on they are no longer.
-    /// Chosen; held by the faults and honest logs of `tests/check`.
-    const RIGHT: f64 = 0.5;
+    /// Part of the residual from which on they are no longer: twice as much, as for all tests.
+    /// Definition.
+    const RIGHT: f64 = 2.0 * Self::EXCHANGED;
 
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
     pub fn update(

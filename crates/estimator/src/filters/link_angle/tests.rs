@@ -214,7 +214,7 @@ fn a_jump_of_the_rate_is_an_impact() {
     for (rate, left_out) in [(jump, 0.0), (jump, jump)] {
         assert!((update(rate, left_out) - 2.0 * IMPACT).abs() < 0.41 * IMPACT);
         let before = update(rate, 0.0);
-        let after = (0..6).fold(before, |_, _| update(rate, 0.0));
+        let after = (0..10).fold(before, |_, _| update(rate, 0.0));
         assert!(
             (before / after - 1.0_f64.exp()).abs() < 1e-9,
             "{before} {after}"

@@ -17,6 +17,7 @@ use crate::deviation::{GATE, SIGNIFICANT};
 use crate::filters::GaussMarkov;
 use crate::filters::Innovation;
 use crate::filters::{Expected, Measurement};
+use crate::health::DRIVING_SPEED;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{CONTACT_ANGLE, COUNT, PENETRATION, VELOCITY};
 use robhaz_model::{Vec2, perp};
@@ -94,7 +95,7 @@ impl MotionFilter {
         // Below the speed at which a velocity has a direction, noise would pass for slopes. And the
         // velocity of a wheel that does not turn is that of a robot that settles or is hit, not a
         // way along the ground.
-        let least = ContactVelocity::SLOW.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
+        let least = DRIVING_SPEED.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
         let turns = |rim: f64| rim.abs() > least;
         let rolls = velocity.rolls() && sample.wheel.rim_speed.is_none_or(turns);
         let correct = sample.correct && (given || rolls);

@@ -6,6 +6,7 @@ use super::tuning;
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Expected, Kalman, Measurement};
+use crate::health::DRIVING_SPEED;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, PENETRATION, RADIUS,
@@ -163,14 +164,9 @@ impl MotionFilter {
         self.filter.p[a][b]
     }
 
-    /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
-    pub(super) fn speed_ratio(&self) -> f64 {
-        self.speed().max(tuning::REFERENCE_SPEED) / tuning::REFERENCE_SPEED
-    }
-
     /// The process of the speeds of penetration: loads change along the ground.
     pub(super) fn penetration_process(&self) -> GaussMarkov {
-        let least = tuning::LEAST_SPEED / tuning::REFERENCE_SPEED;
+        let least = DRIVING_SPEED / tuning::REFERENCE_SPEED;
         let speed = (self.speed() / tuning::REFERENCE_SPEED).max(least);
         tuning::PENETRATION_SPEED.at_speed(speed)
     }
@@ -230,13 +226,10 @@ impl MotionFilter {
 
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
     fn acceleration_process(&self, [rims, links]: [f64; 2]) -> GaussMarkov {
-        let speed_ratio = self.speed_ratio();
-        let unmeasured = tuning::ACCELERATION.sigma * speed_ratio * speed_ratio;
+        let GaussMarkov { sigma, time } = tuning::ACCELERATION;
         let rims = tuning::RIM_FACTOR * rims;
-        let links = tuning::LINK_FACTOR * links;
-        let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
+        let sigma = robhaz_model::sqrt(sigma * sigma + rims * rims + links * links);
         let after = self.is_after_impact();
-        let time = tuning::ACCELERATION.time / speed_ratio;
         GaussMarkov {
             sigma,
             time: if after { tuning::FILTER_TIME } else { time },

@@ -2,6 +2,7 @@
 //! the readings bear the mark of it.
 
 use super::tuning;
+use crate::filters::SMOOTHING;
 
 /// After an impact, at an edge, at rest, sliding, under a load that no reading shows.
 ///
@@ -57,7 +58,7 @@ impl Modes {
         for time in &mut self.sliding {
             *time = (*time - dt).max(0.0);
         }
-        self.load *= libm::exp(-dt / tuning::UNMODELLED_DECAY);
+        self.load *= libm::exp(-dt / SMOOTHING);
         if self.load < tuning::UNMODELLED_FLOOR {
             self.load = 0.0;
         }

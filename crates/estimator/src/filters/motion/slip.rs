@@ -12,7 +12,7 @@
 use super::filter::MotionFilter;
 use super::rolling::{RollingWheel, Sample};
 use super::tuning;
-use crate::contact::SlipResidual;
+use crate::contact::{SLIPPING_RATIO, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
 use crate::filters::GaussMarkov;
 use crate::filters::Measurement;
@@ -22,10 +22,7 @@ use crate::state::{CREEP, GEAR_FRICTION, RADIUS, TORQUE_GAIN, TORQUE_OFFSET, VEL
 /// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
 /// with the fourth power of T/N.
 fn variance_factor(ratio: f64) -> f64 {
-    /// T/N from which slip is no longer linear in it, -: on poor ground.
-    /// Chosen; sensitive.
-    const NONLINEAR_RATIO: f64 = 0.12;
-    let square = ratio * ratio / (NONLINEAR_RATIO * NONLINEAR_RATIO);
+    let square = ratio * ratio / (SLIPPING_RATIO * SLIPPING_RATIO);
     1.0 + square * square
 }
 
@@ -53,7 +50,6 @@ impl MotionFilter {
         if !shows_creep {
             of_creep = root_sum_square(of_creep, creep_sigma * wheel.ratio);
         }
-        let beyond = tuning::SLIP.at_speed(self.speed_ratio());
         let nonlinear = robhaz_model::sqrt(variance_factor(wheel.ratio));
         let of_observer = root_sum_square(by_offset * wheel.torque_sigma, wheel.rim_sigma);
         Measurement {
@@ -69,7 +65,7 @@ impl MotionFilter {
             innovation: rim * (1.0 + self.filter.x[RADIUS.of(i)]) - velocity.speed - slip,
             white: wheel.white(),
             correlated: [
-                GaussMarkov::new(beyond.sigma * nonlinear, beyond.time),
+                GaussMarkov::new(tuning::SLIP.sigma * nonlinear, tuning::SLIP.time),
                 GaussMarkov::new(of_creep, tuning::SLIP.time),
                 GaussMarkov::new(of_observer, tuning::FILTER_TIME),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
@@ -130,7 +126,7 @@ mod tests {
     /// Closed form: twice at the limit, 16 times more at twice the ratio.
     #[test]
     fn the_variance_grows_beyond_the_linear_range() {
-        for (ratio, expected) in [(0.0, 1.0), (-0.12, 2.0), (0.24, 17.0)] {
+        for (ratio, expected) in [(0.0, 1.0), (-0.15, 2.0), (0.3, 17.0)] {
             // Rounding of a dozen operations.
             assert!((variance_factor(ratio) - expected).abs() < 1e-12 * expected);
         }

@@ -5,16 +5,14 @@
 //! `docs/measurements` has the errors that this tuning reaches, and what half and double of each
 //! value do (`sensitivity.md`).
 
-use crate::filters::GaussMarkov;
+use crate::deviation::GATE;
+use crate::filters::{GaussMarkov, UNIFORM};
+use robhaz_model::Units;
 
-/// Speed for which [`ACCELERATION`], [`PENETRATION_SPEED`] and [`SLIP`] hold, m/s. With k =
-/// speed/reference, at least 1, the standard deviations of penetration speed and slip grow with
-/// k, that of the acceleration with k^2. The correlation times fall with 1/k.
+/// Speed for which [`PENETRATION_SPEED`] holds, m/s. It is proportional to the speed, its
+/// correlation time to the inverse.
 /// Chosen; sensitive.
 pub const REFERENCE_SPEED: f64 = 0.2;
-/// Least speed for the process of [`PENETRATION_SPEED`], m/s.
-/// Guard.
-pub const LEAST_SPEED: f64 = 0.02;
 /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard
 /// deviation, m/s^2, and correlation time, s. The measured parts add in quadrature.
 /// Chosen; sensitive.
@@ -22,10 +20,6 @@ pub const ACCELERATION: GaussMarkov = GaussMarkov::new(0.015, 1.0);
 /// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
 /// Chosen; sensitive.
 pub const RIM_FACTOR: f64 = 2.0;
-/// Standard deviation of Q's acceleration over the acceleration that the links' rotation
-/// causes, -.
-/// Chosen; sensitive.
-pub const LINK_FACTOR: f64 = 1.0;
 /// Standard deviation of the velocity of a robot at rest, m/s.
 /// Guard.
 pub const VELOCITY_AT_REST: f64 = 0.01;
@@ -63,9 +57,10 @@ pub const COMMON_CREEP: f64 = 0.9;
 /// where no later one corrects it.
 /// Guard.
 pub const GREATEST_CREEP: f64 = -1.2; // 0.3 m/s
-/// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
-/// Chosen; sensitive.
-pub const LEAST_CREEP: f64 = -7.6; // 0.5 mm/s
+/// Lower limit of the logarithm of the creep speed in m/s: [`GATE`] deviations of the prior. Harder
+/// wheels act as rigid ones.
+/// Definition.
+pub const LEAST_CREEP: f64 = CREEP - GATE * CREEP_SIGMA; // 0.6 mm/s
 /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that
 /// is missing shows a torque offset, not a hard wheel: a creep of zero would explain any
 /// offset.
@@ -80,27 +75,27 @@ pub const TORQUE_WALK: f64 = 1e-3;
 pub const CREEP_WALK: f64 = 0.2;
 /// Correlation time of errors that observers and low passes leave, s: in the torques, in the
 /// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
-/// after an impact.
+/// after an impact. What the readings show for as long is no noise of theirs.
 /// Chosen; sensitive.
 pub const FILTER_TIME: f64 = 0.03;
 /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
 /// line between the wheels, rad. Where the estimated angle itself deviates, that adds.
 /// Chosen; sensitive.
 pub const SLOPE: f64 = 0.1;
-/// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter
-/// waves.
-/// Chosen; sensitive.
-pub const SLOPE_LENGTH: f64 = 0.08;
+/// Correlation length of that deviation along the ground, m: the wheel's radius, which smooths
+/// shorter waves.
+/// Definition.
+pub const SLOPE_LENGTH: f64 = Units::RADIUS;
 /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
 /// Guard.
 pub const UNREAD_ANGLE_WALK: f64 = 0.5;
 /// Steepest contact angle, rad, where none is given.
 /// Guard: near a wall.
 pub const STEEPEST: f64 = 1.4;
-/// Standard deviation of the contact angles of a robot that is held by an edge, rad: anything
+/// Standard deviation of the contact angles of a robot that is held by an edge, rad: uniform
 /// between level ground and a wall.
-/// Chosen; insensitive.
-pub const HELD_ANGLE: f64 = 0.6;
+/// Definition.
+pub const HELD_ANGLE: f64 = UNIFORM * core::f64::consts::FRAC_PI_2;
 /// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater
 /// creep speed would explain. Chosen: with 0.25 wheels that push against a riser under a
 /// low-gain drive teach nothing, and the parity residual contradicts them.
@@ -127,9 +122,6 @@ pub const IMPACT_NOISE: GaussMarkov = GaussMarkov::new(0.1, 0.1);
 /// direction of the velocity is then the only source of the angle.
 /// Chosen; sensitive.
 pub const EDGE_NOISE: GaussMarkov = GaussMarkov::new(0.0045, 0.1);
-// Decay time of the variance of the unmodelled load, s. Chosen: with 0.03 a wheel that stands
-/// on two contacts under a low-gain drive has a parity residual beyond its gate for seconds.
-pub const UNMODELLED_DECAY: f64 = 0.02;
 /// Variance of the unmodelled load below which it becomes zero, N^2.
 /// Guard.
 pub const UNMODELLED_FLOOR: f64 = 1e-6;

@@ -111,7 +111,7 @@ impl KalmanFilters {
     /// Time beyond the parity gate after which the estimated motion and errors are discarded, s:
     /// longer than any impact. Errors that were estimated from false readings would otherwise make
     /// the gate reject correct readings for ever.
-    /// Chosen.
+    /// Guard.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
 
     /// Largest force of a wheel that can be true, over the mean load: five times the weight of the

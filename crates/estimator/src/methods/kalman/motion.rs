@@ -2,7 +2,7 @@
 //! inclinometers, or its standstill.
 
 use super::KalmanFilters;
-use crate::contact::{RollingResiduals, StandingDetector};
+use crate::contact::{RollingResiduals, SLIPPING_RATIO, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
 use crate::filters::motion::{RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
@@ -35,7 +35,7 @@ impl KalmanFilters {
             let held = WITHIN * robhaz_model::sqrt(self.push.variance()) / weight;
             push = libm::copysign((push.abs() - held).max(0.0), push);
         }
-        let pushes = push.abs() > StandingDetector::PUSHES;
+        let pushes = push.abs() > SLIPPING_RATIO;
         let spin: f64 = self.wheels.iter().map(|wheel| wheel.acceleration).sum();
         let acceleration = nominal.robot.geometry.wheel_radius * spin / (3.0 * GRAVITY);
         let slope = slopes.iter().sum::<f64>() / 3.0;
