@@ -620,11 +620,15 @@ impl WholeEstimator {
         let weight = dt.clamp(0.0, ROUGHNESS_TIME) / ROUGHNESS_TIME;
         self.roughness += weight * (inputs.roughness() - self.roughness);
         let of_axial = equations.axial_variance(&inputs.traction(), &forces.normal);
+        /// Share of the axial forces' variance that is there while the ground tilts: the drives push the
+        /// wheels along it, none across.
+        /// Chosen.
+        const TILTED: f64 = 0.5;
         for i in 0..6 {
             // The ground tilts across the wheel as much as along it.
             let (n, across) = (forces.normal[i], forces.axial * forces.normal[i]);
-            let of_tilt =
-                self.roughness * (across * across + of_axial + 0.75 * self.roughness * n * n);
+            let of_tilt = self.roughness
+                * (across * across + TILTED * of_axial + 0.75 * self.roughness * n * n);
             forces.covariance[(i, i)] += of_tilt;
         }
         Ok((forces, inputs.inclination, equations.f[FORCE_Y]))
