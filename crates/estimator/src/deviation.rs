@@ -15,6 +15,10 @@ pub(crate) const SIGNIFICANT: f64 = 3.0;
 /// Standard deviations within which nothing is there: 95 % of a Gaussian.
 pub(crate) const WITHIN: f64 = 2.0;
 
+/// Standard deviation of a uniform error over its width, 1/sqrt(12).
+/// Definition.
+pub(crate) const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
 /// `sqrt(a^2 + b^2)`: the standard deviation of a sum of independent errors. For quantities of a
 /// robot, whose squares neither overflow nor vanish, it needs fewer instructions than
 /// `libm::hypot`.

@@ -54,6 +54,7 @@
 #![allow(clippy::needless_range_loop, reason = "one for several arrays")]
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN must fail")]
 
+mod common;
 mod contact;
 mod deviation;
 mod door;
@@ -75,6 +76,7 @@ mod testing;
 mod torque_scale;
 pub mod whole;
 
+pub use common::DRIVING_SPEED;
 pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};
 pub use estimator::Estimator;
@@ -82,7 +84,7 @@ pub use flags::{Channels, Flags};
 pub use frame::{LinkReading, SensorFrame};
 pub use friction::{NeededFriction, OffsetShare, PeakFriction, SlipEvent, WheelFriction};
 pub use ground::{FrictionBounds, GroundPoint};
-pub use health::{DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
+pub use health::{Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{
     ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod, Sides,
 };

@@ -1,8 +1,8 @@
 //! Contact state of a wheel: in the air, one contact, two contacts; and whether it slides. Detected
 //! from its normal force and the residuals of its rolling constraints.
 
+use crate::common::{IMPACT_LASTS, SMOOTHING};
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
-use crate::filters::SMOOTHING;
 use crate::settings::ContactAngles;
 
 /// T/N from which slip may be more than linear in it, -: ground with less friction carries no robot. A
@@ -14,10 +14,6 @@ pub(crate) const SLIPPING_RATIO: f64 = 0.15;
 /// part.
 /// Chosen; held by `tests/acceptance_contacts.rs`.
 pub(crate) const LEAST_SLIP: f64 = 0.008;
-/// Time for which an impact shakes a wheel, s: hard wheels on hard ground. For as long a condition has
-/// to hold before a contact state changes; it is the time constant of the slip's low pass, too.
-/// Chosen; held by `tests/acceptance_contacts.rs`.
-pub(crate) const IMPACT_LASTS: f64 = 0.005;
 
 /// How many contacts a wheel has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,8 +6,7 @@ mod standing;
 mod velocity;
 
 pub(crate) use detector::{
-    ContactDetector, ContactEvidence, IMPACT_LASTS, LEAST_SLIP, RollingResiduals, SLIPPING_RATIO,
-    SlipResidual,
+    ContactDetector, ContactEvidence, LEAST_SLIP, RollingResiduals, SLIPPING_RATIO, SlipResidual,
 };
 pub use detector::{ContactEstimate, ContactState};
 pub(crate) use standing::StandingDetector;

@@ -1,7 +1,7 @@
 //! Detection of a robot that stands although its wheels turn.
 
+use crate::common::TYPICAL;
 use crate::deviation::GATE;
-use crate::filters::TYPICAL;
 use robhaz_model::{Vec2, perp};
 
 /// Finds a robot that does not move although its wheels turn.

@@ -1,6 +1,6 @@
 //! Velocity of a wheel's centre relative to the ground.
 
-use crate::health::DRIVING_SPEED;
+use crate::common::DRIVING_SPEED;
 use robhaz_model::Vec2;
 
 /// Velocity of a wheel's centre, along the ground and away from it.

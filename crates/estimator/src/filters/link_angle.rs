@@ -3,8 +3,8 @@
 mod inclination;
 
 use super::kalman::{Innovation, Kalman};
-use super::smoothing::{SMOOTHING, TYPICAL, smoothing_time};
-use crate::contact::IMPACT_LASTS;
+use super::smoothing::smoothing_time;
+use crate::common::{IMPACT_LASTS, SMOOTHING, TYPICAL};
 use crate::deviation::{GATE, root_sum_square};
 use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::settings::NoiseBudget;

@@ -25,5 +25,5 @@ pub use link_angle::LinkAngleKalman;
 pub(crate) use measurement::{Expected, GaussMarkov, Measurement};
 pub use paper::{ComplementaryFilter, TractionObserver};
 pub(crate) use push::PushFilter;
-pub(crate) use smoothing::{SMOOTHING, TYPICAL, smoothing_time};
-pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, UNIFORM, WheelParameters};
+pub(crate) use smoothing::smoothing_time;
+pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, WheelParameters};

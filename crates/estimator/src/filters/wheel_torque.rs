@@ -5,7 +5,8 @@ use super::kalman::Kalman;
 mod encoder;
 
 use super::motion::REFERENCE_SPEED;
-use super::smoothing::TYPICAL;
+use crate::common::TYPICAL;
+use crate::deviation::UNIFORM;
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,9 +43,6 @@ pub struct TorqueObserver {
 /// Standard deviation of the angle of a typical encoder, rad: a count over sqrt(12).
 /// Definition.
 pub(crate) const COUNT_SIGMA: f64 = 2.0 * core::f64::consts::PI / TYPICAL.encoder_counts * UNIFORM;
-/// Standard deviation of a uniform error over its width, 1/sqrt(12).
-/// Definition.
-pub(crate) const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
 const ANGLE: usize = 0;
 const SPEED: usize = 1;

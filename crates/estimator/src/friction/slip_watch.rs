@@ -2,9 +2,9 @@
 
 use super::needed::{NeededFriction, OffsetShare};
 use super::slipped_distance::SlippedDistance;
+use crate::common::FILTER_TIME;
 use crate::contact::{LEAST_SLIP, SLIPPING_RATIO};
 use crate::deviation::{GATE, WITHIN, root_sum_square};
-use crate::filters::motion::FILTER_TIME;
 use robhaz_model::low_pass_share;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
@@ -164,8 +164,7 @@ impl SlipWatch {
     /// Time for which it has to be beyond, s: longer than an error of the observers.
     const HOLD: f64 = FILTER_TIME;
     /// Age beyond which a peak is forgotten, s.
-    /// Chosen; held by `crates/study/tests/study/friction_test`.
-    pub const WINDOW: f64 = 0.6;
+    const WINDOW: f64 = SlippedDistance::USUAL_TIME;
     /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than
     /// half of mu_max on all common grounds. A wheel that was relieved after the peak bears less,
     /// and is moved by others.

@@ -25,7 +25,7 @@ mod smoothing;
 mod start;
 mod wiring;
 
-pub use monitor::{DRIVING_SPEED, Health};
+pub use monitor::Health;
 pub(crate) use monitor::{HealthMonitor, HealthSample, Innovations};
 pub(crate) use smoothing::WheelReadings;
 pub use start::LATE_TORQUE;

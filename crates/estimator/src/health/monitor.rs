@@ -4,14 +4,10 @@
 use super::smoothing::{WINDOW, WheelReadings};
 use super::start::RollingRobot;
 use super::wiring::Wiring;
+use crate::common::DRIVING_SPEED;
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::flags::Channels;
 use robhaz_model::{Carrier, GRAVITY};
-
-/// Least speed of a robot that drives, m/s. Below it a velocity has no direction, and a wheel may
-/// bear its traction without slip.
-/// Chosen; held by the faults and honest logs of `tests/check`.
-pub const DRIVING_SPEED: f64 = 0.02;
 
 /// Whether the readings agree with each other and with the robot's model.
 ///

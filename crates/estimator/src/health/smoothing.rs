@@ -1,6 +1,6 @@
 //! Motor torques and encoders of the wheels, smoothed, with their rates.
 
-use crate::filters::motion::FILTER_TIME;
+use crate::common::FILTER_TIME;
 
 /// Time constant of the means of all tests, s: long against impacts and against the correlation
 /// times of the errors, which are at most 0.5 s; short enough to report a fault within 5 s, longer

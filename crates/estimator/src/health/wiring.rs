@@ -2,7 +2,7 @@
 
 use super::smoothing::{Smoothing, Step, WINDOW, WheelReadings, follow};
 use super::start::{RollingRobot, Start};
-use crate::filters::TYPICAL;
+use crate::common::TYPICAL;
 
 /// Finds out whether torques are exchanged or late.
 ///

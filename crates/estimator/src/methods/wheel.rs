@@ -1,9 +1,7 @@
 //! Spin and ground torque of one wheel, and its gear friction.
 
-use crate::deviation::{GATE, root_sum_square};
-use crate::filters::{
-    COUNT_SIGMA, Innovation, TorqueObserver, UNIFORM, WheelParameters, smoothing_time,
-};
+use crate::deviation::{GATE, UNIFORM, root_sum_square};
+use crate::filters::{COUNT_SIGMA, Innovation, TorqueObserver, WheelParameters, smoothing_time};
 use crate::frame::{Held, Inputs, LONGEST_GAP};
 use crate::nominal::Nominal;
 use crate::settings::NoiseBudget;

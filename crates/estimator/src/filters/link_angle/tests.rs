@@ -162,7 +162,7 @@ fn an_inclinometer_that_lags_is_expected_to() {
 #[test]
 fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     let budget = NoiseBudget::typical();
-    let s = super::super::smoothing::SMOOTHING;
+    let s = crate::common::SMOOTHING;
     let mut link = LinkAngleKalman::new(&budget);
     link.start(0.0, 0.0, 0.0);
     let (dt, acceleration) = (1e-3, 2.0);

@@ -14,6 +14,7 @@
 
 use super::filter::MotionFilter;
 use super::tuning;
+use crate::common::FILTER_TIME;
 use crate::deviation::WITHIN;
 use crate::filters::GaussMarkov;
 use crate::filters::Measurement;
@@ -76,7 +77,7 @@ impl MotionFilter {
             correlated: [
                 GaussMarkov::new(of_angle, tuning::ANGLE_TIME),
                 GaussMarkov::new(excess, tuning::ANGLE_TIME),
-                GaussMarkov::new(of_turning, tuning::FILTER_TIME),
+                GaussMarkov::new(of_turning, FILTER_TIME),
             ],
             inflation: 0.0,
             gate: f64::INFINITY,

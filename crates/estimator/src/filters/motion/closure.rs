@@ -10,9 +10,9 @@
 //! | channels | none of its own | none of its own |
 
 use super::filter::MotionFilter;
+use crate::common::DRIVING_SPEED;
 use crate::deviation::GATE;
 use crate::filters::Measurement;
-use crate::health::DRIVING_SPEED;
 use crate::state::{CONTACT_ANGLE, VELOCITY};
 
 impl MotionFilter {

@@ -12,12 +12,12 @@
 use super::filter::MotionFilter;
 use super::rolling::Sample;
 use super::tuning;
+use crate::common::DRIVING_SPEED;
 use crate::contact::ContactVelocity;
 use crate::deviation::{GATE, SIGNIFICANT};
 use crate::filters::GaussMarkov;
 use crate::filters::Innovation;
 use crate::filters::{Expected, Measurement};
-use crate::health::DRIVING_SPEED;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{CONTACT_ANGLE, COUNT, PENETRATION, VELOCITY};
 use robhaz_model::{Vec2, perp};

@@ -3,10 +3,10 @@
 
 use super::modes::Modes;
 use super::tuning;
+use crate::common::{DRIVING_SPEED, FILTER_TIME};
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Expected, Kalman, Measurement};
-use crate::health::DRIVING_SPEED;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, PENETRATION, RADIUS,
@@ -232,7 +232,7 @@ impl MotionFilter {
         let after = self.is_after_impact();
         GaussMarkov {
             sigma,
-            time: if after { tuning::FILTER_TIME } else { time },
+            time: if after { FILTER_TIME } else { time },
         }
     }
 

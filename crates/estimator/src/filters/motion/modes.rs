@@ -2,7 +2,7 @@
 //! the readings bear the mark of it.
 
 use super::tuning;
-use crate::filters::SMOOTHING;
+use crate::common::SMOOTHING;
 
 /// After an impact, at an edge, at rest, sliding, under a load that no reading shows.
 ///

@@ -10,7 +10,7 @@
 //! | channels | motor torques, encoders, gyroscopes, inclinometers |
 
 use super::filter::MotionFilter;
-use super::tuning;
+use crate::common::FILTER_TIME;
 use crate::deviation::{GATE, WITHIN};
 use crate::filters::GaussMarkov;
 use crate::filters::Measurement;
@@ -52,7 +52,7 @@ impl MotionFilter {
             innovation: -parity.value,
             white: 0.0,
             correlated: [
-                GaussMarkov::new(passing, tuning::FILTER_TIME),
+                GaussMarkov::new(passing, FILTER_TIME),
                 GaussMarkov::new(robhaz_model::sqrt(parity.of_push), PushFilter::LASTS),
             ],
             inflation: 0.0,
@@ -73,7 +73,7 @@ impl MotionFilter {
         }
         let within_gate = square <= gate;
         if correct && within_gate {
-            let of_load = GaussMarkov::new(robhaz_model::sqrt(load), tuning::FILTER_TIME);
+            let of_load = GaussMarkov::new(robhaz_model::sqrt(load), FILTER_TIME);
             measurement.inflation = of_load.white(dt);
             self.correct(&measurement, &expected, dt);
         }

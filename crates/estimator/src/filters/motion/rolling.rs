@@ -2,7 +2,7 @@
 //! speed of its rim less the slip (`slip.rs`).
 
 use super::filter::MotionFilter;
-use super::tuning;
+use crate::common::FILTER_TIME;
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
 use crate::filters::GaussMarkov;
@@ -81,7 +81,7 @@ impl RollingWheel {
     /// Density of the noise of the wheel's slip at low frequencies, m^2/s, at samples every `dt`
     /// (s): white noise of the gyroscope, and what the observer of the rim's speed leaves.
     pub(super) fn slip_density(&self, dt: f64) -> f64 {
-        let rim = GaussMarkov::new(self.rim_sigma, tuning::FILTER_TIME);
+        let rim = GaussMarkov::new(self.rim_sigma, FILTER_TIME);
         (self.white() + rim.white(dt)) * dt
     }
 }

@@ -12,6 +12,7 @@
 use super::filter::MotionFilter;
 use super::rolling::{RollingWheel, Sample};
 use super::tuning;
+use crate::common::FILTER_TIME;
 use crate::contact::{SLIPPING_RATIO, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
 use crate::filters::GaussMarkov;
@@ -67,7 +68,7 @@ impl MotionFilter {
             correlated: [
                 GaussMarkov::new(tuning::SLIP.sigma * nonlinear, tuning::SLIP.time),
                 GaussMarkov::new(of_creep, tuning::SLIP.time),
-                GaussMarkov::new(of_observer, tuning::FILTER_TIME),
+                GaussMarkov::new(of_observer, FILTER_TIME),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
                 GaussMarkov::new(wheel.across_sigma, tuning::TURN_TIME),
             ],

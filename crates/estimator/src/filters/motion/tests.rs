@@ -198,7 +198,7 @@ fn an_impact_becomes_unmodelled_load_and_decays() {
     for _ in 0..100 {
         motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
     }
-    let decayed = expected * libm::exp(-0.1 / crate::filters::SMOOTHING);
+    let decayed = expected * libm::exp(-0.1 / crate::common::SMOOTHING);
     assert!((motion.unmodelled_load() - decayed).abs() < 1e-9 * expected);
     // The prediction of the residual itself does not change: its NIS shows impacts.
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).0;

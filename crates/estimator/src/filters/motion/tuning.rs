@@ -6,7 +6,7 @@
 //! value do (`sensitivity.md`).
 
 use crate::deviation::GATE;
-use crate::filters::{GaussMarkov, UNIFORM};
+use crate::filters::GaussMarkov;
 use robhaz_model::Units;
 
 /// Speed for which [`PENETRATION_SPEED`] holds, m/s. It is proportional to the speed, its
@@ -73,11 +73,6 @@ pub const TORQUE_WALK: f64 = 1e-3;
 /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
 /// Chosen; sensitive.
 pub const CREEP_WALK: f64 = 0.2;
-/// Correlation time of errors that observers and low passes leave, s: in the torques, in the
-/// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
-/// after an impact. What the readings show for as long is no noise of theirs.
-/// Chosen; sensitive.
-pub const FILTER_TIME: f64 = 0.03;
 /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the
 /// line between the wheels, rad. Where the estimated angle itself deviates, that adds.
 /// Chosen; sensitive.
@@ -92,10 +87,10 @@ pub const UNREAD_ANGLE_WALK: f64 = 0.5;
 /// Steepest contact angle, rad, where none is given.
 /// Guard: near a wall.
 pub const STEEPEST: f64 = 1.4;
-/// Standard deviation of the contact angles of a robot that is held by an edge, rad: uniform
+/// Standard deviation of the contact angles of a robot that is held by an edge, rad: anything
 /// between level ground and a wall.
-/// Definition.
-pub const HELD_ANGLE: f64 = UNIFORM * core::f64::consts::FRAC_PI_2;
+/// Chosen; held by `crates/study/tests/study/no_angles.rs`: with 0.45 a kerb is too narrow.
+pub const HELD_ANGLE: f64 = 0.6;
 /// T/N up to which slip corrects the creep speed, -. Beyond, a wheel may slide, which a greater
 /// creep speed would explain. Chosen: with 0.25 wheels that push against a riser under a
 /// low-gain drive teach nothing, and the parity residual contradicts them.

@@ -9,8 +9,8 @@
 //! | channels | encoder |
 
 use super::{ANGLE, RATE, SPEED, TORQUE, TorqueObserver, WheelParameters};
+use crate::common::SMOOTHING;
 use crate::deviation::GATE;
-use crate::filters::smoothing::SMOOTHING;
 use crate::filters::{Innovation, Measurement};
 
 impl TorqueObserver {

@@ -1,12 +1,11 @@
 //! Whether the readings agree with each other, and the torques with the weight.
 
 use super::KalmanFilters;
+use crate::common::DRIVING_SPEED;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::flags::{Channels, Flags};
 use crate::frame::{Held, Inputs};
-use crate::health::{
-    DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, WheelReadings,
-};
+use crate::health::{Health, HealthSample, Innovations, RollingRobot, WheelReadings};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::NoiseBudget;
 use crate::statics::Arms;

@@ -2,11 +2,11 @@
 //! linkage costs that turns faster than its filters follow, as on facets and corners.
 
 use super::KalmanFilters;
+use crate::common::DRIVING_SPEED;
 use crate::estimate::{EstimateError, Parity};
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
 use crate::frame::{Inputs, SHORTEST_STEP};
-use crate::health::DRIVING_SPEED;
 use crate::nominal::{Instant, Nominal};
 use crate::state;
 use crate::statics::{

@@ -1,8 +1,8 @@
 //! A log may begin, or go on after a gap, while the rover drives.
 
+use crate::common::DRIVING_SPEED;
 use crate::deviation::root_sum_square;
 use crate::frame::LONGEST_GAP;
-use crate::health::DRIVING_SPEED;
 use crate::whole::readings::WholeFrame;
 use robhaz_model::Units;
 

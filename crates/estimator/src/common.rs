@@ -1,0 +1,27 @@
+//! Speeds and times that mean the same in several places.
+
+use crate::settings::NoiseBudget;
+
+/// Least speed of a robot that drives, m/s. Below it a velocity has no direction, and a wheel may
+/// bear its traction without slip.
+/// Chosen; held by the faults and honest logs of `tests/check`.
+pub const DRIVING_SPEED: f64 = 0.02;
+
+/// Sensors to which the time constants of low passes and observers refer.
+pub(crate) const TYPICAL: NoiseBudget = NoiseBudget::typical();
+
+/// Time constant of a low pass on a rate of typical sensors, s; and of what filters of that speed
+/// leave for some samples: load that no reading shows, the end of a second contact.
+/// Chosen; sensitive.
+pub(crate) const SMOOTHING: f64 = 0.02;
+
+/// Correlation time of errors that observers and low passes leave, s: in the torques, in the
+/// parity residual, in what an inclinometer shows of a link that turns, and in the acceleration
+/// after an impact. What the readings show for as long is no noise of theirs.
+/// Chosen; sensitive.
+pub(crate) const FILTER_TIME: f64 = 0.03;
+
+/// Time for which an impact shakes a wheel, s: hard wheels on hard ground. For as long a condition has
+/// to hold before a contact state changes; it is the time constant of the slip's low pass, too.
+/// Chosen; held by `tests/acceptance_contacts.rs`.
+pub(crate) const IMPACT_LASTS: f64 = 0.005;
