@@ -1,6 +1,6 @@
 //! Readings that a table repeats: drives that are read at a fifth of the rate of the rows, say, all at once
-//! or one after the other, with the last value in each row. An estimator would take a repeated angle for a wheel that stands, and the next
-//! one for a jump; rows between new readings count as without.
+//! or one after the other, with the last value in each row. An estimator would take a repeated angle for a
+//! wheel that stands, and the next one for a jump; rows between new readings count as without.
 
 use crate::formula::Source;
 use crate::plan::{ChannelPlan, Plan};
