@@ -61,13 +61,10 @@ fn kind_of(reading: Reading) -> Option<&'static str> {
 /// `wheel1` of its angle and its torque.
 fn wheel_of(reading: Reading) -> Option<&'static str> {
     let name = reading.name();
-    let of_wheel = name.strip_suffix("_motor_torque");
-    of_wheel
-        .or_else(|| {
-            name.strip_suffix("_angle")
-                .filter(|_| name.contains("wheel"))
-        })
-        .filter(|_| kind_of(reading).is_some())
+    let wheel = name
+        .strip_suffix("_motor_torque")
+        .or_else(|| name.strip_suffix("_angle"));
+    wheel.filter(|wheel| wheel.contains("wheel") && kind_of(reading).is_some())
 }
 
 /// The cells that are readings of a kind or of a wheel as they are; speeds, which are integrated, are

@@ -186,7 +186,7 @@ impl Course {
         let mut cells = self.cells;
         let of_bursts = leave_out_bursts(&mut times, &mut cells);
         let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
-        let period = period(&times).unwrap_or(duration);
+        let period = period(&times).map_or(duration, |(period, _)| period);
         let mut report = ChannelReport {
             name: plan.channels[i].name.clone(),
             period,
@@ -219,8 +219,8 @@ impl Course {
 }
 
 /// Time from one row to the next, s: the usual step, or, where rows come in bursts or as those of several
-/// topics, the mean step.
-fn period(times: &[f64]) -> Option<f64> {
+/// topics, the mean step; and whether they do.
+fn period(times: &[f64]) -> Option<(f64, bool)> {
     /// Rows over which bursts are evened out.
     const MANY: usize = 20;
     /// Of the steps of rows that come one by one the mean is the usual one, but for gaps.
@@ -231,14 +231,13 @@ fn period(times: &[f64]) -> Option<f64> {
     };
     let usual = step_over(1)?;
     let even = step_over(MANY).filter(|even| *even > OF_BURSTS * usual);
-    Some(even.unwrap_or(usual))
+    Some((even.unwrap_or(usual), even.is_some()))
 }
 
 /// Leaves out rows that come in a burst, as over USB, right behind one before: their stamps are those of
 /// their arrival. The first of each burst is kept. Returns how many are left out.
 fn leave_out_bursts(times: &mut Vec<f64>, cells: &mut Vec<f64>) -> u64 {
-    let usual = median(times.windows(2).map(|w| w[1] - w[0]).collect());
-    let Some(even) = period(times).filter(|even| usual.is_some_and(|usual| *even > usual)) else {
+    let Some((even, true)) = period(times) else {
         return 0;
     };
     let (rows, columns) = (times.len(), cells.len() / times.len());

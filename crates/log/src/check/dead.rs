@@ -11,39 +11,31 @@ const TEST: &str = "values";
 const EMPTY: &str =
     "not measured, or not recorded: no estimator works without it, and no other test uses it";
 /// The findings, each with the channel that it takes out of the log: of a reading of the body or of
-/// pin Q one that is made of it.
+/// pin Q one that is made of it. And those of the others that are silent for a while.
 pub fn findings(
     frames: &[SensorFrame],
     stated: &Stated<'_>,
     driving: &[[bool; 3]],
-) -> Vec<(Channel, Finding)> {
+) -> (Vec<(Channel, Finding)>, Vec<Finding>) {
+    let all = Recorded::of_frames(frames, stated);
     let mut found: Vec<(Channel, Finding)> = Vec::new();
-    for recorded in Recorded::of_frames(frames, stated) {
+    for recorded in &all {
         // Without the inclination of the body neither link has one, whatever pin Q reads.
         let is_made = |(channel, _): &(Channel, Finding)| *channel == recorded.channel;
         if !found.iter().any(is_made)
-            && let Some(finding) = finding(&recorded, driving)
+            && let Some(finding) = finding(recorded, driving)
         {
             let removed = Change::Remove(recorded.channel);
             found.push((recorded.channel, finding.change([removed])));
         }
     }
-    found
-}
-
-/// Those of the others that are silent for a while.
-pub fn silences(
-    frames: &[SensorFrame],
-    stated: &Stated<'_>,
-    dead: &[(Channel, Finding)],
-) -> Vec<Finding> {
-    let is_dead = |own: &Recorded| dead.iter().any(|(channel, _)| *channel == own.channel);
-    let others = Recorded::of_frames(frames, stated).into_iter();
-    let found = others.filter(|own| !is_dead(own)).filter_map(|own| {
+    let is_dead = |own: &&Recorded| found.iter().any(|(channel, _)| *channel == own.channel);
+    let silent_ones = all.iter().filter(|own| !is_dead(own)).filter_map(|own| {
         let read = own.values.iter().map(|value| !value.is_nan());
         silent(&own.name, frames.iter().map(|frame| frame.time).zip(read))
     });
-    found.collect()
+    let silences = silent_ones.collect();
+    (found, silences)
 }
 
 fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {

@@ -93,10 +93,10 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
     };
     log.take(of_jumps);
     let driving = still::driving(&log.frames, stated);
-    let dead = dead::findings(&log.frames, stated, &driving);
+    let (dead, silences) = dead::findings(&log.frames, stated, &driving);
     let kinds = dead::Kinds::of(&dead);
     log.take(dead.iter().map(|(_, finding)| finding.clone()));
-    log.take(dead::silences(&log.frames, stated, &dead));
+    log.take(silences);
     let without = |findings| dead::without(findings, &dead);
     log.take(without(still::findings(&log.frames, stated, &driving)));
     log.take(without(torques::findings(&log.frames, stated)));
