@@ -135,6 +135,20 @@ fn exchanged_and_late_torques_are_reported() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Readings of a wheel that turns by 0.13 rad between them, over bumps, are no contradiction: a small
+/// rover whose torques are read 20 times a second.
+#[test]
+fn readings_that_are_far_apart_do_not_contradict_each_other() -> Result<(), Failure> {
+    let rare = ["sensors.rate=20", "record.rate=20"];
+    let scene = scene("../robots/open-source-rover", &rare)?;
+    let truth = TruthRun::of(&scene)?;
+    for seed in 1..4 {
+        let raised = run(&scene, 1, &readings(&scene, &truth, seed))?;
+        assert_eq!(raised.first, None, "{seed}: {}", names(raised.channels));
+    }
+    Ok(())
+}
+
 /// Shipped scenes and changes of them: robots, grounds, frictions, speeds.
 const SCENES: [(&str, &[&str]); 20] = [
     ("smooth", &[]),

@@ -7,14 +7,15 @@ use super::wiring::Wiring;
 use crate::common::DRIVING_SPEED;
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
 use crate::flags::Channels;
-use robhaz_model::{Carrier, GRAVITY};
+use robhaz_model::{Carrier, GRAVITY, Units};
 
 /// Whether the readings agree with each other and with the robot's model.
 ///
 /// Each number is the mean over the last two seconds of driving of the normalised innovations
 /// squared of a test: at most about 1 when readings, nominal parameters and noise budget are right.
 /// It stays as it is while the robot stands, and while a wheel slides, has left the ground or is at
-/// an edge, where the model of the innovations does not hold.
+/// an edge, where the model of the innovations does not hold. Where the wheels turn far between
+/// readings, innovations count less: by half at a tenth of a radian.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Health {
     /// Channels whose readings contradict others. None: healthy.
@@ -82,6 +83,12 @@ pub(crate) struct HealthMonitor {
 }
 
 impl HealthMonitor {
+    /// Way of a wheel between readings at which the variance of an innovation counts double, m: a tenth
+    /// of its radius. The ground changes from reading to reading, of which no filter knows, by more the
+    /// farther they are apart.
+    /// Chosen; held by `tests/check/health.rs`.
+    const FAR: f64 = 0.1 * Units::RADIUS;
+
     /// Takes one sample of a `robot`.
     pub fn update(&mut self, sample: &HealthSample<'_>, robot: &RollingRobot) {
         let dt = sample.dt;
@@ -100,6 +107,10 @@ impl HealthMonitor {
             return;
         }
         let weight = robhaz_model::low_pass_share(dt, WINDOW);
+        let apart = sample.rim * dt / Self::FAR;
+        let count = |mean: &mut Mean, nis: &Option<f64>| {
+            mean.update(nis.map(|nis| nis / (1.0 + apart * apart)), weight);
+        };
         let Innovations {
             encoder,
             slip,
@@ -110,13 +121,11 @@ impl HealthMonitor {
         let wheels = self.encoder.iter_mut().zip(encoder);
         let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
         let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
-        for (mean, nis) in wheels {
-            mean.update(*nis, weight);
+        let links = self.inclination.iter_mut().zip(inclination);
+        for (mean, nis) in wheels.chain(links) {
+            count(mean, nis);
         }
-        for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
-            mean.update(*nis, weight);
-        }
-        self.parity.update(*parity, weight);
+        count(&mut self.parity, parity);
     }
 
     /// The present state. `carriers` names the link of each wheel.
@@ -356,6 +365,25 @@ mod tests {
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
         feed(&mut monitor, &Innovations::default(), true, 10.0);
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
+    }
+
+    /// Closed form: where wheels turn by a tenth of a radian between readings an innovation counts half.
+    #[test]
+    fn readings_far_apart_count_less() {
+        let mut monitor = HealthMonitor::default();
+        let innovations = all(7.0);
+        for _ in 0..1000 {
+            let far = HealthSample {
+                dt: 0.05,
+                rim: 0.2,
+                ..sample(&innovations)
+            };
+            monitor.update(&far, &ROBOT);
+        }
+        let health = monitor.health(&CARRIERS);
+        assert!(health.faulty.is_empty());
+        // 50 s are 25 times the window.
+        assert!((health.slip[0] - 3.5).abs() < 1e-9);
     }
 
     /// A link whose inclination contradicts its gyroscope explains the slip of its wheels; not that
