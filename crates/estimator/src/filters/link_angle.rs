@@ -184,7 +184,8 @@ impl LinkAngleKalman {
                 self.unread = (self.unread + dt).min(LONGEST_GAP);
                 walk += Self::UNREAD_WALK * self.unread * robhaz_model::sqrt(dt);
                 if self.unread > Inputs::STALE_AFTER {
-                    self.rate = 0.0;
+                    // Without an inclinometer that corrects it, it is soon that of a link at rest.
+                    self.rate *= libm::exp(-dt / LONGEST_GAP);
                 }
             }
         }
@@ -255,6 +256,14 @@ impl LinkAngleKalman {
     /// readings; it decays within [`IMPACT_LASTS`].
     pub fn impact_acceleration(&self) -> f64 {
         robhaz_model::sqrt(self.struck)
+    }
+
+    /// Standard deviation of the error of the rate that lasts, rad/s: the gyroscope's bias, and all of a
+    /// rate that has been missing for long.
+    pub fn lasting_rate_error(&self) -> f64 {
+        let missing = self.unread > Inputs::STALE_AFTER;
+        let walked = || Self::UNREAD_WALK * robhaz_model::sqrt(self.unread);
+        root_sum_square(self.rate_bias().1, if missing { walked() } else { 0.0 })
     }
 
     /// Bias of the gyroscope and its standard deviation, rad/s.

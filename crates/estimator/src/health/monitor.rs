@@ -15,7 +15,7 @@ use robhaz_model::{Carrier, GRAVITY, Units};
 /// squared of a test: at most about 1 when readings, nominal parameters and noise budget are right.
 /// It stays as it is while the robot stands, and while a wheel slides, has left the ground or is at
 /// an edge, where the model of the innovations does not hold. Where the wheels turn far between
-/// readings, innovations count less: by half at a tenth of a radian.
+/// readings, slip and direction count less: half at a tenth of a radian.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Health {
     /// Channels whose readings contradict others. None: healthy.
@@ -83,9 +83,8 @@ pub(crate) struct HealthMonitor {
 }
 
 impl HealthMonitor {
-    /// Way of a wheel between readings at which the variance of an innovation counts double, m: a tenth
-    /// of its radius. The ground changes from reading to reading, of which no filter knows, by more the
-    /// farther they are apart.
+    /// Way of a wheel between readings at which the variance of slip and direction counts double, m: a
+    /// tenth of its radius. What the ground does from reading to reading no filter knows.
     /// Chosen; held by `tests/check/health.rs`.
     const FAR: f64 = 0.1 * Units::RADIUS;
 
@@ -108,9 +107,6 @@ impl HealthMonitor {
         }
         let weight = robhaz_model::low_pass_share(dt, WINDOW);
         let apart = sample.rim * dt / Self::FAR;
-        let count = |mean: &mut Mean, nis: &Option<f64>| {
-            mean.update(nis.map(|nis| nis / (1.0 + apart * apart)), weight);
-        };
         let Innovations {
             encoder,
             slip,
@@ -118,14 +114,15 @@ impl HealthMonitor {
             inclination,
             parity,
         } = sample.innovations;
-        let wheels = self.encoder.iter_mut().zip(encoder);
-        let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
-        let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
-        let links = self.inclination.iter_mut().zip(inclination);
-        for (mean, nis) in wheels.chain(links) {
-            count(mean, nis);
+        let rolling = self.slip.iter_mut().zip(slip);
+        for (mean, nis) in rolling.chain(self.direction.iter_mut().zip(direction)) {
+            mean.update(nis.map(|nis| nis / (1.0 + apart * apart)), weight);
         }
-        count(&mut self.parity, parity);
+        let others = self.encoder.iter_mut().zip(encoder);
+        for (mean, nis) in others.chain(self.inclination.iter_mut().zip(inclination)) {
+            mean.update(*nis, weight);
+        }
+        self.parity.update(*parity, weight);
     }
 
     /// The present state. `carriers` names the link of each wheel.
@@ -367,11 +364,14 @@ mod tests {
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
     }
 
-    /// Closed form: where wheels turn by a tenth of a radian between readings an innovation counts half.
+    /// Closed form: where wheels turn by a tenth of a radian between readings their slip counts half.
     #[test]
     fn readings_far_apart_count_less() {
         let mut monitor = HealthMonitor::default();
-        let innovations = all(7.0);
+        let innovations = Innovations {
+            slip: [Some(7.0); 3],
+            ..Innovations::default()
+        };
         for _ in 0..1000 {
             let far = HealthSample {
                 dt: 0.05,

@@ -20,6 +20,8 @@ pub(crate) struct Wheel {
     pub friction_share: f64,
     /// Low-pass filtered derivative of the spin speed, rad/s^2.
     pub acceleration: f64,
+    /// Standard deviation of a motor torque that has been missing for long, N m; 0 of one that is read.
+    unread: f64,
 }
 
 impl Wheel {
@@ -30,7 +32,7 @@ impl Wheel {
     /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
     /// Guard; held by `tests/check/clock_faults.rs`.
     const JITTER: f64 = 0.01;
-    /// Random walk of a motor torque while it is not read, N m/sqrt(s).
+    /// Random walk of a motor torque while it is not read, N m/sqrt(s), for a second: then it may be any.
     /// Guard: half of the drive's torque within 0.1 s.
     const UNREAD_TORQUE_WALK: f64 = 5.0;
 
@@ -42,6 +44,7 @@ impl Wheel {
             speed: 0.0,
             friction_share: 0.0,
             acceleration: 0.0,
+            unread: 0.0,
         }
     }
 
@@ -83,6 +86,9 @@ impl Wheel {
             self.observer.predict(&parameters, dt, mean, alpha);
         }
         self.torque = torque.value;
+        let missing = torque.age > Inputs::STALE_AFTER;
+        let walked = || Self::UNREAD_TORQUE_WALK * robhaz_model::sqrt(torque.age.min(1.0));
+        self.unread = if missing { walked() } else { 0.0 };
         let read = angle.now();
         let innovation = read.and_then(|angle| self.observer.measure(&parameters, angle));
         let (speed, sigma) = self.observer.speed();
@@ -139,11 +145,18 @@ impl Wheel {
         self.observer.ground_torque().0 + viscous_damping * self.speed
     }
 
+    /// Torque of the ground, N m, and its standard deviation. The observer takes the motor torque as read:
+    /// the encoder shows the difference of both torques alone.
+    pub fn ground_torque(&self) -> (f64, f64) {
+        let (torque, observed) = self.observer.ground_torque();
+        (torque, root_sum_square(observed, self.unread))
+    }
+
     /// Traction, less the `error` of the torque reading (N m). Friction in a gear of unknown
     /// direction may bear a part of it: that part counts in its standard deviation.
     pub fn traction(&self, nominal: &Nominal, error: f64) -> Traction {
         let settings = &nominal.settings;
-        let (torque, observed) = self.observer.ground_torque();
+        let (torque, observed) = self.ground_torque();
         let share = self.friction_share;
         let inverse = 1.0 / nominal.robot.geometry.wheel_radius;
         let friction = settings.budget.gear_friction * settings.budget.gear_friction;

@@ -157,6 +157,19 @@ impl WholeEquilibrium {
         self.of_load(*link, Vec3::zeros(), Vec3::zeros(), moment)
     }
 
+    /// What a `turn` (rad) of the bogie of a side about its pin adds to the rows with the forces N and T
+    /// (N): the contacts of its wheels move.
+    pub(crate) fn of_turn(&self, side: usize, turn: Vec3, n: &[f64; 6], t: &[f64; 6]) -> Rows {
+        let mut moment = Vec3::zeros();
+        for (i, contact) in self.contacts.iter().enumerate() {
+            if self.links[i] == Link::Bogie(side) {
+                let force = contact.normal * n[i] + contact.tangent * t[i];
+                moment += turn.cross(&(contact.point - self.q[side])).cross(&force);
+            }
+        }
+        self.of_load(Link::Bogie(side), Vec3::zeros(), Vec3::zeros(), moment)
+    }
+
     /// The rows of a force on wheel `i`, N, in a point relative to O, m.
     pub fn of_force(&self, i: usize, at: Vec3, force: Vec3) -> Rows {
         let frame = (self.coupling, &self.q, self.lever);

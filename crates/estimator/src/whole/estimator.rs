@@ -612,6 +612,7 @@ impl WholeEstimator {
         consider(
             rover,
             &posture,
+            &inputs,
             &self.settings.budget,
             motion.specific_force,
             &equations,

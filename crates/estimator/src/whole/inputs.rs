@@ -6,6 +6,7 @@ use super::solve::{INPUTS, InputCovariance, WholeForces, input};
 use super::{
     JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeMotion, WholePosture,
 };
+use crate::filters::motion::SLOPE;
 use crate::methods::SideState;
 use crate::settings::NoiseBudget;
 use crate::statics::CAUSES;
@@ -23,6 +24,8 @@ pub(super) struct SideInputs<'a> {
     /// Inclination of the body, rad, nose up, and its standard deviation.
     pub inclination: f64,
     inclination_sigma: f64,
+    /// Standard deviation of the angles of the bogies, rad.
+    pub bogie_sigma: [f64; 2],
     /// Without the steering.
     pub joints: Joints,
     coupling: JointMotion,
@@ -75,17 +78,16 @@ impl<'a> SideInputs<'a> {
         let pin =
             |side: usize| core::array::from_fn::<f64, 3, _>(|k| bogies[side][k] - parents[side][k]);
         let pins = [pin(0), pin(1)];
-        let sigma = |side: usize| {
-            let [s1, s2] = states[side].angle_sigma;
-            if bogie == 0 { s2 } else { s1 }
-        };
+        let [of_bogies, of_rockers] =
+            [bogie, 1 - bogie].map(|link| states.map(|state| state.angle_sigma[link]));
         Ok(Self {
             states,
             bogie,
             along: libm::sincos(inclination).into(),
             inclination,
             // Both are those of the one inclinometer.
-            inclination_sigma: 0.5 * (sigma(0) + sigma(1)),
+            inclination_sigma: 0.5 * (of_rockers[0] + of_rockers[1]),
+            bogie_sigma: of_bogies,
             joints: Joints {
                 coupling: angle,
                 pins: pins.map(|pin| pin[0]),
@@ -251,10 +253,11 @@ pub(super) fn level_loads(rover: &WholeRover) -> Result<[f64; 6], WholeError> {
 }
 
 /// Adds to the covariance of N what no reading shows and lasts: places and masses of the parts, and
-/// rolling resistance, by the budget.
+/// rolling resistance, by the budget; and what the bogies' angles err by.
 pub(super) fn consider(
     rover: &WholeRover,
     posture: &WholePosture,
+    inputs: &SideInputs<'_>,
     budget: &NoiseBudget,
     specific_force: Vec3,
     equations: &WholeEquilibrium,
@@ -291,6 +294,20 @@ pub(super) fn consider(
             let force = specific_force * (budget.link_mass * of_link);
             forces.consider(&equations.of_load(link, at, force, Vec3::zeros()));
         }
+    }
+    let traction = inputs.traction();
+    for (side, sigma) in inputs.bogie_sigma.into_iter().enumerate() {
+        // Of one that is not read: it turns with the ground under its wheels.
+        let turn = Vec3::y() * sigma.min(core::f64::consts::SQRT_2 * SLOPE);
+        let mut rows = equations.of_turn(side, turn, &forces.normal, &traction);
+        for (i, axle) in posture.axles.iter().enumerate() {
+            if posture.links[i] == Link::Bogie(side) {
+                let moved = turn.cross(&(axle - posture.q[side]));
+                let moment = moved.cross(&(specific_force * mass.wheel));
+                rows -= equations.of_load(Link::Bogie(side), Vec3::zeros(), Vec3::zeros(), moment);
+            }
+        }
+        forces.consider(&rows);
     }
     if let Some(weighed) = &budget.load_covariance {
         let total = weighed.rows()[0][0].max(0.0);

@@ -11,6 +11,7 @@
 use super::{ANGLE, LinkAngleKalman};
 use crate::deviation::GATE;
 use crate::filters::{Innovation, Measurement};
+use crate::frame::Inputs;
 use crate::settings::NoiseBudget;
 
 impl LinkAngleKalman {
@@ -40,8 +41,14 @@ impl LinkAngleKalman {
         };
         let expected = self.filter.expect(&measurement);
         self.filter.correct(&measurement, &expected, 1.0);
+        let turned = self.filter.x[ANGLE] - before;
         // The angle's error is older than the lag.
-        self.expected += self.filter.x[ANGLE] - before;
+        self.expected += turned;
+        if self.unread > Inputs::STALE_AFTER {
+            // A loop of second order, damped by sqrt(2)/2, follows the inclinations in the place of the
+            // gyroscope.
+            self.rate += turned / (core::f64::consts::SQRT_2 * Inputs::STALE_AFTER);
+        }
         expected.innovation
     }
 }

@@ -32,7 +32,8 @@ pub(super) fn scale_filter(robot: &Robot, budget: &NoiseBudget, trailing: usize)
 
 impl KalmanFilters {
     /// Health after the innovations of this sample. They count while the robot drives and every
-    /// wheel rolls on one contact: elsewhere the constraints do not hold.
+    /// wheel rolls on one contact: elsewhere the constraints do not hold. A reading that has been missing
+    /// for long has a flag of its own.
     pub(super) fn check_health(
         &mut self,
         instant: &Instant<'_>,
@@ -43,7 +44,9 @@ impl KalmanFilters {
         let rolls = |contact: &ContactEstimate| {
             contact.state == ContactState::OneContact && !contact.sliding
         };
-        let model_holds = contact.iter().all(rolls) && !self.motion.is_after_impact();
+        let model_holds = contact.iter().all(rolls)
+            && !self.motion.is_after_impact()
+            && !instant.flags.contains(Flags::SENSOR_STALE);
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
         let rim = [0, 1, 2].map(|i| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);

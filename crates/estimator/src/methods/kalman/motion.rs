@@ -154,7 +154,7 @@ impl KalmanFilters {
         RollingWheel {
             relative: across * rate + self.across.velocity[i],
             smooth_relative: across * link.smooth_rate + self.across.velocity[i],
-            bias_sigma: arm * link.rate_bias().1,
+            bias_sigma: arm * link.lasting_rate_error(),
             noise_sigma: arm * settings.budget.rate_noise,
             joint_noise: arm * link.joint_noise,
             across_sigma: self.across.slip[i],
@@ -167,7 +167,7 @@ impl KalmanFilters {
             moment_of_load: r * n,
             friction_share: wheel.friction_share,
             torque: wheel.steady_torque(settings.viscous_damping),
-            torque_sigma: wheel.observer.ground_torque().1,
+            torque_sigma: wheel.ground_torque().1,
             rim_sigma: r * wheel.observer.speed().1,
         }
     }

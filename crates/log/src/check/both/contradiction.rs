@@ -16,7 +16,7 @@ use super::{STRAIGHT, across};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
-use robhaz_estimator::{Confirmation, DRIVING_SPEED};
+use robhaz_estimator::{Confirmation, DRIVING_SPEED, Flags};
 use robhaz_model::Units;
 
 /// Share of the logs with correct readings that may be taken for others.
@@ -55,7 +55,8 @@ pub struct Agreement {
 struct Judged {
     /// Mean of the normalised innovations squared: misfit, slip and directions of the wheels.
     sum: f64,
-    /// Number of the frames that count: the rover drives, no wheel is dragged across.
+    /// Number of the frames that count: the rover drives, no wheel is dragged across, no reading has been
+    /// missing for long.
     count: f64,
     /// How far the wheels turn in these, rad.
     rolled: f64,
@@ -89,7 +90,8 @@ impl Judged {
             normal.push((frame.time, estimate.normal_force));
             variance += (0..6).map(|i| estimate.covariance[i][i]).sum::<f64>();
             weight = Some(estimate.torque_scale.confirmation);
-            if estimate.dragged || speed.abs() < least {
+            let held = estimate.flags().contains(Flags::SENSOR_STALE);
+            if estimate.dragged || held || speed.abs() < least {
                 continue;
             }
             count += 1.0;
