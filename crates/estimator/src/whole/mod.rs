@@ -8,7 +8,7 @@
 //! | weighted least squares for six N, with covariance | `solve.rs` |
 //! | from both sides' filters to the inputs of the rows | `inputs.rs` |
 //! | the readings of the rover as those of each side's links | `readings.rs` |
-//! | readings of both sides in, forces of six wheels out | `estimator.rs` |
+//! | readings of both sides in, forces of six wheels out | `estimator.rs`, `estimate.rs` |
 //!
 //! Vectors are in the body frame: origin O on [`WholeRover::pivot`] in the middle plane, x forward,
 //! y left, z up. Links turn nose up, which is about -y; roll is about x, left side up; yaw about z,
@@ -19,6 +19,7 @@
 //! [`WholeRover::pivot`]: robhaz_model::WholeRover::pivot
 
 mod equilibrium;
+mod estimate;
 mod estimator;
 mod inputs;
 mod loads;
@@ -27,7 +28,8 @@ mod readings;
 mod solve;
 
 pub use equilibrium::{ROWS, Rows, WholeEquilibrium};
-pub use estimator::{TipLine, WholeEstimate, WholeEstimator};
+pub use estimate::{TipLine, WholeEstimate};
+pub use estimator::WholeEstimator;
 pub use loads::{JointMotion, WholeMotion};
 pub use posture::{Contact, Joints, Link, WholePosture};
 pub use readings::{SideReadings, WholeFrame};

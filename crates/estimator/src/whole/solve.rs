@@ -51,6 +51,8 @@ pub struct WholeForces {
     pub normal: [f64; 6],
     /// Their covariance, N^2.
     pub covariance: Matrix6<f64>,
+    /// Part of their variances that the ground's tilt across a wheel has, N^2.
+    pub of_tilt: [f64; 6],
     /// Covariance of the errors of N and of the inputs, in the order of [`input`].
     pub with_inputs: SMatrix<f64, 6, INPUTS>,
     /// Derivatives of N by the right side of the rows.
@@ -358,6 +360,7 @@ impl WholeEquilibrium {
         Ok(WholeForces {
             normal,
             covariance,
+            of_tilt: [0.0; 6],
             with_inputs,
             gain,
             axial,

@@ -104,6 +104,7 @@ struct Errors {
     stated: f64,
     within: f64,
     normal_within: f64,
+    normal_stated: f64,
     traction: f64,
     angle: f64,
     load: f64,
@@ -123,16 +124,19 @@ impl Errors {
         };
         let (in_plane, normal) = (known("in_plane_normal_force"), known("normal_force"));
         let (traction, angle) = (known("traction"), known("contact_angle"));
+        let covariance = found.in_plane_covariance();
         for i in 0..6 {
             let n = found.normal_force[i];
-            let sigma = found.sigma_normal(i).expect("a wheel");
+            let sigma = covariance[i][i].sqrt();
+            let sigma_normal = found.sigma_normal(i).expect("a wheel");
             let (error, of_normal) = (n - in_plane[i], n - normal[i]);
             self.in_plane += error * error / 6.0;
             self.normal += of_normal * of_normal / 6.0;
             self.stated += sigma * sigma / 6.0;
             self.nees += error * error / (sigma * sigma) / 6.0;
             self.within += f64::from(u8::from(error.abs() <= 2.0 * sigma)) / 6.0;
-            self.normal_within += f64::from(u8::from(of_normal.abs() <= 2.0 * sigma)) / 6.0;
+            self.normal_within += f64::from(u8::from(of_normal.abs() <= 2.0 * sigma_normal)) / 6.0;
+            self.normal_stated += sigma_normal * sigma_normal / 6.0;
             self.traction += (found.traction[i] - traction[i]).powi(2) / 6.0;
             let of_angle = found.sides[i / 3].contact_angle[i % 3] - found.attitude[0] - angle[i];
             self.angle += of_angle * of_angle / 6.0;
@@ -152,10 +156,11 @@ impl Errors {
         let load = self.load / self.samples;
         let percent = |square: f64| 100.0 * (square / self.samples).sqrt() / load;
         format!(
-            "{:5.2} {:5.2} {:5.2} | {:5.1} {:5.1} | T {:4.2} N, angle {:4.2} deg, NEES {:.2}, misfit {:.2}, alarms {:.3}, dragged {:.2}",
+            "{:5.2} {:5.2} stated {:5.2} {:5.2} | {:5.1} {:5.1} | T {:4.2} N, angle {:4.2} deg, NEES {:.2}, misfit {:.2}, alarms {:.3}, dragged {:.2}",
             percent(self.in_plane),
             percent(self.normal),
             percent(self.stated),
+            percent(self.normal_stated),
             100.0 * self.within / self.samples,
             100.0 * self.normal_within / self.samples,
             (self.traction / self.samples).sqrt(),

@@ -101,7 +101,8 @@ impl BothSums {
         self.normal_force
             .add(errors(&truth.normal_force), covariance);
         if let Some(in_plane) = &truth.in_plane {
-            self.in_plane.add(errors(in_plane), covariance);
+            self.in_plane
+                .add(errors(in_plane), &estimate.in_plane_covariance());
         }
         truth.normal_force.iter().for_each(|n| self.load.add(*n));
         self.loads += 6;
@@ -189,8 +190,8 @@ impl BothSummary {
         let scale = self.torque_scale.as_ref();
         let scale = scale.map(|scale| format!("  {}: {}.", self.estimator, scale.words));
         let unconfirmed = self.unconfirmed.iter();
-        let unconfirmed =
-            unconfirmed.map(|what| format!("  {}: UNCONFIRMED: {what}.", self.estimator));
+        let unconfirmed = unconfirmed
+            .map(|what| format!("  {}: not confirmed by this log: {what}.", self.estimator));
         let lines = in_plane.into_iter().chain(normal).chain([rover]);
         lines.chain(scale).chain(unconfirmed).collect()
     }

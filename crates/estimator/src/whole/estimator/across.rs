@@ -1,0 +1,71 @@
+//! Steering, turns and roll in the planes of the wheels.
+
+use super::{WholeEstimator, scale};
+use crate::methods::Across;
+use crate::whole::posture::sign;
+use crate::whole::readings::bogie_of;
+use robhaz_model::{Coupling, Vec2};
+
+impl WholeEstimator {
+    /// What roll, yaw, steering and the roll of a rear bogie do to the axles of both sides, in the
+    /// planes of the wheels.
+    pub(super) fn across(&self) -> [Across; 2] {
+        /// Error of a steering angle, rad: half a degree.
+        /// Textbook.
+        const STEERING: f64 = 8.7e-3;
+        /// Sideways over forward speed of a wheel that is dragged: beyond what steering and toe err
+        /// by, and what a tyre's elasticity takes.
+        /// Chosen; insensitive.
+        const DRAGGED: f64 = 0.1;
+        let [left, right] = self.velocity;
+        let speed = 0.5 * (left.x + right.x);
+        let (rover, geometry) = (&self.rover, &self.rover.side.geometry);
+        let bogie = bogie_of(geometry);
+        let coupled = self.readings.coupled();
+        let bogie_place = rover.link_places[bogie];
+        let roll_rate = self.roll.smooth_rate / self.units.time;
+        let middle = geometry.axles[1].x;
+        let rear_bogie = rover.coupling == Coupling::RearBogie;
+        let mut dragged = 0.0_f64;
+        let mut both = [0, 1].map(|k: usize| {
+            let sign = sign(k);
+            let mut across = Across {
+                shares: true,
+                trailing: scale::trailing(rover).unwrap_or(Across::NONE.trailing),
+                ..Across::NONE
+            };
+            for i in 0..3 {
+                let y = sign * rover.half_tracks[i];
+                let beside = y - sign * bogie_place;
+                let steering = self.steering.get(3 * k + i).copied().unwrap_or(0.0);
+                let (s, c) = libm::sincos(steering);
+                let ahead = speed - self.yaw_rate * y;
+                let sideways = self.yaw_rate * (geometry.axles[i].x - middle);
+                let steered = (c - 1.0) * ahead + s * sideways;
+                across.slip[i] = libm::fabs(s * ahead) * STEERING;
+                let (turned, on) = (
+                    self.turning * (geometry.axles[i].x - middle),
+                    speed - self.turning * y,
+                );
+                let slides = libm::fabs(c * turned - s * on);
+                if slides > DRAGGED * libm::fabs(speed) {
+                    dragged = dragged.max(slides);
+                }
+                let (mut up, mut raised) = (roll_rate * beside, 0.0);
+                if rear_bogie && geometry.carriers[i].index() != bogie {
+                    (up, raised) = (up + coupled.1 * y, coupled.0 * y);
+                }
+                across.velocity[i] = Vec2::new(steered - self.yaw_rate * beside, up);
+                across.place[i] = Vec2::new(0.0, raised);
+            }
+            across
+        });
+        // Wheels that are dragged hold the others back.
+        if dragged > 0.0 {
+            for across in &mut both {
+                (across.slip, across.dragged) = ([dragged; 3], true);
+            }
+        }
+        both
+    }
+}
