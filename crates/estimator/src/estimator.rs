@@ -9,9 +9,10 @@ use crate::ground::{FrictionBounds, GroundPoint};
 use crate::methods::{Across, KalmanFilters, PaperFilters, SideState, Step};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{EstimatorSettings, Method};
+use crate::start::Start;
 use crate::statics::Forces;
 use crate::torque_scale::{Rolling, ScaleFilter};
-use robhaz_model::{Robot, Units};
+use robhaz_model::{Robot, Units, Vec2};
 
 /// An estimator for one robot. It takes one frame of readings after the other.
 #[derive(Clone, Debug)]
@@ -24,6 +25,7 @@ pub struct Estimator {
     /// Whether each reading has been known at least once.
     complete: bool,
     inputs: Inputs,
+    start: Start,
     filters: Filters,
 }
 
@@ -82,6 +84,7 @@ impl Estimator {
             time: None,
             complete: false,
             inputs: Inputs::default(),
+            start: Start::new(nominal.settings.budget.inclination_noise),
             filters: Filters::new(&nominal),
             nominal,
         }
@@ -146,6 +149,10 @@ impl Estimator {
             flags |= Flags::SENSOR_STALE;
             dt = if time.is_finite() { time } else { UNKNOWN_TIME };
         }
+        let interrupted = dt > LONGEST_GAP || flags.contains(Flags::SENSOR_STALE);
+        let (noise, moves) = self.start.take(frame.time, &frame.wheel_angle, interrupted);
+        self.nominal.settings.budget.inclination_noise = noise;
+        let nominal = &self.nominal;
         let with_angles = nominal.settings.needs_contact_angles();
         let gate = Gate::new(&nominal.settings.budget, &nominal.robot);
         flags |= self.inputs.take(frame, dt, &gate, with_angles);
@@ -156,26 +163,15 @@ impl Estimator {
             self.complete = true;
             dt = 0.0;
         }
-        if dt > LONGEST_GAP {
+        flags |= Flags::SENSOR_STALE.when(dt > LONGEST_GAP);
+        if dt > LONGEST_GAP || moves.is_some() {
             self.filters.start_anew(nominal);
-            flags |= Flags::SENSOR_STALE;
             dt = 0.0;
         }
-        Ok((dt, flags))
-    }
-
-    /// For a side of a whole rover that drives at its start: the filters start anew with the next frame.
-    pub(crate) fn start_moving(&mut self) {
-        self.filters.start_anew(&self.nominal);
-        self.complete = false;
-        if let Some(motion) = self.motion() {
-            motion.couple();
+        if let (Some(speed), Filters::Kalman(filters)) = (moves, &mut self.filters) {
+            filters.motion.assume_velocity(Vec2::new(speed, 0.0));
         }
-    }
-
-    /// Sets the noise of the inclinometers, rad.
-    pub(crate) fn set_inclination_noise(&mut self, noise: f64) {
-        self.nominal.settings.budget.inclination_noise = noise;
+        Ok((dt, flags))
     }
 
     /// For a side of a whole rover: advances the filters of `kalman` to a frame (SI), up to the

@@ -69,6 +69,7 @@ mod health;
 mod methods;
 mod nominal;
 mod settings;
+mod start;
 mod state;
 pub mod statics;
 #[cfg(test)]

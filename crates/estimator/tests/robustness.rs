@@ -288,16 +288,17 @@ fn missing_readings_degrade_the_covariance() {
             let less = without.update(&gap).expect("held over");
             let (full, less_sigma) = (sigma(&full).expect("stated"), sigma(&less).expect("stated"));
             // In the first frames the angle about which the equations are linearised changes it by
-            // as much, later by 1e-5 of it.
+            // as much, later by 1e-5 of it, and by 3e-3 where a mapped slope corrects that angle.
             assert!(
-                k < 10 || less_sigma > full * (1.0 - 1e-4),
+                k < 10 || less_sigma > full * (1.0 - 3e-3),
                 "{name}, frame {k}: {less_sigma} {full}"
             );
             // The ratio to the deviation with the reading grows, too, until other readings give as
-            // much as the missing one would have: then it stays within 1e-5.
+            // much as the missing one would have. A mapped slope gives it at once at each place of the
+            // memory, every 49 frames: between them the deviation with the reading is up to 8 % larger.
             if k % 99 == 1 {
                 let more = less_sigma / full;
-                assert!(more > last - 1e-5, "{name}, frame {k}: {more} {last}");
+                assert!(more > 0.92 * last, "{name}, frame {k}: {more} {last}");
                 last = more;
             }
             assert!(less.flags.contains(Flags::SENSOR_MISSING), "{name}");

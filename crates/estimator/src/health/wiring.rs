@@ -66,8 +66,12 @@ impl Wiring {
         }
     }
 
-    /// Compares the pairings, where the torques differ enough.
+    /// Compares the pairings, where the torques differ enough, and have been followed for as long as the
+    /// means last.
     fn judge(&mut self) {
+        if self.answer.followed < WINDOW {
+            return;
+        }
         if self.answer.torque_torque < 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE {
             return;
         }
@@ -102,6 +106,8 @@ impl Wiring {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Answer {
     started: bool,
+    /// Time since, s.
+    followed: f64,
     /// Slow part of the differences of torques (N m), angles (rad) and speeds (rad/s).
     slow: [[f64; 3]; 3],
     /// Mean of the squared differences of the torques, summed over the wheels, (N m)^2.
@@ -126,6 +132,7 @@ impl Answer {
         if !self.started {
             (self.started, self.slow) = (true, differences);
         }
+        self.followed += dt;
         let weight = robhaz_model::low_pass_share(dt, Self::SLOW);
         for (difference, slow) in differences.iter_mut().zip(&mut self.slow) {
             follow(slow, difference, weight);

@@ -5,7 +5,6 @@
 
 mod across;
 mod scale;
-mod start;
 
 use super::estimate::{TipLine, WholeEstimate};
 use super::inputs::{SideInputs, consider, level_loads};
@@ -19,10 +18,10 @@ use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
+use crate::start::Start;
 use crate::statics::Forces;
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Units, Vec2, WholeRover, WholeRoverError};
-use start::Start;
 
 /// An estimator for one rover with both sides. It takes one frame of readings after the other.
 ///
@@ -245,19 +244,13 @@ impl WholeEstimator {
         })
     }
 
-    /// The filters of roll and of both sides start anew where the first frames show that the rover
-    /// drives. `interrupted`: there is a gap before this frame.
+    /// The filter of the roll starts anew where the first frames show that the rover drives, as those of
+    /// the sides do. `interrupted`: there is a gap before this frame.
     fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
-        let radius = self.rover.side.geometry.wheel_radius;
-        let (noise, moves) = self.start.take(frame, interrupted, radius, &self.units);
+        let now = frame.time / self.units.time;
+        let (noise, moves) = self.start.take(now, &frame.wheel_angle, interrupted);
         self.settings.budget.inclination_noise = noise;
-        for side in &mut self.sides {
-            side.set_inclination_noise(noise);
-            if moves {
-                side.start_moving();
-            }
-        }
-        if moves || interrupted {
+        if moves.is_some() || interrupted {
             self.roll = LinkAngleKalman::new(&self.settings.budget);
         }
     }

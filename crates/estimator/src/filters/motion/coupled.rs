@@ -50,6 +50,11 @@ impl MotionFilter {
         self.guests = Some(guests);
     }
 
+    /// Whether it is that of one side of a whole rover.
+    pub fn is_coupled(&self) -> bool {
+        self.guests.is_some()
+    }
+
     /// Takes over the covariance with the other side.
     pub fn set_guests(&mut self, guests: Guests) {
         self.guests = Some(guests);

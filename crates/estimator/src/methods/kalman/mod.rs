@@ -176,6 +176,9 @@ impl KalmanFilters {
         for wheel in &mut self.wheels {
             wheel.reset_speed();
         }
+        if before.motion.is_coupled() {
+            self.motion.couple();
+        }
         self.motion.reset_velocity_variance();
         self.motion.assume_velocity(before.motion.velocity());
         self.ground = before.ground;
