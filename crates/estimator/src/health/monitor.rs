@@ -125,6 +125,11 @@ impl HealthMonitor {
         self.parity.update(*parity, weight);
     }
 
+    /// Whether each torque repeats itself though its wheel turns.
+    pub fn stuck(&self) -> [bool; 3] {
+        (self.torque.each_ref()).map(|constancy| constancy.time > Constancy::LONGEST)
+    }
+
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut faulty = Channels::NONE;
@@ -135,6 +140,7 @@ impl HealthMonitor {
                 faulty |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
         }
+        let stuck = self.stuck();
         for i in 0..3 {
             let explained = link[carriers[i].index()];
             if self.slip[i].beyond && !explained {
@@ -146,8 +152,7 @@ impl HealthMonitor {
             if self.direction[i].beyond && !explained {
                 faulty |= Channels::CONTACT_ANGLE[i];
             }
-            let stuck = self.torque[i].time > Constancy::LONGEST;
-            if stuck || self.wiring.exchanged[i] || self.wiring.start.late {
+            if stuck[i] || self.wiring.exchanged[i] || self.wiring.start.late {
                 faulty |= Channels::TORQUE[i];
             }
         }

@@ -20,6 +20,8 @@ pub(crate) struct Wheel {
     pub friction_share: f64,
     /// Low-pass filtered derivative of the spin speed, rad/s^2.
     pub acceleration: f64,
+    /// Whether the reading of the motor torque repeats itself to the bit: it is none.
+    pub stuck: bool,
     /// Standard deviation of a motor torque that has been missing for long, N m; 0 of one that is read.
     unread: f64,
 }
@@ -44,6 +46,7 @@ impl Wheel {
             speed: 0.0,
             friction_share: 0.0,
             acceleration: 0.0,
+            stuck: false,
             unread: 0.0,
         }
     }
@@ -86,9 +89,13 @@ impl Wheel {
             self.observer.predict(&parameters, dt, mean, alpha);
         }
         self.torque = torque.value;
-        let missing = torque.age > Inputs::STALE_AFTER;
-        let walked = || Self::UNREAD_TORQUE_WALK * robhaz_model::sqrt(torque.age.min(1.0));
-        self.unread = if missing { walked() } else { 0.0 };
+        let age = if self.stuck { 1.0 } else { torque.age };
+        let walked = || Self::UNREAD_TORQUE_WALK * robhaz_model::sqrt(age.min(1.0));
+        self.unread = if age > Inputs::STALE_AFTER {
+            walked()
+        } else {
+            0.0
+        };
         let read = angle.now();
         let innovation = read.and_then(|angle| self.observer.measure(&parameters, angle));
         let (speed, sigma) = self.observer.speed();

@@ -79,6 +79,9 @@ impl KalmanFilters {
             damping: 3.0 * nominal.settings.viscous_damping,
         };
         self.health.update(&sample, &robot);
+        for (wheel, stuck) in self.wheels.iter_mut().zip(self.health.stuck()) {
+            wheel.stuck = stuck;
+        }
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
         if self.scale.contradicts() {
             health.faulty |= Channels::TORQUE_SCALE;
