@@ -3,7 +3,7 @@
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_model::{BodyMount, BodyReading, Coupling, LinkReadings};
-use robhaz_scene::{READINGS, is_of_body, is_of_both, is_optional};
+use robhaz_scene::{READINGS, is_of_body, is_of_both, is_optional, unit_of};
 
 /// Number of readings of a frame.
 pub const COUNT: usize = READINGS.len();
@@ -67,11 +67,7 @@ impl Reading {
 
     /// Its SI unit.
     pub fn unit(self) -> &'static str {
-        match self.name() {
-            name if name.ends_with("_motor_torque") => "N m",
-            name if name.contains("_rate") => "rad/s",
-            _ => "rad",
-        }
+        unit_of(self.name())
     }
 
     /// Whether it is a contact angle.
