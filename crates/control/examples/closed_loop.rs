@@ -90,6 +90,7 @@ impl Plant {
             link1: link,
             link2: link,
             contact_angle: [Some(SLOPE); 3],
+            ..SensorFrame::default()
         }
     }
 }

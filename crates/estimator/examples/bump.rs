@@ -43,6 +43,7 @@ fn frame(row: &[f64; COLUMNS]) -> SensorFrame {
         link1: link(incline1, rate1),
         link2: link(incline2, rate2),
         contact_angle: [None; 3],
+        ..SensorFrame::default()
     }
 }
 

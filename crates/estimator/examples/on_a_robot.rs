@@ -78,6 +78,7 @@ fn frame(raw: &Raw) -> SensorFrame {
         link2: link(1),
         // From a map, a camera, or the wheels' paths; here the ground is level.
         contact_angle: [Some(0.0); 3],
+        ..SensorFrame::default()
     }
 }
 

@@ -154,6 +154,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             link1,
             link2,
             contact_angle: [Some(slope); 3],
+            ..SensorFrame::default()
         })?;
         if k == 99 {
             let [front, middle, rear] = estimate.normal_force;

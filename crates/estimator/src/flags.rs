@@ -155,8 +155,11 @@ impl Channels {
     ];
 
     /// The set of a number: the inverse of [`Self::bits`]. Other bits are ignored.
-    pub const fn from_bits(bits: u16) -> Self {
-        Self(bits & 0x7fff)
+    pub fn from_bits(bits: u16) -> Self {
+        let all = Self::NAMES
+            .iter()
+            .fold(0, |all, (element, _)| all | element.0);
+        Self(bits & all)
     }
 }
 
@@ -181,7 +184,10 @@ mod tests {
         set |= Channels::GYROSCOPE[0];
         assert!(set.contains(Channels::GYROSCOPE[0]) && !set.contains(Channels::ENCODER[0]));
         assert_eq!(Channels::from_bits(set.bits()), set);
-        assert_eq!(Channels::from_bits(u16::MAX).names().count(), 15);
+        assert_eq!(
+            Channels::from_bits(u16::MAX).names().count(),
+            Channels::NAMES.len()
+        );
         assert!(Channels::NONE.is_empty() && Channels::NONE.names().next().is_none());
     }
 }

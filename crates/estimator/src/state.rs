@@ -64,7 +64,8 @@ pub(crate) const GEAR_FRICTION: Block = TORQUE_OFFSET.then(ONE);
 pub(crate) const TORQUE_GAIN: Block = GEAR_FRICTION.then(WHEELS);
 /// Number of the uncertain inputs of eq. (8).
 pub(crate) const INPUTS: usize = TORQUE_GAIN.end();
-/// Velocity of Q, m/s.
+/// Velocity of Q, m/s, as wheels that roll with their unloaded radius show it. That over the ground is
+/// `1 - compression/radius` times it ([`crate::EstimatorSettings::compression`]).
 pub(crate) const VELOCITY: Block = TORQUE_GAIN.then(AXES);
 /// Natural logarithm of the creep speed c (m/s) of each wheel: slope of the slip speed over T/N at
 /// small T/N (slip = c T/N), the inverse of its slip stiffness. It is not the dimensionless

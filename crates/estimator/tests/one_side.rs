@@ -175,6 +175,7 @@ fn drive(sides: Sides, push: f64, truth: impl Fn(f64) -> [f64; 3]) -> Result {
             link1: link(0, &mut noise),
             link2: link(1, &mut noise),
             contact_angle: [None; 3],
+            ..SensorFrame::default()
         };
         let estimate = estimator.update(&frame).unwrap();
         faulty |= estimate.kalman.unwrap().health.faulty;

@@ -31,6 +31,7 @@ fn clean(time: f64) -> SensorFrame {
         link1: link,
         link2: link,
         contact_angle: [Some(0.0); 3],
+        ..SensorFrame::default()
     }
 }
 

@@ -207,6 +207,7 @@ mod tests {
                 link1: link,
                 link2: link,
                 contact_angle: [None; 3],
+                ..SensorFrame::default()
             }
         };
         (0..1000).map(of).collect()

@@ -286,3 +286,35 @@ pub const WRENCH_DEFINITION: &str = include_str!("definitions/WrenchStamped.msg"
 pub const ODOMETRY: &str = "nav_msgs/msg/Odometry";
 /// Its definition.
 pub const ODOMETRY_DEFINITION: &str = include_str!("definitions/Odometry.msg");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The fields of a definition are those that are written, in their order: other programs read by it.
+    #[test]
+    fn definitions_have_all_readings() {
+        let fields = |kind: MessageKind| -> Vec<&str> {
+            let own = kind
+                .definition()
+                .lines()
+                .take_while(|line| !line.starts_with('='));
+            let numbers = own.filter_map(|line| line.strip_prefix("float64 ")?.split(' ').next());
+            numbers.collect()
+        };
+        let names = |of: Vec<Reading>| -> Vec<&str> {
+            ["time"]
+                .into_iter()
+                .chain(of.into_iter().map(Reading::name))
+                .collect()
+        };
+        assert_eq!(
+            fields(MessageKind::Readings),
+            names(Reading::of_frame().collect())
+        );
+        assert_eq!(
+            fields(MessageKind::WholeReadings),
+            names(Reading::of_whole().collect())
+        );
+    }
+}

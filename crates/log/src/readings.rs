@@ -3,7 +3,7 @@
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_model::{BodyMount, BodyReading, Coupling, LinkReadings};
-use robhaz_scene::{READINGS, is_of_body, is_of_both, is_optional};
+use robhaz_scene::{READINGS, is_of_body, is_of_both, is_optional, unit_of};
 
 /// Number of readings of a frame.
 pub const COUNT: usize = READINGS.len();
@@ -16,7 +16,7 @@ pub type Values = [Option<f64>; COUNT];
 pub struct Reading(usize);
 
 impl Reading {
-    /// All readings, in the order of the table `sensors`.
+    /// All readings, in the order of [`READINGS`].
     pub fn all() -> impl Iterator<Item = Self> {
         (0..COUNT).map(Self)
     }
@@ -67,11 +67,7 @@ impl Reading {
 
     /// Its SI unit.
     pub fn unit(self) -> &'static str {
-        match self.name() {
-            name if name.ends_with("_motor_torque") => "N m",
-            name if name.contains("_rate") => "rad/s",
-            _ => "rad",
-        }
+        unit_of(self.name())
     }
 
     /// Whether it is a contact angle.
@@ -87,7 +83,7 @@ impl Reading {
 
 /// The frame of a time (s) and its readings; with a `mount` the links' are made of the body's.
 pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> SensorFrame {
-    let wheel = |part: usize| [0, 1, 2].map(|i| values[3 * i + part]);
+    let wheel = |part: usize| [0, 1, 2].map(|i| values[WHEELS + 3 * i + part]);
     let links = match mount {
         Some(mount) => {
             let [inclination, rate, pin] = BODY.map(|i| values[i]);
@@ -103,8 +99,8 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
             )
         }
         None => LinkReadings {
-            inclination: [values[9], values[11]],
-            rate: [values[10], values[12]],
+            inclination: INCLINATION.map(|i| values[i]),
+            rate: RATE.map(|i| values[i]),
             rate_error: RATE_ERROR.map(|i| values[i].unwrap_or(0.0)),
         },
     };
@@ -119,12 +115,37 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
     }
 }
 
+/// The place of a reading in [`Values`]. A name that is none does not compile.
+const fn place(name: &str) -> usize {
+    let (name, mut place) = (name.as_bytes(), 0);
+    loop {
+        let (found, mut same) = (READINGS[place].as_bytes(), 0);
+        while same < name.len() && same < found.len() && found[same] == name[same] {
+            same += 1;
+        }
+        if same == name.len() && same == found.len() {
+            return place;
+        }
+        place += 1;
+    }
+}
+
+/// Place of the first reading of a wheel, of three each: angle, torque and contact angle.
+const WHEELS: usize = place("wheel1_angle");
+/// Places of the readings of links 1 and 2.
+const INCLINATION: [usize; 2] = [place("link1_inclination"), place("link2_inclination")];
+const RATE: [usize; 2] = [place("link1_rate"), place("link2_rate")];
+const RATE_ERROR: [usize; 2] = [place("link1_rate_error"), place("link2_rate_error")];
 /// Places of inclination and rate of the body, and of the angle of pin Q.
-const BODY: [usize; 3] = [13, 14, 15];
-/// Places of what the rates of the links err by.
-const RATE_ERROR: [usize; 2] = [COUNT - 2, COUNT - 1];
+const BODY: [usize; 3] = [
+    place("body_inclination"),
+    place("body_rate"),
+    place("pin_angle"),
+];
 /// Place of the first reading of both sides: angle, torque and steering of the left front wheel.
-const BOTH: usize = 16;
+const BOTH: usize = place("left_wheel1_angle");
+/// Place of the first of its joints and of its body, which `whole_frame` names in their order.
+const JOINTS: usize = place("left_pin_angle");
 
 /// The frame of a time (s) of a log of both sides.
 pub fn whole_frame(time: f64, values: &Values) -> WholeFrame {
@@ -137,7 +158,7 @@ pub fn whole_frame(time: f64, values: &Values) -> WholeFrame {
         roll,
         roll_rate,
         yaw_rate,
-    ] = core::array::from_fn(|k| values[BOTH + 18 + k]);
+    ] = core::array::from_fn(|k| values[JOINTS + k]);
     let [inclination, rate, _] = BODY.map(|i| values[i]);
     WholeFrame {
         time,

@@ -39,7 +39,7 @@ pub use load::reference;
 pub use log::{
     ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, LogSides, Mapping,
     READINGS, ReadingChoice, World, is_of_body, is_of_both, is_optional, is_wheel_angle,
-    log_reference,
+    log_reference, unit_of,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use plant_failure::PlantFailure;

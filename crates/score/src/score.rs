@@ -110,6 +110,7 @@ mod tests {
             link1: link,
             link2: link,
             contact_angle: [Some(0.0); 3],
+            ..SensorFrame::default()
         };
         let mut estimator = Estimator::new(&Robot::default_a(), EstimatorSettings::paper_wheels());
         let estimate = estimator.update(&at_rest).expect("an estimate at rest");

@@ -46,6 +46,7 @@ fn frame(time: f64) -> SensorFrame {
         link1: link,
         link2: link,
         contact_angle: [None; 3],
+        ..SensorFrame::default()
     }
 }
 

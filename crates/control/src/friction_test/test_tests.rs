@@ -27,6 +27,7 @@ fn estimate(friction: [WheelFriction; 3]) -> Estimate {
         link1: link,
         link2: link,
         contact_angle: [None; 3],
+        ..SensorFrame::default()
     };
     let mut estimate = estimator.update(&frame).expect("a robot at rest");
     estimate.kalman = Some(KalmanReport {

@@ -33,6 +33,7 @@ fn frame(time: f64, wheel_angle: [f64; 3]) -> SensorFrame {
         link1: link,
         link2: link,
         contact_angle: [Some(0.0); 3],
+        ..SensorFrame::default()
     }
 }
 

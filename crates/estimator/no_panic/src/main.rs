@@ -71,6 +71,7 @@ fn frame(k: u32) -> SensorFrame {
         link1: link,
         link2: link,
         contact_angle: [Some(0.0); 3],
+        ..SensorFrame::default()
     })
 }
 

@@ -13,7 +13,7 @@ use crate::check::rewire::{Channel, moved, names};
 use crate::check::stated::Stated;
 use robhaz_estimator::{
     Channels, Confirmation, ContactState, EstimateError, Estimator, EstimatorSettings, Flags,
-    PAIRINGS, SensorFrame, Sides, TorqueScale,
+    Health, PAIRINGS, SensorFrame, Sides, TorqueScale,
 };
 use robhaz_model::Robot;
 
@@ -191,18 +191,26 @@ impl Judgement {
             let Some(kalman) = estimate.kalman else {
                 continue;
             };
-            let health = kalman.health;
+            // A test that is added does not compile until it is judged.
+            let Health {
+                faulty,
+                encoder,
+                slip,
+                direction,
+                inclination,
+                parity,
+            } = kalman.health;
             if (kalman.contact.iter()).any(|c| c.state == ContactState::TwoContacts) {
                 edge = frame.time;
             }
             let tests: [(&[f64], _); 5] = [
-                (&health.encoder, "encoders"),
-                (&health.slip, "speeds of the rims"),
-                (&health.direction, "directions of the wheels' centres"),
-                (&health.inclination, "inclinometers"),
-                (&[health.parity], "equilibrium"),
+                (&encoder, "encoders"),
+                (&slip, "speeds of the rims"),
+                (&direction, "directions of the wheels' centres"),
+                (&inclination, "inclinometers"),
+                (&[parity], "equilibrium"),
             ];
-            found.of_encoders += health.encoder.iter().sum::<f64>();
+            found.of_encoders += encoder.iter().sum::<f64>();
             for (values, name) in tests {
                 for nis in values {
                     found.nis += nis;
@@ -212,7 +220,7 @@ impl Judgement {
                 }
             }
             // The torques' scale has a finding of its own.
-            let bits = health.faulty.bits() & !Channels::TORQUE_SCALE.bits();
+            let bits = faulty.bits() & !Channels::TORQUE_SCALE.bits();
             if bits != 0 {
                 let after_edge = frame.time < edge + AFTER_EDGE;
                 found.first.get_or_insert((frame.time, after_edge));

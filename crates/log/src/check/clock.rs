@@ -235,6 +235,7 @@ mod tests {
                 link1: link,
                 link2: link,
                 contact_angle: [None; 3],
+                ..SensorFrame::default()
             })
             .collect()
     }

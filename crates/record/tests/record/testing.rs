@@ -201,6 +201,7 @@ pub fn record_of(truth: Truth, estimates: Vec<Result<Estimate, EstimateError>>) 
             link1: link(0),
             link2: link(1),
             contact_angle: truth.wheels.map(|w| Some(w.contact_angle)),
+            ..SensorFrame::default()
         },
         truth,
         estimates,

@@ -18,5 +18,5 @@ pub use load::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
 pub use reading::{
     ImuChoice, InclinationSource, READINGS, ReadingChoice, World, is_of_body, is_of_both,
-    is_optional, is_wheel_angle,
+    is_optional, is_wheel_angle, unit_of,
 };

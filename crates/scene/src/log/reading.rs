@@ -239,6 +239,11 @@ fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
     }
 }
 
+/// The SI unit of a reading.
+pub fn unit_of(name: &str) -> &'static str {
+    dimension(name).0.si()
+}
+
 /// Whether a reading is the angle of a wheel, of which a log may have the speed alone.
 pub fn is_wheel_angle(name: &str) -> bool {
     name.contains("wheel") && name.ends_with("_angle") && !name.contains("contact")

@@ -85,6 +85,7 @@ fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Rando
         link1,
         link2,
         contact_angle: [Some(0.0); 3],
+        ..SensorFrame::default()
     }
 }
 
