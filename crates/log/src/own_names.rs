@@ -1,10 +1,10 @@
 //! Tables with the column names that a run writes.
 
+use crate::channel::{Channel, Rows, stem};
 use crate::error::LogError;
 use crate::formula::{Formula, Upward};
 use crate::mapped::{self, FORWARD, UP, direction};
 use crate::mcap_events::Clock;
-use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
@@ -34,16 +34,16 @@ pub const METADATA: &str = "robhaz";
 /// # Errors
 ///
 /// [`LogError`] where the file has no such topic, or its rover is none of both sides.
-pub fn topic(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+pub fn topic(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let rows = Rows::Topic(TOPIC.to_owned(), Clock::Header);
-    let empty = ChannelPlan::new(TOPIC.to_owned(), path, rows);
+    let empty = Channel::new(TOPIC.to_owned(), path, rows);
     let found = empty.found()?;
     let is_of_both = |c: &ColumnInfo| Reading::all().any(|r| r.is_of_both() && r.name() == c.name);
     let readings: Vec<Reading> = match found.iter().any(is_of_both) {
         true => Reading::of_both(rover(path, choice)?.coupling).collect(),
         false => Reading::of_frame().collect(),
     };
-    Ok(ChannelPlan {
+    Ok(Channel {
         columns: readings.iter().map(|r| r.name().to_owned()).collect(),
         readings: (0..)
             .zip(readings)
@@ -59,7 +59,7 @@ pub fn topic(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
 /// # Errors
 ///
 /// [`LogError`] with all missing columns and wrong units.
-pub fn readings(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let mut table = Table::open(path, mapped::time(None))?;
     let is_wheel =
         |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
@@ -88,11 +88,7 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError
 /// # Errors
 ///
 /// As [`readings`].
-pub fn truth(
-    path: &Path,
-    clock: Option<&ChannelChoice>,
-    both: bool,
-) -> Result<ChannelPlan, LogError> {
+pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<Channel, LogError> {
     let mut table = Table::open(path, mapped::time(clock))?;
     for name in truth::required(both) {
         table.required(&name, "N");
@@ -113,7 +109,7 @@ pub fn truth(
         truth::is_column
     };
     let columns: Vec<String> = columns.filter(|name| is_column(name)).collect();
-    Ok(ChannelPlan {
+    Ok(Channel {
         offset: clock.map_or(0.0, |c| c.offset),
         truth: Some(truth::TruthColumns::new(&columns)),
         columns,
@@ -153,7 +149,7 @@ fn bare(column: &ColumnInfo) -> &str {
 
 /// A table in which columns are looked for by their names.
 struct Table {
-    channel: ChannelPlan,
+    channel: Channel,
     found: Vec<ColumnInfo>,
     problems: Vec<String>,
     missing: Vec<String>,
@@ -161,7 +157,7 @@ struct Table {
 
 impl Table {
     fn open(path: &Path, time: TimeColumn) -> Result<Self, LogError> {
-        let channel = ChannelPlan::of_table(stem(path), path, time)?;
+        let channel = Channel::of_table(stem(path), path, time)?;
         Ok(Self {
             found: channel.found()?,
             channel,
@@ -200,7 +196,7 @@ impl Table {
     }
 
     /// The channel of a log of both sides. Inclination and roll may follow from the specific force.
-    fn of_both(mut self, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+    fn of_both(mut self, choice: &LogChoice) -> Result<Channel, LogError> {
         let rover = rover(&self.channel.path, choice)?;
         let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
         let has = |name: &String| self.found.iter().any(|c| bare(c) == name);
@@ -241,7 +237,7 @@ impl Table {
     }
 
     /// The channel, if nothing is missing or wrong.
-    fn checked(mut self, remedy: &str) -> Result<ChannelPlan, LogError> {
+    fn checked(mut self, remedy: &str) -> Result<Channel, LogError> {
         if !self.missing.is_empty() {
             let missing = format!("has no column {}", self.missing.join(", "));
             self.problems.insert(0, missing);

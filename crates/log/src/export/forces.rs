@@ -1,8 +1,8 @@
 //! The tables of forces in a folder, a side at a time.
 
+use crate::channel::{TableFormat, stem};
 use crate::error::LogError;
 use crate::mapped;
-use crate::plan::{TableFormat, stem};
 use crate::rows::Row;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -3,6 +3,7 @@
 use super::forces::{Forces, OF_MESSAGE};
 use super::odometry::{Odometry, Step};
 use super::readings::{Exported, read};
+use crate::channel::Channels;
 use crate::error::LogError;
 use crate::messages::{
     FORCES, FORCES_DEFINITION, Joint, MessageKind, ODOMETRY, ODOMETRY_DEFINITION, WRENCH,
@@ -11,7 +12,6 @@ use crate::messages::{
 };
 use crate::own_names;
 use crate::place::LogPlace;
-use crate::plan::Plan;
 use crate::readings::{Reading, Values, frame, whole_frame};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
@@ -207,7 +207,7 @@ fn step(time: f64, readings: &Values, slip: Vec<f64>, slope: Vec<f64>) -> Step {
 
 /// Writes the readings of a run and its forces. The file gets the description of the folder, too.
 pub fn write_mcap(
-    readings: &Plan,
+    readings: &Channels,
     forces: &mut [Forces],
     place: &LogPlace,
     out: &Path,
