@@ -3,6 +3,7 @@
 mod forces;
 mod odometry;
 mod readings;
+mod sensors;
 mod topics;
 
 pub use readings::Exported;
