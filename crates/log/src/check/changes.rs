@@ -2,7 +2,8 @@
 //! first follow the second.
 
 use crate::check::readings::Readings;
-use crate::check::recorded::OfBody;
+use crate::check::recorded::body;
+use crate::check::rewire::Channel;
 use robhaz_score::signals::{
     derivative, difference, integral, median, robust_fit, smooth, subtract,
 };
@@ -28,6 +29,8 @@ pub const GATE: f64 = 5.0;
 
 /// Changes of one angle of each link within a time.
 pub struct Changes {
+    /// Gyroscope and inclinometer of each link.
+    pub channels: [[Channel; 2]; 2],
     /// Of the inclinometers, rad.
     pub inclination: [Vec<f64>; 2],
     /// Of the integrated gyroscopes, rad.
@@ -67,9 +70,8 @@ impl Changes {
         let recording = &log.recording;
         let (angles, rates) = match log.stated.body {
             Some(_) => {
-                let OfBody {
-                    inclination, rate, ..
-                } = OfBody::of(recording, log.stated);
+                let [rate, inclination, _] =
+                    body(log.stated, &recording.inclination, &recording.rate);
                 ([inclination.clone(), inclination], [rate.clone(), rate])
             }
             None => (recording.inclination.clone(), recording.rate.clone()),
@@ -83,6 +85,10 @@ impl Changes {
         let correlated = (recording.steps(span) as f64).sqrt();
         let smoothed = recording.steps(SMOOTHING) as f64;
         Self {
+            channels: [0, 1].map(|k| match log.stated.body {
+                Some(_) => [Channel::BodyRate, Channel::BodyInclination],
+                None => Channel::of_link(k),
+            }),
             span,
             noise: log.stated.budget.inclination_noise * (2.0 / smoothed).sqrt(),
             correlated,

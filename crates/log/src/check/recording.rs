@@ -124,6 +124,17 @@ impl Recording {
         driven.collect()
     }
 
+    /// The samples of a channel of the frames.
+    pub fn samples(&self, channel: Channel) -> &[f64] {
+        match channel.in_frames() {
+            Channel::Encoder(i) => &self.wheel_angle[i],
+            Channel::Torque(i) => &self.torque[i],
+            Channel::Gyro(k) => &self.rate[k],
+            Channel::Inclinometer(k) => &self.inclination[k],
+            _ => &[],
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.torque[0].len()

@@ -86,10 +86,12 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
     if forward < 0.0 || is_backwards && forward > 0.0 {
         let mut finding = common(is_backwards, forward);
-        if let Some(body) = log.stated.body_link().filter(|_| !is_backwards) {
+        if log.stated.body_link().is_some() && !is_backwards {
             // The sign of the body's readings alone.
             let remedy = "the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques";
-            finding = finding.change([Change::Pin(body, -1.0)]).fault(remedy);
+            finding = finding
+                .change([Change::Factor(Channel::Pin, -1.0)])
+                .fault(remedy);
         }
         return vec![finding];
     }
