@@ -4,12 +4,26 @@ use crate::channel::{Channel, Channels, Rows};
 use crate::error::LogError;
 use crate::formula::{Source, Upward};
 use crate::frames::Frames;
-use crate::log::LogOptions;
 use crate::own_names;
 use crate::readings::Reading;
 use crate::survey::Survey;
 use robhaz_estimator::Method;
 use robhaz_scene::{EstimatorChoice, LogChoice, LogSides, is_wheel_angle};
+use std::path::PathBuf;
+
+/// How a log is read.
+#[derive(Clone, Debug, Default)]
+pub struct LogOptions {
+    /// A table of the truth to compare with.
+    pub truth: Option<PathBuf>,
+    /// Whether contact angles are used; `None`: if the log has them.
+    pub contact_angles: Option<bool>,
+    /// Whether the estimators were named by the user: they then run without contact angles where
+    /// there are none.
+    pub named_estimators: bool,
+    /// Whether a reading may have no value in the whole log; no estimator runs on such a log.
+    pub allows_empty: bool,
+}
 
 /// Turn of a wheel that shows a drive, rad.
 const TURNS: f64 = 0.1;

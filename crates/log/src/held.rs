@@ -25,13 +25,13 @@ pub fn leave_out(channels: &mut [Channel]) -> Vec<String> {
         for group in KINDS.into_iter().chain(wheels) {
             let cells = cells(channel, group);
             let rows = repeated(channel, &cells);
-            let Some(rows) = rows.filter(|_| !cells.iter().any(|cell| done.contains(cell))) else {
+            let is_done = cells.iter().any(|cell| done.contains(cell));
+            let Some((every, rows)) = rows.filter(|_| !is_done) else {
                 continue;
             };
             done.extend(cells.iter().copied());
-            let every = rows.every;
             let rate = 1.0 / (every as f64 * channel.report.period);
-            for row in rows.rows {
+            for row in rows {
                 for cell in &cells {
                     channel.cells[row * channel.columns.len() + cell] = f64::NAN;
                 }
@@ -79,16 +79,9 @@ fn cells(channel: &Channel, group: &str) -> Vec<usize> {
     cell.filter(|cell| !channel.speeds.contains(cell)).collect()
 }
 
-/// Rows that repeat the one before.
-struct Repeated {
-    rows: Vec<usize>,
-    /// Rows from one new reading to the next.
-    every: usize,
-}
-
-/// The rows of a channel in which these cells repeat those before between new readings. `None` unless new
-/// ones come regularly and all together.
-fn repeated(channel: &Channel, cells: &[usize]) -> Option<Repeated> {
+/// Rows from one new reading of these cells to the next, and the rows between, which repeat those before.
+/// `None` unless new ones come regularly and all together.
+fn repeated(channel: &Channel, cells: &[usize]) -> Option<(usize, Vec<usize>)> {
     if cells.len() < 2 {
         return None;
     }
@@ -117,10 +110,7 @@ fn repeated(channel: &Channel, cells: &[usize]) -> Option<Repeated> {
             left_out.push(k + 1);
         }
     }
-    is_repeated.then_some(Repeated {
-        rows: left_out,
-        every,
-    })
+    is_repeated.then_some((every, left_out))
 }
 
 #[cfg(test)]
@@ -150,10 +140,10 @@ mod tests {
     fn held_readings_are_left_out() {
         let new = |k: usize| k * 3 / 10;
         let held = channel(|k| [0, 1, 2].map(|i| reading(new(k), i)));
-        let found = repeated(&held, &[0, 1, 2]).expect("held");
-        assert_eq!(found.every, 3);
+        let (every, rows) = repeated(&held, &[0, 1, 2]).expect("held");
+        assert_eq!(every, 3);
         for k in 1..300 {
-            assert_eq!(found.rows.contains(&k), new(k) == new(k - 1), "{k}");
+            assert_eq!(rows.contains(&k), new(k) == new(k - 1), "{k}");
         }
     }
 

@@ -51,8 +51,9 @@ mod truth;
 mod units;
 mod wrap;
 
+pub use content::LogOptions;
 pub use error::LogError;
 pub use export::{ExportFormat, Exported, export};
-pub use log::{Log, LogOptions};
+pub use log::Log;
 pub use place::{LogPlace, PlaceError};
 pub use truth::is_column as is_truth_column;

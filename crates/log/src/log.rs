@@ -1,13 +1,15 @@
 //! A log that is ready to be estimated.
 
+use crate::bag::is_mcap;
 use crate::channel::{Channel, Channels};
 use crate::check::{Agreement, StatedBoth, contradiction, signs_are_lost};
+use crate::content::{self, LogOptions};
 use crate::error::LogError;
 use crate::frames::Frames;
 use crate::jitter::Jitter;
 use crate::place::{LogPlace, no_table};
 use crate::survey::survey;
-use crate::{content, held, integral, mapped, measured, own_names, wrap};
+use crate::{held, integral, mapped, measured, own_names, wrap};
 use fnv::FnvHasher;
 use robhaz_estimator::whole::WholeEstimator;
 use robhaz_model::BodyMount;
@@ -17,20 +19,6 @@ use std::fs::File;
 use std::hash::Hasher as _;
 use std::io::Read as _;
 use std::path::PathBuf;
-
-/// How a log is read.
-#[derive(Clone, Debug, Default)]
-pub struct LogOptions {
-    /// A table of the truth to compare with.
-    pub truth: Option<PathBuf>,
-    /// Whether contact angles are used; `None`: if the log has them.
-    pub contact_angles: Option<bool>,
-    /// Whether the estimators were named by the user: they then run without contact angles where
-    /// there are none.
-    pub named_estimators: bool,
-    /// Whether a reading may have no value in the whole log; no estimator runs on such a log.
-    pub allows_empty: bool,
-}
 
 /// A log that is ready to be estimated.
 pub struct Log {
@@ -67,7 +55,7 @@ impl Log {
             (Some(mapping), table) => {
                 mapped::channels(&path, table.as_deref(), splits.as_deref(), mapping)?
             }
-            (None, Some(table)) if mapped::is_mcap(table) => {
+            (None, Some(table)) if is_mcap(table) => {
                 vec![own_names::topic(table, &choice)?]
             }
             (None, Some(table)) => vec![own_names::readings(table, &choice)?],

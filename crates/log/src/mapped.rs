@@ -1,6 +1,6 @@
 //! Channels of a log whose description says which column is which reading.
 
-use crate::bag;
+use crate::bag::{self, is_mcap};
 use crate::channel::{Channel, Rows, stem};
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward, across};
@@ -142,12 +142,6 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
     }
 }
 
-/// Whether a file is of topics, by its extension.
-pub fn is_mcap(path: &Path) -> bool {
-    let extension = path.extension();
-    extension.is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
-}
-
 /// The channel of a name; the first for none. Names were checked when the description was read.
 fn named<'a>(channels: &'a mut [Channel], name: &str) -> &'a mut Channel {
     let found = channels.iter().position(|c| c.name == name);
@@ -227,53 +221,59 @@ pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Form
 /// sides roll and yaw, too.
 fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
     let axes = [imu.forward, imu.up];
-    let rates = [
-        ("rate", across(imu.forward, imu.up), imu.rate_offset),
-        ("roll_rate", imu.forward, imu.roll_rate_offset),
-        ("yaw_rate", imu.up, imu.yaw_rate_offset),
-    ];
-    for (part, offset) in [
-        ("inclination", imu.inclination_offset),
-        ("roll", imu.roll_offset),
+    let across = across(imu.forward, imu.up);
+    // Each rate with its axis.
+    for (part, of_plane, axis, offset) in [
+        ("inclination", true, None, imu.inclination_offset),
+        ("roll", false, None, imu.roll_offset),
+        ("rate", true, Some(across), imu.rate_offset),
+        ("roll_rate", false, Some(imu.forward), imu.roll_rate_offset),
+        ("yaw_rate", false, Some(imu.up), imu.yaw_rate_offset),
     ] {
         let name = format!("{}_{part}", imu.link);
-        if !both && part == "roll" || !is_free(channels, &name) {
+        if !(both || of_plane) || !is_free(channels, &name) {
             continue;
         }
-        let channel = named(channels, &imu.channel);
-        let (force, orientation) = (imu.acceleration.each_ref(), imu.orientation.each_ref());
-        let up = match imu.inclination {
-            InclinationSource::Acceleration => {
-                Upward::SpecificForce(force.map(|c| channel.cell(c)))
-            }
-            InclinationSource::Orientation => {
-                let up = if imu.world == World::Ned { -1.0 } else { 1.0 };
-                Upward::Orientation(orientation.map(|c| channel.cell(c)), up)
+        let own = match axis {
+            Some(_) if !imu.rate_channel.is_empty() => &imu.rate_channel,
+            _ => &imu.channel,
+        };
+        let channel = named(channels, own);
+        let formula = match axis {
+            Some(axis) => Formula {
+                source: Source::Rate(
+                    imu.angular_velocity.each_ref().map(|c| channel.cell(c)),
+                    axis,
+                ),
+                factor: imu.rate_factor,
+                offset: 0.0,
+                is_direction: false,
+            },
+            None => {
+                let up = upward(channel, imu);
+                match both {
+                    true => direction(&name, up, axes),
+                    false => Formula {
+                        source: Source::Inclination(up, axes),
+                        ..direction(&name, up, axes)
+                    },
+                }
             }
         };
-        let mut formula = direction(&name, up, axes);
-        if !both {
-            formula.source = Source::Inclination(up, axes);
-        }
         channel.add(&name, Formula { offset, ..formula });
     }
-    for (part, axis, offset) in rates {
-        let name = format!("{}_{part}", imu.link);
-        if !both && part != "rate" || !is_free(channels, &name) {
-            continue;
+}
+
+/// Where a sensor shows the direction up.
+fn upward(channel: &mut Channel, imu: &ImuChoice) -> Upward {
+    match imu.inclination {
+        InclinationSource::Acceleration => {
+            Upward::SpecificForce(imu.acceleration.each_ref().map(|c| channel.cell(c)))
         }
-        let channel = match imu.rate_channel.as_str() {
-            "" => named(channels, &imu.channel),
-            own => named(channels, own),
-        };
-        let velocity = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
-        let rate = Formula {
-            source: Source::Rate(velocity, axis),
-            factor: imu.rate_factor,
-            offset,
-            is_direction: false,
-        };
-        channel.add(&name, rate);
+        InclinationSource::Orientation => {
+            let up = if imu.world == World::Ned { -1.0 } else { 1.0 };
+            Upward::Orientation(imu.orientation.each_ref().map(|c| channel.cell(c)), up)
+        }
     }
 }
 

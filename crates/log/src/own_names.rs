@@ -139,12 +139,8 @@ pub fn rover(path: &Path, choice: &LogChoice) -> Result<WholeRover, LogError> {
 
 /// Name of a column without its unit in brackets.
 fn bare(column: &ColumnInfo) -> &str {
-    column
-        .name
-        .split(['[', '('])
-        .next()
-        .unwrap_or_default()
-        .trim()
+    let name = column.name.split(['[', '(']).next();
+    name.unwrap_or_default().trim()
 }
 
 /// A table in which columns are looked for by their names.
@@ -168,22 +164,19 @@ impl Table {
 
     /// The full name of a column, which may have its unit in brackets. Another unit is a problem.
     fn column(&mut self, name: &str, allowed: &str) -> Option<String> {
-        let ColumnInfo {
-            name,
-            unit,
-            is_time_stamp,
-        } = self.found.iter().find(|column| bare(column) == name)?;
+        let column = self.found.iter().find(|column| bare(column) == name)?;
         // However it is written.
         let is_same = |found: &str| match (Unit::of(found), Unit::of(allowed)) {
             (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
             _ => found == allowed,
         };
-        let other = unit.as_deref().filter(|unit| !is_same(unit));
-        if let Some(found) = other.filter(|_| !is_time_stamp) {
+        let other = column.unit.as_deref().filter(|unit| !is_same(unit));
+        if let Some(found) = other.filter(|_| !column.is_time_stamp) {
+            let name = &column.name;
             let problem = format!("column {name} has the unit {found}, allowed: {allowed}");
             self.problems.push(problem);
         }
-        Some(name.clone())
+        Some(column.name.clone())
     }
 
     /// The same of a column that must be there.

@@ -139,15 +139,13 @@ impl Course {
             return Ok(());
         };
         let rows = self.report.rows;
-        if self.unset == rows && rows > 1 {
-            let message = format!("all {rows} messages have the stamp 0 in their header: {UNSET}");
-            return Err(channel.problem(message));
-        }
-        if self.unset > 0 && last.seconds() > DATE {
-            let message = format!(
-                "{} of {rows} messages have the stamp 0 in their header: {UNSET}",
-                self.unset
-            );
+        let unset = match self.unset {
+            all if all == rows && rows > 1 => format!("all {rows}"),
+            some @ 1.. if last.seconds() > DATE => format!("{some} of {rows}"),
+            _ => String::new(),
+        };
+        if !unset.is_empty() {
+            let message = format!("{unset} messages have the stamp 0 in their header: {UNSET}");
             return Err(channel.problem(message));
         }
         if rows > 1 && last.since(*first) <= 0.0 && self.report.duplicates + 1 == rows {

@@ -4,9 +4,7 @@
 use crate::check::readings::Readings;
 use crate::check::recorded::body;
 use crate::check::rewire::Channel;
-use robhaz_score::signals::{
-    derivative, difference, integral, median, robust_fit, smooth, subtract,
-};
+use robhaz_score::signals::{derivative, difference, integral, robust_fit, smooth, subtract};
 
 /// Least time over which changes are compared, s: the specific force of the robot's own motion
 /// changes less in it than the angles on uneven ground. A slow robot needs longer for its angles to
@@ -78,9 +76,9 @@ impl Changes {
         };
         let half = recording.steps(0.5 * span);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let inclination = |k: usize| match (&angles[k], acceleration) {
-            (read, None) => read.clone(),
-            (read, Some(acceleration)) => subtract(read, acceleration),
+        let inclination = |k: usize| match acceleration {
+            None => change(&angles[k]),
+            Some(acceleration) => change(&subtract(&angles[k], acceleration)),
         };
         let correlated = (recording.steps(span) as f64).sqrt();
         let smoothed = recording.steps(SMOOTHING) as f64;
@@ -92,7 +90,7 @@ impl Changes {
             span,
             noise: log.stated.budget.inclination_noise * (2.0 / smoothed).sqrt(),
             correlated,
-            inclination: [0, 1].map(|k| change(&inclination(k))),
+            inclination: [0, 1].map(inclination),
             rate: [0, 1].map(|k| change(&integral(&rates[k], recording.dt))),
             forward: change(forward),
         }
@@ -111,20 +109,15 @@ impl Changes {
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
     pub fn fit(&self, k: usize, j: usize) -> Option<Coefficients> {
         let (y, rate) = (&self.inclination[k], &self.rate[j]);
-        let of = |values: &[f64], deviations: &[f64], explained: f64| {
-            let sigma = |i: usize| self.correlated * deviations[i];
-            Coefficients {
-                rate: values[0],
-                rate_sigma: sigma(0),
-                forward: values.get(1).map(|value| (*value, sigma(1))),
-                explained,
-            }
-        };
-        if let Some(fit) = robust_fit(y, &[rate, &self.forward]) {
-            return Some(of(&fit.coefficients, &fit.deviations, fit.explained));
-        }
-        let fit = robust_fit(y, &[rate])?;
-        Some(of(&fit.coefficients, &fit.deviations, fit.explained))
+        let fit = robust_fit(y, &[rate, &self.forward]).or_else(|| robust_fit(y, &[rate]))?;
+        let sigma = |i: usize| self.correlated * fit.deviations[i];
+        let forward = fit.coefficients.get(1);
+        Some(Coefficients {
+            rate: fit.coefficients[0],
+            rate_sigma: sigma(0),
+            forward: forward.map(|value| (*value, sigma(1))),
+            explained: fit.explained,
+        })
     }
 }
 
@@ -157,8 +150,7 @@ pub fn span(log: &Readings<'_>) -> f64 {
     if log.stated.body.is_none() {
         return SPAN;
     }
-    let spin = log.recording.while_driving(&log.recording.middle_spin);
-    let spin = median(spin.iter().map(|s| s.abs()).collect()).unwrap_or(0.0);
+    let spin = log.recording.usual_spin().unwrap_or(0.0);
     (1.0 / spin).clamp(SPAN, LONGEST_SPAN)
 }
 

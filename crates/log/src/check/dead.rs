@@ -100,40 +100,11 @@ pub fn silent(name: &str, frames: impl Iterator<Item = (f64, bool)>) -> Option<F
     })
 }
 
-/// The kinds of channels that are dead.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Kinds {
-    pub encoders: bool,
-    pub torques: bool,
-    pub links: bool,
-}
-
-impl Kinds {
-    pub fn of(dead: &[(Channel, Finding)]) -> Self {
-        let has = |is: fn(&Channel) -> bool| dead.iter().any(|(channel, _)| is(channel));
-        Self {
-            encoders: has(|c| matches!(c, Channel::Encoder(_))),
-            torques: has(|c| matches!(c, Channel::Torque(_))),
-            links: has(|c| matches!(c, Channel::Gyro(_) | Channel::Inclinometer(_))),
-        }
-    }
-
-    pub fn any(self) -> bool {
-        self.encoders || self.torques || self.links
-    }
-}
-
 /// Leaves out findings of dead channels, alone or with others.
-pub fn without(findings: Vec<Finding>, dead: &[(Channel, Finding)]) -> Vec<Finding> {
-    let names: Vec<String> = dead
-        .iter()
-        .map(|(_, finding)| finding.channel.clone())
-        .collect();
-    let is_dead = |name: &str| names.iter().any(|dead| dead == name);
+pub fn without(mut findings: Vec<Finding>, dead: &[(Channel, Finding)]) -> Vec<Finding> {
+    let is_dead = |name: &str| dead.iter().any(|(_, finding)| finding.channel == name);
+    findings.retain(|finding| !finding.channel.split(", ").any(is_dead));
     findings
-        .into_iter()
-        .filter(|finding| !finding.channel.split(", ").any(is_dead))
-        .collect()
 }
 
 /// The tests that were left out.

@@ -87,15 +87,11 @@ impl Ground {
     fn of(log: &Readings<'_>) -> Option<Self> {
         let (recording, robot) = (&log.recording, log.stated.robot);
         let spin = recording.while_driving(&recording.middle_spin);
-        let spin: Vec<f64> = spin
-            .iter()
-            .map(|s| s.abs())
-            .filter(|s| s.is_finite())
-            .collect();
-        let largest = spin.iter().copied().fold(0.0, f64::max);
+        // Missing ones do not count.
+        let largest = spin.iter().map(|s| s.abs()).fold(0.0, f64::max);
         let turn = robot.geometry.wheel_radius / arm(robot) * recording.slowest;
         Some(Self {
-            usual: turn * median(spin)?,
+            usual: turn * recording.usual_spin()?,
             largest: turn * largest,
             impact: largest * robot.geometry.wheel_radius / (recording.slowest * robot.gravity),
         })
@@ -146,27 +142,17 @@ fn spikes(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Fin
         return None;
     }
     let gate = GATE * channel.noise + by_ground;
-    let values: Vec<f64> = channel
-        .values
-        .iter()
-        .copied()
-        .filter(|x| x.is_finite())
-        .collect();
+    let mut values = channel.values.clone();
+    values.retain(|x| x.is_finite());
     if values.len() < LEAST || channel.noise <= 0.0 {
         return None;
     }
-    let is_spike = |w: &[f64]| {
-        let middle = median(w.to_vec()).unwrap_or(w[2]);
+    let spike = |w: &[f64]| {
+        let size = (w[2] - median(w.to_vec())?).abs();
         let (before, after) = (0.5 * (w[0] + w[1]), 0.5 * (w[3] + w[4]));
-        (w[2] - middle).abs().max(0.0) > gate
-            && (before - after).abs() < 0.5 * (w[2] - middle).abs()
+        (size > gate && (before - after).abs() < 0.5 * size).then_some(size)
     };
-    let size = |w: &[f64]| (w[2] - median(w.to_vec()).unwrap_or(w[2])).abs();
-    let found: Vec<f64> = values
-        .windows(5)
-        .filter(|w| is_spike(w))
-        .map(size)
-        .collect();
+    let found: Vec<f64> = values.windows(5).filter_map(spike).collect();
     let largest = found.iter().copied().fold(0.0, f64::max);
     let share = 100.0 * found.len() as f64 / values.len() as f64;
     let figure = format!(

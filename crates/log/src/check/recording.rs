@@ -124,6 +124,13 @@ impl Recording {
         driven.collect()
     }
 
+    /// Usual size of the middle one of the spin speeds while the robot drives, rad/s; `None` where it
+    /// does not.
+    pub fn usual_spin(&self) -> Option<f64> {
+        let spin = self.while_driving(&self.middle_spin);
+        median(spin.iter().map(|spin| spin.abs()).collect())
+    }
+
     /// The samples of a channel of the frames.
     pub fn samples(&self, channel: Channel) -> &[f64] {
         match channel.in_frames() {

@@ -182,12 +182,8 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], recorded: &Recorded) -> 
 /// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range
 /// from repeating a value.
 fn at_limit(channel: &Recorded) -> Option<Finding> {
-    let values: Vec<f64> = channel
-        .values
-        .iter()
-        .copied()
-        .filter(|x| !x.is_nan())
-        .collect();
+    let mut values = channel.values.clone();
+    values.retain(|x| !x.is_nan());
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if channel.noise <= 0.0 || values.is_empty() || most - least <= ROUNDING {

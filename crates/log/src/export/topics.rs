@@ -7,8 +7,7 @@ use super::sensors::Sensors;
 use crate::channel::Channels;
 use crate::error::LogError;
 use crate::messages::{
-    FORCES, FORCES_DEFINITION, ODOMETRY, ODOMETRY_DEFINITION, WRENCH, WRENCH_DEFINITION,
-    encode_numbers, encode_odometry, encode_wrench, nanoseconds,
+    FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_odometry, encode_wrench, nanoseconds,
 };
 use crate::own_names;
 use crate::place::LogPlace;
@@ -98,9 +97,6 @@ impl<'a> Topics<'a> {
     }
 }
 
-/// Name and definition of a message.
-type Schema = (&'static str, &'static str);
-
 /// The topics of the truth or of an estimator, and where its rover is.
 struct Estimate<'a> {
     /// Forces of each side, their topic, and that of each wheel.
@@ -124,26 +120,24 @@ impl<'a> Estimate<'a> {
                 "truth" => format!("/robhaz/{}", forces.label()),
                 _ => format!("/robhaz/estimate/{}", forces.label()),
             };
-            let topic = topics.add(allowed(topic), (FORCES, FORCES_DEFINITION))?;
+            let topic = topics.add(allowed(topic), FORCES)?;
             let mut wheels = [0; 3];
             for (i, wheel) in wheels.iter_mut().enumerate() {
                 let topic = format!("/robhaz/wrench/{name}/{}", forces.wheel(i));
-                *wheel = topics.add(allowed(topic), (WRENCH, WRENCH_DEFINITION))?;
+                *wheel = topics.add(allowed(topic), WRENCH)?;
             }
             all.push((forces, topic, wheels));
         }
-        let odometry = match moves {
-            true => {
-                let topic = allowed(format!("/robhaz/odometry/{name}"));
-                let topic = topics.add(topic, (ODOMETRY, ODOMETRY_DEFINITION))?;
-                Some((topic, Odometry::new(choice, is_of_both)))
-            }
-            false => None,
-        };
-        Ok(Self {
+        let mut estimate = Self {
             sides: all,
-            odometry,
-        })
+            odometry: None,
+        };
+        if moves {
+            let topic = allowed(format!("/robhaz/odometry/{name}"));
+            let topic = topics.add(topic, ODOMETRY)?;
+            estimate.odometry = Some((topic, Odometry::new(choice, is_of_both)));
+        }
+        Ok(estimate)
     }
 
     /// Writes what it has at a time (s) beside the readings.
@@ -159,9 +153,9 @@ impl<'a> Estimate<'a> {
             let Some(found) = forces.numbers(time) else {
                 continue;
             };
-            let message = encode_numbers(time, &found.0[..OF_MESSAGE]);
+            let message = encode_numbers(time, found.0[..OF_MESSAGE].as_flattened());
             topics.write(*topic, time, &message)?;
-            for (i, [traction, normal]) in found.forces().into_iter().enumerate() {
+            for (i, [normal, traction]) in found.forces().into_iter().enumerate() {
                 if traction.is_finite() && normal.is_finite() {
                     let frame = format!("{}_contact", forces.wheel(i));
                     let message = encode_wrench(time, &frame, [traction, 0.0, normal]);
