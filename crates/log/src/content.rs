@@ -1,4 +1,4 @@
-//! Whether a log has what its estimators need, and what is left out where it has not.
+//! Whether a log has what its estimators need, and what is left out where it does not.
 
 use crate::channel::{Channel, Channels, Rows};
 use crate::error::LogError;

@@ -19,6 +19,7 @@ pub const FORWARD: f64 = 0.1;
 /// Change of an angle within that time that shows something, rad: 0.3 deg, several times the noise
 /// of a smoothed inclinometer.
 pub const LEAST_CHANGE: f64 = 0.3 * DEGREE;
+/// Radians of a degree: also the factor of a wrong unit.
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Share from which on a wrong scale is no matter of impacts.
 pub const CERTAIN: f64 = 0.95;

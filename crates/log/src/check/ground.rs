@@ -16,6 +16,7 @@
 //! (y_2 - y_3)(s + lambda) - (y_2 - y_3)(s) = (y_1 - y_2)(s) - (y_1 - y_2)(s - mu)
 //! ```
 
+use crate::check::changes::DEGREE;
 use crate::check::course::{Course, Heights, Links, OWN, STEP, steps_of};
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
@@ -41,8 +42,6 @@ pub const SCALE: &str = "distance";
 pub const SIGNS: &str = "links on the ground";
 /// The channels of what it finds of links.
 pub const CHANNEL: &str = "inclinometer 1, inclinometer 2";
-/// Radians of a degree: the factor of a wrong unit.
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Standard deviations of the difference between the two that are a fault.
 const OFFSET_GATE: f64 = 5.0;

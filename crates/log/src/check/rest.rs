@@ -1,5 +1,6 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
+use crate::check::changes::DEGREE;
 use crate::check::recorded::Recorded;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
@@ -40,7 +41,6 @@ const STEEPEST: f64 = 60.0 * DEGREE;
 /// Inclination beyond which a sensor hangs upside down, rad: no robot stands within 30 deg of its
 /// roof.
 const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
-const DEGREE: f64 = PI / 180.0;
 
 const ZERO: &str = "zero at rest";
 const NOISE: &str = "noise at rest";

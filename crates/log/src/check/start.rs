@@ -60,10 +60,8 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
 
 /// What the inertias of rotor, wheel and a third of the robot ask for, N m s^2.
 fn expected(log: &Readings<'_>) -> f64 {
-    let (mass, radius) = (
-        &log.stated.robot.mass,
-        log.stated.robot.geometry.wheel_radius,
-    );
+    let robot = log.stated.robot;
+    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
     mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0
 }
 
