@@ -85,31 +85,29 @@ fn listed(metadata: &str) -> Vec<String> {
         let text = text.trim().trim_matches(['"', '\'']);
         (!text.is_empty()).then(|| text.to_owned())
     };
-    let mut lines = metadata.lines();
-    let key = "relative_file_paths:";
-    let Some(first) = lines.find_map(|line| line.trim_start().strip_prefix(key)) else {
+    let Some((_, rest)) = metadata.split_once("relative_file_paths:") else {
         return Vec::new();
     };
-    let mut rest: String = first.trim().to_owned();
-    if rest.is_empty() || rest.starts_with('#') {
-        let items = lines.map_while(|line| line.trim_start().strip_prefix("- "));
-        return items.filter_map(plain).collect();
-    }
-    while !rest.contains(']') {
-        let Some(line) = lines.next() else { break };
-        rest.push_str(line);
-    }
-    let inside = rest.trim_start_matches('[').split(']').next();
-    inside
-        .unwrap_or_default()
-        .split(',')
-        .filter_map(plain)
-        .collect()
+    let items: Vec<&str> = match rest.trim_start().strip_prefix('[') {
+        Some(inside) => inside
+            .split(']')
+            .take(1)
+            .flat_map(|items| items.split(','))
+            .collect(),
+        None => {
+            let lines = rest.lines().skip(1);
+            lines
+                .map_while(|line| line.trim_start().strip_prefix("- "))
+                .collect()
+        }
+    };
+    items.into_iter().filter_map(plain).collect()
 }
 
-fn is_mcap(file: &Path) -> bool {
-    file.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+/// Whether a file is of topics, by its extension.
+pub fn is_mcap(file: &Path) -> bool {
+    let extension = file.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
 }
 
 /// What to do about a file that no reader takes as it is, by its ending.

@@ -71,11 +71,8 @@ pub fn read(
         let found = names.iter().position(|n| n == name);
         found.ok_or_else(|| LogError::whole(path, format!("has no column {name}")))
     };
-    let time = Time {
-        column: index(&time.name)?,
-        nanoseconds: time.nanoseconds.as_ref().map(index).transpose()?,
-        unit: time.unit,
-    };
+    let seconds = index(&time.name)?;
+    let nanoseconds = time.nanoseconds.as_ref().map(index).transpose()?;
     let chosen: Vec<usize> = chosen.iter().map(index).collect::<Result<_, _>>()?;
     let mut groupings = vec![Grouping::default(); chosen.len()];
     let mut numbers = Numbers {
@@ -104,7 +101,7 @@ pub fn read(
             );
             return Err(LogError::place(path, format!("line {line}"), message));
         }
-        let stamp = numbers.stamp(&row, &time)?;
+        let stamp = numbers.stamp(&row, seconds, nanoseconds, time.unit)?;
         let mut cells = Vec::with_capacity(chosen.len());
         for (column, grouping) in chosen.iter().zip(&mut groupings) {
             let text = row.text(*column);
@@ -136,13 +133,6 @@ pub fn read(
     Ok(None)
 }
 
-/// The columns of the time, and the unit of its numbers.
-struct Time {
-    column: usize,
-    nanoseconds: Option<usize>,
-    unit: TimeUnit,
-}
-
 /// The numbers of a file, which have one decimal mark.
 struct Numbers<'a> {
     path: &'a Path,
@@ -164,10 +154,16 @@ impl Numbers<'_> {
         read.map_err(|allowed| self.refused(row, column, &format!("{allowed}{also}")))
     }
 
-    fn stamp(&mut self, row: &TextRow, time: &Time) -> Result<Stamp, LogError> {
-        let Time { column, unit, .. } = *time;
+    /// The stamp of a row: of a column in a unit, or of whole seconds and a column of nanoseconds.
+    fn stamp(
+        &mut self,
+        row: &TextRow,
+        column: usize,
+        nanoseconds: Option<usize>,
+        unit: TimeUnit,
+    ) -> Result<Stamp, LogError> {
         let text = row.text(column);
-        let stamp = if let Some(rest) = time.nanoseconds {
+        let stamp = if let Some(rest) = nanoseconds {
             let [seconds, nanoseconds] = [column, rest].map(|c| self.read(row, c, ""));
             let stamp = Stamp::of_parts(seconds?, nanoseconds?);
             return stamp.ok_or_else(|| self.refused(row, rest, WHOLE_STAMP));

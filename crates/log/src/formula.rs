@@ -56,17 +56,14 @@ impl Formula {
     pub fn value(&self, cells: &[f64]) -> Option<f64> {
         let found = match self.source {
             Source::Cell(cell) => all(cells, [cell])?[0],
-            Source::Inclination(up, axes) => {
+            Source::Inclination(up, axes) | Source::Pitch(up, axes) => {
                 let direction = up.direction(cells)?;
                 let [forward, upward] = axes.map(|axis| dot(direction, axis));
-                let has_length = forward != 0.0 || upward != 0.0;
-                has_length.then(|| forward.atan2(upward))?
-            }
-            Source::Pitch(up, [forward, upward]) => {
-                let direction = up.direction(cells)?;
-                let left = dot(direction, across(upward, forward));
-                let [forward, upward] = [forward, upward].map(|axis| dot(direction, axis));
-                let level = left.hypot(upward);
+                let left = || dot(direction, across(axes[1], axes[0]));
+                let level = match self.source {
+                    Source::Pitch(..) => left().hypot(upward),
+                    _ => upward,
+                };
                 let has_length = forward != 0.0 || level != 0.0;
                 has_length.then(|| forward.atan2(level))?
             }

@@ -2,10 +2,9 @@
 //! or one after the other, with the last value in each row. An estimator would take a repeated angle for a
 //! wheel that stands, and the next one for a jump; rows between new readings count as without.
 
+use crate::channel::Channel;
 use crate::formula::Source;
-use crate::plan::{ChannelPlan, Plan};
 use crate::readings::Reading;
-use crate::survey::{Channel, Survey};
 use robhaz_score::signals::median;
 use std::collections::BTreeSet;
 
@@ -17,24 +16,24 @@ const REGULAR: f64 = 0.8;
 
 /// Leaves out the repeated readings of wheels and of links, and says so. What is not new all at once
 /// may be so wheel by wheel.
-pub fn leave_out(plan: &Plan, survey: &mut Survey) -> Vec<String> {
+pub fn leave_out(channels: &mut [Channel]) -> Vec<String> {
     let mut notices = Vec::new();
-    for (channel, found) in plan.channels.iter().zip(&mut survey.channels) {
+    for channel in channels {
         let mut done = BTreeSet::new();
         let wheels = channel.readings.iter().filter_map(|(r, _)| wheel_of(*r));
         let wheels: BTreeSet<&str> = wheels.collect();
         for group in KINDS.into_iter().chain(wheels) {
             let cells = cells(channel, group);
-            let rows = repeated(found, channel.columns.len(), &cells);
-            let Some(rows) = rows.filter(|_| !cells.iter().any(|cell| done.contains(cell))) else {
+            let rows = repeated(channel, &cells);
+            let is_done = cells.iter().any(|cell| done.contains(cell));
+            let Some((every, rows)) = rows.filter(|_| !is_done) else {
                 continue;
             };
             done.extend(cells.iter().copied());
-            let every = rows.every;
-            let rate = 1.0 / (every as f64 * found.report.period);
-            for row in rows.rows {
+            let rate = 1.0 / (every as f64 * channel.report.period);
+            for row in rows {
                 for cell in &cells {
-                    found.cells[row * channel.columns.len() + cell] = f64::NAN;
+                    channel.cells[row * channel.columns.len() + cell] = f64::NAN;
                 }
             }
             notices.push(format!(
@@ -69,7 +68,7 @@ fn wheel_of(reading: Reading) -> Option<&'static str> {
 
 /// The cells that are readings of a kind or of a wheel as they are; speeds, which are integrated, are
 /// none.
-fn cells(channel: &ChannelPlan, group: &str) -> Vec<usize> {
+fn cells(channel: &Channel, group: &str) -> Vec<usize> {
     let readings = channel.readings.iter();
     let is_own = |reading| [kind_of(reading), wheel_of(reading)].contains(&Some(group));
     let own = readings.filter(|(reading, _)| is_own(*reading));
@@ -80,20 +79,13 @@ fn cells(channel: &ChannelPlan, group: &str) -> Vec<usize> {
     cell.filter(|cell| !channel.speeds.contains(cell)).collect()
 }
 
-/// Rows that repeat the one before.
-struct Repeated {
-    rows: Vec<usize>,
-    /// Rows from one new reading to the next.
-    every: usize,
-}
-
-/// Of a channel with this many columns, the rows in which these cells repeat those before between new
-/// readings. `None` unless new ones come regularly and all together.
-fn repeated(channel: &Channel, columns: usize, cells: &[usize]) -> Option<Repeated> {
+/// Rows from one new reading of these cells to the next, and the rows between, which repeat those before.
+/// `None` unless new ones come regularly and all together.
+fn repeated(channel: &Channel, cells: &[usize]) -> Option<(usize, Vec<usize>)> {
     if cells.len() < 2 {
         return None;
     }
-    let rows: Vec<&[f64]> = channel.cells.chunks(columns).collect();
+    let rows: Vec<&[f64]> = channel.rows().collect();
     let changed = |row: usize| {
         let is_new = |cell: &&usize| rows[row][**cell].to_bits() != rows[row - 1][**cell].to_bits();
         cells.iter().filter(is_new).count()
@@ -118,22 +110,22 @@ fn repeated(channel: &Channel, columns: usize, cells: &[usize]) -> Option<Repeat
             left_out.push(k + 1);
         }
     }
-    is_repeated.then_some(Repeated {
-        rows: left_out,
-        every,
-    })
+    is_repeated.then_some((every, left_out))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robhaz_run::ChannelReport;
+    use crate::channel::Rows;
+    use crate::mcap_events::Clock;
+    use std::path::Path;
 
     fn channel(row: impl Fn(usize) -> [f64; 3]) -> Channel {
+        let topic = Rows::Topic(String::new(), Clock::Log);
         Channel {
-            times: (0..300).map(|k| k as f64 * 0.01).collect(),
+            columns: vec![String::new(); 3],
             cells: (0..300).flat_map(row).collect(),
-            report: ChannelReport::default(),
+            ..Channel::new(String::new(), Path::new(""), topic)
         }
     }
 
@@ -148,10 +140,10 @@ mod tests {
     fn held_readings_are_left_out() {
         let new = |k: usize| k * 3 / 10;
         let held = channel(|k| [0, 1, 2].map(|i| reading(new(k), i)));
-        let found = repeated(&held, 3, &[0, 1, 2]).expect("held");
-        assert_eq!(found.every, 3);
+        let (every, rows) = repeated(&held, &[0, 1, 2]).expect("held");
+        assert_eq!(every, 3);
         for k in 1..300 {
-            assert_eq!(found.rows.contains(&k), new(k) == new(k - 1), "{k}");
+            assert_eq!(rows.contains(&k), new(k) == new(k - 1), "{k}");
         }
     }
 
@@ -163,7 +155,7 @@ mod tests {
         let coarse = channel(|k| [(k / 4) as f64, reading(k, 1), reading(k, 2)]);
         let at_rest = channel(|_| [1.0, 2.0, 3.0]);
         for log in [new, coarse, at_rest] {
-            assert!(repeated(&log, 3, &[0, 1, 2]).is_none());
+            assert!(repeated(&log, &[0, 1, 2]).is_none());
         }
     }
 }

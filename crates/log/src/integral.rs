@@ -5,6 +5,9 @@
 //! an encoder with q = sqrt(6) sigma period. The sum of these errors grows with the square root of time, as the slip of a
 //! wheel does.
 
+use crate::channel::Channel;
+use crate::formula::{Formula, Source};
+use crate::readings::Reading;
 use robhaz_score::signals::median;
 use std::f64::consts::TAU;
 
@@ -13,9 +16,37 @@ const OF_NOISE: f64 = 2.449_489_742_783_178;
 /// Median of the magnitude of a Gaussian number over its deviation.
 const OF_MEDIAN: f64 = 0.674_489_750_196_082;
 
+/// Makes angles of the speeds of wheels. The budget then has an encoder whose steps err as much, if
+/// that is coarser: its counts a turn (0: exact). Returns what the user should know.
+pub fn of_speeds(channels: &mut [Channel], budget: &mut f64) -> Vec<String> {
+    let mut notices = Vec::new();
+    for channel in channels {
+        for cell in &channel.speeds {
+            let of_cell =
+                |(_, formula): &&(Reading, Formula)| formula.source == Source::Cell(*cell);
+            let Some((reading, formula)) = channel.readings.iter().find(of_cell) else {
+                continue;
+            };
+            let speeds = channel.rows().map(|row| row[*cell] * formula.factor);
+            let counts = counts(&speeds.collect::<Vec<f64>>(), channel.report.period);
+            let columns = channel.columns.len();
+            integrate(&channel.times, &mut channel.cells, columns, *cell);
+            if counts < *budget || *budget <= 0.0 && counts.is_finite() {
+                *budget = counts;
+            }
+            notices.push(format!(
+                "{} is the integral of {}, a speed; by its noise it counts as an encoder of {budget:.0} counts a turn",
+                reading.name(),
+                channel.columns[*cell],
+            ));
+        }
+    }
+    notices
+}
+
 /// Replaces the speeds of a cell of each row by their integral from the first row on. A row without a speed has no
 /// angle; the next one has the turn since the last.
-pub fn integrate(times: &[f64], cells: &mut [f64], columns: usize, cell: usize) {
+fn integrate(times: &[f64], cells: &mut [f64], columns: usize, cell: usize) {
     let (mut angle, mut before) = (0.0, None::<(f64, f64)>);
     for (time, row) in times.iter().zip(cells.chunks_mut(columns)) {
         let speed = row[cell];
@@ -32,7 +63,7 @@ pub fn integrate(times: &[f64], cells: &mut [f64], columns: usize, cell: usize) 
 
 /// Counts in a turn of an encoder whose steps err as much as those of the integral of a speed (rad/s, by rows), whose
 /// noise the rows show; infinite of a speed without noise.
-pub fn counts(speeds: &[f64], period: f64) -> f64 {
+fn counts(speeds: &[f64], period: f64) -> f64 {
     let second: Vec<f64> = speeds
         .windows(3)
         .map(|w| w[0] - 2.0 * w[1] + w[2])

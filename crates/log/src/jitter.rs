@@ -116,13 +116,18 @@ struct Step {
     turn: f64,
 }
 
-/// The steps of a wheel, by the frame at which each ends; `None` where it does not turn steadily.
-fn errors(frames: &[SensorFrame], wheel: usize) -> Vec<Option<Step>> {
+/// Number and time (s) of the frames with an angle of a wheel, and that, rad.
+pub fn angles(frames: &[SensorFrame], wheel: usize) -> Vec<(usize, f64, f64)> {
     let read = |(k, frame): (usize, &SensorFrame)| {
         let angle = frame.wheel_angle[wheel].filter(|angle| angle.is_finite())?;
         Some((k, frame.time, angle))
     };
-    let read: Vec<(usize, f64, f64)> = frames.iter().enumerate().filter_map(read).collect();
+    frames.iter().enumerate().filter_map(read).collect()
+}
+
+/// The steps of a wheel, by the frame at which each ends; `None` where it does not turn steadily.
+fn errors(frames: &[SensorFrame], wheel: usize) -> Vec<Option<Step>> {
+    let read = angles(frames, wheel);
     let mut found = vec![None; frames.len()];
     let steps = read.windows(2).map(|w| w[1].1 - w[0].1);
     let Some(period) = median(steps.collect()) else {

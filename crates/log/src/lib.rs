@@ -11,9 +11,9 @@
 //! | `mcap_events`, `messages`, `cdr` | topics of MCAP files; the ROS 2 messages in them |
 //! | `stamp`, `iso8601`, `order` | time stamps and their order |
 //! | `readings`, `truth` | readings and truth by the names of columns |
-//! | `own_names`, `mapped`, `units`, `formula`, `plan` | which column is which reading, and in which unit |
+//! | `own_names`, `mapped`, `units`, `formula`, `channel` | which column is which reading, and in which unit |
 //! | `survey`, `integral`, `frames` | rows of all channels, read and judged; speeds integrated; frames on one time |
-//! | `place`, `bag`, `log` | from a path to a run |
+//! | `place`, `bag`, `content`, `log` | from a path to a run; whether a log has what is needed |
 //! | `export` | a run as a log for other tools: readings, forces, odometry |
 //!
 //! A log is read to its end for duration, rates, order of the time stamps, and cells that are no
@@ -22,7 +22,9 @@
 
 mod bag;
 mod cdr;
+mod channel;
 pub mod check;
+mod content;
 mod csv_table;
 mod error;
 mod export;
@@ -41,7 +43,6 @@ mod order;
 mod own_names;
 mod parquet_rows;
 mod place;
-mod plan;
 mod readings;
 mod rows;
 mod stamp;
@@ -50,8 +51,9 @@ mod truth;
 mod units;
 mod wrap;
 
+pub use content::LogOptions;
 pub use error::LogError;
 pub use export::{ExportFormat, Exported, export};
-pub use log::{Log, LogOptions};
+pub use log::Log;
 pub use place::{LogPlace, PlaceError};
 pub use truth::is_column as is_truth_column;

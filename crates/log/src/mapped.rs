@@ -1,10 +1,10 @@
 //! Channels of a log whose description says which column is which reading.
 
-use crate::bag;
+use crate::bag::{self, is_mcap};
+use crate::channel::{Channel, Rows, stem};
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward, across};
 use crate::mcap_events::Clock;
-use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
@@ -26,7 +26,7 @@ pub fn channels(
     table: Option<&Path>,
     splits: Option<&[PathBuf]>,
     mapping: &Mapping,
-) -> Result<Vec<ChannelPlan>, LogError> {
+) -> Result<Vec<Channel>, LogError> {
     let mut channels = Vec::new();
     if mapping.channels.is_empty() {
         let Some(table) = table else {
@@ -45,7 +45,7 @@ pub fn channels(
         let path = file(log, own, choice)?;
         let channel = empty(&path, choice.name.clone(), Some(choice))?;
         let is_topic = matches!(channel.rows, Rows::Topic(..));
-        channels.push(ChannelPlan {
+        channels.push(Channel {
             splits: splits.filter(|_| is_topic).unwrap_or_default().to_vec(),
             ..channel
         });
@@ -97,11 +97,7 @@ fn file(log: &Path, own: Option<&Path>, choice: &ChannelChoice) -> Result<PathBu
 }
 
 /// A channel that reads nothing yet.
-fn empty(
-    path: &Path,
-    name: String,
-    choice: Option<&ChannelChoice>,
-) -> Result<ChannelPlan, LogError> {
+fn empty(path: &Path, name: String, choice: Option<&ChannelChoice>) -> Result<Channel, LogError> {
     let problem = |message: &str| LogError::place(path, format!("channel {name}"), message);
     let channel = match choice.filter(|c| !c.topic.is_empty()) {
         None if is_mcap(path) => {
@@ -109,7 +105,7 @@ fn empty(
                 "state the `topic` of each channel of an MCAP file, [[channel]] in the description";
             return Err(problem(message));
         }
-        None => ChannelPlan::of_table(name, path, time(choice))?,
+        None => Channel::of_table(name, path, time(choice))?,
         Some(_) if let Some(advice) = bag::advice(path) => return Err(problem(&advice)),
         Some(ChannelChoice { topic, .. }) if !is_mcap(path) => {
             return Err(problem(&format!(
@@ -125,10 +121,10 @@ fn empty(
                     return Err(problem(&format!("time: found {other:?}, {allowed}")));
                 }
             };
-            ChannelPlan::new(name, path, Rows::Topic(choice.topic.clone(), clock))
+            Channel::new(name, path, Rows::Topic(choice.topic.clone(), clock))
         }
     };
-    Ok(ChannelPlan {
+    Ok(Channel {
         offset: choice.map_or(0.0, |c| c.offset),
         ..channel
     })
@@ -146,19 +142,13 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
     }
 }
 
-/// Whether a file is of topics, by its extension.
-pub fn is_mcap(path: &Path) -> bool {
-    let extension = path.extension();
-    extension.is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
-}
-
 /// The channel of a name; the first for none. Names were checked when the description was read.
-fn named<'a>(channels: &'a mut [ChannelPlan], name: &str) -> &'a mut ChannelPlan {
+fn named<'a>(channels: &'a mut [Channel], name: &str) -> &'a mut Channel {
     let found = channels.iter().position(|c| c.name == name);
     &mut channels[found.filter(|_| !name.is_empty()).unwrap_or(0)]
 }
 
-impl ChannelPlan {
+impl Channel {
     /// The cell of a column, which is read from now on.
     pub fn cell(&mut self, column: &str) -> usize {
         let known = self.columns.iter().position(|c| c == column);
@@ -229,60 +219,66 @@ pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Form
 
 /// Adds the readings of a sensor, but those that have a column of their own; of a log of `both`
 /// sides roll and yaw, too.
-fn add_imu(channels: &mut [ChannelPlan], imu: &ImuChoice, both: bool) {
+fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
     let axes = [imu.forward, imu.up];
-    let rates = [
-        ("rate", across(imu.forward, imu.up), imu.rate_offset),
-        ("roll_rate", imu.forward, imu.roll_rate_offset),
-        ("yaw_rate", imu.up, imu.yaw_rate_offset),
-    ];
-    for (part, offset) in [
-        ("inclination", imu.inclination_offset),
-        ("roll", imu.roll_offset),
+    let across = across(imu.forward, imu.up);
+    // Each rate with its axis.
+    for (part, of_plane, axis, offset) in [
+        ("inclination", true, None, imu.inclination_offset),
+        ("roll", false, None, imu.roll_offset),
+        ("rate", true, Some(across), imu.rate_offset),
+        ("roll_rate", false, Some(imu.forward), imu.roll_rate_offset),
+        ("yaw_rate", false, Some(imu.up), imu.yaw_rate_offset),
     ] {
         let name = format!("{}_{part}", imu.link);
-        if !both && part == "roll" || !is_free(channels, &name) {
+        if !(both || of_plane) || !is_free(channels, &name) {
             continue;
         }
-        let channel = named(channels, &imu.channel);
-        let (force, orientation) = (imu.acceleration.each_ref(), imu.orientation.each_ref());
-        let up = match imu.inclination {
-            InclinationSource::Acceleration => {
-                Upward::SpecificForce(force.map(|c| channel.cell(c)))
-            }
-            InclinationSource::Orientation => {
-                let up = if imu.world == World::Ned { -1.0 } else { 1.0 };
-                Upward::Orientation(orientation.map(|c| channel.cell(c)), up)
+        let own = match axis {
+            Some(_) if !imu.rate_channel.is_empty() => &imu.rate_channel,
+            _ => &imu.channel,
+        };
+        let channel = named(channels, own);
+        let formula = match axis {
+            Some(axis) => Formula {
+                source: Source::Rate(
+                    imu.angular_velocity.each_ref().map(|c| channel.cell(c)),
+                    axis,
+                ),
+                factor: imu.rate_factor,
+                offset: 0.0,
+                is_direction: false,
+            },
+            None => {
+                let up = upward(channel, imu);
+                match both {
+                    true => direction(&name, up, axes),
+                    false => Formula {
+                        source: Source::Inclination(up, axes),
+                        ..direction(&name, up, axes)
+                    },
+                }
             }
         };
-        let mut formula = direction(&name, up, axes);
-        if !both {
-            formula.source = Source::Inclination(up, axes);
-        }
         channel.add(&name, Formula { offset, ..formula });
     }
-    for (part, axis, offset) in rates {
-        let name = format!("{}_{part}", imu.link);
-        if !both && part != "rate" || !is_free(channels, &name) {
-            continue;
+}
+
+/// Where a sensor shows the direction up.
+fn upward(channel: &mut Channel, imu: &ImuChoice) -> Upward {
+    match imu.inclination {
+        InclinationSource::Acceleration => {
+            Upward::SpecificForce(imu.acceleration.each_ref().map(|c| channel.cell(c)))
         }
-        let channel = match imu.rate_channel.as_str() {
-            "" => named(channels, &imu.channel),
-            own => named(channels, own),
-        };
-        let velocity = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
-        let rate = Formula {
-            source: Source::Rate(velocity, axis),
-            factor: imu.rate_factor,
-            offset,
-            is_direction: false,
-        };
-        channel.add(&name, rate);
+        InclinationSource::Orientation => {
+            let up = if imu.world == World::Ned { -1.0 } else { 1.0 };
+            Upward::Orientation(imu.orientation.each_ref().map(|c| channel.cell(c)), up)
+        }
     }
 }
 
 /// Whether no channel has a reading yet.
-fn is_free(channels: &[ChannelPlan], name: &str) -> bool {
+fn is_free(channels: &[Channel], name: &str) -> bool {
     let mut readings = channels.iter().flat_map(|c| &c.readings);
     !readings.any(|(reading, _)| reading.name() == name)
 }
@@ -296,7 +292,7 @@ fn is_speed(reading: &ReadingChoice) -> bool {
 /// Checks that the file of a channel has its columns, in the units that the description states, and
 /// finds the columns of its time.
 fn check(
-    channel: &mut ChannelPlan,
+    channel: &mut Channel,
     choice: Option<&ChannelChoice>,
     readings: &[&ReadingChoice],
     imus: &[&ImuChoice],

@@ -10,7 +10,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Largest record, bytes: a damaged file must not fill the memory.
 const LARGEST_RECORD: usize = 1 << 28;
@@ -53,8 +53,8 @@ impl<'a> Message<'a> {
 type Topics = HashMap<u16, (String, String)>;
 
 /// Messages of a file from its start to its end, also of one without an end.
-struct Messages {
-    path: PathBuf,
+struct Messages<'p> {
+    path: &'p Path,
     file: File,
     reader: LinearReader,
     /// Schemas by number: name.
@@ -66,11 +66,11 @@ struct Messages {
     count: u64,
 }
 
-impl Messages {
-    fn open(path: &Path) -> Result<Self, LogError> {
+impl<'p> Messages<'p> {
+    fn open(path: &'p Path) -> Result<Self, LogError> {
         let options = LinearReaderOptions::default().with_record_length_limit(LARGEST_RECORD);
         Ok(Self {
-            path: path.to_path_buf(),
+            path,
             file: open_file(path)?,
             reader: LinearReader::new_with_options(options),
             schemas: HashMap::new(),
@@ -87,7 +87,7 @@ impl Messages {
         of: impl FnOnce(&Topics, Message<'_>) -> Result<T, LogError>,
     ) -> Result<Option<T>, LogError> {
         while let Some(event) = self.reader.next_event() {
-            let path = &self.path;
+            let path = self.path;
             let damaged = |count: u64, error: McapError| {
                 LogError::format(path, "MCAP", format!("{error}, after message {count}"))
             };
@@ -159,9 +159,35 @@ pub fn columns(
 ) -> Result<Vec<ColumnInfo>, LogError> {
     let mut found: Option<Vec<ColumnInfo>> = None;
     let mut topics = Topics::new();
+    let is_complete = |found: &[ColumnInfo]| {
+        let has = |column: &String| found.iter().any(|c| c.name == *column);
+        wanted.iter().all(has)
+    };
     for path in files {
         let mut messages = Messages::open(path)?;
-        add_columns(&mut messages, topic, wanted, &mut found)?;
+        while !found.as_deref().is_some_and(is_complete) {
+            let next = messages.next(|topics, message| {
+                let of_topic = topics.get(&message.channel).filter(|(of, _)| of == topic);
+                let Some((_, schema)) = of_topic else {
+                    return Ok(());
+                };
+                let known = found.get_or_insert_default();
+                for number in decode(path, topic, schema, message.data)?.1 {
+                    let column = ColumnInfo {
+                        name: number.column(),
+                        unit: None,
+                        is_time_stamp: false,
+                    };
+                    if !known.contains(&column) {
+                        known.push(column);
+                    }
+                }
+                Ok(())
+            })?;
+            if next.is_none() {
+                break;
+            }
+        }
         topics.extend(messages.topics);
     }
     found.ok_or_else(|| {
@@ -176,44 +202,6 @@ pub fn columns(
         );
         LogError::whole(files.first().unwrap_or(&Path::new("")), message)
     })
-}
-
-/// Adds the columns of the messages of one file until all that are wanted were seen.
-fn add_columns(
-    messages: &mut Messages,
-    topic: &str,
-    wanted: &[String],
-    found: &mut Option<Vec<ColumnInfo>>,
-) -> Result<(), LogError> {
-    let path = messages.path.clone();
-    let is_complete = |found: &[ColumnInfo]| {
-        let has = |column: &String| found.iter().any(|c| c.name == *column);
-        wanted.iter().all(has)
-    };
-    while !found.as_deref().is_some_and(is_complete) {
-        let next = messages.next(|topics, message| {
-            let of_topic = topics.get(&message.channel).filter(|(of, _)| of == topic);
-            let Some((_, schema)) = of_topic else {
-                return Ok(());
-            };
-            let known = found.get_or_insert_default();
-            for number in decode(&path, topic, schema, message.data)?.1 {
-                let column = ColumnInfo {
-                    name: number.column(),
-                    unit: None,
-                    is_time_stamp: false,
-                };
-                if !known.contains(&column) {
-                    known.push(column);
-                }
-            }
-            Ok(())
-        })?;
-        if next.is_none() {
-            break;
-        }
-    }
-    Ok(())
 }
 
 fn decode<'a>(

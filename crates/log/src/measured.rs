@@ -3,9 +3,8 @@
 //! count half as noisy as they are up to three times; torques that count three times as noisy widen what is
 //! stated by a fifth.
 
-use crate::plan::Plan;
+use crate::channel::Channel;
 use crate::readings::Reading;
-use crate::survey::Survey;
 use robhaz_score::signals::white_noise;
 
 /// Least share of the usual noise of torques: a filter in the drive may hide errors that last longer.
@@ -31,16 +30,16 @@ const EXCEEDS: f64 = 1.25;
 
 /// White noise of the torques, N m a sample, of a log whose description states none, for an estimate or
 /// a check; `usual` is that of typical sensors, which counts where the log shows none.
-pub fn noise_of_torques(plan: &Plan, survey: &Survey, usual: f64, of_check: bool) -> f64 {
-    let found = measured(plan, survey, "_motor_torque");
+pub fn noise_of_torques(channels: &[Channel], usual: f64, of_check: bool) -> f64 {
+    let found = measured(channels, "_motor_torque");
     let least = if of_check { LEAST_OF_CHECK } else { LEAST };
     found.map_or(usual, |noise| noise.clamp(least * usual, MOST * usual))
 }
 
 /// Takes the measured white noise of the pins' angles (rad) for the stated one where it is greater, and
 /// says so.
-pub fn take_noise_of_pins(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<String> {
-    let found = measured(plan, survey, "pin_angle").filter(|noise| *noise > EXCEEDS * *stated)?;
+pub fn take_noise_of_pins(channels: &[Channel], stated: &mut f64) -> Option<String> {
+    let found = measured(channels, "pin_angle").filter(|noise| *noise > EXCEEDS * *stated)?;
     let [shown, was] = [found, *stated].map(f64::to_degrees);
     *stated = found;
     Some(format!(
@@ -50,8 +49,8 @@ pub fn take_noise_of_pins(plan: &Plan, survey: &Survey, stated: &mut f64) -> Opt
 
 /// Takes the counts of the encoders (in a turn of the wheel; 0: exact) for the stated ones where they are
 /// fewer, and says so.
-pub fn take_counts(plan: &Plan, survey: &Survey, stated: &mut f64) -> Option<String> {
-    let steps = of_readings(plan, survey, "_angle").filter_map(|(reading, values)| {
+pub fn take_counts(channels: &[Channel], stated: &mut f64) -> Option<String> {
+    let steps = of_readings(channels, "_angle").filter_map(|(reading, values)| {
         let is_of_wheel = reading.name().contains("wheel") && !reading.is_contact_angle();
         // Angles that are written with so many significant digits get coarser as the wheels turn on.
         let parts = values.chunks((values.len() / PARTS).max(LEAST_PART));
@@ -104,33 +103,22 @@ fn step(values: &[f64]) -> Option<f64> {
 }
 
 /// White noise of the readings whose name ends so: the root of the mean square of theirs.
-fn measured(plan: &Plan, survey: &Survey, name: &str) -> Option<f64> {
+fn measured(channels: &[Channel], name: &str) -> Option<f64> {
     let noise = |(_, values): (Reading, Vec<f64>)| white_noise(&values);
     // Coarse counts, and readings that are written again and again, hide it.
-    let all = of_readings(plan, survey, name).filter_map(noise);
+    let all = of_readings(channels, name).filter_map(noise);
     let squares: Vec<f64> = all.filter(|noise| *noise > 0.0).map(|x| x * x).collect();
     (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 /// The readings whose name ends so, with the values of the whole log.
-fn of_readings(
-    plan: &Plan,
-    survey: &Survey,
-    name: &str,
-) -> impl Iterator<Item = (Reading, Vec<f64>)> {
-    let channels = plan.channels.iter().zip(&survey.channels);
-    channels.flat_map(move |(channel, found)| {
-        let columns = channel.columns.len().max(1);
-        let readings = channel
-            .readings
-            .iter()
-            .filter(move |(r, _)| r.name().ends_with(name));
-        readings.map(move |(reading, formula)| {
-            let rows = found.cells.chunks(columns);
-            (
-                *reading,
-                rows.filter_map(|row| formula.value(row)).collect(),
-            )
+fn of_readings(channels: &[Channel], name: &str) -> impl Iterator<Item = (Reading, Vec<f64>)> {
+    channels.iter().flat_map(move |channel| {
+        let readings = channel.readings.iter();
+        let named = readings.filter(move |(r, _)| r.name().ends_with(name));
+        named.map(|(reading, formula)| {
+            let values = channel.rows().filter_map(|row| formula.value(row));
+            (*reading, values.collect())
         })
     })
 }

@@ -274,18 +274,24 @@ pub fn encode_odometry(time: f64, odometry: &OdometryMessage) -> Vec<u8> {
     writer.0
 }
 
-/// Name of the schema of forces.
-pub const FORCES: &str = "robhaz_msgs/msg/WheelForces";
-/// Its definition.
-pub const FORCES_DEFINITION: &str = include_str!("definitions/WheelForces.msg");
-/// Name of the schema of the force on a wheel.
-pub const WRENCH: &str = "geometry_msgs/msg/WrenchStamped";
-/// Its definition.
-pub const WRENCH_DEFINITION: &str = include_str!("definitions/WrenchStamped.msg");
-/// Name of the schema of odometry.
-pub const ODOMETRY: &str = "nav_msgs/msg/Odometry";
-/// Its definition.
-pub const ODOMETRY_DEFINITION: &str = include_str!("definitions/Odometry.msg");
+/// Name and definition of a message.
+pub type Schema = (&'static str, &'static str);
+
+/// Forces of three wheels.
+pub const FORCES: Schema = (
+    "robhaz_msgs/msg/WheelForces",
+    include_str!("definitions/WheelForces.msg"),
+);
+/// The force on a wheel.
+pub const WRENCH: Schema = (
+    "geometry_msgs/msg/WrenchStamped",
+    include_str!("definitions/WrenchStamped.msg"),
+);
+/// Odometry.
+pub const ODOMETRY: Schema = (
+    "nav_msgs/msg/Odometry",
+    include_str!("definitions/Odometry.msg"),
+);
 
 #[cfg(test)]
 mod tests {

@@ -1,10 +1,10 @@
 //! Tables with the column names that a run writes.
 
+use crate::channel::{Channel, Rows, stem};
 use crate::error::LogError;
 use crate::formula::{Formula, Upward};
 use crate::mapped::{self, FORWARD, UP, direction};
 use crate::mcap_events::Clock;
-use crate::plan::{ChannelPlan, Rows, stem};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
@@ -34,16 +34,16 @@ pub const METADATA: &str = "robhaz";
 /// # Errors
 ///
 /// [`LogError`] where the file has no such topic, or its rover is none of both sides.
-pub fn topic(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+pub fn topic(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let rows = Rows::Topic(TOPIC.to_owned(), Clock::Header);
-    let empty = ChannelPlan::new(TOPIC.to_owned(), path, rows);
+    let empty = Channel::new(TOPIC.to_owned(), path, rows);
     let found = empty.found()?;
     let is_of_both = |c: &ColumnInfo| Reading::all().any(|r| r.is_of_both() && r.name() == c.name);
     let readings: Vec<Reading> = match found.iter().any(is_of_both) {
         true => Reading::of_both(rover(path, choice)?.coupling).collect(),
         false => Reading::of_frame().collect(),
     };
-    Ok(ChannelPlan {
+    Ok(Channel {
         columns: readings.iter().map(|r| r.name().to_owned()).collect(),
         readings: (0..)
             .zip(readings)
@@ -59,7 +59,7 @@ pub fn topic(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
 /// # Errors
 ///
 /// [`LogError`] with all missing columns and wrong units.
-pub fn readings(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let mut table = Table::open(path, mapped::time(None))?;
     let is_wheel =
         |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
@@ -88,11 +88,7 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<ChannelPlan, LogError
 /// # Errors
 ///
 /// As [`readings`].
-pub fn truth(
-    path: &Path,
-    clock: Option<&ChannelChoice>,
-    both: bool,
-) -> Result<ChannelPlan, LogError> {
+pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<Channel, LogError> {
     let mut table = Table::open(path, mapped::time(clock))?;
     for name in truth::required(both) {
         table.required(&name, "N");
@@ -113,7 +109,7 @@ pub fn truth(
         truth::is_column
     };
     let columns: Vec<String> = columns.filter(|name| is_column(name)).collect();
-    Ok(ChannelPlan {
+    Ok(Channel {
         offset: clock.map_or(0.0, |c| c.offset),
         truth: Some(truth::TruthColumns::new(&columns)),
         columns,
@@ -143,17 +139,13 @@ pub fn rover(path: &Path, choice: &LogChoice) -> Result<WholeRover, LogError> {
 
 /// Name of a column without its unit in brackets.
 fn bare(column: &ColumnInfo) -> &str {
-    column
-        .name
-        .split(['[', '('])
-        .next()
-        .unwrap_or_default()
-        .trim()
+    let name = column.name.split(['[', '(']).next();
+    name.unwrap_or_default().trim()
 }
 
 /// A table in which columns are looked for by their names.
 struct Table {
-    channel: ChannelPlan,
+    channel: Channel,
     found: Vec<ColumnInfo>,
     problems: Vec<String>,
     missing: Vec<String>,
@@ -161,7 +153,7 @@ struct Table {
 
 impl Table {
     fn open(path: &Path, time: TimeColumn) -> Result<Self, LogError> {
-        let channel = ChannelPlan::of_table(stem(path), path, time)?;
+        let channel = Channel::of_table(stem(path), path, time)?;
         Ok(Self {
             found: channel.found()?,
             channel,
@@ -172,22 +164,19 @@ impl Table {
 
     /// The full name of a column, which may have its unit in brackets. Another unit is a problem.
     fn column(&mut self, name: &str, allowed: &str) -> Option<String> {
-        let ColumnInfo {
-            name,
-            unit,
-            is_time_stamp,
-        } = self.found.iter().find(|column| bare(column) == name)?;
+        let column = self.found.iter().find(|column| bare(column) == name)?;
         // However it is written.
         let is_same = |found: &str| match (Unit::of(found), Unit::of(allowed)) {
             (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
             _ => found == allowed,
         };
-        let other = unit.as_deref().filter(|unit| !is_same(unit));
-        if let Some(found) = other.filter(|_| !is_time_stamp) {
+        let other = column.unit.as_deref().filter(|unit| !is_same(unit));
+        if let Some(found) = other.filter(|_| !column.is_time_stamp) {
+            let name = &column.name;
             let problem = format!("column {name} has the unit {found}, allowed: {allowed}");
             self.problems.push(problem);
         }
-        Some(name.clone())
+        Some(column.name.clone())
     }
 
     /// The same of a column that must be there.
@@ -200,7 +189,7 @@ impl Table {
     }
 
     /// The channel of a log of both sides. Inclination and roll may follow from the specific force.
-    fn of_both(mut self, choice: &LogChoice) -> Result<ChannelPlan, LogError> {
+    fn of_both(mut self, choice: &LogChoice) -> Result<Channel, LogError> {
         let rover = rover(&self.channel.path, choice)?;
         let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
         let has = |name: &String| self.found.iter().any(|c| bare(c) == name);
@@ -241,7 +230,7 @@ impl Table {
     }
 
     /// The channel, if nothing is missing or wrong.
-    fn checked(mut self, remedy: &str) -> Result<ChannelPlan, LogError> {
+    fn checked(mut self, remedy: &str) -> Result<Channel, LogError> {
         if !self.missing.is_empty() {
             let missing = format!("has no column {}", self.missing.join(", "));
             self.problems.insert(0, missing);

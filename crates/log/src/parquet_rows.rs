@@ -135,14 +135,14 @@ fn stamps(
         let numbers = numbers(path, &time.name, column)?;
         numbers.into_iter().map(|v| time.unit.of_float(v)).collect()
     };
-    let check = |(i, stamp): (usize, Option<Stamp>)| {
+    let rows = (before + 1..).zip(stamps);
+    let check = |(row, stamp): (u64, Option<Stamp>)| {
         stamp.ok_or_else(|| {
-            let place = format!("row {}, column {}", before + i as u64 + 1, time.name);
             let message = "found no finite number and no date and time such as 2024-05-01T12:00:00.010Z, allowed: every row has a time";
-            LogError::place(path, place, message)
+            LogError::place(path, format!("row {row}, column {}", time.name), message)
         })
     };
-    stamps.into_iter().enumerate().map(check).collect()
+    rows.map(check).collect()
 }
 
 /// The unit of a column of whole numbers, `of_integers` if it has none of its own; `None` of another column.
@@ -162,14 +162,12 @@ fn whole_unit(of: &DataType, of_integers: TimeUnit) -> Option<TimeUnit> {
 /// The texts of a column of texts.
 fn texts(column: &ArrayRef) -> Option<Vec<Option<String>>> {
     let owned = |text: Option<&str>| text.map(str::to_owned);
-    if let Some(texts) = column.as_string_opt::<i32>() {
-        return Some(texts.iter().map(owned).collect());
-    }
-    if let Some(texts) = column.as_string_opt::<i64>() {
-        return Some(texts.iter().map(owned).collect());
-    }
-    let texts = column.as_string_view_opt()?;
-    Some(texts.iter().map(owned).collect())
+    let short = column
+        .as_string_opt::<i32>()
+        .map(|texts| texts.iter().map(owned).collect());
+    let long = || Some(column.as_string_opt::<i64>()?.iter().map(owned).collect());
+    let view = || Some(column.as_string_view_opt()?.iter().map(owned).collect());
+    short.or_else(long).or_else(view)
 }
 
 /// The stamps of rows behind the first `before` ones, of whole seconds and nanoseconds.
@@ -180,19 +178,15 @@ fn parts_of_stamps(
 ) -> Result<Vec<Stamp>, LogError> {
     let seconds = numbers(path, seconds_name, seconds)?;
     let nanoseconds = numbers(path, name, nanoseconds)?;
-    let stamp = |(i, (seconds, nanoseconds)): (usize, (f64, f64))| {
+    let rows = (before + 1..).zip(seconds.into_iter().zip(nanoseconds));
+    let stamp = |(row, (seconds, nanoseconds)): (u64, (f64, f64))| {
         Stamp::of_parts(seconds, nanoseconds).ok_or_else(|| {
-            let place = format!("row {}, columns {seconds_name} and {name}", before + i as u64 + 1);
+            let place = format!("row {row}, columns {seconds_name} and {name}");
             let message = format!("found {seconds} and {nanoseconds}, allowed: whole seconds, and whole nanoseconds from 0 to 999999999");
             LogError::place(path, place, message)
         })
     };
-    seconds
-        .into_iter()
-        .zip(nanoseconds)
-        .enumerate()
-        .map(stamp)
-        .collect()
+    rows.map(stamp).collect()
 }
 
 /// The values of a column of numbers; not a number where one is missing or not finite.

@@ -1,11 +1,10 @@
 //! The path of a log: a table, or the folder of a run or of an estimate.
 
 use crate::bag;
+use crate::channel::TableFormat;
 use crate::error::LogError;
-use crate::mapped;
 use crate::mcap_events;
 use crate::own_names::METADATA;
-use crate::plan::TableFormat;
 use robhaz_scene::{FileError, LogChoice, ModelErrorTooLarge, Scene, from_stem};
 use std::path::{Path, PathBuf};
 
@@ -89,7 +88,7 @@ impl LogPlace {
         };
         match folder {
             Some(folder) => place.describe(folder)?,
-            None if mapped::is_mcap(path) => place.describe_exported()?,
+            None if bag::is_mcap(path) => place.describe_exported()?,
             None => {}
         }
         Ok(place)

@@ -1,36 +1,24 @@
 //! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is
 //! written before it succeeds.
 
+use crate::channel::{Channel, Channels, Rows};
 use crate::error::LogError;
 use crate::mcap_events::Clock;
 use crate::order::{Accept, GAP, Order};
-use crate::plan::{ChannelPlan, Plan, Rows};
 use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
 use crate::truth::TruthRows;
 use robhaz_run::ChannelReport;
 use robhaz_score::signals::median;
 
-/// What was read.
+/// What was read, beside the rows.
 pub struct Survey {
     /// Time stamp of the first frame.
     pub origin: Stamp,
     /// Time from the first frame to the last, s.
     pub duration: f64,
-    /// The channels in their order.
-    pub channels: Vec<Channel>,
     /// Which rows of the truth can be compared with; `None` without truth.
     pub truth: Option<TruthRows>,
-}
-
-/// The rows of a channel that count, in order of time.
-pub struct Channel {
-    /// Their times since the first frame, s.
-    pub times: Vec<f64>,
-    /// Their cells, one row after the other; not a number where a cell has none.
-    pub cells: Vec<f64>,
-    /// What became of all rows of its file.
-    pub report: ChannelReport,
 }
 
 /// A channel while it is read.
@@ -51,26 +39,27 @@ struct Course {
 /// A stamp in the header beyond this is a date, s: a clock that starts at 0 is far below.
 const DATE: f64 = 1e8;
 
-/// Reads all channels.
+/// Reads all rows of all channels.
 ///
 /// # Errors
 /// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or
 /// channels whose times have nothing in common.
-pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
-    let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
-    let of_truth = plan.channels.iter().find(|channel| channel.truth.is_some());
+pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
+    let mut courses: Vec<Course> = channels.all.iter().map(|_| Course::default()).collect();
+    let of_truth = channels.all.iter().find(|channel| channel.truth.is_some());
     let mut truth = of_truth.map(|channel| TruthRows::new(&channel.columns));
-    let cut_off = plan.read(|i, row| {
-        if let Some(truth) = truth.as_mut().filter(|_| plan.channels[i].truth.is_some()) {
+    let cut_off = channels.read(|i, row| {
+        let channel = &channels.all[i];
+        if let Some(truth) = truth.as_mut().filter(|_| channel.truth.is_some()) {
             truth.add(row.stamp, &row.cells);
         }
-        courses[i].add(&plan.channels[i], &row)
+        courses[i].add(channel, &row)
     })?;
-    for (course, channel) in courses.iter().zip(&plan.channels) {
+    for (course, channel) in courses.iter().zip(&channels.all) {
         course.check_stamps(channel)?;
     }
     let mut spans = Vec::new();
-    for ((course, cut_off), channel) in courses.iter_mut().zip(cut_off).zip(&plan.channels) {
+    for ((course, cut_off), channel) in courses.iter_mut().zip(cut_off).zip(&channels.all) {
         let ends = course.stamps.first().zip(course.stamps.last());
         let (first, last) = ends.ok_or_else(|| match &cut_off {
             Some(why) => channel.problem(format!("has no complete row: cut off at {why}")),
@@ -80,39 +69,36 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
         course.report.cut_off = cut_off;
     }
     let Some(&(origin, end)) = spans.first() else {
-        return Err(LogError::whole(&plan.source, "has no channel"));
+        return Err(LogError::whole(&channels.source, "has no channel"));
     };
     let duration = end.since(origin);
     if duration <= 0.0 {
         let message = "has one row only, allowed: at least two with different times";
-        return Err(plan.channels[0].problem(message));
+        return Err(channels.all[0].problem(message));
     }
-    let mut channels = Vec::new();
     for (i, course) in courses.into_iter().enumerate() {
-        let channel = course.finish(plan, i, origin, duration);
+        course.finish(channels, i, origin, duration);
+        let channel = &channels.all[i];
         let (from, to) = (channel.times[0], channel.times[channel.times.len() - 1]);
         if to < -channel.report.period || from > duration {
-            let base = &plan.channels[0].name;
-            let message = format!(
+            let base = &channels.all[0].name;
+            return Err(channel.problem(format!(
                 "has times from {from:.3} to {to:.3} s after the start of {base}, which lasts {duration:.3} s: no row in common; \
                  set the channel's `offset` if its clock differs"
-            );
-            return Err(plan.channels[i].problem(message));
+            )));
         }
-        channels.push(channel);
     }
     Ok(Survey {
         origin,
         duration,
-        channels,
         truth,
     })
 }
 
 impl Course {
-    fn add(&mut self, plan: &ChannelPlan, row: &Row) -> Result<(), LogError> {
+    fn add(&mut self, channel: &Channel, row: &Row) -> Result<(), LogError> {
         let first = self.stamps.first().copied().unwrap_or(row.stamp);
-        let is_header = matches!(plan.rows, Rows::Topic(_, Clock::Header));
+        let is_header = matches!(channel.rows, Rows::Topic(_, Clock::Header));
         let is_unset = is_header && row.stamp == Stamp::Nanoseconds(0);
         self.unset += u64::from(is_unset);
         let report = &mut self.report;
@@ -134,38 +120,36 @@ impl Course {
                 }
             }
             Accept::JumpBack(_) if is_unset && first.seconds() > DATE => {
-                return Err(LogError::place(&plan.path, row.place, UNSET));
+                return Err(LogError::place(&channel.path, row.place, UNSET));
             }
             Accept::JumpBack(by) => {
                 let before = self.last.map_or(String::new(), |p| format!(" after {p}"));
                 let message = format!(
                     "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
                 );
-                return Err(LogError::place(&plan.path, row.place, message));
+                return Err(LogError::place(&channel.path, row.place, message));
             }
         }
         Ok(())
     }
 
     /// Refuses stamps that are no times.
-    fn check_stamps(&self, plan: &ChannelPlan) -> Result<(), LogError> {
+    fn check_stamps(&self, channel: &Channel) -> Result<(), LogError> {
         let (Some(first), Some(last)) = (self.stamps.first(), self.stamps.last()) else {
             return Ok(());
         };
         let rows = self.report.rows;
-        if self.unset == rows && rows > 1 {
-            let message = format!("all {rows} messages have the stamp 0 in their header: {UNSET}");
-            return Err(plan.problem(message));
-        }
-        if self.unset > 0 && last.seconds() > DATE {
-            let message = format!(
-                "{} of {rows} messages have the stamp 0 in their header: {UNSET}",
-                self.unset
-            );
-            return Err(plan.problem(message));
+        let unset = match self.unset {
+            all if all == rows && rows > 1 => format!("all {rows}"),
+            some @ 1.. if last.seconds() > DATE => format!("{some} of {rows}"),
+            _ => String::new(),
+        };
+        if !unset.is_empty() {
+            let message = format!("{unset} messages have the stamp 0 in their header: {UNSET}");
+            return Err(channel.problem(message));
         }
         if rows > 1 && last.since(*first) <= 0.0 && self.report.duplicates + 1 == rows {
-            let (what, of_topic) = match plan.rows {
+            let (what, of_topic) = match channel.rows {
                 Rows::Topic(..) => ("messages", "; time = \"log\" takes that of the recorder"),
                 Rows::Table(..) => ("rows", ""),
             };
@@ -173,24 +157,24 @@ impl Course {
                 "all {rows} {what} have the time {} s, allowed: times that increase{of_topic}",
                 first.seconds()
             );
-            return Err(plan.problem(message));
+            return Err(channel.problem(message));
         }
         Ok(())
     }
 
-    /// The channel `i` of a log that starts at `origin`. Without two rows its period is the
+    /// The rows of channel `i` of a log that starts at `origin`. Without two rows its period is the
     /// duration of the log.
-    fn finish(self, plan: &Plan, i: usize, origin: Stamp, duration: f64) -> Channel {
-        let time = |stamp: &Stamp| plan.time(i, *stamp, origin);
+    fn finish(self, channels: &mut Channels, i: usize, origin: Stamp, duration: f64) {
+        let time = |stamp: &Stamp| channels.time(i, *stamp, origin);
         let mut times: Vec<f64> = self.stamps.iter().map(time).collect();
         let mut cells = self.cells;
         let of_bursts = leave_out_bursts(&mut times, &mut cells);
         let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
         let period = period(&times).map_or(duration, |(period, _)| period);
         let mut report = ChannelReport {
-            name: plan.channels[i].name.clone(),
+            name: channels.all[i].name.clone(),
             period,
-            offset: plan.channels[i].offset,
+            offset: channels.all[i].offset,
             largest_set_back_at: self.set_back_at.as_ref().map(time),
             duplicates: self.report.duplicates + of_bursts,
             ..self.report
@@ -210,11 +194,8 @@ impl Course {
                 (report.longest_gap, report.longest_gap_at) = (Some(step), Some(start));
             }
         }
-        Channel {
-            times,
-            cells,
-            report,
-        }
+        let channel = &mut channels.all[i];
+        (channel.times, channel.cells, channel.report) = (times, cells, report);
     }
 }
 
@@ -278,11 +259,11 @@ fn lacking(times: &[f64], k: usize, period: f64) -> f64 {
 const UNSET: &str =
     "the publisher sets none; state time = \"log\" of the channel, the time of the recorder";
 
-impl Plan {
+impl Channels {
     /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first
     /// frame.
     pub fn time(&self, channel: usize, stamp: Stamp, origin: Stamp) -> f64 {
-        let difference = self.channels[channel].offset - self.channels[0].offset;
+        let difference = self.all[channel].offset - self.all[0].offset;
         let time = stamp.since(origin);
         // Adding zero would change the sign of a zero.
         if difference == 0.0 {

@@ -1,8 +1,17 @@
 //! Columns that start anew after a range: counts of 16 or 32 bits, one turn.
 
-/// Continues the values of a cell of each row, which start anew after a `range`: of all that fit, each is
-/// the nearest to the one before. Between two rows they may change by less than half of the range.
-pub fn go_on(cells: &mut [f64], columns: usize, cell: usize, range: f64) {
+use crate::channel::Channel;
+
+/// Continues the values of the cells that start anew after a range: of all that fit, each is the nearest
+/// to the one before. Between two rows they may change by less than half of the range.
+pub fn go_on(channel: &mut Channel) {
+    let columns = channel.columns.len();
+    for (cell, range) in &channel.wraps {
+        continue_cell(&mut channel.cells, columns, *cell, *range);
+    }
+}
+
+fn continue_cell(cells: &mut [f64], columns: usize, cell: usize, range: f64) {
     let (mut ranges, mut last) = (0.0, None::<f64>);
     for row in cells.chunks_mut(columns) {
         let value = row[cell];
@@ -28,7 +37,7 @@ mod tests {
             let mut cells: Vec<f64> = (0..300).map(|k| wrapped(k) as f64).collect();
             cells[100] = f64::NAN;
             let first = cells[0];
-            go_on(&mut cells, 1, 0, 65_536.0);
+            continue_cell(&mut cells, 1, 0, 65_536.0);
             for (k, found) in (0..).zip(&cells).filter(|(k, _)| *k != 100) {
                 let expected = first + (counts(k) - counts(0)) as f64;
                 assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");

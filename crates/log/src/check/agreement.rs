@@ -276,12 +276,12 @@ fn compared(
     settings: &EstimatorSettings,
     cases: Vec<Case>,
 ) -> Vec<(Case, f64)> {
-    let judge = |case: &Case| Judgement::of(frames, robot, settings, case);
-    let judgements: Vec<Judgement> = cases.iter().map(judge).collect();
-    let of_encoders = judgements.iter().map(|found| found.of_encoders);
+    let judge = |case: Case| (case, Judgement::of(frames, robot, settings, &case));
+    let judged: Vec<(Case, Judgement)> = cases.into_iter().map(judge).collect();
+    let of_encoders = judged.iter().map(|(_, found)| found.of_encoders);
     let common = of_encoders.fold(f64::INFINITY, f64::min);
-    let nis = judgements.iter().map(|found| found.nis - common);
-    cases.into_iter().zip(nis).collect()
+    let compared = |(case, found): &(Case, Judgement)| (*case, found.nis - common);
+    judged.iter().map(compared).collect()
 }
 
 fn least_of(judged: &[(Case, f64)]) -> f64 {

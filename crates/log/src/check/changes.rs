@@ -2,10 +2,9 @@
 //! first follow the second.
 
 use crate::check::readings::Readings;
-use crate::check::recorded::OfBody;
-use robhaz_score::signals::{
-    derivative, difference, integral, median, robust_fit, smooth, subtract,
-};
+use crate::check::recorded::body;
+use crate::check::rewire::Channel;
+use robhaz_score::signals::{derivative, difference, integral, robust_fit, smooth, subtract};
 
 /// Least time over which changes are compared, s: the specific force of the robot's own motion
 /// changes less in it than the angles on uneven ground. A slow robot needs longer for its angles to
@@ -20,6 +19,7 @@ pub const FORWARD: f64 = 0.1;
 /// Change of an angle within that time that shows something, rad: 0.3 deg, several times the noise
 /// of a smoothed inclinometer.
 pub const LEAST_CHANGE: f64 = 0.3 * DEGREE;
+/// Radians of a degree: also the factor of a wrong unit.
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Share from which on a wrong scale is no matter of impacts.
 pub const CERTAIN: f64 = 0.95;
@@ -28,6 +28,8 @@ pub const GATE: f64 = 5.0;
 
 /// Changes of one angle of each link within a time.
 pub struct Changes {
+    /// Gyroscope and inclinometer of each link.
+    pub channels: [[Channel; 2]; 2],
     /// Of the inclinometers, rad.
     pub inclination: [Vec<f64>; 2],
     /// Of the integrated gyroscopes, rad.
@@ -67,26 +69,29 @@ impl Changes {
         let recording = &log.recording;
         let (angles, rates) = match log.stated.body {
             Some(_) => {
-                let OfBody {
-                    inclination, rate, ..
-                } = OfBody::of(recording, log.stated);
+                let [rate, inclination, _] =
+                    body(log.stated, &recording.inclination, &recording.rate);
                 ([inclination.clone(), inclination], [rate.clone(), rate])
             }
             None => (recording.inclination.clone(), recording.rate.clone()),
         };
         let half = recording.steps(0.5 * span);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let inclination = |k: usize| match (&angles[k], acceleration) {
-            (read, None) => read.clone(),
-            (read, Some(acceleration)) => subtract(read, acceleration),
+        let inclination = |k: usize| match acceleration {
+            None => change(&angles[k]),
+            Some(acceleration) => change(&subtract(&angles[k], acceleration)),
         };
         let correlated = (recording.steps(span) as f64).sqrt();
         let smoothed = recording.steps(SMOOTHING) as f64;
         Self {
+            channels: [0, 1].map(|k| match log.stated.body {
+                Some(_) => [Channel::BodyRate, Channel::BodyInclination],
+                None => Channel::of_link(k),
+            }),
             span,
             noise: log.stated.budget.inclination_noise * (2.0 / smoothed).sqrt(),
             correlated,
-            inclination: [0, 1].map(|k| change(&inclination(k))),
+            inclination: [0, 1].map(inclination),
             rate: [0, 1].map(|k| change(&integral(&rates[k], recording.dt))),
             forward: change(forward),
         }
@@ -105,20 +110,15 @@ impl Changes {
     /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
     pub fn fit(&self, k: usize, j: usize) -> Option<Coefficients> {
         let (y, rate) = (&self.inclination[k], &self.rate[j]);
-        let of = |values: &[f64], deviations: &[f64], explained: f64| {
-            let sigma = |i: usize| self.correlated * deviations[i];
-            Coefficients {
-                rate: values[0],
-                rate_sigma: sigma(0),
-                forward: values.get(1).map(|value| (*value, sigma(1))),
-                explained,
-            }
-        };
-        if let Some(fit) = robust_fit(y, &[rate, &self.forward]) {
-            return Some(of(&fit.coefficients, &fit.deviations, fit.explained));
-        }
-        let fit = robust_fit(y, &[rate])?;
-        Some(of(&fit.coefficients, &fit.deviations, fit.explained))
+        let fit = robust_fit(y, &[rate, &self.forward]).or_else(|| robust_fit(y, &[rate]))?;
+        let sigma = |i: usize| self.correlated * fit.deviations[i];
+        let forward = fit.coefficients.get(1);
+        Some(Coefficients {
+            rate: fit.coefficients[0],
+            rate_sigma: sigma(0),
+            forward: forward.map(|value| (*value, sigma(1))),
+            explained: fit.explained,
+        })
     }
 }
 
@@ -151,8 +151,7 @@ pub fn span(log: &Readings<'_>) -> f64 {
     if log.stated.body.is_none() {
         return SPAN;
     }
-    let spin = log.recording.while_driving(&log.recording.middle_spin);
-    let spin = median(spin.iter().map(|s| s.abs()).collect()).unwrap_or(0.0);
+    let spin = log.recording.usual_spin().unwrap_or(0.0);
     (1.0 / spin).clamp(SPAN, LONGEST_SPAN)
 }
 

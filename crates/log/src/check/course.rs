@@ -2,6 +2,7 @@
 //! of the links, and how well those of the front wheels explain those of the rear ones
 //! ([`crate::check::ground`] has the equations).
 
+use crate::check::changes::DEGREE;
 use crate::check::readings::Readings;
 use robhaz_model::{Robot, Units, Vec2};
 use robhaz_score::signals::{deviation, mean, subtract};
@@ -17,7 +18,7 @@ const EQUAL_SPACING: f64 = 0.02;
 /// Inclination of a link from which on its wheels climb a face, rad: there a wheel rolls further
 /// than the line between the axles, or spins. Chosen: ground without corners in the shipped scenes
 /// stays below 16 deg, `stairs` is beyond it for 7 to 9 % of the time.
-const STEEP: f64 = 20.0 * std::f64::consts::PI / 180.0;
+const STEEP: f64 = 20.0 * DEGREE;
 /// Share of the way on such faces that makes the distance uncertain. Chosen: a single kerb (`step`,
 /// `ditch`) takes 0.1 %.
 const SHARE_OF_FACES: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! Channels that tell nothing: without a value in the whole log, or with the same one throughout a drive. Each has one
 //! finding. No other test uses it, so that no remedy follows from what was not measured.
 
-use crate::check::recorded::{Kind, ROUNDING, Recorded};
+use crate::check::recorded::{ROUNDING, Recorded};
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel};
 use crate::check::stated::Stated;
@@ -21,49 +21,50 @@ pub fn findings(
     let mut found: Vec<(Channel, Finding)> = Vec::new();
     for recorded in &all {
         // Without the inclination of the body neither link has one, whatever pin Q reads.
-        let is_made = |(channel, _): &(Channel, Finding)| *channel == recorded.channel;
+        let own = recorded.channel.in_frames();
+        let is_made = |(channel, _): &(Channel, Finding)| *channel == own;
         if !found.iter().any(is_made)
             && let Some(finding) = finding(recorded, driving)
         {
-            let removed = Change::Remove(recorded.channel);
-            found.push((recorded.channel, finding.change([removed])));
+            found.push((own, finding.change([Change::Remove(own)])));
         }
     }
-    let is_dead = |own: &&Recorded| found.iter().any(|(channel, _)| *channel == own.channel);
+    let is_dead = |own: &&Recorded| found.iter().any(|(of, _)| *of == own.channel.in_frames());
     let silent_ones = all.iter().filter(|own| !is_dead(own)).filter_map(|own| {
         let read = own.values.iter().map(|value| !value.is_nan());
-        silent(&own.name, frames.iter().map(|frame| frame.time).zip(read))
+        silent(
+            &own.channel.to_string(),
+            frames.iter().map(|frame| frame.time).zip(read),
+        )
     });
     let silences = silent_ones.collect();
     (found, silences)
 }
 
 fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {
-    let (shown, channel, count) = (&recorded.name, recorded.channel, recorded.values.len());
+    let (channel, count) = (recorded.channel, recorded.values.len());
     // The name in the log.
-    let name = match *shown == channel.to_string() {
-        true => channel.reading(),
-        false => shown.clone(),
-    };
+    let name = channel.reading();
     let mut values = recorded.values.iter().filter(|v| !v.is_nan());
     let Some(first) = values.next() else {
         let figure = format!("{name} has no value in {count} frames");
-        return Some(Finding::ok(TEST, shown, figure).fault(EMPTY));
+        return Some(Finding::ok(TEST, channel, figure).fault(EMPTY));
     };
     // An exact sensor may be constant.
-    let may_rest = recorded.kind != Kind::Encoder && recorded.noise <= 0.0;
+    let is_encoder = matches!(channel, Channel::Encoder(_));
+    let may_rest = !is_encoder && recorded.noise <= 0.0;
     let own = |i: usize| channel == Channel::Encoder(i);
     let turns = |turns: &[bool; 3]| (0..3).filter(|i| !own(*i) && turns[*i]).count() >= 2;
     // Readings of the body follow from those of the links, with rounding.
     let is_constant = values.all(|v| (v - first).abs() <= ROUNDING);
     (is_constant && !may_rest && driving.iter().any(turns)).then(|| {
-        let what = match recorded.kind {
-            Kind::Encoder => "what turns with the wheel",
-            Kind::Torque => "what the drive states as effort or current",
+        let what = match channel {
+            Channel::Encoder(_) => "what turns with the wheel",
+            Channel::Torque(_) => "what the drive states as effort or current",
             _ => "what this sensor writes",
         };
         let figure = format!("{name} is {first} in all of {count} frames while wheels turn");
-        Finding::ok(TEST, shown, figure).fault(format!(
+        Finding::ok(TEST, channel, figure).fault(format!(
             "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
         ))
     })
@@ -99,40 +100,11 @@ pub fn silent(name: &str, frames: impl Iterator<Item = (f64, bool)>) -> Option<F
     })
 }
 
-/// The kinds of channels that are dead.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Kinds {
-    pub encoders: bool,
-    pub torques: bool,
-    pub links: bool,
-}
-
-impl Kinds {
-    pub fn of(dead: &[(Channel, Finding)]) -> Self {
-        let has = |is: fn(&Channel) -> bool| dead.iter().any(|(channel, _)| is(channel));
-        Self {
-            encoders: has(|c| matches!(c, Channel::Encoder(_))),
-            torques: has(|c| matches!(c, Channel::Torque(_))),
-            links: has(|c| matches!(c, Channel::Gyro(_) | Channel::Inclinometer(_))),
-        }
-    }
-
-    pub fn any(self) -> bool {
-        self.encoders || self.torques || self.links
-    }
-}
-
 /// Leaves out findings of dead channels, alone or with others.
-pub fn without(findings: Vec<Finding>, dead: &[(Channel, Finding)]) -> Vec<Finding> {
-    let names: Vec<String> = dead
-        .iter()
-        .map(|(_, finding)| finding.channel.clone())
-        .collect();
-    let is_dead = |name: &str| names.iter().any(|dead| dead == name);
+pub fn without(mut findings: Vec<Finding>, dead: &[(Channel, Finding)]) -> Vec<Finding> {
+    let is_dead = |name: &str| dead.iter().any(|(_, finding)| finding.channel == name);
+    findings.retain(|finding| !finding.channel.split(", ").any(is_dead));
     findings
-        .into_iter()
-        .filter(|finding| !finding.channel.split(", ").any(is_dead))
-        .collect()
 }
 
 /// The tests that were left out.

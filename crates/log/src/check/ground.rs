@@ -16,6 +16,7 @@
 //! (y_2 - y_3)(s + lambda) - (y_2 - y_3)(s) = (y_1 - y_2)(s) - (y_1 - y_2)(s - mu)
 //! ```
 
+use crate::check::changes::DEGREE;
 use crate::check::course::{Course, Heights, Links, OWN, STEP, steps_of};
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
@@ -41,8 +42,6 @@ pub const SCALE: &str = "distance";
 pub const SIGNS: &str = "links on the ground";
 /// The channels of what it finds of links.
 pub const CHANNEL: &str = "inclinometer 1, inclinometer 2";
-/// Radians of a degree: the factor of a wrong unit.
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Standard deviations of the difference between the two that are a fault.
 const OFFSET_GATE: f64 = 5.0;
@@ -63,7 +62,7 @@ fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
         let mut links = OWN;
         links[1 - body][1 - body] = factor;
         links[1 - body][body] = 1.0 - factor;
-        (links, Some(Change::Pin(body, factor)))
+        (links, Some(Change::Factor(Channel::Pin, factor)))
     };
     match body_link {
         Some(body) => vec![
@@ -117,11 +116,11 @@ pub fn findings(log: &Readings<'_>, is_forward: bool) -> (Vec<Finding>, Signs) {
         return (vec![finding], Signs::Unknown);
     }
     let (mut finding, change) = signs(&wirings, &own);
-    if matches!(change, Some(Change::Pin(_, -1.0))) && !is_forward {
+    if change == Some(Change::Factor(Channel::Pin, -1.0)) && !is_forward {
         finding = finding.fault("turn round sign of reading.pin_angle, or those of body_inclination and body_rate: a start shows which");
     }
     let signs = match (finding.verdict, change) {
-        (Verdict::CannotTell, _) | (_, Some(Change::Pin(..))) => Signs::Unknown,
+        (Verdict::CannotTell, _) | (_, Some(Change::Factor(Channel::Pin, _))) => Signs::Unknown,
         (_, Some(Change::Factor(..))) => Signs::Different,
         _ => Signs::Equal,
     };
@@ -181,15 +180,17 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
     let finding = match change {
-        Some(Change::Factor(..)) => {
-            finding.fault("one of the two has the wrong sign: nose up is positive")
+        Some(Change::Factor(Channel::Pin, -1.0)) => {
+            finding.fault("turn round sign of reading.pin_angle")
         }
-        Some(Change::Pin(_, -1.0)) => finding.fault("turn round sign of reading.pin_angle"),
-        Some(Change::Pin(_, factor)) => {
+        Some(Change::Factor(Channel::Pin, factor)) => {
             let unit = if factor > 1.0 { "rad" } else { "deg" };
             finding.fault(format!(
                 "reading.pin_angle is in another unit: state unit = \"{unit}\""
             ))
+        }
+        Some(Change::Factor(..)) => {
+            finding.fault("one of the two has the wrong sign: nose up is positive")
         }
         Some(_) => finding.fault("exchange inclinometer 1 and inclinometer 2"),
         None if own > EXPLAINED => finding,

@@ -9,7 +9,7 @@
 
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
-use crate::jitter::Jitter;
+use crate::jitter::{Jitter, angles};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
 use robhaz_score::signals::median;
@@ -91,11 +91,7 @@ pub fn findings<'a>(
 /// The jumps of an encoder; none if they are those of an angle that starts anew after a turn or an
 /// overflow, which is a finding of its own.
 fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64, stamps: f64) -> Vec<Jump> {
-    let read = |(k, f): (usize, &SensorFrame)| {
-        let angle = f.wheel_angle[wheel].filter(|angle| angle.is_finite())?;
-        Some((k, f.time, angle))
-    };
-    let read: Vec<(usize, f64, f64)> = frames.iter().enumerate().filter_map(read).collect();
+    let read = angles(frames, wheel);
     let step = |k: usize| (read[k].1 - read[k - 1].1, read[k].2 - read[k - 1].2);
     let steps: Vec<(f64, f64)> = (1..read.len()).map(step).collect();
     let Some(usual) = median(steps.iter().map(|(dt, _)| *dt).collect()) else {

@@ -51,14 +51,10 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
         // has none, but the noise of a sensor is in its unit.
         let alike = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), found.rate.abs());
         let right = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), 1.0);
-        let (gyro, inclinometer) = (Channel::Gyro(k), Channel::Inclinometer(k));
-        let quiet = |channel: Channel, of_body: &str| match log.stated.body {
-            Some(_) => has_quiet(&log.findings, of_body),
-            None => has_quiet(&log.findings, &channel.to_string()),
-        };
-        let is_of_inclinometer =
-            found.forward.is_some_and(alike) || quiet(inclinometer, "body_inclination");
-        let is_of_gyro = found.forward.is_some_and(right) || quiet(gyro, "body_rate");
+        let [gyro, inclinometer] = changes.channels[k];
+        let quiet = |channel: Channel| has_quiet(&log.findings, &channel.to_string());
+        let is_of_inclinometer = found.forward.is_some_and(alike) || quiet(inclinometer);
+        let is_of_gyro = found.forward.is_some_and(right) || quiet(gyro);
         let (remedy, wrong, factor) = if is(1.0 / DEGREE) && is_of_gyro {
             let remedy = "the rate is converted from deg/s twice: state unit = \"rad/s\"";
             (remedy, gyro, 1.0 / DEGREE)
@@ -74,14 +70,12 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
         } else {
             return None;
         };
-        let finding = Finding::ok(SIGN, of_link(k), found.figure()).fault(remedy);
+        let finding = Finding::ok(SIGN, both(changes.channels[k]), found.figure()).fault(remedy);
         let finding = finding.change([Change::Factor(wrong, factor)]);
         Some(finding.with("coefficient", found.rate, "-"))
     };
-    if log.stated.body.is_some() {
-        return unit(0).map(of_body).into_iter().collect();
-    }
-    [0, 1].into_iter().filter_map(unit).collect()
+    let links = if log.stated.body.is_some() { 1 } else { 2 };
+    (0..links).filter_map(unit).collect()
 }
 
 /// Whether an acceleration is that of a unit: the factor between units is 57.3.
@@ -149,7 +143,7 @@ pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
     let changes = Changes::of_links(log, span(log));
     let fits = [0, 1].map(|k| changes.fit(k, k));
     if log.stated.body.is_some() {
-        return vec![of_body(sign(&changes, &fits, 0, Signs::Unknown))];
+        return vec![sign(&changes, &fits, 0, Signs::Unknown)];
     }
     match exchanged(&changes, on_ground) {
         Some(finding) => vec![finding],
@@ -157,32 +151,9 @@ pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
     }
 }
 
-/// The finding of link 1 as that of the body, whose sensors take its place in [`Changes`].
-fn of_body(finding: Finding) -> Finding {
-    let named = |text: &str| {
-        let text = text.replace("gyro 1", "body_rate");
-        text.replace("inclinometer 1", "body_inclination")
-    };
-    let mut found = Finding {
-        channel: named(&finding.channel),
-        remedy: finding.remedy.as_deref().map(named),
-        ..finding
-    };
-    for change in &mut found.changes {
-        if let Change::Factor(channel, factor) = *change {
-            let is_rate = matches!(channel, Channel::Gyro(_));
-            *change = Change::Body(is_rate, factor);
-            if factor < 0.0 {
-                let reading = if is_rate { "rate" } else { "inclination" };
-                found.remedy = Some(format!("turn round sign of reading.body_{reading}"));
-            }
-        }
-    }
-    found
-}
-
-fn of_link(k: usize) -> String {
-    format!("{}, {}", Channel::Gyro(k), Channel::Inclinometer(k))
+/// The names of a gyroscope and its inclinometer.
+fn both([gyro, inclinometer]: [Channel; 2]) -> String {
+    format!("{gyro}, {inclinometer}")
 }
 
 fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
@@ -205,7 +176,7 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
         } else {
             "exchange gyro 1 and gyro 2, or the inclinometers"
         };
-        let channel = format!("{}, {}", of_link(0), of_link(1));
+        let channel = changes.channels.map(both).join(", ");
         Finding::ok("links exchanged", channel, figure)
             .fault(remedy)
             .change([Change::Exchange(Channel::Gyro(0), Channel::Gyro(1))])
@@ -221,34 +192,33 @@ fn sign(
     on_ground: Signs,
 ) -> Finding {
     let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
+    let channels @ [gyro, inclinometer] = changes.channels[k];
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
         let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
         let figure = format!(
             "changes within {:.1} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS",
             changes.span
         );
-        let finding = Finding::ok(SIGN, of_link(k), figure)
+        let finding = Finding::ok(SIGN, both(channels), figure)
             .with("inclinometer", inclined, "deg")
             .with("gyro", turned, "deg");
         // Two inclinometers that agree on the ground leave the gyroscope.
         let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
         let other = LEAST_CHANGE.max(rms(&changes.forward)).hypot(changes.noise);
         if on_ground == Signs::Equal && !follows && inclination > 2.0 * other {
-            let remedy = format!(
-                "{} is wrong: dead, or a column of something else; {} agrees with the other link on the ground",
-                Channel::Gyro(k),
-                Channel::Inclinometer(k)
-            );
-            return finding.fault(remedy);
+            return finding.fault(format!(
+                "{gyro} is wrong: dead, or a column of something else; {inclinometer} agrees with the other link on the ground"
+            ));
         }
         // On level ground a start remains.
         let [own, other] = [fits[k], fits[1 - k]].map(|f| f.map_or(0.0, |f| f.of_acceleration()));
         if own < 0.0 && other > 0.0 {
-            let wrong = Channel::Inclinometer(k);
             let remedy = format!(
-                "{wrong} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
+                "{inclinometer} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
             );
-            return finding.fault(remedy).change([Change::Factor(wrong, -1.0)]);
+            return finding
+                .fault(remedy)
+                .change([Change::Factor(inclinometer, -1.0)]);
         }
         let remedy = if turn < LEAST_CHANGE {
             "drive over an obstacle that turns the links by a few degrees; if the gyro still does not turn, it is dead"
@@ -258,7 +228,7 @@ fn sign(
         return finding.cannot_tell(remedy);
     };
     let coefficient =
-        Finding::ok(SIGN, of_link(k), found.figure()).with("coefficient", found.rate, "-");
+        Finding::ok(SIGN, both(channels), found.figure()).with("coefficient", found.rate, "-");
     let finding = coefficient.clone().with("explained", found.explained, "-");
     let is = |value: f64| (found.rate / value - 1.0).abs() < SCALE_ERROR;
     // Up to here accelerations change an inclinometer as much: at edges, and of the robot.
@@ -279,7 +249,7 @@ fn sign(
         };
         finding.cannot_tell(remedy)
     } else if is(-1.0) {
-        let (wrong, remedy) = wrong_sign(fits, k, on_ground);
+        let (wrong, remedy) = wrong_sign(channels, fits, k, on_ground);
         finding.fault(remedy).change([Change::Factor(wrong, -1.0)])
     } else {
         finding.fault("one of them has a wrong scale: check units and ranges")
@@ -287,9 +257,13 @@ fn sign(
 }
 
 /// Which one of the gyroscope and the inclinometer of link `k` has the wrong sign, and what to do.
-fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (Channel, String) {
+fn wrong_sign(
+    [gyro, inclinometer]: [Channel; 2],
+    fits: &[Option<Coefficients>; 2],
+    k: usize,
+    on_ground: Signs,
+) -> (Channel, String) {
     let other = fits[1 - k].filter(|f| f.rate > 0.0);
-    let (gyro, inclinometer) = (Channel::Gyro(k), Channel::Inclinometer(k));
     let acceleration = fits[k].map_or(0.0, |f| f.of_acceleration());
     // Encoders that count backwards show in the other link, too.
     let acceleration = acceleration * other.map_or(1.0, |f| f.of_acceleration());
@@ -311,6 +285,9 @@ fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (
             format!("or {inclinometer}: lifting the front of the link must make both positive");
         (gyro, "rate", why)
     };
+    if wrong != wrong.in_frames() {
+        return (wrong, format!("turn round sign of reading.{wrong}"));
+    }
     let link = k + 1;
     let remedy = format!(
         "{wrong} has the wrong sign ({why}): turn round sign of reading.link{link}_{key}, or the axes of imu.link{link}, in \
@@ -325,7 +302,7 @@ pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
     let changes = Changes::of(log, span(log), acceleration.as_deref(), &[]);
     if log.stated.body.is_some() {
-        let of_imu = of_body(delay_of(&log.recording, &changes, 0));
+        let of_imu = delay_of(&log.recording, &changes, 0);
         let of_pin = pin_delay::finding(log, 2.0 * LONGEST_DELAY * changes.span);
         return [of_imu].into_iter().chain(of_pin).collect();
     }
@@ -363,7 +340,8 @@ fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
 }
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
-    let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
+    let [gyro, inclinometer] = changes.channels[k];
+    let channel = format!("{inclinometer} after {gyro}");
     let allowed = Allowed {
         early: GYRO_DELAY + MARGIN + 0.5 * recording.slowest,
         late: INCLINOMETER_LAG + MARGIN + 0.5 * recording.slowest,

@@ -60,8 +60,8 @@ pub(crate) use torques::signs_are_lost;
 use self::clock::Clock;
 use self::readings::Readings;
 use self::recording::Recording;
+use self::rewire::Channel;
 use robhaz_estimator::{SensorFrame, Sides};
-use robhaz_score::signals::median;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -94,18 +94,19 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
     log.take(of_jumps);
     let driving = still::driving(&log.frames, stated);
     let (dead, silences) = dead::findings(&log.frames, stated, &driving);
-    let kinds = dead::Kinds::of(&dead);
     log.take(dead.iter().map(|(_, finding)| finding.clone()));
     log.take(silences);
     let without = |findings| dead::without(findings, &dead);
     log.take(without(still::findings(&log.frames, stated, &driving)));
     log.take(without(torques::findings(&log.frames, stated)));
     log.take(without(rest::findings(&log.recording, stated)));
-    if kinds.any() {
-        if !kinds.encoders {
+    if !dead.is_empty() {
+        let is_dead = |is: fn(&Channel) -> bool| dead.iter().any(|(channel, _)| is(channel));
+        let encoders = is_dead(|c| matches!(c, Channel::Encoder(_)));
+        if !encoders {
             log.take(wheels::findings(&log));
         }
-        if !kinds.encoders && !kinds.links {
+        if !encoders && !is_dead(|c| matches!(c, Channel::Gyro(_) | Channel::Inclinometer(_))) {
             log.take(links::units(&log));
         }
         log.take([dead::left_out()]);
@@ -210,7 +211,5 @@ fn froude(log: &Readings<'_>, turn: f64) -> f64 {
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(log: &Readings<'_>) -> f64 {
-    let spin = log.recording.while_driving(&log.recording.middle_spin);
-    let spin = median(spin.iter().map(|spin| spin.abs()).collect());
-    spin.unwrap_or(0.0) * log.recording.slowest
+    log.recording.usual_spin().unwrap_or(0.0) * log.recording.slowest
 }

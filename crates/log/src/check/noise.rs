@@ -6,9 +6,11 @@
 
 use crate::check::changes::DEGREE;
 use crate::check::readings::Readings;
-use crate::check::recorded::{Kind, OfBody, Recorded};
+use crate::check::recorded::Recorded;
+use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::rest::SHOWN;
+use crate::check::rewire::Channel;
 use robhaz_model::Robot;
 use robhaz_score::signals::{high_pass, integral, median, rms, subtract, white_noise};
 
@@ -37,51 +39,38 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
         return Vec::new();
     };
     let recording = &log.recording;
-    let mut findings = beside_gyros(log);
-    for channel in Recorded::of_recording(recording, recording.len(), log.stated) {
-        if channel.kind == Kind::Pin {
-            findings.extend(white(log, &channel, &ground));
+    let channels = Recorded::of_recording(recording, recording.len(), log.stated);
+    let pairs = channels
+        .windows(2)
+        .filter(|pair| pair[1].channel.is_inclination());
+    let of_pairs = pairs.filter_map(|pair| beside_gyro(recording, &pair[0], &pair[1]));
+    let mut findings: Vec<Finding> = of_pairs.collect();
+    for channel in &channels {
+        if channel.channel == Channel::Pin {
+            findings.extend(white(log, channel, &ground));
         }
-        findings.extend(spikes(log, &channel, &ground));
+        findings.extend(spikes(log, channel, &ground));
     }
     findings
 }
 
-/// What inclinometers show beside the integral of their gyroscopes while the robot drives: noise,
+/// What an inclinometer shows beside the integral of its gyroscope while the robot drives: noise,
 /// accelerations, and vibration of the links. It is no fault, but with a budget that states much
 /// less `kalman` names channels whose wiring is right.
-fn beside_gyros(log: &Readings<'_>) -> Vec<Finding> {
-    let recording = &log.recording;
-    let half = recording.steps(HALF_TIME);
-    let of = |name: &str, drift: &[f64], stated: f64| {
-        let fast = high_pass(drift, half);
-        let error = recording.while_driving(&fast);
-        error.iter().find(|x| x.is_finite())?;
-        let [noise, shown] = [rms(&error), stated].map(|x| x / DEGREE);
-        let figure = format!("{noise:.3} deg, budget.inclination_noise {shown:.3} deg");
-        let finding = Finding::ok(NOISE, name, figure).with("noise", noise, "deg");
-        if noise <= (RATIO * shown).max(SHOWN) {
-            return Some(finding);
-        }
-        let remedy = format!(
-            "accelerations, vibration or noise: where its sign, unit and noise at rest are right, state inclination_noise = {:.5} (rad)",
-            noise * DEGREE
-        );
-        Some(finding.cannot_tell(remedy))
-    };
-    if let Some(noise) = log.stated.body {
-        let body = OfBody::of(recording, log.stated);
-        let drift = subtract(&body.inclination, &integral(&body.rate, recording.dt));
-        return of("body_inclination", &drift, noise.inclination)
-            .into_iter()
-            .collect();
+fn beside_gyro(recording: &Recording, gyro: &Recorded, read: &Recorded) -> Option<Finding> {
+    let drift = subtract(&read.values, &integral(&gyro.values, recording.dt));
+    let error = recording.while_driving(&high_pass(&drift, recording.steps(HALF_TIME)));
+    error.iter().find(|x| x.is_finite())?;
+    let [noise, shown] = [rms(&error), read.noise].map(|x| x / DEGREE);
+    let figure = format!("{noise:.3} deg, budget.inclination_noise {shown:.3} deg");
+    let finding = Finding::ok(NOISE, read.channel, figure).with("noise", noise, "deg");
+    if noise <= (RATIO * shown).max(SHOWN) {
+        return Some(finding);
     }
-    let stated = log.stated.budget.inclination_noise;
-    let of_link = |k: usize| {
-        let (_, drift) = recording.turned(k);
-        of(&format!("inclinometer {}", k + 1), &drift, stated)
-    };
-    [0, 1].into_iter().filter_map(of_link).collect()
+    Some(finding.cannot_tell(format!(
+        "accelerations, vibration or noise: where its sign, unit and noise at rest are right, state inclination_noise = {:.5} (rad)",
+        noise * DEGREE
+    )))
 }
 
 /// How fast ground can move the links.
@@ -98,15 +87,11 @@ impl Ground {
     fn of(log: &Readings<'_>) -> Option<Self> {
         let (recording, robot) = (&log.recording, log.stated.robot);
         let spin = recording.while_driving(&recording.middle_spin);
-        let spin: Vec<f64> = spin
-            .iter()
-            .map(|s| s.abs())
-            .filter(|s| s.is_finite())
-            .collect();
-        let largest = spin.iter().copied().fold(0.0, f64::max);
+        // Missing ones do not count.
+        let largest = spin.iter().map(|s| s.abs()).fold(0.0, f64::max);
         let turn = robot.geometry.wheel_radius / arm(robot) * recording.slowest;
         Some(Self {
-            usual: turn * median(spin)?,
+            usual: turn * recording.usual_spin()?,
             largest: turn * largest,
             impact: largest * robot.geometry.wheel_radius / (recording.slowest * robot.gravity),
         })
@@ -134,7 +119,7 @@ fn white(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Find
         "{shown:.3} deg, budget {stated:.3} deg and by the ground {:.3} deg",
         of_ground / DEGREE
     );
-    let finding = Finding::ok(WHITE, &channel.name, figure).with("noise", shown, "deg");
+    let finding = Finding::ok(WHITE, channel.channel, figure).with("noise", shown, "deg");
     if noise <= RATIO * channel.noise + of_ground {
         return Some(finding);
     }
@@ -146,38 +131,28 @@ fn spikes(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Fin
     let recording = &log.recording;
     let (unit, factor) = channel.shown_in();
     // An axle rises as far as the wheel rolls. A link that turns as fast does so for some readings.
-    let by_ground = match channel.kind {
-        Kind::Encoder | Kind::Torque => return None,
-        Kind::Rate => 3.0 * ground.largest / recording.slowest,
-        Kind::Pin => 2.0 * ground.largest,
+    let by_ground = match channel.channel {
+        Channel::Encoder(_) | Channel::Torque(_) => return None,
+        Channel::Gyro(_) | Channel::BodyRate => 3.0 * ground.largest / recording.slowest,
+        Channel::Pin => 2.0 * ground.largest,
         // An impact stops the robot within a reading.
-        Kind::Inclination => 2.0 * ground.largest + ground.impact,
+        Channel::Inclinometer(_) | Channel::BodyInclination => 2.0 * ground.largest + ground.impact,
     };
     if by_ground > MOST {
         return None;
     }
     let gate = GATE * channel.noise + by_ground;
-    let values: Vec<f64> = channel
-        .values
-        .iter()
-        .copied()
-        .filter(|x| x.is_finite())
-        .collect();
+    let mut values = channel.values.clone();
+    values.retain(|x| x.is_finite());
     if values.len() < LEAST || channel.noise <= 0.0 {
         return None;
     }
-    let is_spike = |w: &[f64]| {
-        let middle = median(w.to_vec()).unwrap_or(w[2]);
+    let spike = |w: &[f64]| {
+        let size = (w[2] - median(w.to_vec())?).abs();
         let (before, after) = (0.5 * (w[0] + w[1]), 0.5 * (w[3] + w[4]));
-        (w[2] - middle).abs().max(0.0) > gate
-            && (before - after).abs() < 0.5 * (w[2] - middle).abs()
+        (size > gate && (before - after).abs() < 0.5 * size).then_some(size)
     };
-    let size = |w: &[f64]| (w[2] - median(w.to_vec()).unwrap_or(w[2])).abs();
-    let found: Vec<f64> = values
-        .windows(5)
-        .filter(|w| is_spike(w))
-        .map(size)
-        .collect();
+    let found: Vec<f64> = values.windows(5).filter_map(spike).collect();
     let largest = found.iter().copied().fold(0.0, f64::max);
     let share = 100.0 * found.len() as f64 / values.len() as f64;
     let figure = format!(
@@ -185,7 +160,7 @@ fn spikes(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Fin
         found.len(),
         factor * gate
     );
-    let finding = Finding::ok(SPIKES, &channel.name, figure).with("share", share, "%");
+    let finding = Finding::ok(SPIKES, channel.channel, figure).with("share", share, "%");
     if found.is_empty() {
         return Some(finding);
     }

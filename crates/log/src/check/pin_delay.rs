@@ -6,7 +6,7 @@ use crate::check::delay;
 use crate::check::ground::passing;
 use crate::check::readings::Readings;
 use crate::check::report::Finding;
-use robhaz_score::signals::{delayed, median, subtract};
+use robhaz_score::signals::{delayed, subtract};
 
 /// Share of the rear difference that the front one explains where the ground shows something, and
 /// where it shows a delay.
@@ -32,7 +32,7 @@ pub fn finding(log: &Readings<'_>, longest: f64) -> Option<Finding> {
     let as_read = Course::new(log, &recording.inclination);
     let shift = passing(&as_read, &OWN).map_or(steps_of(&as_read, 1.0), |p| p.shift);
     let passing_at = |lag: isize| {
-        let turned: Vec<f64> = delayed(&pin, -lag);
+        let turned = delayed(&pin, -lag);
         let other = of_body.iter().zip(&turned).map(|(a, b)| a + b).collect();
         let mut links = recording.inclination.clone();
         links[1 - body] = other;
@@ -43,8 +43,8 @@ pub fn finding(log: &Readings<'_>, longest: f64) -> Option<Finding> {
     let lags = (-steps / coarse..=steps / coarse).map(|k| k * coarse);
     let shares = lags.filter_map(|lag| Some((lag, passing_at(lag)?)));
     let best = shares.max_by(|a, b| a.1.total_cmp(&b.1));
+    let remedy = "drive with all wheels over an obstacle of some centimetres";
     let (Some(own), Some((lag, share))) = (passing_at(0), best) else {
-        let remedy = "drive with all wheels over an obstacle of some centimetres";
         let figure = "the ground shows no delay";
         return Some(Finding::ok(delay::TEST, PIN, figure).cannot_tell(remedy));
     };
@@ -57,14 +57,12 @@ pub fn finding(log: &Readings<'_>, longest: f64) -> Option<Finding> {
     );
     let finding = Finding::ok(delay::TEST, PIN, figure);
     // A distance that is wrong by slip looks like a delay, too.
-    let spin = recording.while_driving(&recording.middle_spin);
-    let spin = median(spin.iter().map(|s| s.abs()).collect())?;
+    let spin = recording.usual_spin()?;
     let way = SLIP * as_read.spacings()[0];
     let by_slip = way / (spin * log.stated.robot.geometry.wheel_radius);
     let of_steps = 0.5 * recording.slowest + 0.5 * coarse as f64 * recording.dt;
     let allowed = ALLOWED_DELAY + of_steps + by_slip;
     if share < EXPLAINED {
-        let remedy = "drive with all wheels over an obstacle of some centimetres";
         return Some(finding.cannot_tell(remedy));
     }
     let finding = finding.with("delay", seconds, "s");

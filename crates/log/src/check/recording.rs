@@ -124,6 +124,24 @@ impl Recording {
         driven.collect()
     }
 
+    /// Usual size of the middle one of the spin speeds while the robot drives, rad/s; `None` where it
+    /// does not.
+    pub fn usual_spin(&self) -> Option<f64> {
+        let spin = self.while_driving(&self.middle_spin);
+        median(spin.iter().map(|spin| spin.abs()).collect())
+    }
+
+    /// The samples of a channel of the frames.
+    pub fn samples(&self, channel: Channel) -> &[f64] {
+        match channel.in_frames() {
+            Channel::Encoder(i) => &self.wheel_angle[i],
+            Channel::Torque(i) => &self.torque[i],
+            Channel::Gyro(k) => &self.rate[k],
+            Channel::Inclinometer(k) => &self.inclination[k],
+            _ => &[],
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.torque[0].len()

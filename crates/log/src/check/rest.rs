@@ -1,9 +1,10 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
-use crate::check::recorded::{Kind, Recorded};
+use crate::check::changes::DEGREE;
+use crate::check::recorded::Recorded;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::Change;
+use crate::check::rewire::{Change, Channel};
 use crate::check::stated::Stated;
 use robhaz_model::Units;
 use robhaz_score::signals::{mean, rms};
@@ -40,7 +41,6 @@ const STEEPEST: f64 = 60.0 * DEGREE;
 /// Inclination beyond which a sensor hangs upside down, rad: no robot stands within 30 deg of its
 /// roof.
 const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
-const DEGREE: f64 = PI / 180.0;
 
 const ZERO: &str = "zero at rest";
 const NOISE: &str = "noise at rest";
@@ -48,11 +48,11 @@ const NOISE: &str = "noise at rest";
 impl Recorded {
     /// The unit in which it is shown, and the factor from SI to it.
     pub const fn shown_in(&self) -> (&'static str, f64) {
-        match self.kind {
-            Kind::Encoder => ("rad", 1.0),
-            Kind::Torque => ("N m", 1.0),
-            Kind::Rate => ("deg/s", 1.0 / DEGREE),
-            Kind::Inclination | Kind::Pin => ("deg", 1.0 / DEGREE),
+        match self.channel {
+            Channel::Encoder(_) => ("rad", 1.0),
+            Channel::Torque(_) => ("N m", 1.0),
+            Channel::Gyro(_) | Channel::BodyRate => ("deg/s", 1.0 / DEGREE),
+            _ => ("deg", 1.0 / DEGREE),
         }
     }
 
@@ -63,7 +63,7 @@ impl Recorded {
 
     /// The mean; of directions that of the direction, which may lie at 180 deg.
     fn mean(&self) -> f64 {
-        if self.kind != Kind::Inclination {
+        if !self.channel.is_inclination() {
             return mean(&self.values).unwrap_or(0.0);
         }
         let of = |part: fn(f64) -> f64| {
@@ -99,7 +99,7 @@ impl Recorded {
         let (mean, limit) = (self.mean(), limit + by_chance);
         let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
         let (unit, factor) = self.shown_in();
-        let finding = Finding::ok(ZERO, &self.name, figure).with("mean", factor * mean, unit);
+        let finding = Finding::ok(ZERO, self.channel, figure).with("mean", factor * mean, unit);
         if mean.abs() <= limit {
             return finding;
         }
@@ -124,9 +124,14 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     }
     let mut channels = Recorded::of_recording(recording, end, stated);
     channels.retain(|x| x.values.iter().any(|v| v.is_finite()));
-    let of_kind = |kinds: &'static [Kind]| channels.iter().filter(|x| kinds.contains(&x.kind));
-    let angles = || of_kind(&[Kind::Inclination, Kind::Pin]);
-    let (rates, torques) = (|| of_kind(&[Kind::Rate]), || of_kind(&[Kind::Torque]));
+    let torque = |x: &&Recorded| matches!(x.channel, Channel::Torque(_));
+    let torques = || channels.iter().filter(torque);
+    let rates = || channels.iter().filter(|x| x.channel.is_rate());
+    let angles = || {
+        channels
+            .iter()
+            .filter(|x| !torque(x) && !x.channel.is_rate())
+    };
     let level = angles().all(|x| x.mean().abs() < LEVEL);
     let small_torque = SMALL_TORQUE * Units::of(stated.robot).torque();
     let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
@@ -134,7 +139,7 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let level_zero = 3.0 * budget.inclination_bias + 1e-4;
     let of_gyro = |(k, gyro): (usize, &Recorded)| {
         // Each gyroscope is followed by its inclinometer.
-        let beside = channels.get(k + 1).filter(|x| x.kind == Kind::Inclination);
+        let beside = channels.get(k + 1).filter(|x| x.channel.is_inclination());
         let (turn, sigma) = beside.map_or((0.0, 0.0), |x| x.turn(end as f64 * recording.dt));
         gyro.zero(rate_zero, |finding, mean| {
             if (mean - turn).abs() < rate_zero + CHANCE * sigma {
@@ -146,16 +151,16 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
             finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
         })
     };
-    let of_angle = |(k, x): (usize, &Recorded)| {
-        let key = match stated.body {
-            Some(_) => format!("offset of {}", x.name),
-            None => "offset".to_owned(),
+    let of_angle = |x: &Recorded| {
+        let key = match x.channel {
+            Channel::Inclinometer(_) => "offset".to_owned(),
+            of_body => format!("offset of {of_body}"),
         };
-        let hangs = x.kind == Kind::Inclination
+        let hangs = x.channel.is_inclination()
             && x.mean().abs() > UPSIDE_DOWN
             && noise(x).verdict != Verdict::Fault;
         x.zero(level_zero, |finding, mean| match hangs {
-            true => upside_down(finding, k, stated.body.is_some()),
+            true => upside_down(finding, x.channel),
             false => inclination(finding, mean, &key),
         })
     };
@@ -171,9 +176,9 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let gyros = channels
         .iter()
         .enumerate()
-        .filter(|(_, x)| x.kind == Kind::Rate);
+        .filter(|(_, x)| x.channel.is_rate());
     let mut findings: Vec<Finding> = gyros.map(of_gyro).collect();
-    findings.extend(angles().enumerate().map(of_angle));
+    findings.extend(angles().map(of_angle));
     findings.extend(torques().map(|x| x.zero(torque_zero, of_torque)));
     findings.extend(rates().chain(angles()).chain(torques()).map(noise));
     findings
@@ -193,16 +198,15 @@ pub fn rest(recording: &Recording) -> usize {
 
 /// A sensor whose up axis points down. What it shows is then the other way round, and so is its
 /// rate.
-fn upside_down(finding: Finding, k: usize, of_body: bool) -> Finding {
-    let imu = match of_body {
-        true => "body".to_owned(),
-        false => format!("link{}", k + 1),
+fn upside_down(finding: Finding, channel: Channel) -> Finding {
+    let (imu, change) = match channel {
+        Channel::Inclinometer(k) => (format!("link{}", k + 1), Some(Change::UpsideDown(k))),
+        _ => ("body".to_owned(), None),
     };
     let remedy = format!(
         "it hangs upside down: state up = \"-z\" of imu.{imu} (and forward = \"-x\" if its x axis points to the rear); readings of their own need sign = \"-\", that of the angle offset = \"-180 deg\", too"
     );
-    let changes = (!of_body).then_some(Change::UpsideDown(k));
-    finding.fault(remedy).change(changes)
+    finding.fault(remedy).change(change)
 }
 
 /// At rest the robot may stand on a slope. `key`: what takes the angle, rad.
@@ -227,7 +231,7 @@ pub fn has_quiet(findings: &[Finding], channel: &str) -> bool {
 
 fn noise(x: &Recorded) -> Finding {
     // Of white noise, from the differences of neighbours.
-    let turns = |step: f64| match x.kind == Kind::Inclination && step.abs() > PI {
+    let turns = |step: f64| match x.channel.is_inclination() && step.abs() > PI {
         true => step - TAU.copysign(step),
         false => step,
     };
@@ -238,7 +242,7 @@ fn noise(x: &Recorded) -> Finding {
     let deviation = thirds.map(rms).fold(f64::INFINITY, f64::min) / std::f64::consts::SQRT_2;
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let (unit, factor) = x.shown_in();
-    let finding = Finding::ok(NOISE, &x.name, figure).with("noise", factor * deviation, unit);
+    let finding = Finding::ok(NOISE, x.channel, figure).with("noise", factor * deviation, unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it; n is a third of them.
     let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 / 3.0 * x.count()).sqrt());
     // No noise at all is that of an exact sensor.

@@ -1,7 +1,7 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
 use crate::check::stated::{Stated, of_body};
-use robhaz_estimator::{NoiseBudget, SensorFrame};
+use robhaz_estimator::SensorFrame;
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -12,6 +12,12 @@ pub enum Channel {
     Torque(usize),
     Gyro(usize),
     Inclinometer(usize),
+    /// Rate of the body, of which the readings of both links are made.
+    BodyRate,
+    /// Its inclination.
+    BodyInclination,
+    /// The angle of pin Q, which gives the readings of the link without the body.
+    Pin,
 }
 
 impl Channel {
@@ -29,6 +35,30 @@ impl Channel {
         Self::Inclinometer(1),
     ];
 
+    /// Gyroscope and inclinometer of a link.
+    pub const fn of_link(k: usize) -> [Self; 2] {
+        [Self::Gyro(k), Self::Inclinometer(k)]
+    }
+
+    /// The channel of the frames that is made of it: of a body, of link 1.
+    pub const fn in_frames(self) -> Self {
+        match self {
+            Self::BodyRate => Self::Gyro(0),
+            Self::BodyInclination | Self::Pin => Self::Inclinometer(0),
+            own => own,
+        }
+    }
+
+    /// Whether it is an angle of an inclinometer, which also shows accelerations.
+    pub const fn is_inclination(self) -> bool {
+        matches!(self, Self::Inclinometer(_) | Self::BodyInclination)
+    }
+
+    /// Whether it is a rate.
+    pub const fn is_rate(self) -> bool {
+        matches!(self, Self::Gyro(_) | Self::BodyRate)
+    }
+
     /// Its reading in a frame.
     fn of(self, frame: &mut SensorFrame) -> &mut Option<f64> {
         match self {
@@ -38,6 +68,7 @@ impl Channel {
             Self::Gyro(_) => &mut frame.link2.rate,
             Self::Inclinometer(0) => &mut frame.link1.inclination,
             Self::Inclinometer(_) => &mut frame.link2.inclination,
+            of_body => of_body.in_frames().of(frame),
         }
     }
 
@@ -53,18 +84,23 @@ impl Channel {
             Self::Torque(i) => ("wheel", i, "motor_torque"),
             Self::Gyro(k) => ("link", k, "rate"),
             Self::Inclinometer(k) => ("link", k, "inclination"),
+            of_body => return of_body.to_string(),
         };
         format!("{name}{}_{part}", index + 1)
     }
 
     /// White noise of a sample by the budget, in the reading's unit; 0 for a channel that may be
     /// constant.
-    pub const fn noise(self, budget: &NoiseBudget) -> f64 {
+    pub fn noise(self, stated: &Stated<'_>) -> f64 {
+        let (budget, body) = (&stated.budget, stated.body.unwrap_or_default());
         match self {
             Self::Encoder(_) => 0.0,
             Self::Torque(_) => budget.torque_noise,
             Self::Gyro(_) => budget.rate_noise,
             Self::Inclinometer(_) => budget.inclination_noise,
+            Self::BodyRate => body.rate,
+            Self::BodyInclination => body.inclination,
+            Self::Pin => body.pin,
         }
     }
 
@@ -90,6 +126,9 @@ impl fmt::Display for Channel {
             Self::Torque(i) => ("torque", i),
             Self::Gyro(i) => ("gyro", i),
             Self::Inclinometer(i) => ("inclinometer", i),
+            Self::BodyRate => return f.write_str("body_rate"),
+            Self::BodyInclination => return f.write_str("body_inclination"),
+            Self::Pin => return f.write_str("pin_angle"),
         };
         write!(f, "{name} {}", index + 1)
     }
@@ -114,48 +153,39 @@ pub enum Change {
     Remove(Channel),
     /// The sensor of a link, from 0, hangs upside down: its axis that points forward does.
     UpsideDown(usize),
-    /// A factor of the rate of the body (`true`) or its inclination, of which the readings of both
-    /// links are made.
-    Body(bool, f64),
-    /// A factor of the angle of pin Q, which gives the readings of the link without the body. Number
-    /// of the link with the body, from 0.
-    Pin(usize, f64),
 }
 
 impl Change {
-    /// The channels that are made of the rate of the body, and of its inclination.
-    const BODY_RATE: [Channel; 2] = [Channel::Gyro(0), Channel::Gyro(1)];
-    const BODY_INCLINATION: [Channel; 2] = [Channel::Inclinometer(0), Channel::Inclinometer(1)];
-
     /// Changes a frame of a log of what is stated.
     pub fn of(self, frame: &mut SensorFrame, stated: &Stated<'_>) {
         let before = *frame;
         match self {
-            Self::Factor(channel, factor) => {
-                *channel.of(frame) = channel.value(&before).map(|v| factor * v);
-            }
-            Self::Body(is_rate, factor) => {
-                let links = [&before.link1, &before.link2];
-                let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
-                let angles = links.map(|link| number(link.inclination));
-                let rates = links.map(|link| number(link.rate));
-                let [angle, rate] = of_body(stated, angles, rates);
-                // Both links turn with the body.
-                let more = (factor - 1.0) * if is_rate { rate } else { angle };
-                for k in [0, 1] {
-                    let channel = match is_rate {
-                        true => Self::BODY_RATE[k],
-                        false => Self::BODY_INCLINATION[k],
-                    };
-                    *channel.of(frame) = channel.value(&before).map(|v| v + more);
-                }
-            }
-            Self::Pin(body, factor) => {
+            Self::Factor(Channel::Pin, factor) => {
+                let Some(body) = stated.body_link() else {
+                    return;
+                };
                 for channel in [Channel::Inclinometer(body), Channel::Gyro(body)] {
                     let (of_body, other) = (channel.value(&before), channel.of_other_link());
                     let turned = of_body.zip(other.value(&before));
                     *other.of(frame) = turned.map(|(body, x)| body + factor * (x - body));
                 }
+            }
+            Self::Factor(channel @ (Channel::BodyRate | Channel::BodyInclination), factor) => {
+                let links = [&before.link1, &before.link2];
+                let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+                let angles = links.map(|link| number(link.inclination));
+                let rates = links.map(|link| number(link.rate));
+                let [angle, rate] = of_body(stated, angles, rates);
+                let of_body = if channel.is_rate() { rate } else { angle };
+                // Both links turn with the body.
+                let own = channel.in_frames();
+                for channel in [own, own.of_other_link()] {
+                    let value = channel.value(&before);
+                    *channel.of(frame) = value.map(|v| v + (factor - 1.0) * of_body);
+                }
+            }
+            Self::Factor(channel, factor) => {
+                *channel.of(frame) = channel.value(&before).map(|v| factor * v);
             }
             Self::Exchange(a, b) => {
                 *a.of(frame) = b.value(&before);

@@ -60,10 +60,8 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
 
 /// What the inertias of rotor, wheel and a third of the robot ask for, N m s^2.
 fn expected(log: &Readings<'_>) -> f64 {
-    let (mass, radius) = (
-        &log.stated.robot.mass,
-        log.stated.robot.geometry.wheel_radius,
-    );
+    let robot = log.stated.robot;
+    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
     mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0
 }
 
@@ -86,10 +84,12 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
     if forward < 0.0 || is_backwards && forward > 0.0 {
         let mut finding = common(is_backwards, forward);
-        if let Some(body) = log.stated.body_link().filter(|_| !is_backwards) {
+        if log.stated.body_link().is_some() && !is_backwards {
             // The sign of the body's readings alone.
             let remedy = "the signs of body_inclination and body_rate are wrong, nose up is positive; or, if the robot drove backwards, those of all encoders and torques";
-            finding = finding.change([Change::Pin(body, -1.0)]).fault(remedy);
+            finding = finding
+                .change([Change::Factor(Channel::Pin, -1.0)])
+                .fault(remedy);
         }
         return vec![finding];
     }

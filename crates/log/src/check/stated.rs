@@ -4,7 +4,7 @@ use robhaz_estimator::{EstimatorSettings, NoiseBudget, Sides};
 use robhaz_model::{Posture, Robot, Suspension, WholeRover};
 
 /// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyNoise {
     /// Of the inclination of the body, rad.
     pub inclination: f64,

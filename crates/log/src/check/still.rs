@@ -1,6 +1,6 @@
 //! Channels that do not change, and channels at the end of their range.
 
-use crate::check::recorded::{Kind, ROUNDING, Recorded};
+use crate::check::recorded::{ROUNDING, Recorded};
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
@@ -40,8 +40,8 @@ pub fn findings(
     let mut findings = Vec::new();
     for channel in Recorded::of_frames(frames, stated) {
         findings.push(stuck(frames, driving, &channel));
-        findings.extend(match channel.kind {
-            Kind::Encoder => wrapped(frames, channel.channel),
+        findings.extend(match channel.channel {
+            encoder @ Channel::Encoder(_) => wrapped(frames, encoder),
             _ => at_limit(&channel),
         });
     }
@@ -133,13 +133,13 @@ fn resolution(values: &[f64]) -> f64 {
 /// The longest time for which a channel repeats its value while the other wheels turn (two of them
 /// for an encoder).
 fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], recorded: &Recorded) -> Finding {
-    let (channel, values, noise) = (&recorded.name, &recorded.values, recorded.noise);
-    let is_encoder = recorded.kind == Kind::Encoder;
+    let (channel, values, noise) = (recorded.channel, &recorded.values, recorded.noise);
+    let is_encoder = matches!(channel, Channel::Encoder(_));
     let (mut last, mut since) = (f64::NAN, 0.0);
     let (mut longest, mut at) = (0.0, 0.0);
     let mut any = false;
     for ((frame, driving), value) in frames.iter().zip(driving).zip(values) {
-        let others = (0..3).filter(|w| recorded.channel != Channel::Encoder(*w));
+        let others = (0..3).filter(|w| channel != Channel::Encoder(*w));
         let turning = others.filter(|w| driving[*w]);
         let drives = turning.count() >= 2;
         any |= drives;
@@ -182,12 +182,8 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], recorded: &Recorded) -> 
 /// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range
 /// from repeating a value.
 fn at_limit(channel: &Recorded) -> Option<Finding> {
-    let values: Vec<f64> = channel
-        .values
-        .iter()
-        .copied()
-        .filter(|x| !x.is_nan())
-        .collect();
+    let mut values = channel.values.clone();
+    values.retain(|x| !x.is_nan());
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if channel.noise <= 0.0 || values.is_empty() || most - least <= ROUNDING {
@@ -211,11 +207,11 @@ fn at_limit(channel: &Recorded) -> Option<Finding> {
     let figure = format!(
         "{least:.4} to {most:.4}; longest at an end {at_end} readings ({share:.1} % of all), elsewhere {elsewhere}"
     );
-    let finding = Finding::ok(RANGE, &channel.name, figure);
+    let finding = Finding::ok(RANGE, channel.channel, figure);
     if at_end < AT_LIMIT || at_end < 5 * elsewhere {
         return Some(finding.with("at an end", share, "%"));
     }
-    if channel.kind == Kind::Torque {
+    if matches!(channel.channel, Channel::Torque(_)) {
         let remedy = format!(
             "at its limit of {limit:.3}: fine if it is the drive's, else raise the sensor's range"
         );

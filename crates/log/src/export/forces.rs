@@ -1,8 +1,8 @@
 //! The tables of forces in a folder, a side at a time.
 
+use crate::channel::{TableFormat, stem};
 use crate::error::LogError;
 use crate::mapped;
-use crate::plan::{TableFormat, stem};
 use crate::rows::Row;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 const ESTIMATE: &str = "estimate-";
 /// What a table of forces may have of each wheel: what the message has, in its order, and the slip.
 /// The first two are required.
-const COLUMNS: [&str; NUMBERS / 3] = [
+const COLUMNS: [&str; 8] = [
     "normal_force",
     "traction",
     "normal_force_sigma",
@@ -22,10 +22,8 @@ const COLUMNS: [&str; NUMBERS / 3] = [
     SLIP,
 ];
 const SLIP: &str = "slip";
-/// Numbers of a row: those of one kind of all wheels, then those of the next.
-const NUMBERS: usize = 24;
 /// How many of them the message has.
-pub const OF_MESSAGE: usize = 21;
+pub const OF_MESSAGE: usize = 7;
 
 /// Forces of three wheels, of a robot in the plane or of a side: truth or one estimator.
 pub struct Forces {
@@ -35,35 +33,31 @@ pub struct Forces {
     pub side: &'static str,
     /// Its columns.
     pub columns: Vec<String>,
-    /// The place of each among the numbers.
-    places: Vec<usize>,
+    /// Of each its place in [`COLUMNS`], and its wheel.
+    places: Vec<[usize; 2]>,
     rows: Vec<Row>,
     /// The first row that is not earlier than the last row of readings.
     next: usize,
 }
 
-/// The numbers of a row, in the order of [`COLUMNS`]; not a number where one is missing.
-pub struct Numbers(pub [f64; NUMBERS]);
+/// The numbers of a row: those of three wheels of each of [`COLUMNS`]; not a number where one is missing.
+pub struct Numbers(pub [[f64; 3]; COLUMNS.len()]);
 
 impl Numbers {
-    fn of(&self, part: usize) -> [f64; 3] {
-        core::array::from_fn(|i| self.0[3 * part + i])
-    }
-
-    /// T and N of each wheel, N.
+    /// N and T of each wheel, N.
     pub fn forces(&self) -> [[f64; 2]; 3] {
-        let [normal, traction] = [self.of(0), self.of(1)];
-        core::array::from_fn(|i| [traction[i], normal[i]])
+        let [normal, traction, ..] = self.0;
+        core::array::from_fn(|i| [normal[i], traction[i]])
     }
 
     /// Slopes of the ground under the wheels, rad.
     pub fn slopes(&self) -> [f64; 3] {
-        self.of(4)
+        self.0[4]
     }
 
     /// Slip of each wheel, rim less ground, m/s.
     pub fn slip(&self) -> [f64; 3] {
-        self.of(7)
+        self.0[7]
     }
 }
 
@@ -128,14 +122,15 @@ impl Forces {
         let found = format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
         let start = if side.is_empty() { "" } else { "_" };
-        for place in 0..NUMBERS {
-            let (part, wheel) = (place / 3, place % 3 + 1);
-            let column = format!("{side}{start}wheel{wheel}_{}", COLUMNS[part]);
-            if found.iter().any(|c| c.name == column) {
-                columns.push(column);
-                places.push(place);
-            } else if part < 2 {
-                return Err(LogError::whole(path, format!("has no column {column}")));
+        for (part, name) in COLUMNS.into_iter().enumerate() {
+            for wheel in 0..3 {
+                let column = format!("{side}{start}wheel{}_{name}", wheel + 1);
+                if found.iter().any(|c| c.name == column) {
+                    columns.push(column);
+                    places.push([part, wheel]);
+                } else if part < 2 {
+                    return Err(LogError::whole(path, format!("has no column {column}")));
+                }
             }
         }
         let mut rows = Vec::new();
@@ -172,10 +167,9 @@ impl Forces {
 
     /// Whether it states the slip of the wheels.
     pub fn has_slip(&self) -> bool {
-        let cells = self.columns.iter().enumerate();
-        let of_slip = cells.filter(|(_, column)| column.ends_with(SLIP));
-        let mut cells = of_slip.map(|(cell, _)| cell);
-        cells.any(|cell| self.rows.iter().any(|row| row.cells[cell].is_finite()))
+        let is_known = |cell: usize| self.rows.iter().any(|row| row.cells[cell].is_finite());
+        let mut columns = self.columns.iter().enumerate();
+        columns.any(|(cell, column)| column.ends_with(SLIP) && is_known(cell))
     }
 
     /// The cells of the row of a time (s), in the order of the columns; `None` where the table has
@@ -192,9 +186,9 @@ impl Forces {
     /// The numbers of the row of a time, s.
     pub fn numbers(&mut self, time: f64) -> Option<Numbers> {
         let cells = self.at(time)?.to_vec();
-        let mut numbers = Numbers([f64::NAN; NUMBERS]);
-        for (place, cell) in self.places.iter().zip(cells) {
-            numbers.0[*place] = cell;
+        let mut numbers = Numbers([[f64::NAN; 3]; COLUMNS.len()]);
+        for ([part, wheel], cell) in self.places.iter().zip(cells) {
+            numbers.0[*part][*wheel] = cell;
         }
         Some(numbers)
     }

@@ -3,14 +3,15 @@
 mod forces;
 mod odometry;
 mod readings;
+mod sensors;
 mod topics;
 
 pub use readings::Exported;
 
+use crate::channel::Channels;
 use crate::error::LogError;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
-use crate::plan::Plan;
 use crate::readings::Reading;
 use forces::{Forces, forces_in};
 use readings::read;
@@ -45,9 +46,9 @@ pub fn export(
 ) -> Result<Exported, LogError> {
     let folder = &place.path;
     let table = place.table.as_ref().ok_or_else(|| no_table(folder))?;
-    let readings = Plan {
+    let readings = Channels {
         source: folder.clone(),
-        channels: vec![own_names::readings(table, &place.choice)?],
+        all: vec![own_names::readings(table, &place.choice)?],
     };
     let mut warnings = Vec::new();
     let mut forces = forces_in(folder, readings.is_of_both(), &mut warnings)?;
@@ -71,7 +72,7 @@ const CSV_HAS_NO_ROBOT: &str = "a CSV file has no place for the robot: `check` a
     --robot ROBOT.toml; --to mcap keeps it";
 
 fn write_csv(
-    readings: &Plan,
+    readings: &Channels,
     forces: &mut [Forces],
     out: &Path,
     stop: Stop<'_>,
@@ -81,7 +82,7 @@ fn write_csv(
     let mut names = vec!["time".to_owned()];
     let of_frame: Vec<Reading> = match readings.is_of_both() {
         true => readings
-            .channels
+            .all
             .iter()
             .flat_map(|c| &c.readings)
             .map(|(r, _)| *r)

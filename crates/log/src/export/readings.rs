@@ -1,8 +1,8 @@
 //! The readings of a folder, row by row.
 
 use super::forces::cut_off;
+use crate::channel::Channels;
 use crate::error::LogError;
-use crate::plan::Plan;
 use crate::readings::Values;
 use robhaz_run::Stop;
 
@@ -20,7 +20,7 @@ pub struct Exported {
 /// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what
 /// was written, under the names of its `parts`.
 pub fn read(
-    readings: &Plan,
+    readings: &Channels,
     parts: Vec<String>,
     stop: Stop<'_>,
     mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
@@ -29,11 +29,11 @@ pub fn read(
     let why = readings.read(|channel, row| {
         stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
         rows += 1;
-        let values = readings.channels[channel].values(&row.cells);
+        let values = readings.all[channel].values(&row.cells);
         add(row.stamp.seconds(), values)
     })?;
     let why = why.iter().flatten();
-    let warnings = why.map(|why| cut_off(&readings.channels[0].path, why));
+    let warnings = why.map(|why| cut_off(&readings.all[0].path, why));
     Ok(Exported {
         rows,
         parts,

@@ -1,4 +1,5 @@
-//! What is read from which channel, and how a reading follows from the cells of a row.
+//! The channels of a log: what is read from which file, how a reading follows from the cells of a row,
+//! and the rows themselves.
 
 use crate::bag;
 use crate::error::LogError;
@@ -8,8 +9,10 @@ use crate::readings::{COUNT, Reading, Values};
 use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
 use crate::truth::TruthColumns;
 use crate::{csv_table, parquet_rows};
+use robhaz_run::ChannelReport;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use std::slice::Chunks;
 
 /// Format of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,8 +90,8 @@ pub enum Rows {
 }
 
 /// A channel of a log: rows with time stamps of one clock.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelPlan {
+#[derive(Clone, Debug)]
+pub struct Channel {
     /// Its name in messages.
     pub name: String,
     /// Its file.
@@ -109,9 +112,15 @@ pub struct ChannelPlan {
     pub readings: Vec<(Reading, Formula)>,
     /// Of a table of the truth, how its rows are read.
     pub truth: Option<TruthColumns>,
+    /// Times of the rows that count since the first frame, s; rows are there once they were read.
+    pub times: Vec<f64>,
+    /// Their cells, one row after the other; not a number where a cell has none.
+    pub cells: Vec<f64>,
+    /// What became of all rows of its file.
+    pub report: ChannelReport,
 }
 
-impl ChannelPlan {
+impl Channel {
     /// A channel that reads nothing yet.
     pub fn new(name: String, path: &Path, rows: Rows) -> Self {
         Self {
@@ -125,6 +134,9 @@ impl ChannelPlan {
             wraps: Vec::new(),
             readings: Vec::new(),
             truth: None,
+            times: Vec::new(),
+            cells: Vec::new(),
+            report: ChannelReport::default(),
         }
     }
 
@@ -154,6 +166,17 @@ impl ChannelPlan {
         LogError::place(&self.path, format!("channel {}", self.name), message)
     }
 
+    /// Its rows, of which each has all columns.
+    pub fn rows(&self) -> Chunks<'_, f64> {
+        self.cells.chunks(self.columns.len().max(1))
+    }
+
+    /// The cells of a row; `None` beyond its ends.
+    pub fn row(&self, row: usize) -> Option<&[f64]> {
+        let columns = self.columns.len();
+        self.cells.get(row * columns..(row + 1) * columns)
+    }
+
     /// The readings of a row's cells.
     pub fn values(&self, cells: &[f64]) -> Values {
         let mut values: Values = [None; COUNT];
@@ -165,15 +188,15 @@ impl ChannelPlan {
 }
 
 /// All channels of a log; the first is the time base.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+#[derive(Clone, Debug)]
+pub struct Channels {
     /// The file or folder, as the user named it.
     pub source: PathBuf,
     /// The channels.
-    pub channels: Vec<ChannelPlan>,
+    pub all: Vec<Channel>,
 }
 
-impl Plan {
+impl Channels {
     /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order
     /// of its file. Returns why each channel ends before its end: it was cut off.
     ///
@@ -183,15 +206,15 @@ impl Plan {
         &self,
         mut add: impl FnMut(usize, Row) -> Result<(), LogError>,
     ) -> Result<Vec<Option<String>>, LogError> {
-        let mut cut_off = vec![None; self.channels.len()];
+        let mut cut_off = vec![None; self.all.len()];
         let mut topics = Vec::new();
-        for (i, channel) in self.channels.iter().enumerate() {
+        for (i, channel) in self.all.iter().enumerate() {
             if let Rows::Topic(topic, clock) = &channel.rows {
                 topics.push(Wanted::new(i, topic, *clock, &channel.columns));
             }
         }
-        for (i, channel) in self.channels.iter().enumerate() {
-            let ChannelPlan { path, columns, .. } = channel;
+        for (i, channel) in self.all.iter().enumerate() {
+            let Channel { path, columns, .. } = channel;
             match &channel.rows {
                 Rows::Table(format, time) => {
                     cut_off[i] = format.read(path, time, columns, &mut |row| add(i, row))?;
@@ -210,13 +233,13 @@ impl Plan {
 
     /// Whether a channel has a reading.
     pub fn has(&self, reading: Reading) -> bool {
-        let mut readings = self.channels.iter().flat_map(|c| &c.readings);
+        let mut readings = self.all.iter().flat_map(|c| &c.readings);
         readings.any(|(r, _)| *r == reading)
     }
 
     /// Leaves out the contact angles.
     pub fn drop_contact_angles(&mut self) {
-        for channel in &mut self.channels {
+        for channel in &mut self.all {
             channel.readings.retain(|(r, _)| !r.is_contact_angle());
         }
     }

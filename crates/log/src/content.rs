@@ -1,0 +1,231 @@
+//! Whether a log has what its estimators need, and what is left out where it does not.
+
+use crate::channel::{Channel, Channels, Rows};
+use crate::error::LogError;
+use crate::formula::{Source, Upward};
+use crate::frames::Frames;
+use crate::own_names;
+use crate::readings::Reading;
+use crate::survey::Survey;
+use robhaz_estimator::Method;
+use robhaz_scene::{EstimatorChoice, LogChoice, LogSides, is_wheel_angle};
+use std::path::PathBuf;
+
+/// How a log is read.
+#[derive(Clone, Debug, Default)]
+pub struct LogOptions {
+    /// A table of the truth to compare with.
+    pub truth: Option<PathBuf>,
+    /// Whether contact angles are used; `None`: if the log has them.
+    pub contact_angles: Option<bool>,
+    /// Whether the estimators were named by the user: they then run without contact angles where
+    /// there are none.
+    pub named_estimators: bool,
+    /// Whether a reading may have no value in the whole log; no estimator runs on such a log.
+    pub allows_empty: bool,
+}
+
+/// Turn of a wheel that shows a drive, rad.
+const TURNS: f64 = 0.1;
+
+/// Refuses a reading without a value in the whole log where its messages state that they do not
+/// have it, and, unless the log may have one, any other. Returns the torques that are 0 throughout,
+/// as drives write them that do not measure any.
+pub fn check_values(channels: &[Channel], allows_empty: bool) -> Result<Option<String>, LogError> {
+    let (mut zeros, mut drives) = (Vec::new(), false);
+    for channel in channels {
+        for (reading, formula) in &channel.readings {
+            let values = channel.rows().map(|row| formula.value(row));
+            let name = reading.name();
+            if let Some(first) = values.clone().flatten().next() {
+                drives |= is_wheel_angle(name)
+                    && values.clone().flatten().any(|v| (v - first).abs() > TURNS);
+                let is_zero = |value: f64| value.abs() <= 0.0;
+                let is_torque = name.ends_with("_motor_torque");
+                if is_torque && is_zero(first) && values.flatten().all(is_zero) {
+                    zeros.push(name);
+                }
+                continue;
+            }
+            let is_topic = matches!(channel.rows, Rows::Topic(..));
+            let rows = format!(
+                "{name} has no value in {} {}",
+                channel.times.len(),
+                if is_topic { "messages" } else { "rows" }
+            );
+            let remedy = match formula.source {
+                Source::Inclination(Upward::Orientation(..), _) if is_topic => {
+                    "the messages have no orientation (orientation_covariance[0] = -1, or a quaternion of zeros); state inclination = \"acceleration\""
+                }
+                Source::Inclination(..) if is_topic => {
+                    "the messages have no linear_acceleration (linear_acceleration_covariance[0] = -1, or zeros); state the channel that has it, or inclination = \"orientation\""
+                }
+                Source::Rate(..) if is_topic => {
+                    "the messages have no angular_velocity (angular_velocity_covariance[0] = -1); state rate_channel, the channel of the gyroscope"
+                }
+                // Of a wheel that is not steered it is 0.
+                _ if allows_empty || reading.is_optional() => continue,
+                Source::Cell(cell) if channel.columns[cell].ends_with(".position") => {
+                    "allowed: numbers; of joints without a position column = \"NAME.velocity\" integrates the speed"
+                }
+                _ => {
+                    "allowed: numbers, since every estimator needs it; find out why it was not recorded"
+                }
+            };
+            return Err(channel.problem(format!("{rows}: {remedy}")));
+        }
+    }
+    let notice = format!(
+        "{} is 0 in the whole log while wheels turn: was it measured?",
+        zeros.join(", ")
+    );
+    Ok((drives && !zeros.is_empty()).then_some(notice))
+}
+
+/// Refuses a truth of which no row is compared with. Returns what the user should know of the other
+/// rows.
+pub fn check_truth(
+    channels: &Channels,
+    survey: &Survey,
+    compare_from: f64,
+) -> Result<Option<String>, LogError> {
+    let mut all = channels.all.iter().enumerate();
+    let of_truth = all.find(|(_, channel)| channel.truth.is_some());
+    let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
+        return Ok(None);
+    };
+    let table = "the table of --truth";
+    let refused = |message: String| Err(LogError::place(&channel.path, table, message));
+    let lacks = truth.lacks(&channel.columns);
+    let Some((first, last)) = truth.span else {
+        return refused(format!(
+            "no row can be compared with: {lacks}; allowed: N and T of each wheel in a row, or no --truth"
+        ));
+    };
+    let [first, last] = [first, last].map(|stamp| channels.time(index, stamp, survey.origin));
+    let end = survey.duration;
+    if last < compare_from || first > end {
+        return refused(format!(
+            "no row can be compared with: it has N and T of each wheel from {first:.3} to {last:.3} s \
+             after the start of the log, and errors count from record.compare_from = {compare_from} s to \
+             the end at {end:.3} s; set record.compare_from, or the `offset` of the channel truth if its \
+             clock differs"
+        ));
+    }
+    let is_whole = truth.whole == truth.rows;
+    let notice = format!("the truth is compared with where it has N and T of each wheel: {lacks}");
+    Ok((!is_whole).then_some(notice))
+}
+
+/// Says where only some of the frames can be compared with the truth.
+pub fn few_compared(frames: &Frames, compare_from: f64) -> Option<String> {
+    /// Share of the frames that may lack a truth: ends, single rows.
+    const FEW: f64 = 0.01;
+    let (count, with) = frames.frames_with_truth(compare_from)?;
+    // Counts of frames.
+    let lacking = (count - with) as f64;
+    (lacking > FEW * count as f64).then(|| {
+        format!(
+            "the truth has a row for {with} of the {count} frames that count: errors are those of these frames"
+        )
+    })
+}
+
+/// Checks that a log of both sides has all that is needed, of a rover that can be estimated.
+pub fn check_both(
+    channels: &Channels,
+    choice: &mut LogChoice,
+    options: &LogOptions,
+) -> Result<(), LogError> {
+    let refused = |message: String| Err(LogError::whole(&channels.source, message));
+    if choice.states_sides && choice.sides != LogSides::Both {
+        return refused(format!(
+            "has readings of both sides, and the description states sides = \"{}\"; allowed: \"both\", or readings of one side",
+            choice.sides.name()
+        ));
+    }
+    let rover = own_names::rover(&channels.source, choice)?;
+    choice.sides = LogSides::Both;
+    let needed = Reading::of_both(rover.coupling).filter(|r| !r.is_optional() && !channels.has(*r));
+    let missing: Vec<&str> = needed.map(Reading::name).collect();
+    if !missing.is_empty() {
+        return refused(format!(
+            "has no {}, and a log of both sides needs each; allowed to be missing: steering of wheels that are not steered. Inclination, roll and their rates and that of yaw may come from one [imu.body]; of a bogie without a sensor, or of one side alone, map that side's readings as wheel1_angle ... and state sides = \"one of two\"",
+            missing.join(", ")
+        ));
+    }
+    if options.contact_angles == Some(true) {
+        return refused("the estimator of both sides finds contact angles and takes none; allowed: --contact-angles none".to_owned());
+    }
+    choice
+        .keep_one_of_both(options.named_estimators)
+        .map_err(|error| LogError::whole(&channels.source, error))
+}
+
+/// The columns of tables that have the names of readings that a log may lack, and are not mapped.
+pub fn unmapped(channels: &Channels) -> Result<Option<String>, LogError> {
+    let mut names = Vec::new();
+    for channel in &channels.all {
+        if !matches!(channel.rows, Rows::Table(..)) {
+            continue;
+        }
+        for column in channel.found()? {
+            let is_it = |r: &Reading| {
+                r.is_optional()
+                    && r.is_of_both() == channels.is_of_both()
+                    && r.name() == column.name
+            };
+            if Reading::all().any(|r| is_it(&r) && !channels.has(r)) {
+                names.push(column.name);
+            }
+        }
+    }
+    let notice = format!(
+        "{} of the table are not mapped, so they do not count",
+        names.join(", ")
+    );
+    Ok((!names.is_empty()).then_some(notice))
+}
+
+/// Leaves out contact angles, or the estimators that need them. Returns what the user should know.
+pub fn use_contact_angles(
+    channels: &mut Channels,
+    choice: &mut LogChoice,
+    options: &LogOptions,
+) -> Result<Option<String>, LogError> {
+    let refused = |message: String| Err(LogError::whole(&channels.source, message));
+    let absent = channels.absent().into_iter();
+    let (absent, others): (Vec<_>, Vec<_>) = absent.partition(|r| r.is_contact_angle());
+    if let Some(reading) = others.first() {
+        return refused(format!(
+            "has no {}: every estimator needs it; allowed to be missing: contact angles",
+            reading.name()
+        ));
+    }
+    let needing = choice.needing_contact_angles();
+    if options.contact_angles == Some(true) && !absent.is_empty() && !needing.is_empty() {
+        let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
+        let (absent, needing) = (absent.join(", "), needing.join(", "));
+        return refused(format!(
+            "has no {absent}, which {needing} need; allowed: --contact-angles none, or a log with them"
+        ));
+    }
+    if options.contact_angles.unwrap_or(absent.is_empty()) {
+        return Ok(None);
+    }
+    channels.drop_contact_angles();
+    let could = |e: &&EstimatorChoice| {
+        matches!(e.settings.method, Method::Kalman(method) if method.rolling)
+            && e.settings.needs_contact_angles()
+    };
+    let could = choice.estimators.iter().filter(could);
+    let could: Vec<String> = could.map(|e| format!("--estimator {}", e.name)).collect();
+    let left_out = choice.without_contact_angles(options.named_estimators);
+    let left_out = left_out.map_err(|error| LogError::whole(&channels.source, error))?;
+    let names = left_out.join(", ");
+    let mut notice = format!("no contact angles: {names} take them from the log and are left out");
+    if !could.is_empty() {
+        notice += &format!("; {} runs without them", could.join(" or "));
+    }
+    Ok((!left_out.is_empty()).then_some(notice))
+}
