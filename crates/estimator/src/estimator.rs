@@ -164,7 +164,12 @@ impl Estimator {
             dt = 0.0;
         }
         flags |= Flags::SENSOR_STALE.when(dt > LONGEST_GAP);
-        if dt > LONGEST_GAP || moves.is_some() {
+        let carried = match &mut self.filters {
+            Filters::Kalman(filters) => filters.is_carried(&self.inputs),
+            Filters::Paper(_) => false,
+        };
+        flags |= Flags::SENSOR_STALE.when(carried);
+        if dt > LONGEST_GAP || moves.is_some() || carried {
             self.filters.start_anew(nominal);
             dt = 0.0;
         }

@@ -1,4 +1,4 @@
-//! A log may begin, or go on after a gap, while the robot drives.
+//! A log may begin, or go on after a gap, while the robot drives, or is carried and put down.
 
 use crate::common::DRIVING_SPEED;
 use crate::deviation::root_sum_square;
@@ -67,5 +67,54 @@ impl Start {
         }
         let unknown = if now < self.until { UNKNOWN } else { 0.0 };
         (root_sum_square(self.noise, unknown), moves)
+    }
+}
+
+/// Whether a robot is carried or tilted: its links turn while no wheel does. Then it does not stand on the
+/// ground by which the filters would learn errors of the torques.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Carried {
+    /// Turn of each wheel and angle of each link when a wheel last turned, rad.
+    since: Option<([f64; 3], [f64; 2])>,
+}
+
+impl Carried {
+    /// Angle by which a link turns as no robot that stands does, rad: 3 deg.
+    /// Chosen; held by `tests/check/trusted.rs`.
+    const TURNED: f64 = 0.05;
+    /// Turn of a wheel that rolls, rad.
+    /// Chosen; held by `tests/check/trusted.rs`.
+    const ROLLED: f64 = 0.02;
+
+    /// Takes the angles of wheels and links, rad.
+    pub fn take(&mut self, wheels: [f64; 3], links: [f64; 2]) -> bool {
+        let (stood, level) = *self.since.get_or_insert((wheels, links));
+        let beyond = |a: &[f64], b: &[f64], limit: f64| {
+            let mut changes = a.iter().zip(b).map(|(a, b)| libm::fabs(a - b));
+            changes.any(|change| change > limit)
+        };
+        if beyond(&wheels, &stood, Self::ROLLED) {
+            self.since = Some((wheels, links));
+            return false;
+        }
+        beyond(&links, &level, Self::TURNED)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Links that turn by 3 deg with the wheels at rest, and not as they roll.
+    #[test]
+    fn a_robot_that_turns_without_its_wheels_is_carried() {
+        for (rolls, expected) in [(0.0, true), (1.0, false)] {
+            let mut carried = Carried::default();
+            let turned = (0..10).any(|k| {
+                let k = f64::from(k);
+                carried.take([0.1 * rolls * k; 3], [0.0, 0.01 * k])
+            });
+            assert_eq!(turned, expected);
+        }
     }
 }

@@ -24,6 +24,7 @@ use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::{Instant, Nominal};
 use crate::settings::{ContactAngles, KalmanMethod, NoiseBudget};
+use crate::start::Carried;
 use crate::state;
 use crate::statics::{Arms, Equations, Forces, RightSide, solve};
 use crate::torque_scale::{Rolling, ScaleFilter};
@@ -36,6 +37,7 @@ pub(crate) struct KalmanFilters {
     method: KalmanMethod,
     links: [LinkAngleKalman; 2],
     wheels: [Wheel; 3],
+    carried: Carried,
     pub motion: MotionFilter,
     pub ground: GroundMemory,
     /// Normal forces of the last estimate, before the bound N >= 0, N.
@@ -127,6 +129,7 @@ impl KalmanFilters {
             method,
             links: [LinkAngleKalman::new(budget); 2],
             wheels: [Wheel::new(); 3],
+            carried: Carried::default(),
             motion: MotionFilter::new(budget, method.contact_angles),
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [mean_load; 3],
@@ -167,6 +170,14 @@ impl KalmanFilters {
         }
         // Infinite at rest.
         Some(turned / speed)
+    }
+
+    /// Whether the robot has been carried or tilted since the filters have started.
+    pub fn is_carried(&mut self, inputs: &Inputs) -> bool {
+        let started = self.links.iter().all(|link| link.started);
+        let wheels = inputs.encoder.map(|encoder| encoder.angle.value);
+        let links = self.links.each_ref().map(LinkAngleKalman::angle);
+        started && self.carried.take(wheels, links)
     }
 
     /// Takes over what lasts from `before` after a gap: the memory of the ground, whose section
