@@ -27,7 +27,6 @@ mod weigh;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use interrupt::Interrupt;
 use std::io::Write;
 use std::process::ExitCode;
 use terminal::Output;
@@ -180,23 +179,22 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&given).unwrap_or_else(|error| error.exit());
     errors::install();
     cli.output.apply(given.subcommand_name());
-    let interrupt = Interrupt::default();
     let done = match cli.command {
-        Command::New(args) => new::run(&args, &interrupt),
+        Command::New(args) => new::run(&args),
         Command::Keys(args) => keys::run(&args),
         Command::Schema(args) => schema::run(&args),
-        Command::Run(args) => run::run(&args, &interrupt),
-        Command::Estimate(args) => estimate::run(&args, &interrupt),
+        Command::Run(args) => run::run(&args),
+        Command::Estimate(args) => estimate::run(&args),
         Command::Check(args) => check::run(&args),
-        Command::Export(args) => export::run(&args, &interrupt),
+        Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
-        Command::Report(args) => report::run(&args, &interrupt),
-        Command::Verify(args) => verify::run(&args, &interrupt),
+        Command::Report(args) => report::run(&args),
+        Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "viewer")]
-        Command::View(args) => view::run(&args, &interrupt),
+        Command::View(args) => view::run(&args),
         Command::Path(args) => path::run(&args),
-        Command::Study(args) => study::run(&args, &interrupt),
-        Command::Weigh(args) => weigh::run(&args, &interrupt),
+        Command::Study(args) => study::run(&args),
+        Command::Weigh(args) => weigh::run(&args),
         Command::Completions(args) => shell::completions(&args, command_line()),
     };
     match done {
@@ -204,7 +202,7 @@ fn main() -> ExitCode {
         Err(report) => {
             // A closed or full standard error is no reason to panic.
             let _ = writeln!(std::io::stderr().lock(), "{report:?}");
-            interrupt.exit_code().unwrap_or(ExitCode::FAILURE)
+            interrupt::exit_code().unwrap_or(ExitCode::FAILURE)
         }
     }
 }

@@ -43,7 +43,7 @@ impl RowTable {
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         self.rows.push_all(frames);
         match &mut self.file {
-            Some(file) if self.rows.rows >= GROUP_ROWS => file.write(&self.rows.take()?),
+            Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
             _ => Ok(()),
         }
     }

@@ -98,7 +98,7 @@ impl Sink for FigureSink {
         run.finish();
         let run = &run;
         let mut figures: Vec<(String, Page)> = Vec::new();
-        if run.has_truth() || !run.shown.is_empty() {
+        if run.has_truth || !run.estimators.is_empty() {
             if run.geometry.suspension == Suspension::FourBar {
                 figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
             }
