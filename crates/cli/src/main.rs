@@ -42,18 +42,7 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
     #[command(flatten)]
-    output: OutputArgs,
-}
-
-/// Flags of all commands.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Output")]
-struct OutputArgs {
-    #[command(flatten)]
     output: Output,
-    /// Tells on standard error what the command does; -vv also each file and each run.
-    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
-    verbose: u8,
 }
 
 /// The end of `--help`.
@@ -123,31 +112,29 @@ fn command_line() -> clap::Command {
     })
 }
 
-impl OutputArgs {
-    /// Sets what the process prints. Ends it where the command, `name`, has no form in JSON.
-    fn apply(&self, name: Option<&str>) {
-        if self.output.json && name.is_some_and(|name| WITHOUT_JSON.contains(&name)) {
-            let text = "this command has no result in JSON";
-            command_line()
-                .error(ErrorKind::ArgumentConflict, text)
-                .exit();
-        }
-        self.output.set();
-        let level = match self.verbose {
-            0 => return,
-            1 => LevelFilter::INFO,
-            _ => LevelFilter::DEBUG,
-        };
-        // Lines for files as much as for terminals: no colours.
-        let lines = tracing_subscriber::fmt::layer()
-            .with_writer(std::io::stderr)
-            .with_ansi(false)
-            .with_timer(uptime());
-        let ours = Targets::new().with_target("robhaz", level);
-        tracing_subscriber::registry()
-            .with(lines.with_filter(ours))
-            .init();
+/// Sets what the process prints. Ends it where the command, `name`, has no form in JSON.
+fn apply(output: Output, name: Option<&str>) {
+    if output.json && name.is_some_and(|name| WITHOUT_JSON.contains(&name)) {
+        let text = "this command has no result in JSON";
+        command_line()
+            .error(ErrorKind::ArgumentConflict, text)
+            .exit();
     }
+    output.set();
+    let level = match output.verbose {
+        0 => return,
+        1 => LevelFilter::INFO,
+        _ => LevelFilter::DEBUG,
+    };
+    // Lines for files as much as for terminals: no colours.
+    let lines = tracing_subscriber::fmt::layer()
+        .with_writer(std::io::stderr)
+        .with_ansi(false)
+        .with_timer(uptime());
+    let ours = Targets::new().with_target("robhaz", level);
+    tracing_subscriber::registry()
+        .with(lines.with_filter(ours))
+        .init();
 }
 
 /// Adds to the error of the command `view`, in a build without it, how to have it.
@@ -178,7 +165,7 @@ fn main() -> ExitCode {
     let given = given.unwrap_or_else(|error| absent(error).exit());
     let cli = Cli::from_arg_matches(&given).unwrap_or_else(|error| error.exit());
     errors::install();
-    cli.output.apply(given.subcommand_name());
+    apply(cli.output, given.subcommand_name());
     let done = match cli.command {
         Command::New(args) => new::run(&args),
         Command::Keys(args) => keys::run(&args),

@@ -6,7 +6,7 @@
 
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use robhaz_log::LogPlace;
-use robhaz_record::FigureSink;
+use robhaz_record::{FigureSink, names_in};
 use robhaz_scene::harmless;
 use std::fs::{self, File};
 use std::io;
@@ -173,7 +173,7 @@ fn check_replaceable(path: &Path) -> Result<()> {
     }
     let read = |name| fs::read_to_string(path.join(name)).unwrap_or_default();
     let (scene, log) = (read("scene.toml"), read(LogPlace::DESCRIPTION));
-    let mut files = names(path)?;
+    let mut files = names_in(path).into_diagnostic()?;
     // Figures of a log of both sides are those of each.
     let of_sides = |name: &str| ["", "-left", "-right"].map(|side| format!("{name}{side}"));
     let estimators = files.iter().filter_map(|n| estimator(n)).flat_map(of_sides);
@@ -184,7 +184,12 @@ fn check_replaceable(path: &Path) -> Result<()> {
     let figures = path.join(FIGURES);
     if figures.symlink_metadata().is_ok_and(|m| m.is_dir()) {
         files.retain(|name| name != FIGURES);
-        files.extend(names(&figures)?.iter().map(|n| format!("{FIGURES}/{n}")));
+        files.extend(
+            names_in(&figures)
+                .into_diagnostic()?
+                .iter()
+                .map(|n| format!("{FIGURES}/{n}")),
+        );
     }
     let is_ours = |name: &String| {
         let is_file = path
@@ -214,18 +219,6 @@ fn check_replaceable(path: &Path) -> Result<()> {
             "{shown} has no scene.toml or log.toml that a run has written"
         )))
     }
-}
-
-/// Names in a folder, sorted, so that messages do not depend on the file system.
-fn names(folder: &Path) -> Result<Vec<String>> {
-    let entries = io_error("cannot read", folder, fs::read_dir(folder))?;
-    let mut names = Vec::new();
-    for entry in entries {
-        let entry = io_error("cannot read", folder, entry)?;
-        names.push(entry.file_name().to_string_lossy().into_owned());
-    }
-    names.sort();
-    Ok(names)
 }
 
 /// Folder of the figures, in the folder of a run.

@@ -22,17 +22,6 @@ pub enum RecordError {
     /// Columns of a table do not go together: a mistake of the program.
     #[error("cannot make a table")]
     Batch(#[from] arrow_schema::ArrowError),
-    /// An estimator's name cannot be part of a file name.
-    #[error(
-        "the estimator {name:?} cannot have files in {folder}: use letters, digits, `-`, `_` and `.` in its name",
-        folder = folder.display()
-    )]
-    Name {
-        /// The name.
-        name: String,
-        /// Where its files would be.
-        folder: PathBuf,
-    },
     /// No such folder.
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),
@@ -87,14 +76,16 @@ pub fn create_folder(folder: &Path) -> Result<(), RecordError> {
     std::fs::create_dir_all(folder).map_err(io_error("create", folder))
 }
 
-/// Refuses names that would lead out of the folder or that some file system cannot hold.
-pub(crate) fn check_name(name: &str, folder: &Path) -> Result<(), RecordError> {
-    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    if name.is_empty() || !name.chars().all(allowed) {
-        return Err(RecordError::Name {
-            name: name.to_owned(),
-            folder: folder.to_path_buf(),
-        });
+/// The names in a folder, sorted, so that what follows does not depend on the file system.
+///
+/// # Errors
+/// [`RecordError::Io`].
+pub fn names_in(folder: &Path) -> Result<Vec<String>, RecordError> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
+        let name = entry.map_err(io_error("read", folder))?.file_name();
+        names.push(name.to_string_lossy().into_owned());
     }
-    Ok(())
+    names.sort();
+    Ok(names)
 }

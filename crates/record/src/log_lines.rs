@@ -203,34 +203,31 @@ fn number(count: u64) -> f64 {
 }
 
 fn rate_line(channel: &ChannelReport) -> TimeLine {
-    let offset = match channel.offset {
-        0.0 => String::new(),
-        offset => format!(", time stamps {offset:+} s"),
+    let (rows, period, offset, age) = (channel.rows, channel.period, channel.offset, channel.age);
+    let (mut text, mut numbers) = (format!("{rows} rows"), vec![("rows", number(rows), "-")]);
+    let mut add = |words: String, figure| {
+        text += &words;
+        numbers.push(figure);
     };
-    let period = channel.period;
-    let mut numbers = vec![("rows", number(channel.rows), "-")];
-    let rate = if period > 0.0 {
-        numbers.push(("rate", 1.0 / period, "Hz"));
-        format!(" at {} Hz", digits(1.0 / period))
-    } else {
-        String::new()
-    };
-    if channel.offset != 0.0 {
-        numbers.push(("offset", channel.offset, "s"));
+    if period > 0.0 {
+        let rate = 1.0 / period;
+        add(format!(" at {} Hz", digits(rate)), ("rate", rate, "Hz"));
     }
-    let age = if channel.age > LEAST_AGE {
-        numbers.push(("age", channel.age, "s"));
-        let age = 1e3 * channel.age;
-        format!(", {age:.2} ms old at the frames on average, moved to their times")
-    } else {
-        String::new()
-    };
+    if offset != 0.0 {
+        let words = format!(", time stamps {offset:+} s");
+        add(words, ("offset", offset, "s"));
+    }
+    if age > LEAST_AGE {
+        let ms = 1e3 * age;
+        let words = format!(", {ms:.2} ms old at the frames on average, moved to their times");
+        add(words, ("age", age, "s"));
+    }
     let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
     let is_implausible = period > 0.0 && !plausible.contains(&period);
     let implausible = "no robot is recorded at such a rate: state time_unit of the channel";
     TimeLine {
         what: "rate",
-        text: format!("{} rows{rate}{offset}{age}", channel.rows),
+        text,
         numbers,
         remedy: is_implausible.then_some(implausible),
     }

@@ -2,7 +2,7 @@
 
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::error::{RecordError, check_name, create_folder};
+use crate::error::{RecordError, create_folder};
 use crate::estimated_terrain::EstimatedTerrains;
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
@@ -120,9 +120,6 @@ impl Sink for TableSink {
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         if let Some((folder, format)) = &self.folder {
-            for estimator in &run.estimators {
-                check_name(&estimator.label, folder)?;
-            }
             create_folder(folder)?;
             start_columns(folder, *format)?;
         }

@@ -15,7 +15,7 @@ pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
-use crate::error::{RecordError, check_name, create_folder};
+use crate::error::{RecordError, create_folder};
 use rayon::prelude::*;
 use robhaz_model::Suspension;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -76,9 +76,6 @@ impl FigureSink {
 
 impl Sink for FigureSink {
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        for estimator in &run.estimators {
-            check_name(&estimator.label, &self.folder)?;
-        }
         create_folder(&self.folder)?;
         self.run = Some(RunTraces::new(run));
         Ok(())

@@ -15,6 +15,13 @@ pub type BuiltIn = (&'static str, &'static str, &'static str);
 /// The key at fault, and why.
 pub type Fault = (&'static str, String);
 
+/// Reports a fault at its key of a table, or at the table that lacks it.
+pub(super) fn report(reader: &mut Reader, table: &Node, path: &str, (key, message): Fault) {
+    let node = table.find(key).unwrap_or(table);
+    let message = format!("found {}, but {message}", node.origin.found());
+    reader.push(Problem::at(&node.origin, &join(path, key), message).whole());
+}
+
 /// One of the two halves of `[robot]`.
 pub(crate) struct Part {
     /// Full key.
@@ -41,10 +48,8 @@ impl Form for Part {
         if reader.mark() > mark {
             return;
         }
-        if let Err((key, message)) = (self.check)(into, &node) {
-            let at = node.find(key).unwrap_or(&node);
-            let message = format!("found {}, but {message}", at.origin.found());
-            reader.push(Problem::at(&at.origin, &join(path, key), message).whole());
+        if let Err(fault) = (self.check)(into, &node) {
+            report(reader, &node, path, fault);
         }
     }
 

@@ -9,6 +9,7 @@ use robhaz_keys::values::text;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
+use sha2::{Digest as _, Sha256};
 use std::sync::Arc;
 
 /// A file of points as the scene names it, with its content: the run's folder gets a copy.
@@ -32,10 +33,7 @@ impl Track {
 
     /// The hash that the resolved scene states: `sha256:` and 64 digits.
     pub fn hash(&self) -> String {
-        use sha2::Digest;
-        let digest = sha2::Sha256::digest(&self.bytes);
-        let digits: Vec<String> = digest.iter().map(|b| format!("{b:02x}")).collect();
-        format!("sha256:{}", digits.concat())
+        format!("sha256:{:x}", Sha256::digest(&self.bytes))
     }
 }
 
