@@ -3,14 +3,7 @@
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, PaperMethod,
 };
-use robhaz_keys::form::{About, Form, KeyReference, Out, items, word};
-use robhaz_keys::key::{self, Key, keys};
-use robhaz_keys::quantity::{
-    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number, short,
-};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{Entry, Node, Origin, Source, Value};
-use robhaz_keys::values::{NAME, SWITCH};
+use robhaz_keys::prelude::*;
 use serde_json::Value as Json;
 use std::path::PathBuf;
 

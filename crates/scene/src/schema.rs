@@ -6,8 +6,7 @@ use crate::robot::{GEOMETRY, MASSES};
 use crate::scene::Scene;
 use crate::study::STUDY;
 use crate::terrain::Terrain;
-use robhaz_keys::form::Form as _;
-use robhaz_keys::key::file_schema;
+use robhaz_keys::prelude::*;
 use serde_json::{Value, json};
 
 /// A kind of file.

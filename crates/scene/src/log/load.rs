@@ -8,15 +8,7 @@ use crate::robot::{ROBOT, RobotChoice};
 use crate::values::{Covariance, MEASURED};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_keys::error::{FileError, Problem};
-use robhaz_keys::form::{Form, KeyReference, Maybe, Out, word};
-use robhaz_keys::key::{self, keys, section};
-use robhaz_keys::quantity::{
-    ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
-};
-use robhaz_keys::reader::Reader;
-use robhaz_keys::source::Node;
-use robhaz_keys::values::{NAME, text};
+use robhaz_keys::prelude::*;
 use robhaz_masses::{Tolerances, WeighError};
 use robhaz_model::Units;
 use std::path::Path;

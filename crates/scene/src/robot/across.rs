@@ -3,9 +3,7 @@
 use crate::robot::inertias::too_large_across;
 use crate::robot::part::Fault;
 use crate::values::{FARTHEST, POINT};
-use robhaz_keys::form::{Array, Maybe, array, word};
-use robhaz_keys::key::keys;
-use robhaz_keys::quantity::{INERTIA, LENGTH, Number, above, at_least, number};
+use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Coupling, Robot, Suspension, Vec2, WholeRover};
 
 /// What a file states; the rest follows from the side. The default is before a file is read.

@@ -1,11 +1,7 @@
 //! A half of `[robot]`: by the name of a built-in, from a file, or a table.
 
 use crate::robot::choice::RobotChoice;
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, KeyReference, Out, did_you_mean, quoted};
-use robhaz_keys::key::{self, Key};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{self, Entry, Node, Origin, Source, Value};
+use robhaz_keys::prelude::*;
 use serde_json::{Value as Json, json};
 use std::path::Path;
 

@@ -4,10 +4,7 @@ use crate::robot::choice::{RobotChoice, SuspensionKind};
 use crate::robot::inertias::too_large;
 use crate::robot::keys::{GEOMETRY_PART, KEYS, MASS_PART};
 use crate::robot::part::report;
-use robhaz_keys::error::Problem;
-use robhaz_keys::key::{Table, section};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::Node;
+use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Pin, StanceError};
 
 /// `[robot]`

@@ -6,11 +6,7 @@ use super::keys::{
     BUMPS, COSBUMP, DITCH, HEIGHTS, RAMP, ROUGH, SINE, STAIRS, START, STEP, STRETCHES,
 };
 use super::points::{self, Track};
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, KeyReference, Out, items, object, word};
-use robhaz_keys::key::{self, Key, keys, properties, required};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{Entry, Node};
+use robhaz_keys::prelude::*;
 use robhaz_terrain::{
     Ditch, Heights, Profile, Ramp, Rough, RoughSettings, Sine, Stairs, check_risers,
 };
@@ -253,7 +249,7 @@ impl Form for Terrain {
     /// All keys of the kinds, and for each kind which of them it takes.
     fn schema(&self, _defaults: Option<&mut TerrainChoice>) -> Json {
         let kinds = self.kinds();
-        let mut all = properties(COMMON, None);
+        let mut all = key::properties(COMMON, None);
         all["kind"]["enum"] = json!(self.names());
         let mut rules = Vec::new();
         for kind in kinds {
@@ -265,11 +261,11 @@ impl Form for Terrain {
                 "if": condition,
                 "then": {
                     "propertyNames": {"enum": key::names(self.keys(kind))},
-                    "required": required(self.keys(kind)),
+                    "required": key::required(self.keys(kind)),
                 },
             }));
             let own = self.keys(kind).skip(COMMON.len());
-            all.extend(properties(own, Some(&mut Ground::standard(kind.name))));
+            all.extend(key::properties(own, Some(&mut Ground::standard(kind.name))));
         }
         let mut schema = object(all, &[]);
         schema["allOf"] = json!(rules);
