@@ -137,8 +137,8 @@ fn apply(output: Output, name: Option<&str>) {
         .init();
 }
 
-/// Adds to the error of the command `view`, in a build without it, how to have it.
-#[cfg(not(feature = "viewer"))]
+/// Adds to the error of the command `view`, which a build without the viewer does not know, how to
+/// have it.
 fn absent(mut error: clap::Error) -> clap::Error {
     use clap::error::{ContextKind, ContextValue};
     let is_view =
@@ -151,12 +151,6 @@ fn absent(mut error: clap::Error) -> clap::Error {
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![text]));
         error.remove(ContextKind::SuggestedSubcommand);
     }
-    error
-}
-
-/// A build with all commands.
-#[cfg(feature = "viewer")]
-fn absent(error: clap::Error) -> clap::Error {
     error
 }
 

@@ -76,17 +76,21 @@ impl RunTraces {
         let shown = estimators.iter().position(true_mass);
         let shown = shown.or_else(|| estimators.len().checked_sub(1));
         let is_shown = |index: usize| run.both.is_some() || shown == Some(index);
+        let sides = 1 + usize::from(run.both.is_some());
+        let traces = || [(); 3].map(|()| Trace::new(records));
+        let true_forces = || TrueForces {
+            normal_force: traces(),
+            traction: traces(),
+        };
         let robot = &run.robot.robot;
         let compare_from = run.record.compare_from;
         let rule = Rule { compare_from };
         Self {
             rule,
             end: 0.0,
-            truths: (0..1 + usize::from(run.both.is_some()))
-                .map(|_| TrueForces::new(records))
-                .collect(),
+            truths: (0..sides).map(|_| true_forces()).collect(),
             has_truth: false,
-            normal_force_at: traces(records),
+            normal_force_at: traces(),
             pins: [(); 3].map(|()| [(); 2].map(|()| Trace::new(records))),
             estimators: estimators
                 .iter()
@@ -162,14 +166,6 @@ impl RunTraces {
 }
 
 impl TrueForces {
-    fn new(records: u64) -> Self {
-        let [normal_force, traction] = [(); 2].map(|()| traces(records));
-        Self {
-            normal_force,
-            traction,
-        }
-    }
-
     fn add(&mut self, time: f64, truth: &Truth) {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let contact = wheel.equivalent_contact();
@@ -260,10 +256,6 @@ fn figure_of(estimator: &EstimatorDescription) -> (String, String) {
         let title = format!("Normal forces, estimator {label}");
         (format!("normal_force_{label}"), title)
     }
-}
-
-fn traces(records: u64) -> [Trace; 3] {
-    [(); 3].map(|()| Trace::new(records))
 }
 
 /// True position of a pin from Q, mm.

@@ -1,7 +1,7 @@
 //! Completes a half of `[robot]`, and checks it.
 
 use crate::robot::choice::{RobotChoice, SuspensionKind};
-use crate::robot::part::Fault;
+use crate::robot::fault::Fault;
 use crate::values::POINT;
 use robhaz_keys::prelude::*;
 use robhaz_model::{Geometry, GeometryError, Outline, Suspension};

@@ -1,6 +1,6 @@
 //! Inertias that no part of a robot can have: in another unit, such as kg cm^2.
 
-use crate::robot::part::Fault;
+use crate::robot::fault::Fault;
 use robhaz_keys::quantity::rounded;
 use robhaz_model::{Robot, WholeRover};
 

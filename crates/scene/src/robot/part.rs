@@ -1,22 +1,13 @@
 //! A half of `[robot]`: by the name of a built-in, from a file, or a table.
 
 use crate::robot::choice::RobotChoice;
+use crate::robot::fault::{Fault, report};
 use robhaz_keys::prelude::*;
 use serde_json::{Value as Json, json};
 use std::path::Path;
 
 /// A robot file that is compiled into the program: its name, path and text.
 pub type BuiltIn = (&'static str, &'static str, &'static str);
-
-/// The key at fault, and why.
-pub type Fault = (&'static str, String);
-
-/// Reports a fault at its key of a table, or at the table that lacks it.
-pub(super) fn report(reader: &mut Reader, table: &Node, path: &str, (key, message): Fault) {
-    let node = table.find(key).unwrap_or(table);
-    let message = format!("found {}, but {message}", node.origin.found());
-    reader.push(Problem::at(&node.origin, &join(path, key), message).whole());
-}
 
 /// One of the two halves of `[robot]`.
 pub(crate) struct Part {

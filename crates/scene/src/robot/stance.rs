@@ -1,9 +1,9 @@
 //! `[robot]` as a whole: whether the robot can stand.
 
 use crate::robot::choice::{RobotChoice, SuspensionKind};
+use crate::robot::fault::report;
 use crate::robot::inertias::too_large;
 use crate::robot::keys::{GEOMETRY_PART, KEYS, MASS_PART};
-use crate::robot::part::report;
 use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Pin, StanceError};
 
