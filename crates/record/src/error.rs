@@ -1,5 +1,6 @@
 //! Errors of files, with the path of the file.
 
+use robhaz_run::RunDescription;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,17 @@ pub enum RecordError {
     /// Columns of a table do not go together: a mistake of the program.
     #[error("cannot make a table")]
     Batch(#[from] arrow_schema::ArrowError),
+    /// An estimator's name cannot be part of a file name.
+    #[error(
+        "the estimator {name:?} cannot have files in {folder}: use letters, digits, `-`, `_` and `.` in its name",
+        folder = folder.display()
+    )]
+    Name {
+        /// The name.
+        name: String,
+        /// Where its files would be.
+        folder: PathBuf,
+    },
     /// No such folder.
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),
@@ -74,6 +86,20 @@ pub fn io_error<E: Into<Cause>>(
 /// [`RecordError::Io`].
 pub fn create_folder(folder: &Path) -> Result<(), RecordError> {
     std::fs::create_dir_all(folder).map_err(io_error("create", folder))
+}
+
+/// Creates the folder of a run's files. Refuses estimators whose names would lead out of it, or that
+/// some file system cannot hold.
+pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result<(), RecordError> {
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_bad = |name: &&String| name.is_empty() || !name.chars().all(allowed);
+    match run.estimators.iter().map(|e| &e.label).find(is_bad) {
+        Some(name) => Err(RecordError::Name {
+            name: name.clone(),
+            folder: folder.to_path_buf(),
+        }),
+        None => create_folder(folder),
+    }
 }
 
 /// The names in a folder, sorted, so that what follows does not depend on the file system.

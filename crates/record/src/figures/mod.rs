@@ -15,7 +15,7 @@ pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
-use crate::error::{RecordError, create_folder};
+use crate::error::{RecordError, create_folder_of};
 use rayon::prelude::*;
 use robhaz_model::Suspension;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -76,7 +76,7 @@ impl FigureSink {
 
 impl Sink for FigureSink {
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        create_folder(&self.folder)?;
+        create_folder_of(run, &self.folder)?;
         self.run = Some(RunTraces::new(run));
         Ok(())
     }
