@@ -1,6 +1,5 @@
 //! `robhaz estimate`: the estimators on a recorded log.
 
-use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
@@ -56,7 +55,7 @@ enum ContactAngles {
 }
 
 /// Runs the estimators on the log, writes the results, prints the table.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
     let mut place = args.log.place()?;
     if !args.estimator.is_empty() {
@@ -100,12 +99,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         work: "reading and estimation",
         files,
     };
-    let document = results::write(
-        log.into_run().into_diagnostic()?,
-        &job,
-        &args.results,
-        interrupt,
-    )?;
+    let document = results::write(log.into_run().into_diagnostic()?, &job, &args.results)?;
     let has_forces = |estimator: &Value| !estimator["means"].is_null();
     let estimators = document["summary"]["estimators"].as_object();
     let is_empty = estimators.is_some_and(|all| !all.values().any(has_forces));

@@ -1,7 +1,7 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
 use crate::estimate::shown as shown_place;
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::output_file::OutputFile;
 use crate::terminal::{shown, tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
@@ -36,7 +36,7 @@ enum To {
 }
 
 /// Writes the log and prints what is in it.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let (format, extension) = match args.to {
         To::Mcap => (ExportFormat::Mcap, "mcap"),
         To::Csv => (ExportFormat::Csv, "csv"),
@@ -55,8 +55,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let target = args.out.clone().unwrap_or_else(name);
     let place = LogPlace::find(&args.run).map_err(shown_place)?;
     let what = ("such logs", extension);
-    let file = OutputFile::create(&target, what, &[], args.force, interrupt)?;
-    let exported = export(&place, format, file.path(), &|| interrupt.cause());
+    let file = OutputFile::create(&target, what, &[], args.force)?;
+    let exported = export(&place, format, file.path(), &interrupt::cause);
     let exported = exported.map_err(|error| match error {
         // The user knows the file by its own name.
         LogError::Write { source, .. } => LogError::Write {

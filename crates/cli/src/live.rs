@@ -11,7 +11,6 @@ use robhaz_viewer::INSTALL;
 use std::path::Path;
 
 /// Why there is no viewer, and what helps.
-#[cfg(not(feature = "viewer"))]
 pub const WITHOUT_VIEWER: &str = "it is built without the viewer (--no-default-features); `cargo install --locked --path crates/cli` \
      installs it with the viewer";
 

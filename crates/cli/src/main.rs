@@ -27,7 +27,6 @@ mod weigh;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use interrupt::Interrupt;
 use std::io::Write;
 use std::process::ExitCode;
 use terminal::Output;
@@ -43,18 +42,7 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
     #[command(flatten)]
-    output: OutputArgs,
-}
-
-/// Flags of all commands.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Output")]
-struct OutputArgs {
-    #[command(flatten)]
     output: Output,
-    /// Tells on standard error what the command does; -vv also each file and each run.
-    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
-    verbose: u8,
 }
 
 /// The end of `--help`.
@@ -124,35 +112,33 @@ fn command_line() -> clap::Command {
     })
 }
 
-impl OutputArgs {
-    /// Sets what the process prints. Ends it where the command, `name`, has no form in JSON.
-    fn apply(&self, name: Option<&str>) {
-        if self.output.json && name.is_some_and(|name| WITHOUT_JSON.contains(&name)) {
-            let text = "this command has no result in JSON";
-            command_line()
-                .error(ErrorKind::ArgumentConflict, text)
-                .exit();
-        }
-        self.output.set();
-        let level = match self.verbose {
-            0 => return,
-            1 => LevelFilter::INFO,
-            _ => LevelFilter::DEBUG,
-        };
-        // Lines for files as much as for terminals: no colours.
-        let lines = tracing_subscriber::fmt::layer()
-            .with_writer(std::io::stderr)
-            .with_ansi(false)
-            .with_timer(uptime());
-        let ours = Targets::new().with_target("robhaz", level);
-        tracing_subscriber::registry()
-            .with(lines.with_filter(ours))
-            .init();
+/// Sets what the process prints. Ends it where the command, `name`, has no form in JSON.
+fn apply(output: Output, name: Option<&str>) {
+    if output.json && name.is_some_and(|name| WITHOUT_JSON.contains(&name)) {
+        let text = "this command has no result in JSON";
+        command_line()
+            .error(ErrorKind::ArgumentConflict, text)
+            .exit();
     }
+    output.set();
+    let level = match output.verbose {
+        0 => return,
+        1 => LevelFilter::INFO,
+        _ => LevelFilter::DEBUG,
+    };
+    // Lines for files as much as for terminals: no colours.
+    let lines = tracing_subscriber::fmt::layer()
+        .with_writer(std::io::stderr)
+        .with_ansi(false)
+        .with_timer(uptime());
+    let ours = Targets::new().with_target("robhaz", level);
+    tracing_subscriber::registry()
+        .with(lines.with_filter(ours))
+        .init();
 }
 
-/// Adds to the error of the command `view`, in a build without it, how to have it.
-#[cfg(not(feature = "viewer"))]
+/// Adds to the error of the command `view`, which a build without the viewer does not know, how to
+/// have it.
 fn absent(mut error: clap::Error) -> clap::Error {
     use clap::error::{ContextKind, ContextValue};
     let is_view =
@@ -168,35 +154,28 @@ fn absent(mut error: clap::Error) -> clap::Error {
     error
 }
 
-/// A build with all commands.
-#[cfg(feature = "viewer")]
-fn absent(error: clap::Error) -> clap::Error {
-    error
-}
-
 fn main() -> ExitCode {
     let given = command_line().try_get_matches();
     let given = given.unwrap_or_else(|error| absent(error).exit());
     let cli = Cli::from_arg_matches(&given).unwrap_or_else(|error| error.exit());
     errors::install();
-    cli.output.apply(given.subcommand_name());
-    let interrupt = Interrupt::default();
+    apply(cli.output, given.subcommand_name());
     let done = match cli.command {
-        Command::New(args) => new::run(&args, &interrupt),
+        Command::New(args) => new::run(&args),
         Command::Keys(args) => keys::run(&args),
         Command::Schema(args) => schema::run(&args),
-        Command::Run(args) => run::run(&args, &interrupt),
-        Command::Estimate(args) => estimate::run(&args, &interrupt),
+        Command::Run(args) => run::run(&args),
+        Command::Estimate(args) => estimate::run(&args),
         Command::Check(args) => check::run(&args),
-        Command::Export(args) => export::run(&args, &interrupt),
+        Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
-        Command::Report(args) => report::run(&args, &interrupt),
-        Command::Verify(args) => verify::run(&args, &interrupt),
+        Command::Report(args) => report::run(&args),
+        Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "viewer")]
-        Command::View(args) => view::run(&args, &interrupt),
+        Command::View(args) => view::run(&args),
         Command::Path(args) => path::run(&args),
-        Command::Study(args) => study::run(&args, &interrupt),
-        Command::Weigh(args) => weigh::run(&args, &interrupt),
+        Command::Study(args) => study::run(&args),
+        Command::Weigh(args) => weigh::run(&args),
         Command::Completions(args) => shell::completions(&args, command_line()),
     };
     match done {
@@ -204,7 +183,7 @@ fn main() -> ExitCode {
         Err(report) => {
             // A closed or full standard error is no reason to panic.
             let _ = writeln!(std::io::stderr().lock(), "{report:?}");
-            interrupt.exit_code().unwrap_or(ExitCode::FAILURE)
+            interrupt::exit_code().unwrap_or(ExitCode::FAILURE)
         }
     }
 }

@@ -1,6 +1,5 @@
 //! `robhaz new`: a scene to edit.
 
-use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::{shown, tell, word};
 use miette::{Result, bail};
@@ -49,7 +48,7 @@ pub struct Args {
 }
 
 /// Writes the file.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     // Without a slash at the end.
     let mut target: PathBuf = args.name.components().collect();
     if target.file_name().is_none() || target.is_dir() {
@@ -62,7 +61,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     if target.extension().is_none_or(|e| e != SCENE.1) {
         target.as_mut_os_string().push(".toml");
     }
-    let file = OutputFile::create(&target, SCENE, &[], args.force, interrupt)?;
+    let file = OutputFile::create(&target, SCENE, &[], args.force)?;
     file.write(args.robot.text())?;
     let path = file.finish()?;
     let (shown, word) = (shown(&path), word(&path));

@@ -6,7 +6,7 @@
 
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use robhaz_log::LogPlace;
-use robhaz_record::FigureSink;
+use robhaz_record::{FigureSink, names_in};
 use robhaz_scene::harmless;
 use std::fs::{self, File};
 use std::io;
@@ -173,35 +173,39 @@ fn check_replaceable(path: &Path) -> Result<()> {
     }
     let read = |name| fs::read_to_string(path.join(name)).unwrap_or_default();
     let (scene, log) = (read("scene.toml"), read(LogPlace::DESCRIPTION));
-    let names = names(path)?;
+    let mut files = names_in(path).into_diagnostic()?;
     // Figures of a log of both sides are those of each.
     let of_sides = |name: &str| ["", "-left", "-right"].map(|side| format!("{name}{side}"));
-    let estimators = names.iter().filter_map(|n| estimator(n)).flat_map(of_sides);
+    let estimators = files.iter().filter_map(|n| estimator(n)).flat_map(of_sides);
     let estimators: Vec<String> = estimators.collect();
     let estimators: Vec<&str> = estimators.iter().map(String::as_str).collect();
     // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a
     // run.
-    let is_ours = |name: &String| {
-        let at = path.join(name);
-        let kind = at.symlink_metadata();
-        if name == FIGURES {
-            kind.is_ok_and(|m| m.is_dir())
-        } else {
-            kind.is_ok_and(|m| m.is_file()) && is_of_a_run(name, &scene)
-        }
-    };
-    let mut found = names.iter().find(|name| !is_ours(name)).cloned();
     let figures = path.join(FIGURES);
-    if found.is_none() && is_there(&figures) {
-        let is_ours = |name: &String| {
-            let file = figures.join(name).symlink_metadata();
-            file.is_ok_and(|m| m.is_file()) && FigureSink::can_write(name, &estimators)
-        };
-        let foreign = self::names(&figures)?.into_iter().find(|n| !is_ours(n));
-        found = foreign.map(|name| format!("{FIGURES}/{name}"));
+    if figures.symlink_metadata().is_ok_and(|m| m.is_dir()) {
+        files.retain(|name| name != FIGURES);
+        files.extend(
+            names_in(&figures)
+                .into_diagnostic()?
+                .iter()
+                .map(|n| format!("{FIGURES}/{n}")),
+        );
     }
+    let is_ours = |name: &String| {
+        let is_file = path
+            .join(name)
+            .symlink_metadata()
+            .is_ok_and(|m| m.is_file());
+        let figure = name.strip_prefix(FIGURES).and_then(|n| n.strip_prefix('/'));
+        is_file
+            && figure.map_or_else(
+                || is_of_a_run(name, &scene),
+                |f| FigureSink::can_write(f, &estimators),
+            )
+    };
+    let found = files.iter().find(|name| !is_ours(name));
     if let Some(found) = found {
-        let found = harmless(&found);
+        let found = harmless(found);
         bail!(
             help = format!("move {found} elsewhere, or write elsewhere with --out DIR"),
             "{shown} holds {found}, which no run has written: it is left alone"
@@ -215,18 +219,6 @@ fn check_replaceable(path: &Path) -> Result<()> {
             "{shown} has no scene.toml or log.toml that a run has written"
         )))
     }
-}
-
-/// Names in a folder, sorted, so that messages do not depend on the file system.
-fn names(folder: &Path) -> Result<Vec<String>> {
-    let entries = io_error("cannot read", folder, fs::read_dir(folder))?;
-    let mut names = Vec::new();
-    for entry in entries {
-        let entry = io_error("cannot read", folder, entry)?;
-        names.push(entry.file_name().to_string_lossy().into_owned());
-    }
-    names.sort();
-    Ok(names)
 }
 
 /// Folder of the figures, in the folder of a run.

@@ -1,7 +1,7 @@
 //! A result file that the user names. It appears only when it is complete, and replaces another
 //! file only with `--force`.
 
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,20 +16,13 @@ pub struct OutputFile {
     target: PathBuf,
     temporary: TempPath,
     force: bool,
-    interrupt: Interrupt,
 }
 
 impl OutputFile {
     /// Prepares a file. `inputs` are files that the command reads: they are never replaced, not
     /// even with `force`. From now on the first signal does not end the process, which would leave
     /// the temporary file: work that takes long has to ask `interrupt`.
-    pub fn create(
-        target: &Path,
-        format: Format,
-        inputs: &[PathBuf],
-        force: bool,
-        interrupt: &Interrupt,
-    ) -> Result<Self> {
+    pub fn create(target: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<Self> {
         let (path, (what, extension)) = (target.display(), format);
         if !target
             .extension()
@@ -53,7 +46,7 @@ impl OutputFile {
         if target.symlink_metadata().is_ok() && !force {
             return Err(exists(target));
         }
-        interrupt.listen()?;
+        interrupt::listen()?;
         let temporary = temporary(target, extension)
             .into_diagnostic()
             .wrap_err_with(|| format!("cannot write {path}"))?;
@@ -61,7 +54,6 @@ impl OutputFile {
             target: target.to_path_buf(),
             temporary,
             force,
-            interrupt: interrupt.clone(),
         })
     }
 
@@ -81,7 +73,7 @@ impl OutputFile {
     /// Gives the complete file its name, unless a signal came. Without `force`, a file that was
     /// created meanwhile is not replaced.
     pub fn finish(self) -> Result<PathBuf> {
-        if let Some(cause) = self.interrupt.cause() {
+        if let Some(cause) = interrupt::cause() {
             bail!("stopped by {cause}");
         }
         let named = if self.force {

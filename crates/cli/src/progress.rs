@@ -1,6 +1,6 @@
 //! The progress bar of a run, on a terminal only; the speed at which a run is played.
 
-use crate::interrupt::{Interrupt, POLL_TIME};
+use crate::interrupt::{self, POLL_TIME};
 use crate::terminal::Output;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -73,16 +73,14 @@ pub enum Pace {
 pub struct PaceSink {
     pace: Pace,
     start: Instant,
-    interrupt: Interrupt,
 }
 
 impl PaceSink {
     /// A sink whose clock starts with the run. An interrupt ends the delay.
-    pub fn new(pace: Pace, interrupt: &Interrupt) -> Self {
+    pub fn new(pace: Pace) -> Self {
         Self {
             pace,
             start: Instant::now(),
-            interrupt: interrupt.clone(),
         }
     }
 }
@@ -98,7 +96,7 @@ impl Sink for PaceSink {
             let due = Duration::from_secs_f64(frame.time);
             loop {
                 let left = due.saturating_sub(self.start.elapsed());
-                if left.is_zero() || self.interrupt.cause().is_some() {
+                if left.is_zero() || interrupt::cause().is_some() {
                     break;
                 }
                 std::thread::sleep(left.min(POLL_TIME));

@@ -1,6 +1,5 @@
 //! `robhaz report`: a run or a study on one page.
 
-use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::{shown, tell};
 use miette::{IntoDiagnostic, Result};
@@ -25,7 +24,7 @@ pub struct Args {
 }
 
 /// Writes the page.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let dataset = args.run.join(DATASET);
     let text = match dataset.is_file() {
         true => study_page(&Dataset::read(&dataset).into_diagnostic()?),
@@ -33,7 +32,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     };
     let default = || args.run.join("report.html");
     let target = args.out.clone().unwrap_or_else(default);
-    let file = OutputFile::create(&target, PAGE, &[], args.force, interrupt)?;
+    let file = OutputFile::create(&target, PAGE, &[], args.force)?;
     file.write(&text)?;
     let page = shown(&file.finish()?);
     tell(&format!("Page: {page}"), &json!({"page": page}))

@@ -1,6 +1,6 @@
 //! A run, simulated or of a log, from its start to its folder and the table on the terminal.
 
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
 use crate::progress::{Pace, PaceSink, Progress};
@@ -88,10 +88,10 @@ impl Args {
 /// Runs to the end, writes the results, prints the table. Returns the document of the run for
 /// `--json`: `name`, `folder`, `command_s` (time of the command) and `summary`, the content of
 /// `summary.json`.
-pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Result<Value> {
+pub fn write(run: Run, job: &Job<'_>, args: &Args) -> Result<Value> {
     let target = args.target(job);
     let mut viewing = Viewing::open(&args.rerun)?;
-    interrupt.listen()?;
+    interrupt::listen()?;
     let folder = OutputFolder::create(&target, args.force)?;
     for (name, content) in &job.files {
         folder.write(name, content)?;
@@ -100,7 +100,7 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
     let mut sink = SummarySink::new();
     info!(folder = %folder.path().display(), "results go to");
     let recording = Instant::now();
-    let done = record(run, args, &folder, &mut sink, &mut viewing, interrupt);
+    let done = record(run, args, &folder, &mut sink, &mut viewing);
     let seconds = recording.elapsed().as_secs_f64();
     info!(seconds, "simulated, estimated, wrote tables and figures");
     let table = |summary: &Summary| say(&comparison_table(&[(job.name, summary)]));
@@ -158,15 +158,14 @@ fn record(
     folder: &OutputFolder,
     summary: &mut SummarySink,
     viewing: &mut Viewing,
-    interrupt: &Interrupt,
 ) -> Result<RunEnd, RunError> {
     let mut tables = TableSink::new(folder.path(), args.format.into());
     let mut figures = FigureSink::new(&folder.path().join("figures"));
     let mut progress = Progress::new();
-    let mut pace = PaceSink::new(args.pace, interrupt);
+    let mut pace = PaceSink::new(args.pace);
     let mut sinks: Vec<&mut dyn Sink> = vec![summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut tables);
     sinks.push(&mut pace);
-    run.until(&mut sinks, &|| interrupt.cause())
+    run.until(&mut sinks, &interrupt::cause)
 }

@@ -1,6 +1,5 @@
 //! `robhaz run`: scenes from their files to their results.
 
-use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -34,7 +33,7 @@ pub struct Args {
 
 /// Runs each scene, writes its results, prints its table. All scenes are read before the first
 /// runs; the first run that fails is the last one.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let mut start = Instant::now();
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
@@ -66,18 +65,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
             1 => args.results.clone(),
             _ => args.results.below(&scene.name),
         };
-        documents.push(run_one(scene, start, &results, interrupt)?);
+        documents.push(run_one(scene, start, &results)?);
         start = Instant::now();
     }
     tell_json(|| Ok(json!({"runs": documents})))
 }
 
-fn run_one(
-    scene: &Scene,
-    start: Instant,
-    results: &results::Args,
-    interrupt: &Interrupt,
-) -> Result<Value> {
+fn run_one(scene: &Scene, start: Instant, results: &results::Args) -> Result<Value> {
     warn(scene);
     // Before anything is written, so that a robot that cannot stand leaves no folder.
     let run = Run::new(scene)
@@ -93,5 +87,5 @@ fn run_one(
         work: "simulation and estimation",
         files: scene.files(&version),
     };
-    results::write(run, &job, results, interrupt)
+    results::write(run, &job, results)
 }

@@ -1,7 +1,7 @@
 //! `robhaz study`: a scene with many seeds, or a study file, from its runs to its dataset and its
 //! report.
 
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::terminal::{Output, print, print_json, shown, tell, warn_of};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
@@ -109,7 +109,7 @@ impl Args {
 }
 
 /// Computes the runs that are missing, and reports.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let (study, folder) = args.study()?;
     let name = &study.choice.name;
     let warnings = study.warnings();
@@ -124,12 +124,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
     let (all, truths) = (study.runs(), study.truths());
     info!(study = name, runs = all, truths, jobs, "study");
-    interrupt.listen()?;
+    interrupt::listen()?;
     let progress = Progress::new();
     let watch = Watch {
         begin: &|done, runs| progress.begin(done, runs),
         finished: &|record| progress.finished(record),
-        stop: &|| interrupt.cause(),
+        stop: &interrupt::cause,
     };
     let start = Instant::now();
     let compute = || -> Result<(Option<Done>, Option<Dataset>)> {

@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 
 /// What the command prints.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Output")]
 pub struct Output {
     /// Prints no messages, warnings and progress: errors alone, and documents that were asked for.
     #[arg(long, short, global = true)]
@@ -16,6 +17,9 @@ pub struct Output {
     /// Prints the result as one JSON document on standard output in place of texts.
     #[arg(long, global = true)]
     pub json: bool,
+    /// Tells on standard error what the command does; -vv also each file and each run.
+    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
 }
 
 /// Set once, before the command starts.
@@ -35,7 +39,7 @@ impl Output {
 
 /// Prints a message, unless `--quiet` is given, or `--json`, whose document has what it says.
 pub fn say(text: &str) -> Result<()> {
-    let Output { quiet, json } = Output::get();
+    let Output { quiet, json, .. } = Output::get();
     match quiet || json {
         true => Ok(()),
         false => print(text),

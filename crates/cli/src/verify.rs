@@ -1,6 +1,6 @@
 //! `robhaz verify`: checks of the simulated truth of a scene.
 
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::progress::bar;
 use crate::terminal::{say, tell_json, warn};
 use indicatif::ProgressBar;
@@ -22,7 +22,7 @@ pub struct Args {
 }
 
 /// Runs the checks and prints one verdict a line. An error if a check fails.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let scene = match &args.scene {
         Some(path) => Scene::load(path, &args.set)?,
         None => Scene::parse("", "smooth", &PathBuf::new(), &args.set)?,
@@ -30,11 +30,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     warn(&scene);
     let progress = bar(ProgressBar::new_spinner());
     progress.enable_steady_tick(Duration::from_millis(100));
-    interrupt.listen()?;
+    interrupt::listen()?;
     let mut step = |step: &str| progress.set_message(step.to_owned());
-    let verdicts = verify(&scene, &mut step, &|| interrupt.cause()).into_diagnostic();
+    let verdicts = verify(&scene, &mut step, &interrupt::cause).into_diagnostic();
     progress.finish_and_clear();
-    let verdicts = match interrupt.cause() {
+    let verdicts = match interrupt::cause() {
         Some(_) => verdicts.wrap_err("nothing was written")?,
         None => verdicts?,
     };

@@ -1,6 +1,6 @@
 //! `robhaz view`: shows runs, or a scene while it is simulated.
 
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
 use crate::progress::{Pace, PaceSink, Progress};
@@ -43,33 +43,27 @@ const SCENE: &str = "scene.toml";
 const PICTURE: Format = ("pictures", "png");
 
 /// Opens the viewer with the runs or the scene, or saves a picture.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     check(args)?;
     if let [scene] = args.what.as_slice()
         && is_scene(scene)
     {
         let scene = Scene::load(scene, &args.set)?;
         warn(&scene);
-        return live(&scene, args.pace.unwrap_or(Pace::RealTime), interrupt);
+        return live(&scene, args.pace.unwrap_or(Pace::RealTime));
     }
     let Some(picture) = &args.screenshot else {
-        interrupt.listen()?;
+        interrupt::listen()?;
         let recordings = args.what.iter().map(|run| recording(run));
         let recordings = recordings.collect::<Result<Vec<_>>>()?;
-        return robhaz_viewer::open(&recordings, &|| interrupt.cause()).into_diagnostic();
+        return robhaz_viewer::open(&recordings, &interrupt::cause).into_diagnostic();
     };
     let [run] = args.what.as_slice() else {
         bail!("--screenshot takes one run");
     };
     // Checked before the work, so that a bad file name costs no time.
-    let file = OutputFile::create(
-        picture,
-        PICTURE,
-        &[recording_file(run)?],
-        args.force,
-        interrupt,
-    )?;
-    let stop = || interrupt.cause();
+    let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
+    let stop = || interrupt::cause();
     robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
         .into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))
@@ -99,15 +93,15 @@ fn check(args: &Args) -> Result<()> {
 }
 
 /// Simulates a scene and shows it live; writes no files.
-fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
+fn live(scene: &Scene, pace: Pace) -> Result<()> {
     let mut viewing = Viewing::open(&Rerun::Live(None))?;
-    interrupt.listen()?;
-    let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace, interrupt));
+    interrupt::listen()?;
+    let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace));
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);
     sinks.push(&mut pace);
     Run::new(scene)
-        .and_then(|run| run.until(&mut sinks, &|| interrupt.cause()))
+        .and_then(|run| run.until(&mut sinks, &interrupt::cause))
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
     viewing.finish(None)

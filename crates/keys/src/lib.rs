@@ -66,12 +66,14 @@
 //! | [`key`] | [`keys!`] declares a table; reading, writing and describing one |
 //! | [`conflict`] | messages on keys that do not go together |
 //! | [`overrides`] | overrides `key=value` of the command line |
+//! | [`prelude`] | all names that a file of declarations needs |
 
 pub mod conflict;
 pub mod error;
 pub mod form;
 pub mod key;
 pub mod overrides;
+pub mod prelude;
 pub mod quantity;
 pub mod reader;
 pub mod source;

@@ -90,19 +90,19 @@ pub struct Range {
 }
 
 /// The lower end of a range.
-pub struct From(f64, bool);
+pub struct LowerEnd(f64, bool);
 
 /// Above a number.
-pub const fn above(low: f64) -> From {
-    From(low, false)
+pub const fn above(low: f64) -> LowerEnd {
+    LowerEnd(low, false)
 }
 
 /// A number or more.
-pub const fn at_least(low: f64) -> From {
-    From(low, true)
+pub const fn at_least(low: f64) -> LowerEnd {
+    LowerEnd(low, true)
 }
 
-impl From {
+impl LowerEnd {
     /// And at most `high`.
     pub const fn at_most(self, high: f64) -> Range {
         Range {

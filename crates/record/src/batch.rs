@@ -18,8 +18,6 @@ pub struct BatchBuilder {
     pub(crate) table: Table,
     /// The values of each column.
     values: Vec<Vec<f64>>,
-    /// Number of rows since the last batch.
-    pub(crate) rows: usize,
     /// Names, types and metadata of the columns.
     pub(crate) schema: SchemaRef,
 }
@@ -33,7 +31,6 @@ impl BatchBuilder {
             values: vec![Vec::new(); table.columns.len()],
             schema: schema(fields.collect(), metadata),
             table,
-            rows: 0,
         }
     }
 
@@ -44,7 +41,11 @@ impl BatchBuilder {
                 column.add(some, values);
             }
         }
-        self.rows += frames.len();
+    }
+
+    /// Number of rows since the last batch.
+    pub(crate) fn rows(&self) -> usize {
+        self.values.first().map_or(0, Vec::len)
     }
 
     /// The rows since the last batch.
@@ -52,7 +53,7 @@ impl BatchBuilder {
     /// # Errors
     /// [`RecordError::Batch`] where columns have different lengths.
     pub fn take(&mut self) -> Result<RecordBatch, RecordError> {
-        let rows = std::mem::take(&mut self.rows);
+        let rows = self.rows();
         let columns = self.values.iter_mut().zip(&self.table.columns);
         // The next batch is about as long.
         let arrays = columns.map(|(values, column)| {

@@ -1,5 +1,6 @@
 //! Errors of files, with the path of the file.
 
+use robhaz_run::RunDescription;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -87,14 +88,30 @@ pub fn create_folder(folder: &Path) -> Result<(), RecordError> {
     std::fs::create_dir_all(folder).map_err(io_error("create", folder))
 }
 
-/// Refuses names that would lead out of the folder or that some file system cannot hold.
-pub(crate) fn check_name(name: &str, folder: &Path) -> Result<(), RecordError> {
+/// Creates the folder of a run's files. Refuses estimators whose names would lead out of it, or that
+/// some file system cannot hold.
+pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result<(), RecordError> {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    if name.is_empty() || !name.chars().all(allowed) {
-        return Err(RecordError::Name {
-            name: name.to_owned(),
+    let is_bad = |name: &&String| name.is_empty() || !name.chars().all(allowed);
+    match run.estimators.iter().map(|e| &e.label).find(is_bad) {
+        Some(name) => Err(RecordError::Name {
+            name: name.clone(),
             folder: folder.to_path_buf(),
-        });
+        }),
+        None => create_folder(folder),
     }
-    Ok(())
+}
+
+/// The names in a folder, sorted, so that what follows does not depend on the file system.
+///
+/// # Errors
+/// [`RecordError::Io`].
+pub fn names_in(folder: &Path) -> Result<Vec<String>, RecordError> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
+        let name = entry.map_err(io_error("read", folder))?.file_name();
+        names.push(name.to_string_lossy().into_owned());
+    }
+    names.sort();
+    Ok(names)
 }

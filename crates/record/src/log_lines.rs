@@ -68,10 +68,11 @@ pub fn health(runs: &[(&str, &Summary)]) -> Grid {
         };
         let needed = m.needed_friction.into_iter().zip(m.largest_needed_friction);
         let needed = needed.map(|(mean, most)| format!("{} ({})", or_dash(mean), or_dash(most)));
-        let missing = [m.reading_missing, m.reading_stale, m.reading_absurd];
-        let flags = [m.unloaded, m.at_stop].into_iter().chain(missing);
+        let f = &m.flags;
+        let readings = [f.reading_missing, f.reading_stale, f.reading_absurd];
+        let flags = [f.unloaded, f.at_stop].into_iter().chain(readings);
         let share = |count| format!("{:.2}", 100.0 * m.share(count));
-        let flags = flags.chain([m.out_of_range]).map(share);
+        let flags = flags.chain([f.out_of_range]).map(share);
         let first =
             |(name, found): (&String, &Faulty)| format!("{name} from {:.1} s", found.first_s);
         let channels: Vec<String> = e.faulty_channels.iter().map(first).collect();
@@ -170,33 +171,23 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
     }
     // A faster channel has rows that give way, and rows before the first frame: no fault.
     let write = Some("write each row once, in order, with its own time");
-    let counts = [
-        (
-            channel.duplicates,
-            "with the time of the row before, or of one burst with it, are left out",
-            write,
-        ),
-        (
-            channel.late,
-            "earlier than the row before are left out",
-            write,
-        ),
-        (
-            channel.before_start,
-            "from before the first frame are left out",
-            None,
-        ),
-        (
-            channel.superseded,
-            "give way to a newer one of the same frame",
-            None,
-        ),
-    ];
-    for (count, what, remedy) in counts.into_iter().filter(|(count, ..)| *count > 0) {
-        let text = format!("{count} rows {what}");
-        let remedy = remedy.filter(|_| many(count));
-        lines.push(line("order", text, &[rows(count)], remedy));
-    }
+    let mut left_out = |count: u64, why: &str, remedy: Option<&'static str>| {
+        if count > 0 {
+            let (text, remedy) = (
+                format!("{count} rows {why}"),
+                remedy.filter(|_| many(count)),
+            );
+            lines.push(line("order", text, &[rows(count)], remedy));
+        }
+    };
+    let again = "with the time of the row before, or of one burst with it, are left out";
+    let late = "earlier than the row before are left out";
+    let early = "from before the first frame are left out";
+    left_out(channel.duplicates, again, write);
+    left_out(channel.late, late, write);
+    left_out(channel.before_start, early, None);
+    let newer = "give way to a newer one of the same frame";
+    left_out(channel.superseded, newer, None);
     if let Some(why) = &channel.cut_off {
         let text = format!("CUT OFF, the last row is left out: {why}");
         let remedy = "the recording was killed, or its disk was full";
@@ -212,34 +203,31 @@ fn number(count: u64) -> f64 {
 }
 
 fn rate_line(channel: &ChannelReport) -> TimeLine {
-    let offset = match channel.offset {
-        0.0 => String::new(),
-        offset => format!(", time stamps {offset:+} s"),
+    let (rows, period, offset, age) = (channel.rows, channel.period, channel.offset, channel.age);
+    let (mut text, mut numbers) = (format!("{rows} rows"), vec![("rows", number(rows), "-")]);
+    let mut add = |words: String, figure| {
+        text += &words;
+        numbers.push(figure);
     };
-    let period = channel.period;
-    let mut numbers = vec![("rows", number(channel.rows), "-")];
-    let rate = if period > 0.0 {
-        numbers.push(("rate", 1.0 / period, "Hz"));
-        format!(" at {} Hz", digits(1.0 / period))
-    } else {
-        String::new()
-    };
-    if channel.offset != 0.0 {
-        numbers.push(("offset", channel.offset, "s"));
+    if period > 0.0 {
+        let rate = 1.0 / period;
+        add(format!(" at {} Hz", digits(rate)), ("rate", rate, "Hz"));
     }
-    let age = if channel.age > LEAST_AGE {
-        numbers.push(("age", channel.age, "s"));
-        let age = 1e3 * channel.age;
-        format!(", {age:.2} ms old at the frames on average, moved to their times")
-    } else {
-        String::new()
-    };
+    if offset != 0.0 {
+        let words = format!(", time stamps {offset:+} s");
+        add(words, ("offset", offset, "s"));
+    }
+    if age > LEAST_AGE {
+        let ms = 1e3 * age;
+        let words = format!(", {ms:.2} ms old at the frames on average, moved to their times");
+        add(words, ("age", age, "s"));
+    }
     let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
     let is_implausible = period > 0.0 && !plausible.contains(&period);
     let implausible = "no robot is recorded at such a rate: state time_unit of the channel";
     TimeLine {
         what: "rate",
-        text: format!("{} rows{rate}{offset}{age}", channel.rows),
+        text,
         numbers,
         remedy: is_implausible.then_some(implausible),
     }
@@ -260,27 +248,21 @@ fn missing_line(log: &LogReport) -> Option<String> {
 }
 
 fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String> {
+    let f = &means.flags;
+    let counts = [f.reading_absurd, f.reading_stale, f.out_of_range];
+    let counts = counts.into_iter().chain([f.unloaded, f.at_stop]);
     let flags = [
-        (
-            means.reading_absurd,
-            "a reading beyond what the robot can do: check units and signs",
-        ),
-        (
-            means.reading_stale,
-            "a reading that has been missing for long",
-        ),
-        (
-            means.out_of_range,
-            "a parity residual beyond five deviations: check signs, zeros and the noise budget",
-        ),
-        (means.unloaded, "a wheel without load"),
-        (means.at_stop, "the linkage at an end stop"),
+        "a reading beyond what the robot can do: check units and signs",
+        "a reading that has been missing for long",
+        "a parity residual beyond five deviations: check signs, zeros and the noise budget",
+        "a wheel without load",
+        "the linkage at an end stop",
     ];
-    let often = |(count, what): &(u64, &str)| {
-        let share = means.share(*count);
-        (share > OFTEN).then(|| format!("{:.1} % with {what}", 100.0 * share))
+    let often = |(count, flag): (u64, &str)| {
+        let share = means.share(count);
+        (share > OFTEN).then(|| format!("{:.1} % with {flag}", 100.0 * share))
     };
-    let found: Vec<String> = flags.iter().filter_map(often).collect();
+    let found: Vec<String> = counts.zip(flags).filter_map(often).collect();
     let name = &estimator.name;
     (!found.is_empty()).then(|| format!("{name}, of its records: {}", found.join("; ")))
 }

@@ -87,7 +87,10 @@ const FEW_OUT_OF_RANGE: f64 = 0.01;
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
     let of = |e: &EstimatorSummary| {
         let all = f64::from(u8::from(e.samples > 0));
-        let share = e.means.as_ref().map_or(all, |m| m.share(m.out_of_range));
+        let share = e
+            .means
+            .as_ref()
+            .map_or(all, |m| m.share(m.flags.out_of_range));
         (summary.log.is_some() && share > FEW_OUT_OF_RANGE).then(|| {
             format!(
                 "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \

@@ -2,7 +2,7 @@
 
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::error::{RecordError, check_name, create_folder};
+use crate::error::{RecordError, create_folder_of};
 use crate::estimated_terrain::EstimatedTerrains;
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
@@ -43,7 +43,7 @@ impl RowTable {
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         self.rows.push_all(frames);
         match &mut self.file {
-            Some(file) if self.rows.rows >= GROUP_ROWS => file.write(&self.rows.take()?),
+            Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
             _ => Ok(()),
         }
     }
@@ -120,10 +120,7 @@ impl Sink for TableSink {
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         if let Some((folder, format)) = &self.folder {
-            for estimator in &run.estimators {
-                check_name(&estimator.label, folder)?;
-            }
-            create_folder(folder)?;
+            create_folder_of(run, folder)?;
             start_columns(folder, *format)?;
         }
         self.grounds = Some((run.clone(), EstimatedTerrains::new(run)));

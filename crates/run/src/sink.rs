@@ -34,6 +34,22 @@ pub struct Frame<'a> {
     pub ground: EstimatedTerrain<'a>,
 }
 
+impl<'a> Frame<'a> {
+    /// The estimate of an estimator, by its place among [`Self::estimates`].
+    pub fn estimate(&self, estimator: usize) -> Option<&'a Estimate> {
+        self.estimates.get(estimator)?.as_ref().ok()
+    }
+
+    /// What the estimators are compared with: one truth for all of them, or, of a log of both sides,
+    /// one a side. Empty where there is none.
+    pub fn truths(&self) -> &'a [Truth] {
+        match self.both {
+            Some(both) => both.sides.truth.as_ref().map_or(&[], |t| &t.sides),
+            None => self.truth.map_or(&[], std::slice::from_ref),
+        }
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {

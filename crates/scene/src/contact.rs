@@ -1,13 +1,8 @@
 //! `[contact]`: eqs. (10) and (11), rolling resistance.
 
 use crate::scene::Scene;
-use robhaz_keys::conflict::{Conflict, Value, conflict, named, valued};
-use robhaz_keys::form::word;
-use robhaz_keys::key::keys;
-use robhaz_keys::quantity::{
-    CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED, above, at_least, number, short,
-};
-use robhaz_keys::source::Node;
+use robhaz_keys::conflict::Value;
+use robhaz_keys::prelude::*;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw, Parameter};
 
 keys! {

@@ -5,15 +5,7 @@ use crate::estimators;
 use crate::scene::Scene;
 use crate::values::{LONGEST_RUN, WHEEL_LIST, WHEEL_SET};
 use robhaz_control::{ControlKind, FrictionTestPlan};
-use robhaz_keys::conflict::{Conflict, conflict, named};
-use robhaz_keys::form::{Plain, did_you_mean, quote, quoted, word};
-use robhaz_keys::key::{List, Table, keys, section};
-use robhaz_keys::quantity::{
-    NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
-};
-use robhaz_keys::reader::Reader;
-use robhaz_keys::source::Node;
-use robhaz_keys::values::{NAME, SWITCH};
+use robhaz_keys::prelude::*;
 use robhaz_sim::scaling::SpeedScaling;
 
 keys! {

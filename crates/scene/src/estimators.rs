@@ -3,14 +3,7 @@
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, PaperMethod,
 };
-use robhaz_keys::form::{About, Form, KeyReference, Out, items, word};
-use robhaz_keys::key::{self, Key, keys};
-use robhaz_keys::quantity::{
-    ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number, short,
-};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{Entry, Node, Origin, Source, Value};
-use robhaz_keys::values::{NAME, SWITCH};
+use robhaz_keys::prelude::*;
 use serde_json::Value as Json;
 use std::path::PathBuf;
 
@@ -32,45 +25,34 @@ pub struct EstimatorChoice {
     pub damping: Option<f64>,
 }
 
-/// The presets: names and settings.
-pub(crate) const PRESETS: [(&str, EstimatorSettings); 4] = [
+/// Name and settings of a preset.
+type Preset = (&'static str, EstimatorSettings);
+
+/// The presets.
+pub(crate) const PRESETS: [Preset; 4] = [
     ("paper-body", EstimatorSettings::paper_body()),
     ("paper-wheels", EstimatorSettings::paper_wheels()),
     ("true-mass", EstimatorSettings::true_mass()),
     ("kalman", EstimatorSettings::kalman()),
 ];
 
-/// The indices of a table.
-const fn indices<const N: usize>() -> [usize; N] {
-    let mut indices = [0; N];
-    let mut i = 0;
-    while i < N {
-        indices[i] = i;
-        i += 1;
-    }
-    indices
-}
-
 /// The values of the keys of one estimator, those of both methods: a file may name keys in any
 /// order. [`Keys::settings`] turns them into settings, which hold one method only.
 #[derive(Clone, Debug)]
 pub(crate) struct Keys {
-    /// Index of its preset.
-    preset: usize,
+    preset: Preset,
     label: String,
-    /// Index of its method.
-    method: usize,
+    method: FilterChoice,
     paper: PaperMethod,
     kalman: KalmanMethod,
     /// All but the method.
     settings: EstimatorSettings,
 }
 
-/// The settings of a method that the keys give.
-type SettingsOf = fn(&Keys) -> Method;
+/// The word of the key `filters`, and the method that the keys give then.
+type FilterChoice = (&'static str, fn(&Keys) -> Method);
 
-/// The methods, by the word of the key `filters`, each with the settings that the keys give.
-const METHODS: [(&str, SettingsOf); 2] = [
+const METHODS: [FilterChoice; 2] = [
     ("paper", |keys| Method::Paper(keys.paper)),
     ("kalman", |keys| Method::Kalman(keys.kalman)),
 ];
@@ -79,8 +61,8 @@ impl Keys {
     /// The keys that give these settings. Those of the other method are at their defaults.
     pub fn of(label: &str, settings: &EstimatorSettings) -> Self {
         let (method, paper, kalman) = match settings.method {
-            Method::Paper(paper) => (0, paper, KalmanMethod::FILTERS_ONLY),
-            Method::Kalman(kalman) => (1, PaperMethod::DEFAULT, kalman),
+            Method::Paper(paper) => (METHODS[0], paper, KalmanMethod::FILTERS_ONLY),
+            Method::Kalman(kalman) => (METHODS[1], PaperMethod::DEFAULT, kalman),
         };
         Self {
             preset: preset_of(settings),
@@ -94,13 +76,13 @@ impl Keys {
 
     fn settings(&self) -> EstimatorSettings {
         EstimatorSettings {
-            method: METHODS[self.method].1(self),
+            method: (self.method.1)(self),
             ..self.settings
         }
     }
 
     /// These keys with those that `method` does not have at their defaults.
-    fn kept_by(&self, method: usize) -> Self {
+    fn kept_by(&self, method: FilterChoice) -> Self {
         let settings = Self {
             method,
             ..self.clone()
@@ -119,7 +101,7 @@ keys! {
 
     /// the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or
     /// at its true place; or Kalman filters with all methods
-    name (required): word(&indices::<{ PRESETS.len() }>(), |preset| PRESETS[preset].0) => preset;
+    name (required): word(&PRESETS, |preset| preset.0) => preset;
 
     /// unique name in tables, figures and file names
     label ("its name"): NAME => label;
@@ -142,7 +124,7 @@ keys! {
     }) => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
-    filters: word(&indices::<{ METHODS.len() }>(), |method| METHODS[method].0) => method;
+    filters: word(&METHODS, |method| method.0) => method;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
     moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
@@ -174,10 +156,10 @@ keys! {
 pub(crate) const KALMAN: usize = PRESETS.len() - 1;
 
 /// The preset that settings come from: presets differ in masses and filters.
-fn preset_of(found: &EstimatorSettings) -> usize {
+fn preset_of(found: &EstimatorSettings) -> Preset {
     let key = |s: &EstimatorSettings| (!s.states_covariance()).then_some(s.masses);
     let is_it = |preset: &(_, EstimatorSettings)| key(&preset.1) == key(found);
-    PRESETS.iter().position(is_it).unwrap_or(KALMAN)
+    PRESETS.into_iter().find(is_it).unwrap_or(PRESETS[KALMAN])
 }
 
 /// Label of the default estimator that is given no contact angles.
@@ -304,10 +286,10 @@ fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys
         let found = key.field.text(&mut keys.clone());
         let kept = |method| key.field.text(&mut keys.kept_by(method));
         let default = kept(keys.method).filter(|kept| found.as_ref() != Some(kept));
-        let has = |method: &usize| kept(*method) == found;
-        if let (Some(default), Some(other)) = (default, (0..METHODS.len()).find(has)) {
+        let has = |method: &FilterChoice| kept(*method) == found;
+        if let (Some(default), Some(other)) = (default, METHODS.into_iter().find(has)) {
             let default = default.parse().map(short).unwrap_or(default);
-            let allowed = format!("{default} unless filters = \"{}\"", METHODS[other].0);
+            let allowed = format!("{default} unless filters = \"{}\"", other.0);
             reader.refuse_key(node, path, key.name, &allowed);
         }
     }

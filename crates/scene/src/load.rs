@@ -7,17 +7,7 @@ use crate::scene::{Scene, SensorChoice};
 use crate::terrain::Terrain;
 use crate::values::{LONGEST_RUN, MEASURED};
 use crate::{checks, contact, drive, estimators, robot};
-use robhaz_keys::error::FileError;
-use robhaz_keys::form::{KeyReference, Out, word};
-use robhaz_keys::key::{self, keys, section};
-use robhaz_keys::overrides::Overrides;
-use robhaz_keys::quantity::{
-    ANGLE, ANGULAR_RATE, FORCE, FREQUENCY, LENGTH, NONE, RATE_WALK, TIME, TORQUE, above, at_least,
-    number,
-};
-use robhaz_keys::reader::Reader;
-use robhaz_keys::source::{Node, Value};
-use robhaz_keys::values::{NAME, SEED, from_stem};
+use robhaz_keys::prelude::*;
 use robhaz_sim::sensors::{Grade, ImuPlace};
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;

@@ -34,15 +34,6 @@ pub struct ModelError {
     pub scales: f64,
 }
 
-/// The nominal robot with what is known of its loads.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NominalRobot {
-    /// Geometry and masses.
-    pub robot: Robot,
-    /// Covariance of its loads if it was weighed; it replaces the tolerances of the nominal values.
-    pub loads: Option<LoadCovariance>,
-}
-
 /// Why the nominal robot is not a valid robot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
@@ -75,19 +66,22 @@ impl ModelError {
     }
 
     /// The nominal robot, drawn from the run's seed and weighed if there are scales. Each part has
-    /// a random stream of its own.
+    /// a random stream of its own. And the covariance of its loads if it was weighed, which replaces
+    /// the tolerances of the nominal values.
     ///
     /// # Errors
     /// [`ModelErrorTooLarge`] when the result is not a valid robot, or the robot cannot be weighed.
-    pub fn nominal(&self, robot: &Robot, seed: u64) -> Result<NominalRobot, ModelErrorTooLarge> {
+    pub fn nominal(
+        &self,
+        robot: &Robot,
+        seed: u64,
+    ) -> Result<(Robot, Option<LoadCovariance>), ModelErrorTooLarge> {
         let drawn = self.drawn_robot(robot, seed)?;
-        if self.scales > 0.0 {
-            let weighed = self.weighed(robot, &drawn, seed)?;
-            let (robot, loads) = (weighed.robot, Some(weighed.covariance));
-            return Ok(NominalRobot { robot, loads });
+        if self.scales <= 0.0 {
+            return Ok((drawn, None));
         }
-        let (robot, loads) = (drawn, None);
-        Ok(NominalRobot { robot, loads })
+        let weighed = self.weighed(robot, &drawn, seed)?;
+        Ok((weighed.robot, Some(weighed.covariance)))
     }
 
     /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are
@@ -293,9 +287,9 @@ mod tests {
         let [mut before, mut after] = [0.0, 0.0];
         for seed in 0..20 {
             for (error, sum) in [(drawn, &mut before), (weighed, &mut after)] {
-                let nominal = error.nominal(&robot, seed).expect("small errors");
-                assert_eq!(nominal.loads.is_some(), error.scales > 0.0);
-                let found = nominal.robot.static_loads().expect("determined");
+                let (nominal, loads) = error.nominal(&robot, seed).expect("small errors");
+                assert_eq!(loads.is_some(), error.scales > 0.0);
+                let found = nominal.static_loads().expect("determined");
                 for (found, truth) in found.iter().zip(truth) {
                     *sum += (found - truth).powi(2) / 60.0;
                 }

@@ -1,11 +1,12 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::estimators::{self, EstimatorChoice};
-use crate::model_error::{ModelError, ModelErrorTooLarge, NominalRobot};
+use crate::model_error::{ModelError, ModelErrorTooLarge};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, ControlSettings, FrictionTestPlan};
+use robhaz_estimator::statics::LoadCovariance;
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
@@ -262,10 +263,10 @@ impl Scene {
     /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read
     /// from files are checked.
     pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
-        Ok(self.nominal()?.robot)
+        Ok(self.nominal()?.0)
     }
 
-    fn nominal(&self) -> Result<NominalRobot, ModelErrorTooLarge> {
+    fn nominal(&self) -> Result<(Robot, Option<LoadCovariance>), ModelErrorTooLarge> {
         self.model_error.nominal(&self.robot.robot, self.seed)
     }
 
@@ -337,7 +338,7 @@ impl Scene {
     pub fn noise_budget(&self) -> Result<NoiseBudget, ModelErrorTooLarge> {
         let (spec, model) = (&self.sensors.spec, &self.model_error);
         let (body_cg, link_mass, load_covariance) = match model.scales > 0.0 {
-            true => (0.0, 0.0, self.nominal()?.loads),
+            true => (0.0, 0.0, self.nominal()?.1),
             false => (model.body_cg, model.link_masses, None),
         };
         let budget = NoiseBudget {

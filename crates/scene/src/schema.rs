@@ -6,8 +6,7 @@ use crate::robot::{GEOMETRY, MASSES};
 use crate::scene::Scene;
 use crate::study::STUDY;
 use crate::terrain::Terrain;
-use robhaz_keys::form::Form as _;
-use robhaz_keys::key::file_schema;
+use robhaz_keys::prelude::*;
 use serde_json::{Value, json};
 
 /// A kind of file.
@@ -31,16 +30,16 @@ pub enum SchemaKind {
 pub fn schema(kind: SchemaKind) -> Value {
     match kind {
         SchemaKind::Scene => {
-            let mut scene = file_schema("Scene of robhaz", SCENE, Some(&mut Scene::default()));
+            let mut scene = key::file_schema("Scene of robhaz", SCENE, Some(&mut Scene::default()));
             scene["definitions"] = json!({"part": Terrain { is_part: true }.schema(None)});
             scene
         }
-        SchemaKind::Study => file_schema("Study of robhaz", STUDY, None),
-        SchemaKind::Geometry => file_schema("Geometry of a robot for robhaz", GEOMETRY, None),
-        SchemaKind::Mass => file_schema("Masses of a robot for robhaz", MASSES, None),
+        SchemaKind::Study => key::file_schema("Study of robhaz", STUDY, None),
+        SchemaKind::Geometry => key::file_schema("Geometry of a robot for robhaz", GEOMETRY, None),
+        SchemaKind::Mass => key::file_schema("Masses of a robot for robhaz", MASSES, None),
         SchemaKind::Sensors => {
             let defaults = &mut LogChoice::default();
-            file_schema("Description of a log for robhaz", LOG, Some(defaults))
+            key::file_schema("Description of a log for robhaz", LOG, Some(defaults))
         }
     }
 }

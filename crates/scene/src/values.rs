@@ -1,11 +1,7 @@
 //! Forms of single values that several keys have: wheels, what is measured, covariances.
 
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Array, Form, Plain, Word, array, word};
-use robhaz_keys::quantity::{LENGTH, NONE, Number, at_least, number, point};
-use robhaz_keys::reader::Reader;
-use robhaz_keys::source::{Node, Value};
+use robhaz_keys::prelude::*;
 use robhaz_model::Vec2;
 use serde_json::{Value as Json, json};
 

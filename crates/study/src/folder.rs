@@ -9,6 +9,7 @@
 
 use crate::error::{StudyError, io_error};
 use crate::study::Identity;
+use robhaz_record::names_in;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
@@ -100,7 +101,7 @@ impl Folder {
     /// All journals, in the order of their names.
     pub fn journals(&self) -> Result<Vec<PathBuf>, StudyError> {
         let is_journal = |name: &str| name.starts_with("runs") && name.ends_with(".jsonl");
-        let names = names(&self.0)?;
+        let names = names_in(&self.0)?;
         let journals = names.iter().filter(|name| is_journal(name));
         Ok(journals.map(|name| self.0.join(name)).collect())
     }
@@ -124,22 +125,11 @@ impl Folder {
     }
 }
 
-/// Names in a folder, in their order.
-fn names(path: &Path) -> Result<Vec<String>, StudyError> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(path).map_err(io_error("read", path))? {
-        let name = entry.map_err(io_error("read", path))?.file_name();
-        names.push(name.to_string_lossy().into_owned());
-    }
-    names.sort();
-    Ok(names)
-}
-
 /// Checks that a folder without a manifest has at most what a study leaves that was killed before
 /// its manifest was there.
 fn check_only_begun(path: &Path) -> Result<(), StudyError> {
     let partial = format!("{MANIFEST}.partial");
-    let names = names(path)?;
+    let names = names_in(path)?;
     match names.iter().all(|name| name.starts_with(&partial)) {
         true => Ok(()),
         false => Err(StudyError::NotAStudy(path.to_path_buf())),

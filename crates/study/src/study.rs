@@ -8,7 +8,6 @@ use robhaz_record::ScoreColumn;
 use robhaz_scene::{BaseScene, EngineKind, FileError, Scene, Setting, StudyChoice};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// What a dataset was made from. Runs of two identities never mix.
@@ -237,12 +236,7 @@ fn hash<'a>(identity: &Identity, scenes: impl Iterator<Item = &'a Scene>) -> Str
     for scene in scenes {
         hash.update(scene.to_toml(""));
     }
-    let mut text = String::new();
-    for byte in hash.finalize() {
-        // Writing into a text cannot fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
+    format!("{:x}", hash.finalize())
 }
 
 /// The program and the libraries of its engines.

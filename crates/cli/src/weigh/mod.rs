@@ -4,7 +4,6 @@ mod table;
 mod text;
 
 use self::table::{read_table, table};
-use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -98,22 +97,17 @@ const TABLES: Format = ("tables of a weighing", "csv");
 const ROBOTS: Format = ("robots", "toml");
 
 /// Weighs, or plans a weighing.
-pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+pub fn run(args: &Args) -> Result<()> {
     let nominal = RobotChoice::load(&args.robot)?;
     match (&args.measurements, args.plan) {
-        (Some(measurements), _) => weigh_robot(args, &nominal, measurements, interrupt),
-        (None, count) => plan_postures(args, &nominal, count.unwrap_or(1).into(), interrupt),
+        (Some(measurements), _) => weigh_robot(args, &nominal, measurements),
+        (None, count) => plan_postures(args, &nominal, count.unwrap_or(1).into()),
     }
 }
 
-fn weigh_robot(
-    args: &Args,
-    nominal: &RobotChoice,
-    path: &Path,
-    interrupt: &Interrupt,
-) -> Result<()> {
+fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
     let inputs = [args.robot.clone(), path.to_path_buf()];
-    let file = create(args, ROBOTS, &inputs, interrupt)?;
+    let file = create(args, ROBOTS, &inputs)?;
     let measurements = read_table(path)?;
     let one_side = || {
         miette!(
@@ -142,15 +136,10 @@ fn weigh_robot(
     write(file, &text, "the weighed robot and its budget")
 }
 
-fn plan_postures(
-    args: &Args,
-    nominal: &RobotChoice,
-    count: usize,
-    interrupt: &Interrupt,
-) -> Result<()> {
+fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()> {
     let mut inputs = vec![args.robot.clone()];
     inputs.extend(args.simulate.clone());
-    let file = create(args, TABLES, &inputs, interrupt)?;
+    let file = create(args, TABLES, &inputs)?;
     let heights: Vec<f64> = args.blocks.iter().map(|mm| 1e-3 * mm).collect();
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let plan = plan(&nominal.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
@@ -164,13 +153,8 @@ fn plan_postures(
     write(file, &text, "the table")
 }
 
-fn create(
-    args: &Args,
-    format: Format,
-    inputs: &[PathBuf],
-    interrupt: &Interrupt,
-) -> Result<Option<OutputFile>> {
-    let create = |path: &PathBuf| OutputFile::create(path, format, inputs, args.force, interrupt);
+fn create(args: &Args, format: Format, inputs: &[PathBuf]) -> Result<Option<OutputFile>> {
+    let create = |path: &PathBuf| OutputFile::create(path, format, inputs, args.force);
     args.out.as_ref().map(create).transpose()
 }
 

@@ -102,26 +102,20 @@ fn columns(header: &TextRow) -> Result<Vec<Column>, String> {
 /// `link1 [deg]` and the like.
 fn column(text: &str) -> Option<Column> {
     let (name, unit) = name_and_unit(text)?;
-    let indexed = |stem: &str, most: usize| {
-        let index: usize = name.strip_prefix(stem)?.parse().ok()?;
-        (1..=most).contains(&index).then(|| index - 1)
-    };
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let index = name[stem.len()..].parse::<usize>().ok();
+    let index = index.and_then(|i| i.checked_sub(1)).filter(|i| *i < 3);
     let of_unit = |units: &[(&str, f64)]| Some(units.iter().find(|(name, _)| *name == unit)?.1);
     let angle = of_unit(&[("deg", 1_f64.to_radians()), ("rad", 1.0)]);
     let force = of_unit(&[("N", 1.0), ("kg", GRAVITY), ("g", GRAVITY / 1e3)]);
-    let (content, to_si) = if let Some(i) = indexed("link", 2) {
-        (Content::Link(i), angle?)
-    } else if let Some(i) = indexed("wheel", 3) {
-        (Content::Wheel(i), force?)
-    } else if let Some(i) = indexed("left_wheel", 3) {
-        (Content::Both(i), force?)
-    } else if let Some(i) = indexed("right_wheel", 3) {
-        (Content::Both(3 + i), force?)
-    } else if name == "weight" {
-        (Content::Weight, force?)
-    } else {
-        indexed("block", 3)?;
-        (Content::Block, 1.0)
+    let (content, to_si) = match (stem, index) {
+        ("link", Some(i @ 0..=1)) => (Content::Link(i), angle?),
+        ("wheel", Some(i)) => (Content::Wheel(i), force?),
+        ("left_wheel", Some(i)) => (Content::Both(i), force?),
+        ("right_wheel", Some(i)) => (Content::Both(3 + i), force?),
+        ("weight", _) if stem == name => (Content::Weight, force?),
+        ("block", Some(_)) => (Content::Block, 1.0),
+        _ => return None,
     };
     Some(Column {
         name: text.to_owned(),

@@ -1,8 +1,7 @@
 //! The columns of the tables of a log of both sides.
 
-use super::estimate::weight;
+use super::estimate::{contacts, weight};
 use super::{Source, Table, WHEEL};
-use robhaz_estimator::ContactState;
 use robhaz_estimator::whole::TipLine;
 use robhaz_model::Coupling;
 use robhaz_run::BothDescription;
@@ -116,11 +115,7 @@ impl Table {
             "contact_angle_sigma", "rad", "standard deviation of the contact angle" =>
                 move |e| Some(e.sides[side].kalman?.contact_angle_sigma[k]);
             "contacts", "1", "contacts found, 0 (in the air), 1 or 2" =>
-                move |e| Some(match e.sides[side].kalman?.contact[k].state {
-                    ContactState::InAir => 0.0,
-                    ContactState::OneContact => 1.0,
-                    ContactState::TwoContacts => 2.0,
-                });
+                move |e| Some(contacts(e.sides[side].kalman?.contact[k].state));
             "sliding", "1", "1 if it is found sliding, otherwise 0" =>
                 move |e| Some(f64::from(u8::from(e.sides[side].kalman?.contact[k].sliding)));
             "slip", "m/s", "slip speed found, rim less ground, creep included" =>

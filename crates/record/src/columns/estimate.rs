@@ -97,11 +97,7 @@ impl Table {
     fn add_contact_state(&mut self, index: usize, i: usize) {
         columns! { self, estimate index; wheel(i), WHEEL[i];
             "contacts", "1", "contacts found, 0 (in the air), 1 or 2; empty without Kalman filters" =>
-                move |e| Some(match e.kalman?.contact[i].state {
-                    ContactState::InAir => 0.0,
-                    ContactState::OneContact => 1.0,
-                    ContactState::TwoContacts => 2.0,
-                });
+                move |e| Some(contacts(e.kalman?.contact[i].state));
             "sliding", "1", "1 if it is found sliding, otherwise 0; empty without Kalman filters" =>
                 move |e| Some(f64::from(u8::from(e.kalman?.contact[i].sliding)));
             "slip", "m/s", "slip speed found, rim less ground, creep included; empty without Kalman filters" =>
@@ -111,6 +107,15 @@ impl Table {
             "friction_margin", "1", "upper bound of the known mu_max less |mu_n|; empty before a wheel has slipped" =>
                 move |e| e.kalman?.friction[i].margin;
         }
+    }
+}
+
+/// Number of contacts.
+pub(super) fn contacts(state: ContactState) -> f64 {
+    match state {
+        ContactState::InAir => 0.0,
+        ContactState::OneContact => 1.0,
+        ContactState::TwoContacts => 2.0,
     }
 }
 

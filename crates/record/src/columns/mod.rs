@@ -70,7 +70,7 @@ impl Source {
         index: usize,
         get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
     ) -> Self {
-        Self::record_or_none(move |f| get(f.estimates.get(index)?.as_ref().ok()?))
+        Self::record_or_none(move |f| get(f.estimate(index)?))
     }
 }
 

@@ -15,7 +15,7 @@ pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
-use crate::error::{RecordError, check_name, create_folder};
+use crate::error::{RecordError, create_folder_of};
 use rayon::prelude::*;
 use robhaz_model::Suspension;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -76,10 +76,7 @@ impl FigureSink {
 
 impl Sink for FigureSink {
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        for estimator in &run.estimators {
-            check_name(&estimator.label, &self.folder)?;
-        }
-        create_folder(&self.folder)?;
+        create_folder_of(run, &self.folder)?;
         self.run = Some(RunTraces::new(run));
         Ok(())
     }
@@ -98,7 +95,7 @@ impl Sink for FigureSink {
         run.finish();
         let run = &run;
         let mut figures: Vec<(String, Page)> = Vec::new();
-        if run.has_truth() || !run.shown.is_empty() {
+        if run.has_truth || !run.estimators.is_empty() {
             if run.geometry.suspension == Suspension::FourBar {
                 figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
             }

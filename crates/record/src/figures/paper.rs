@@ -51,7 +51,7 @@ fn start_entry(run: &RunTraces) -> Option<Entry> {
 
 /// Fig. 5: the pins' positions.
 pub fn linkage(run: &RunTraces) -> Page {
-    let shown = run.shown.first();
+    let shown = shown(run).next();
     let column = |axis: usize, y_label: &'static str| {
         let panels = PINS.iter().enumerate().map(|(k, (_, title))| {
             let estimate = shown.map(|s| &s.pins[k][axis]);
@@ -68,7 +68,7 @@ pub fn linkage(run: &RunTraces) -> Page {
         run,
         "Position of the linkage's pins (the paper's Fig. 5)",
         "in world axes, measured from pin Q".to_owned(),
-        key(run, &names(self::shown(run)), &[LINKAGE], false),
+        key(run, &names(run), &[LINKAGE], false),
         vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
     )
 }
@@ -83,33 +83,22 @@ pub fn forces(run: &RunTraces) -> Page {
         _ => String::new(),
     };
     let mut columns = [Vec::new(), Vec::new()];
-    for (k, of) in all.iter().enumerate() {
+    for of in &all {
         let (truth, title) = (run.truth_of(*of), titles(*of));
-        let normal = of.map(|e| &e.normal_force);
-        let traction = run.shown.get(k).map(|s| &s.traction);
+        let (normal, traction) = (of.map(|e| &e.normal_force), of.map(|e| &e.traction));
         let errors = of.map(|e| (e.score.normal_force(), e.score.traction()));
-        let (of_normal, of_traction) = errors.unwrap_or((None, None));
-        columns[0].extend(wheels(
-            &title,
-            &truth.normal_force,
-            normal,
-            NORMAL_FORCE,
-            of_normal,
-        ));
-        columns[1].extend(wheels(
-            &title,
-            &truth.traction,
-            traction,
-            TRACTION,
-            of_traction,
-        ));
+        let (of_normal, of_traction) = errors.unwrap_or_default();
+        let normal = wheels(&title, &truth.normal_force, normal, NORMAL_FORCE, of_normal);
+        let traction = wheels(&title, &truth.traction, traction, TRACTION, of_traction);
+        columns[0].extend(normal);
+        columns[1].extend(traction);
     }
     let banded = all.iter().flatten().any(|e| has_band(e));
     page(
         run,
         "Force distribution over the wheels (the paper's Fig. 6)",
         "normal forces and tractions".to_owned(),
-        key(run, &names(self::shown(run)), &WHEELS, banded),
+        key(run, &names(run), &WHEELS, banded),
         columns
             .map(|panels| Column::new(Scale::Common, panels))
             .into(),
@@ -125,7 +114,7 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let panels = wheels("", truth, normal, NORMAL_FORCE, errors);
     let mut columns = vec![Column::new(Scale::Common, panels)];
     let banded = has_band(estimator);
-    if banded && run.has_truth() {
+    if banded && run.has_truth {
         let error = (0..3).map(|i| {
             let error = Layer::estimate(&estimator.error[i], WHEELS[i]);
             let zero = Layer::level(0.0, &(0.0..run.end));
@@ -144,7 +133,7 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
 
 /// The estimators that Figs. 5 and 6 show.
 fn shown(run: &RunTraces) -> impl Iterator<Item = &EstimatorTraces> {
-    run.shown.iter().map(|s| &run.estimators[s.index])
+    run.estimators.iter().filter(|e| e.is_shown)
 }
 
 fn has_band(estimator: &EstimatorTraces) -> bool {
@@ -183,16 +172,16 @@ fn layers(truth: &Trace, estimate: Option<&Estimated>, color: RGBColor) -> Vec<L
         .collect()
 }
 
-/// The names of estimators in a key.
-fn names<'a>(estimators: impl Iterator<Item = &'a EstimatorTraces>) -> String {
-    let names: Vec<&str> = estimators.map(|e| e.name.as_str()).collect();
+/// The names of the estimators that Figs. 5 and 6 show.
+fn names(run: &RunTraces) -> String {
+    let names: Vec<&str> = shown(run).map(|e| e.name.as_str()).collect();
     names.join(", ")
 }
 
 /// The key to panels of truth and of the estimators of these names, if any.
 fn key(run: &RunTraces, names: &str, colors: &[RGBColor], banded: bool) -> Vec<Entry> {
     let truth = || Entry::new(Mark::line(truth_line()), "true");
-    let mut key: Vec<Entry> = run.has_truth().then(truth).into_iter().collect();
+    let mut key: Vec<Entry> = run.has_truth.then(truth).into_iter().collect();
     let entry = |mark: fn(RGBColor) -> Mark, label: String| Entry {
         marks: colors.iter().map(|color| mark(*color)).collect(),
         label,

@@ -7,7 +7,6 @@ use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 use robhaz_score::{Compared, Rms, Rule, Score};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
-use std::slice::from_ref;
 
 /// The pins of Fig. 5, and their titles.
 pub const PINS: [(Pin, &str); 3] = [(Pin::P, "Pin P"), (Pin::R, "Pin R"), (Pin::S, "Pin S")];
@@ -28,8 +27,8 @@ pub struct RunTraces {
     /// True x and y of each of [`PINS`] from Q, mm.
     pub pins: [[Trace; 2]; 3],
     pub estimators: Vec<EstimatorTraces>,
-    /// The estimators that Figs. 5 and 6 show: one, or, of a log of both sides, one a side.
-    pub shown: Vec<Shown>,
+    /// Whether there is a truth to draw.
+    pub has_truth: bool,
     /// The robot at equal distances of time, and at the end.
     pub poses: Vec<Truth>,
     records_per_pose: u64,
@@ -46,7 +45,6 @@ pub struct RunTraces {
 pub struct TrueForces {
     pub normal_force: [Trace; 3],
     pub traction: [Trace; 3],
-    is_empty: bool,
 }
 
 /// The traces of an estimator.
@@ -60,11 +58,9 @@ pub struct EstimatorTraces {
     pub normal_force: [Estimated; 3],
     pub error: [Estimated; 3],
     pub score: Score,
-}
-
-/// The traces that Figs. 5 and 6 show beside N.
-pub struct Shown {
-    pub index: usize,
+    /// Whether Figs. 5 and 6 show it: one, or, of a log of both sides, one a side. Only these have
+    /// the traces below.
+    pub is_shown: bool,
     pub traction: [Estimated; 3],
     pub pins: [[Estimated; 2]; 3],
     /// Errors of x and y of each of [`PINS`], mm.
@@ -79,33 +75,28 @@ impl RunTraces {
         let true_mass = |e: &_| is_preset(e, EstimatorSettings::true_mass());
         let shown = estimators.iter().position(true_mass);
         let shown = shown.or_else(|| estimators.len().checked_sub(1));
-        let shown: Vec<usize> = match run.both {
-            Some(_) => (0..estimators.len()).collect(),
-            None => shown.into_iter().collect(),
+        let is_shown = |index: usize| run.both.is_some() || shown == Some(index);
+        let sides = 1 + usize::from(run.both.is_some());
+        let traces = || [(); 3].map(|()| Trace::new(records));
+        let true_forces = || TrueForces {
+            normal_force: traces(),
+            traction: traces(),
         };
-        let shown = shown.into_iter().map(|index| Shown {
-            index,
-            traction: estimated(records),
-            pins: [(); 3].map(|()| [(); 2].map(|()| Estimated::new(records))),
-            pin_errors: Default::default(),
-        });
         let robot = &run.robot.robot;
         let compare_from = run.record.compare_from;
         let rule = Rule { compare_from };
         Self {
             rule,
             end: 0.0,
-            truths: (0..1 + usize::from(run.both.is_some()))
-                .map(|_| TrueForces::new(records))
-                .collect(),
-            normal_force_at: traces(records),
+            truths: (0..sides).map(|_| true_forces()).collect(),
+            has_truth: false,
+            normal_force_at: traces(),
             pins: [(); 3].map(|()| [(); 2].map(|()| Trace::new(records))),
             estimators: estimators
                 .iter()
                 .enumerate()
-                .map(|(index, e)| EstimatorTraces::new(index, e, records, rule))
+                .map(|(k, e)| EstimatorTraces::new(k, e, records, rule, is_shown(k)))
                 .collect(),
-            shown: shown.collect(),
             poses: Vec::new(),
             records_per_pose: records.div_ceil(POSES).max(1),
             records: 0,
@@ -114,11 +105,6 @@ impl RunTraces {
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }
-    }
-
-    /// Whether there is a truth to draw.
-    pub fn has_truth(&self) -> bool {
-        self.truths.iter().any(|truth| !truth.is_empty)
     }
 
     /// What an estimator is compared with; without one what all are.
@@ -130,29 +116,28 @@ impl RunTraces {
     /// Adds one record.
     pub fn add(&mut self, frame: &Frame<'_>) {
         self.end = frame.time;
-        let truths = match &frame.both {
-            Some(both) => both.sides.truth.as_ref().map_or(&[][..], |t| &t.sides),
-            None => frame.truth.map_or(&[][..], from_ref),
-        };
+        let truths = frame.truths();
         for (traces, truth) in self.truths.iter_mut().zip(truths) {
             traces.add(frame.time, truth);
         }
         if let Some(truth) = frame.truth {
             self.add_truth(frame.time, truth);
         }
+        self.has_truth |= !truths.is_empty();
         let judge = |truth: &Truth| (truth.time, self.rule.judge(truth), Compared::of(truth));
         let judged: Vec<_> = truths.iter().map(judge).collect();
-        for (index, estimator) in self.estimators.iter_mut().enumerate() {
-            let estimate = frame.estimates.get(index).and_then(|e| e.as_ref().ok());
+        for estimator in &mut self.estimators {
+            let index = estimator.index;
+            let estimate = frame.estimate(index);
             let judged = judged.get(index.min(self.truths.len() - 1));
             if let Some((time, judged, _)) = judged {
                 estimator.score.add_judged(*time, judged, estimate);
             }
             let compared = judged.and_then(|(.., compared)| compared.as_ref());
             estimator.add(frame.time, compared, estimate);
-        }
-        for shown in &mut self.shown {
-            shown.add(frame, self.rule.compares(frame.time));
+            if estimator.is_shown {
+                estimator.add_shown(frame, estimate, self.rule.compares(frame.time));
+            }
         }
         self.records += 1;
     }
@@ -181,17 +166,7 @@ impl RunTraces {
 }
 
 impl TrueForces {
-    fn new(records: u64) -> Self {
-        let [normal_force, traction] = [(); 2].map(|()| traces(records));
-        Self {
-            normal_force,
-            traction,
-            is_empty: true,
-        }
-    }
-
     fn add(&mut self, time: f64, truth: &Truth) {
-        self.is_empty = false;
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let contact = wheel.equivalent_contact();
             self.normal_force[i].add(time, contact.map(|c| c.normal_force));
@@ -201,14 +176,25 @@ impl TrueForces {
 }
 
 impl EstimatorTraces {
-    fn new(index: usize, estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {
+    fn new(
+        index: usize,
+        estimator: &EstimatorDescription,
+        records: u64,
+        rule: Rule,
+        is_shown: bool,
+    ) -> Self {
+        let three = || [(); 3].map(|()| Estimated::new(records));
         Self {
             index,
             name: estimator.label.clone(),
             figure: figure_of(estimator),
-            normal_force: estimated(records),
-            error: estimated(records),
+            normal_force: three(),
+            error: three(),
             score: Score::new(rule),
+            is_shown,
+            traction: three(),
+            pins: [(); 3].map(|()| [(); 2].map(|()| Estimated::new(records))),
+            pin_errors: Default::default(),
         }
     }
 
@@ -223,13 +209,9 @@ impl EstimatorTraces {
             self.error[i].add_around(time, error, Some(0.0), sigma);
         }
     }
-}
 
-impl Shown {
-    fn add(&mut self, frame: &Frame<'_>, compared: bool) {
+    fn add_shown(&mut self, frame: &Frame<'_>, estimate: Option<&Estimate>, compared: bool) {
         let time = frame.time;
-        let estimate = frame.estimates.get(self.index);
-        let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
         for i in 0..3 {
             let traction = estimate.map(|e| e.traction[i]);
             let sigma = estimate.and_then(|e| e.sigma_traction(i));
@@ -274,14 +256,6 @@ fn figure_of(estimator: &EstimatorDescription) -> (String, String) {
         let title = format!("Normal forces, estimator {label}");
         (format!("normal_force_{label}"), title)
     }
-}
-
-fn traces(records: u64) -> [Trace; 3] {
-    [(); 3].map(|()| Trace::new(records))
-}
-
-fn estimated(records: u64) -> [Estimated; 3] {
-    [(); 3].map(|()| Estimated::new(records))
 }
 
 /// True position of a pin from Q, mm.

@@ -26,6 +26,14 @@ pub struct MeanForces {
     pub parity: Option<f64>,
     /// Records with an estimate: those of which the numbers below are a part.
     pub records: u64,
+    /// How many of them have a flag.
+    #[serde(flatten)]
+    pub flags: FlagCounts,
+}
+
+/// Numbers of records with a flag.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlagCounts {
     /// Records with a wheel without load.
     pub unloaded: u64,
     /// Records with the linkage at an end stop.
@@ -67,8 +75,7 @@ pub(super) struct ForceSums {
     needed: [(f64, f64, u64); 3],
     parity: f64,
     parities: u64,
-    /// Unloaded, at a stop, missing, stale, absurd, out of range.
-    flags: [u64; 6],
+    flags: FlagCounts,
 }
 
 impl ForceSums {
@@ -80,17 +87,13 @@ impl ForceSums {
         };
         self.samples += 1;
         let has = |flag| estimate.flags.contains(flag);
-        let found = [
-            Flags::WHEEL_UNLOADED.into_iter().any(has),
-            has(Flags::AT_STOP),
-            has(Flags::SENSOR_MISSING),
-            has(Flags::SENSOR_STALE),
-            has(Flags::SENSOR_ABSURD),
-            has(Flags::OUT_OF_RANGE),
-        ];
-        for (count, found) in self.flags.iter_mut().zip(found) {
-            *count += u64::from(found);
-        }
+        let is_unloaded = Flags::WHEEL_UNLOADED.into_iter().any(has);
+        self.flags.unloaded += u64::from(is_unloaded);
+        self.flags.at_stop += u64::from(has(Flags::AT_STOP));
+        self.flags.reading_missing += u64::from(has(Flags::SENSOR_MISSING));
+        self.flags.reading_stale += u64::from(has(Flags::SENSOR_STALE));
+        self.flags.reading_absurd += u64::from(has(Flags::SENSOR_ABSURD));
+        self.flags.out_of_range += u64::from(has(Flags::OUT_OF_RANGE));
         if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
             self.parities += 1;
             self.parity += (parity.value / parity.sigma).powi(2);
@@ -128,7 +131,6 @@ impl ForceSums {
         let sigma = |sums: &[f64; 3]| sums.map(|sum| mean(sum.max(0.0), self.variances).sqrt());
         let stated = (self.variances > 0).then(|| self.variance.each_ref().map(sigma));
         let needed = self.needed.map(|needed| Some(needed).filter(|n| n.2 > 0));
-        let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
         Some(MeanForces {
             normal_force: self.normal_force.map(|sum| mean(sum, self.averaged)),
             traction: self.traction.map(|sum| mean(sum, self.averaged)),
@@ -138,12 +140,7 @@ impl ForceSums {
             largest_needed_friction: needed.map(|n| n.map(|(_, largest, _)| largest)),
             parity: (self.parities > 0).then(|| mean(self.parity, self.parities).sqrt()),
             records: self.samples,
-            unloaded,
-            at_stop,
-            reading_missing: missing,
-            reading_stale: stale,
-            reading_absurd: absurd,
-            out_of_range,
+            flags: self.flags,
         })
     }
 }

@@ -9,7 +9,7 @@ use super::parts::{
 };
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;
-use robhaz_estimator::TorqueScale;
+use robhaz_estimator::{Estimate, TorqueScale};
 use robhaz_run::{
     ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
 };
@@ -51,6 +51,33 @@ struct EstimatorSums {
 }
 
 impl EstimatorSums {
+    /// Adds a record; its truth with whether it counts, if there is one.
+    fn add(
+        &mut self,
+        time: f64,
+        judged: Option<&(&Truth, Inclusion)>,
+        estimate: Option<&Estimate>,
+        counts: bool,
+    ) {
+        if let Some((truth, judged)) = judged {
+            self.score.add_judged(truth.time, judged, estimate);
+            if let Some(contacts) = &mut self.contacts {
+                contacts.add(truth, estimate);
+            }
+        }
+        if let Some(kalman) = estimate.and_then(|e| e.kalman.as_ref()) {
+            for name in kalman.health.faulty.names() {
+                let (first_s, records) = (time, 0);
+                let faulty = self.faulty_channels.entry(name.to_owned());
+                faulty.or_insert(Faulty { first_s, records }).records += 1;
+            }
+            self.scale = kalman.torque_scale.or(self.scale);
+        }
+        if let Some(forces) = self.forces.as_mut().filter(|_| counts) {
+            forces.add(estimate);
+        }
+    }
+
     /// The summary of the estimator of a run, whose records had a truth if `compared`.
     fn summary(&self, name: &str, run: &RunDescription, compared: bool) -> EstimatorSummary {
         let score = &self.score;
@@ -146,32 +173,8 @@ impl SummarySink {
         })
     }
 
-    /// Compares an estimator at a record with the truth.
-    fn compare_estimate(
-        &mut self,
-        i: usize,
-        truth: &Truth,
-        judged: Option<&Inclusion>,
-        frame: &Frame<'_>,
-    ) {
-        let Some(sums) = self.estimators.get_mut(i) else {
-            return;
-        };
-        let estimate = frame.estimates.get(i).and_then(|e| e.as_ref().ok());
-        if let Some(judged) = judged {
-            sums.score.add_judged(truth.time, judged, estimate);
-        }
-        if let Some(contacts) = &mut sums.contacts {
-            contacts.add(truth, estimate);
-        }
-    }
-
-    /// Adds a record with its truth.
-    fn compare(&mut self, truth: &Truth, frame: &Frame<'_>) {
-        let judged = self.rule.map(|rule| rule.judge(truth));
-        for i in 0..self.estimators.len() {
-            self.compare_estimate(i, truth, judged.as_ref(), frame);
-        }
+    /// Adds the course of a simulation at a record.
+    fn add_truth(&mut self, truth: &Truth, frame: &Frame<'_>) {
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
         }
@@ -222,41 +225,26 @@ impl Sink for SummarySink {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        let Some(rule) = self.rule else {
+            return Ok(());
+        };
+        let truths = frame.truths().iter();
+        let judged: Vec<_> = truths.map(|truth| (truth, rule.judge(truth))).collect();
+        self.compared |= !judged.is_empty();
         if let Some(truth) = frame.truth {
-            self.compared = true;
-            self.compare(truth, frame);
+            self.add_truth(truth, frame);
         }
         self.grounds.add(frame);
-        let counts = self.rule.is_some_and(|rule| rule.compares(frame.time));
+        let counts = rule.compares(frame.time);
         if let Some(both) = &frame.both {
-            for (k, truth) in both
-                .sides
-                .truth
-                .iter()
-                .flat_map(|t| t.sides.iter().enumerate())
-            {
-                self.compared = true;
-                let judged = self.rule.map(|rule| rule.judge(truth));
-                self.compare_estimate(k, truth, judged.as_ref(), frame);
-            }
             self.both.add_scale(both);
             if counts {
                 self.both.add(frame.time, both);
             }
         }
-        for (sums, estimate) in self.estimators.iter_mut().zip(frame.estimates) {
-            let estimate = estimate.as_ref().ok();
-            if let Some(estimate) = estimate {
-                for name in estimate.kalman.iter().flat_map(|k| k.health.faulty.names()) {
-                    let (first_s, records) = (frame.time, 0);
-                    let faulty = sums.faulty_channels.entry(name.to_owned());
-                    faulty.or_insert(Faulty { first_s, records }).records += 1;
-                }
-                sums.scale = estimate.kalman.and_then(|k| k.torque_scale).or(sums.scale);
-            }
-            if let Some(forces) = sums.forces.as_mut().filter(|_| counts) {
-                forces.add(estimate);
-            }
+        for (k, sums) in self.estimators.iter_mut().enumerate() {
+            let judged = judged.get(k).or(judged.last());
+            sums.add(frame.time, judged, frame.estimate(k), counts);
         }
         Ok(())
     }

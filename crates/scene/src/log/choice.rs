@@ -125,6 +125,9 @@ impl LogChoice {
             false => format!("{name}, nominal"),
         };
         let (simulated, spec) = (&scene.robot, &scene.sensors.spec);
+        let is_same = robot.geometry == simulated.robot.geometry;
+        let geometry = name(&simulated.geometry_name, is_same);
+        let mass = name(&simulated.mass_name, robot.mass == simulated.robot.mass);
         let nominal = |damping: f64| scene.model_error.nominal_damping(damping);
         let common = nominal(scene.drive.viscous_damping);
         let estimator = |choice: &EstimatorChoice| {
@@ -139,14 +142,7 @@ impl LogChoice {
             // The simulated robot.
             sides: LogSides::Plane,
             states_sides: false,
-            robot: RobotChoice::new(
-                name(
-                    &simulated.geometry_name,
-                    robot.geometry == simulated.robot.geometry,
-                ),
-                name(&simulated.mass_name, robot.mass == simulated.robot.mass),
-                robot,
-            ),
+            robot: RobotChoice::new(geometry, mass, robot),
             states_robot: true,
             states_loads: true,
             states_friction: true,

@@ -8,15 +8,7 @@ use crate::robot::{ROBOT, RobotChoice};
 use crate::values::{Covariance, MEASURED};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_keys::error::{FileError, Problem};
-use robhaz_keys::form::{Form, KeyReference, Maybe, Out, word};
-use robhaz_keys::key::{self, keys, section};
-use robhaz_keys::quantity::{
-    ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
-};
-use robhaz_keys::reader::Reader;
-use robhaz_keys::source::Node;
-use robhaz_keys::values::{NAME, text};
+use robhaz_keys::prelude::*;
 use robhaz_masses::{Tolerances, WeighError};
 use robhaz_model::Units;
 use std::path::Path;
@@ -279,28 +271,26 @@ impl LogChoice {
     /// # Errors
     /// [`FileError`] with all problems of these keys, or a file without the section.
     pub fn take_robot(&mut self, path: &Path) -> Result<(), FileError> {
-        self.robot = RobotChoice::load(path)?;
-        self.states_robot = true;
-        Reader::load(path, ROBOT_FILE, |text, shown, folder| {
-            let reader = Reader::new(folder.to_owned(), |_| None);
-            reader.read(shown, text, |reader, root| {
-                let budget = root.get("budget").and_then(Node::entries);
-                for entry in budget.unwrap_or_default() {
-                    if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
-                        self.states_loads = true;
-                        reader.entry(BUDGET, entry, "budget", self);
-                    }
+        let mut robot = RobotChoice::default();
+        read_robot(path, |reader, root| {
+            robot = RobotChoice::of_section(reader, root);
+            let entries = |section: &str| root.get(section).and_then(Node::entries);
+            for entry in entries("budget").unwrap_or_default() {
+                if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
+                    self.states_loads = true;
+                    reader.entry(BUDGET, entry, "budget", self);
                 }
-                let drive = root.get("drive").and_then(Node::entries);
-                let mut drive = drive.unwrap_or_default().iter();
-                if !self.states_damping
-                    && let Some(entry) = drive.find(|entry| entry.key == "viscous_damping")
-                {
-                    self.states_damping = true;
-                    reader.entry(DRIVE, entry, "drive", self);
-                }
-            })
-        })
+            }
+            let mut drive = entries("drive").unwrap_or_default().iter();
+            if !self.states_damping
+                && let Some(entry) = drive.find(|entry| entry.key == "viscous_damping")
+            {
+                self.states_damping = true;
+                reader.entry(DRIVE, entry, "drive", self);
+            }
+        })?;
+        (self.robot, self.states_robot) = (robot, true);
+        Ok(())
     }
 
     /// The description as a file that reads back as this one. `version` names the program that
@@ -315,6 +305,14 @@ impl LogChoice {
 
 /// What a file of a robot is.
 const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a scene, such as the lines `[robot]`, `geometry = \"A\"` (or a file with a geometry), `mass = \"caption\"`";
+/// Reads a file of a robot.
+fn read_robot<T>(path: &Path, read: impl FnOnce(&mut Reader, &Node) -> T) -> Result<T, FileError> {
+    Reader::load(path, ROBOT_FILE, |text, shown, folder| {
+        let reader = Reader::new(folder.to_owned(), |_| None);
+        reader.read(shown, text, |reader, root| read(reader, &root))
+    })
+}
+
 /// The keys of `[budget]` that belong to the robot, not to its sensors.
 const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
 
@@ -325,20 +323,19 @@ impl RobotChoice {
     /// # Errors
     /// [`FileError`] with all problems of `[robot]`, or a file without that section.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        Reader::load(path, ROBOT_FILE, |text, shown, folder| {
-            let reader = Reader::new(folder.to_owned(), |_| None);
-            reader.read(shown, text, |reader, root| {
-                let mut robot = Self::default();
-                match root.get("robot") {
-                    Some(section) => ROBOT.read(reader, section, "robot", &mut robot),
-                    None => {
-                        let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
-                        reader.push(Problem::unread(shown, message));
-                    }
-                }
-                robot
-            })
-        })
+        read_robot(path, Self::of_section)
+    }
+
+    fn of_section(reader: &mut Reader, root: &Node) -> Self {
+        let mut robot = Self::default();
+        match root.get("robot") {
+            Some(section) => ROBOT.read(reader, section, "robot", &mut robot),
+            None => {
+                let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
+                reader.push(Problem::unread(root.origin.source.text.name(), message));
+            }
+        }
+        robot
     }
 
     /// A weighed robot as a file: `[robot]`, and the keys of `[budget]` that go with it. `version`

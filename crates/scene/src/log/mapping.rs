@@ -3,13 +3,7 @@
 use super::reading::{
     ANY, ImuChoice, READINGS, ReadingChoice, is_of_body, is_of_both, is_optional,
 };
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, items, quoted, word};
-use robhaz_keys::key::{List, keys};
-use robhaz_keys::quantity::{TIME, number};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::Node;
-use robhaz_keys::values::text;
+use robhaz_keys::prelude::*;
 use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.

@@ -1,14 +1,7 @@
 //! `[reading.NAME]`: readings that are numbers in a column; `[imu.LINK]`: inclination and rate from
 //! an inertial measurement unit.
 
-use robhaz_keys::form::{Array, Form, KeyReference, Plain, array, dependent, object, word};
-use robhaz_keys::key::{self, Key, keys};
-use robhaz_keys::quantity::{
-    ANGLE, ANGULAR_RATE, Dimension, NONE, Range, TORQUE, above, at_least, number, with_unit,
-};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::Node;
-use robhaz_keys::values::text;
+use robhaz_keys::prelude::*;
 use robhaz_model::named;
 use serde_json::{Value as Json, json};
 use std::f64::consts::{PI, TAU};

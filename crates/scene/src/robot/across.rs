@@ -1,13 +1,9 @@
 //! `[robot.across]`: what lies across in a rover with both sides.
 
+use crate::robot::fault::Fault;
 use crate::robot::inertias::too_large_across;
 use crate::values::{FARTHEST, POINT};
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{Array, Maybe, array, word};
-use robhaz_keys::key::keys;
-use robhaz_keys::quantity::{INERTIA, LENGTH, Number, above, at_least, number};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::Node;
+use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Coupling, Robot, Suspension, Vec2, WholeRover};
 
 /// What a file states; the rest follows from the side. The default is before a file is read.
@@ -95,8 +91,8 @@ impl Across {
         }
     }
 
-    /// The key at fault and why.
-    fn check(&self, side: &Robot) -> Result<(), (&'static str, String)> {
+    /// Checks it for a side.
+    pub(crate) fn check(&self, side: &Robot) -> Result<(), Fault> {
         if side.geometry.suspension == Suspension::FourBar {
             let message = "the robot is a four-bar: how two of them share the body's moment, statics do not say; allowed: [robot.across] with suspension.kind = \"bogie\", or none";
             return Err(("coupling", message.to_owned()));
@@ -109,16 +105,5 @@ impl Across {
             return Err(("body_place", message));
         }
         too_large_across(&self.rover(side)).map_or(Ok(()), Err)
-    }
-
-    /// Reports what cannot be, at its key.
-    pub(crate) fn report(&self, reader: &mut Reader, robot: &Node, side: &Robot) {
-        let (Err((key, message)), Some(table)) = (self.check(side), robot.get("across")) else {
-            return;
-        };
-        let node = table.get(key).unwrap_or(table);
-        let message = format!("found {}, but {message}", node.origin.found());
-        let path = join("robot.across", key);
-        reader.push(Problem::at(&node.origin, &path, message).whole());
     }
 }

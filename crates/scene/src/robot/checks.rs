@@ -1,10 +1,9 @@
 //! Completes a half of `[robot]`, and checks it.
 
 use crate::robot::choice::{RobotChoice, SuspensionKind};
-use crate::robot::part::Fault;
+use crate::robot::fault::Fault;
 use crate::values::POINT;
-use robhaz_keys::form::Form;
-use robhaz_keys::source::Node;
+use robhaz_keys::prelude::*;
 use robhaz_model::{Geometry, GeometryError, Outline, Suspension};
 
 /// Largest deviation of an axle's height from the wheel radius in the nominal pose, m.

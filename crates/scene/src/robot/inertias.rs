@@ -1,75 +1,44 @@
 //! Inertias that no part of a robot can have: in another unit, such as kg cm^2.
 
+use crate::robot::fault::Fault;
 use robhaz_keys::quantity::rounded;
 use robhaz_model::{Robot, WholeRover};
 
-/// A key, the inertia found there, mass and size of its part, and the part.
-type Inertia = (&'static str, f64, f64, f64, &'static str);
+/// A part in words, its mass, kg, and its size, m.
+type Part = (&'static str, f64, f64);
 
 /// The key under `robot.mass` of an inertia beyond the mass of its part times the square of its size, and why.
-pub(crate) fn too_large(robot: &Robot) -> Option<(&'static str, String)> {
+pub(crate) fn too_large(robot: &Robot) -> Option<Fault> {
     let (mass, size) = (&robot.mass, size(robot));
-    let radius = robot.geometry.wheel_radius;
-    let links = mass.links.into_iter().zip(mass.link_inertias);
-    let links = links.map(|(mass, inertia)| ("link_inertias", inertia, mass, size, "a link"));
+    let body = ("the body", mass.body, size);
+    let wheel = ("a wheel", mass.wheel, robot.geometry.wheel_radius);
     // The rotors, through their gears, resist as a mass of inertia over radius squared at the rims would: that of the
     // whole robot is far above what a motor has.
-    let [body, wheel, rotor] = [
-        (
-            "body_inertia",
-            mass.body_inertia,
-            mass.body,
-            size,
-            "the body",
-        ),
-        (
-            "wheel_inertia",
-            mass.wheel_inertia,
-            mass.wheel,
-            radius,
-            "a wheel",
-        ),
-        (
-            "rotor_inertia",
-            mass.rotor_inertia,
-            mass.total(),
-            size,
-            "the robot",
-        ),
-    ];
-    [body, wheel, rotor]
-        .into_iter()
-        .chain(links)
-        .find_map(beyond)
+    let whole = ("the robot", mass.total(), size);
+    let mut links = mass.links.into_iter().zip(mass.link_inertias);
+    beyond("body_inertia", mass.body_inertia, body)
+        .or_else(|| beyond("wheel_inertia", mass.wheel_inertia, wheel))
+        .or_else(|| beyond("rotor_inertia", mass.rotor_inertia, whole))
+        .or_else(|| links.find_map(|(mass, found)| of_link(found, mass, size)))
 }
 
 /// The same of a key under `robot.across`.
-pub(crate) fn too_large_across(rover: &WholeRover) -> Option<(&'static str, String)> {
-    let mass = &rover.side.mass;
+pub(crate) fn too_large_across(rover: &WholeRover) -> Option<Fault> {
+    let (mass, geometry) = (&rover.side.mass, &rover.side.geometry);
     let width = 2.0 * rover.half_tracks.into_iter().fold(0.0, f64::max);
     let size = size(&rover.side).hypot(width);
-    let body = rover
-        .body_inertia
-        .map(|inertia| ("body_inertia", inertia, 2.0 * mass.body, size, "the body"));
-    let links = rover
-        .link_inertias
-        .into_iter()
-        .zip(mass.links)
-        .flat_map(|(inertias, mass)| {
-            inertias.map(|inertia| ("link_inertias", inertia, mass, size, "a link"))
-        });
-    let radius = rover.side.geometry.wheel_radius;
-    let wheel = (
-        "wheel_inertia",
-        rover.wheel_inertia,
-        mass.wheel,
-        radius,
-        "a wheel",
-    );
-    body.into_iter()
-        .chain(links)
-        .chain([wheel])
-        .find_map(beyond)
+    let body = ("the body", 2.0 * mass.body, size);
+    let mut bodies = rover.body_inertia.into_iter();
+    let links = rover.link_inertias.into_iter().zip(mass.links);
+    let mut links = links.flat_map(|(found, mass)| found.map(|found| (found, mass)));
+    let wheel = ("a wheel", mass.wheel, geometry.wheel_radius);
+    (bodies.find_map(|found| beyond("body_inertia", found, body)))
+        .or_else(|| links.find_map(|(found, mass)| of_link(found, mass, size)))
+        .or_else(|| beyond("wheel_inertia", rover.wheel_inertia, wheel))
+}
+
+fn of_link(found: f64, mass: f64, size: f64) -> Option<Fault> {
+    beyond("link_inertias", found, ("a link", mass, size))
 }
 
 /// No part of a side reaches farther than from wheel to wheel and as high as the highest pin or centre, m.
@@ -86,7 +55,7 @@ fn size(robot: &Robot) -> f64 {
 }
 
 /// The key of an inertia that is too large, and why.
-fn beyond((key, found, mass, size, part): Inertia) -> Option<(&'static str, String)> {
+fn beyond(key: &'static str, found: f64, (part, mass, size): Part) -> Option<Fault> {
     let most = mass * size * size;
     (found > most).then(|| {
         let message = format!(

@@ -5,13 +5,7 @@ use crate::robot::checks::{check, complete, suspend};
 use crate::robot::choice::{RobotChoice, SuspensionKind};
 use crate::robot::part::Part;
 use crate::values::{FARTHEST, POINT};
-use robhaz_keys::form::{Array, Form, Maybe, Plain, array, word};
-use robhaz_keys::key::{keys, section};
-use robhaz_keys::quantity::{
-    ANGLE, INERTIA, LENGTH, MASS, Number, STOP_DAMPING, STOP_STIFFNESS, above, at_least, number,
-};
-use robhaz_keys::source::{Node, Value};
-use robhaz_keys::values::TEXT;
+use robhaz_keys::prelude::*;
 use robhaz_model::{Carrier, GRAVITY, Robot, Vec2};
 use serde_json::json;
 use std::f64::consts::PI;

@@ -3,6 +3,7 @@
 mod across;
 mod checks;
 mod choice;
+mod fault;
 mod inertias;
 mod keys;
 mod part;

@@ -1,19 +1,13 @@
 //! A half of `[robot]`: by the name of a built-in, from a file, or a table.
 
 use crate::robot::choice::RobotChoice;
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, KeyReference, Out, did_you_mean, quoted};
-use robhaz_keys::key::{self, Key};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{self, Entry, Node, Origin, Source, Value};
+use crate::robot::fault::{Fault, report};
+use robhaz_keys::prelude::*;
 use serde_json::{Value as Json, json};
 use std::path::Path;
 
 /// A robot file that is compiled into the program: its name, path and text.
 pub type BuiltIn = (&'static str, &'static str, &'static str);
-
-/// The key at fault, and why.
-pub type Fault = (&'static str, String);
 
 /// One of the two halves of `[robot]`.
 pub(crate) struct Part {
@@ -41,10 +35,8 @@ impl Form for Part {
         if reader.mark() > mark {
             return;
         }
-        if let Err((key, message)) = (self.check)(into, &node) {
-            let at = node.find(key).unwrap_or(&node);
-            let message = format!("found {}, but {message}", at.origin.found());
-            reader.push(Problem::at(&at.origin, &join(path, key), message).whole());
+        if let Err(fault) = (self.check)(into, &node) {
+            report(reader, &node, path, fault);
         }
     }
 

@@ -1,12 +1,10 @@
 //! `[robot]` as a whole: whether the robot can stand.
 
 use crate::robot::choice::{RobotChoice, SuspensionKind};
+use crate::robot::fault::report;
 use crate::robot::inertias::too_large;
 use crate::robot::keys::{GEOMETRY_PART, KEYS, MASS_PART};
-use robhaz_keys::error::Problem;
-use robhaz_keys::key::{Table, section};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::Node;
+use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Pin, StanceError};
 
 /// `[robot]`
@@ -14,8 +12,11 @@ pub(crate) const ROBOT: Table<RobotChoice> = Table {
     check: |reader, section, robot| {
         robot.steering.mount(&mut robot.robot);
         check_stance(reader, section, robot);
-        if let Some(across) = &robot.across {
-            across.report(reader, section, &robot.robot);
+        let across = robot.across.as_ref().zip(section.get("across"));
+        if let Some((across, table)) = across
+            && let Err(fault) = across.check(&robot.robot)
+        {
+            report(reader, table, "robot.across", fault);
         }
     },
     ..section(KEYS)
@@ -37,11 +38,9 @@ fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
         }
         return;
     }
-    if let Some((key, message)) = too_large(&robot.robot) {
+    if let Some(fault) = too_large(&robot.robot) {
         if let Some((_, masses, path)) = MASS_PART.content(reader, section.get("mass")) {
-            let node = masses.find(key).unwrap_or(&masses);
-            let message = format!("found {}, but {message}", node.origin.found());
-            reader.push(Problem::at(&node.origin, &join(path, key), message).whole());
+            report(reader, &masses, path, fault);
         }
         return;
     }

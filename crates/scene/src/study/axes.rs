@@ -2,12 +2,7 @@
 
 use super::choice::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::load::reference;
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, Plain, items, read_only};
-use robhaz_keys::key::{self, keys};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{Node, Value};
-use robhaz_keys::values::text;
+use robhaz_keys::prelude::*;
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeSet, HashSet};
 

@@ -2,10 +2,7 @@
 
 use crate::load::reference;
 use crate::scene::Scene;
-use robhaz_keys::error::{FileError, Problem};
-use robhaz_keys::overrides::{Step, steps};
-use robhaz_keys::quantity::short;
-use robhaz_keys::source::{self, Node, Origin, Value};
+use robhaz_keys::prelude::*;
 use robhaz_model::named;
 use std::fmt;
 use std::path::{Path, PathBuf};

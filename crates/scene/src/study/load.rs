@@ -2,12 +2,7 @@
 
 use super::axes::{Axes, MOST_RUNS, RUNS};
 use super::choice::{Axis, DrawMethod, Draws, StudyChoice, StudyTables};
-use robhaz_keys::error::{FileError, Problem};
-use robhaz_keys::form::{Form, read_only, word};
-use robhaz_keys::key::{keys, section};
-use robhaz_keys::reader::Reader;
-use robhaz_keys::source::Node;
-use robhaz_keys::values::{NAME, SEED, from_stem, text};
+use robhaz_keys::prelude::*;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

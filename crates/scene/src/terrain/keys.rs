@@ -2,10 +2,7 @@
 
 use super::ground::Ground;
 use super::points::{COLUMN, FILE, HASH, Points};
-use robhaz_keys::form::{Maybe, word};
-use robhaz_keys::key::{List, keys};
-use robhaz_keys::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
-use robhaz_keys::values::{COUNT, SEED, SWITCH};
+use robhaz_keys::prelude::*;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Interpolation, RoughClass};
 

@@ -6,11 +6,7 @@ use super::keys::{
     BUMPS, COSBUMP, DITCH, HEIGHTS, RAMP, ROUGH, SINE, STAIRS, START, STEP, STRETCHES,
 };
 use super::points::{self, Track};
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Form, KeyReference, Out, items, object, word};
-use robhaz_keys::key::{self, Key, keys, properties, required};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{Entry, Node};
+use robhaz_keys::prelude::*;
 use robhaz_terrain::{
     Ditch, Heights, Profile, Ramp, Rough, RoughSettings, Sine, Stairs, check_risers,
 };
@@ -26,6 +22,18 @@ struct Kind {
     keys: &'static [&'static [Key<Ground>]],
     /// The ground that the values of these keys give, and the files of its points.
     profile: fn(&mut Site<'_>, Ground) -> Option<Built>,
+}
+
+impl Kind {
+    fn own(&self) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
+        self.keys.iter().copied().flatten()
+    }
+}
+
+/// The kinds that have a key of this name.
+fn owners(name: &str) -> Vec<&'static str> {
+    let has = |kind: &&Kind| kind.own().any(|key| key.name == name);
+    KINDS.iter().filter(has).map(|kind| kind.name).collect()
 }
 
 /// Where a ground is read.
@@ -151,34 +159,15 @@ impl Terrain {
     /// The keys of a ground: those of every kind, those of the kind.
     fn keys(&self, kind: &Kind) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
         let stretches = if self.is_part { &[] } else { STRETCHES };
-        let own = kind.keys.iter().copied().flatten();
-        COMMON.iter().chain(stretches).chain(own)
+        COMMON.iter().chain(stretches).chain(kind.own())
     }
 
-    /// Refuses a key that the kind does not take, unless the keys of other kinds are ignored.
-    fn refuse(
-        &self,
-        reader: &mut Reader,
-        entry: &Entry,
-        path: &str,
-        kind: &Kind,
-        ignores_others: bool,
-    ) {
+    /// Refuses a key that the kind does not take.
+    fn refuse(&self, reader: &mut Reader, entry: &Entry, path: &str, kind: &Kind) {
         let name = entry.key.as_str();
-        let allowed = key::names(self.keys(kind));
-        let has = |kind: &&Kind| {
-            kind.keys
-                .iter()
-                .copied()
-                .flatten()
-                .any(|key| key.name == name)
-        };
-        let owners: Vec<&str> = KINDS.iter().filter(has).map(|kind| kind.name).collect();
+        let (allowed, owners) = (key::names(self.keys(kind)), owners(name));
         if owners.is_empty() {
             return reader.unknown(entry, path, &allowed);
-        }
-        if ignores_others {
-            return;
         }
         let allowed = match allowed.as_slice() {
             ["kind"] => "kind alone".to_owned(),
@@ -197,11 +186,8 @@ impl Terrain {
     /// Writes its keys, whose heading is written.
     fn write(&self, out: &mut Out, path: &str, choice: &TerrainChoice) {
         let kind = KINDS.iter().find(|kind| kind.name == choice.kind);
-        out.table(
-            self.keys(kind.unwrap_or(&KINDS[0])),
-            &mut Ground::of(choice),
-            path,
-        );
+        let keys = self.keys(kind.unwrap_or(&KINDS[0]));
+        out.table(keys, &mut Ground::of(choice), path);
     }
 }
 
@@ -220,6 +206,9 @@ impl Form for Terrain {
         };
         // Where an override sets the kind, the file's keys of its own kind are ignored.
         let ignores_file = chosen.is_some_and(|c| c.origin.is_override());
+        let is_ignored = |entry: &Entry| {
+            ignores_file && !entry.origin.is_override() && !owners(&entry.key).is_empty()
+        };
         let (mark, mut ground) = (reader.mark(), Ground::standard(kind.name));
         for entry in reader.entries(node, path) {
             match self.keys(kind).find(|key| key.name == entry.key) {
@@ -227,10 +216,8 @@ impl Form for Terrain {
                     let path = join(path, key.name);
                     key.field.read(reader, &entry.node, &path, &mut ground);
                 }
-                None => {
-                    let is_ignored = ignores_file && !entry.origin.is_override();
-                    self.refuse(reader, entry, path, kind, is_ignored);
-                }
+                None if is_ignored(entry) => {}
+                None => self.refuse(reader, entry, path, kind),
             }
         }
         reader.require(self.keys(kind), node, path);
@@ -253,7 +240,7 @@ impl Form for Terrain {
     /// All keys of the kinds, and for each kind which of them it takes.
     fn schema(&self, _defaults: Option<&mut TerrainChoice>) -> Json {
         let kinds = self.kinds();
-        let mut all = properties(COMMON, None);
+        let mut all = key::properties(COMMON, None);
         all["kind"]["enum"] = json!(self.names());
         let mut rules = Vec::new();
         for kind in kinds {
@@ -265,11 +252,11 @@ impl Form for Terrain {
                 "if": condition,
                 "then": {
                     "propertyNames": {"enum": key::names(self.keys(kind))},
-                    "required": required(self.keys(kind)),
+                    "required": key::required(self.keys(kind)),
                 },
             }));
             let own = self.keys(kind).skip(COMMON.len());
-            all.extend(properties(own, Some(&mut Ground::standard(kind.name))));
+            all.extend(key::properties(own, Some(&mut Ground::standard(kind.name))));
         }
         let mut schema = object(all, &[]);
         schema["allOf"] = json!(rules);
@@ -343,11 +330,7 @@ mod tests {
     /// describe one meaning.
     #[test]
     fn a_name_of_all_kinds_is_one_key() {
-        let keys = || {
-            KINDS
-                .iter()
-                .flat_map(|kind| kind.keys.iter().copied().flatten())
-        };
+        let keys = || KINDS.iter().flat_map(Kind::own);
         for (a, b) in keys().flat_map(|a| keys().map(move |b| (a, b))) {
             assert!(a.name != b.name || a.meaning == b.meaning, "{}", a.name);
         }
@@ -359,8 +342,8 @@ mod tests {
         assert_eq!(COMMON[0].meaning.split(';').count(), KINDS.len());
         for kind in KINDS {
             let given = |key: &&Key<Ground>| matches!(key.absent, key::Absent::Required);
-            let own = kind.keys.iter().copied().flatten();
-            if own.clone().any(|key| given(&key)) || kind.name == "heights" {
+            let mut own = kind.own();
+            if own.any(|key| given(&key)) || kind.name == "heights" {
                 // Without default; the tests of resolved scenes have these.
                 continue;
             }

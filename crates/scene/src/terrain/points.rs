@@ -1,14 +1,10 @@
 //! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
-use robhaz_keys::error::Problem;
-use robhaz_keys::form::{About, Array, Form, Plain, items, quote};
-use robhaz_keys::quantity::{LENGTH, Number, at_least, number, point};
-use robhaz_keys::reader::{Reader, join};
-use robhaz_keys::source::{self, Node, Origin, Source, Value, grouped};
-use robhaz_keys::values::text;
+use robhaz_keys::prelude::*;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
+use sha2::{Digest as _, Sha256};
 use std::sync::Arc;
 
 /// A file of points as the scene names it, with its content: the run's folder gets a copy.
@@ -32,10 +28,7 @@ impl Track {
 
     /// The hash that the resolved scene states: `sha256:` and 64 digits.
     pub fn hash(&self) -> String {
-        use sha2::Digest;
-        let digest = sha2::Sha256::digest(&self.bytes);
-        let digits: Vec<String> = digest.iter().map(|b| format!("{b:02x}")).collect();
-        format!("sha256:{}", digits.concat())
+        format!("sha256:{:x}", Sha256::digest(&self.bytes))
     }
 }
 
@@ -65,7 +58,7 @@ impl Form for Points {
         if let Value::Array(items) = &node.value
             && !(2..=MOST).contains(&items.len())
         {
-            let (count, allowed) = (grouped(items.len()), self.allowed());
+            let (count, allowed) = (source::grouped(items.len()), self.allowed());
             let message =
                 format!("found {count} points, allowed: {allowed}; more can stand in a file");
             return reader.push(Problem::at(&node.origin, path, message));
