@@ -66,10 +66,10 @@ impl Wiring {
         }
     }
 
-    /// Compares the pairings, where the torques differ enough, and have been followed for as long as the
-    /// means last.
+    /// Compares the pairings, where the torques differ enough, and have been followed for half as long as
+    /// the means last.
     fn judge(&mut self) {
-        if self.answer.followed < WINDOW {
+        if self.answer.followed < 0.5 * WINDOW {
             return;
         }
         if self.answer.torque_torque < 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE {
