@@ -179,6 +179,12 @@ impl Estimator {
         Ok((dt, flags))
     }
 
+    /// For a side of a whole rover that is carried: the filters start anew with the next frame.
+    pub(crate) fn start_anew(&mut self) {
+        self.filters.start_anew(&self.nominal);
+        self.complete = false;
+    }
+
     /// For a side of a whole rover: advances the filters of `kalman` to a frame (SI), up to the
     /// equations of the forces. `across` is in SI.
     pub(crate) fn advance(

@@ -18,7 +18,7 @@ use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
-use crate::start::Start;
+use crate::start::{Carried, Start};
 use crate::statics::Forces;
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Units, Vec2, WholeRover, WholeRoverError};
@@ -92,6 +92,8 @@ pub struct WholeEstimator {
     /// The torques against the weight, by the mean of both sides, in the units of the filters.
     scale: ScaleFilter,
     start: Start,
+    /// By the roll: a side sees the inclination.
+    carried: Carried,
     time: Option<f64>,
 }
 
@@ -173,6 +175,7 @@ impl WholeEstimator {
             level,
             last: level,
             start: Start::new(settings.budget.inclination_noise),
+            carried: Carried::default(),
             time: None,
             rover: rover.clone(),
             settings,
@@ -245,11 +248,21 @@ impl WholeEstimator {
     }
 
     /// The filter of the roll starts anew where the first frames show that the rover drives, as those of
-    /// the sides do. `interrupted`: there is a gap before this frame.
+    /// the sides do; they do, too, where it is tilted while its wheels stand. `interrupted`: there is a gap
+    /// before this frame.
     fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
         let now = frame.time / self.units.time;
         let (noise, moves) = self.start.take(now, &frame.wheel_angle, interrupted);
         self.settings.budget.inclination_noise = noise;
+        if let [Some(a), Some(b), Some(c), ..] = frame.wheel_angle
+            && self.roll.started
+            && self.carried.take([a, b, c], [self.roll.angle(); 2])
+        {
+            self.carried = Carried::default();
+            for side in &mut self.sides {
+                side.start_anew();
+            }
+        }
         if moves.is_some() || interrupted {
             self.roll = LinkAngleKalman::new(&self.settings.budget);
         }
