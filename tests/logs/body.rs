@@ -148,3 +148,23 @@ fn a_log_of_the_body_gives_forces() {
         text(&output.stderr)
     );
 }
+
+/// Rates of links that are made of a pin's angle lag behind their inclinations as their filter does: the
+/// exported table of a run of such sensors has no fault of a delay, nor any other.
+#[test]
+fn the_exported_table_of_a_rover_has_no_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let rover = root().join("robots/open-source-rover.toml");
+    let rover = rover.to_str().unwrap();
+    let done = |args: &[&str]| {
+        let output = robhaz(folder.path()).args(args).output().unwrap();
+        let said = text(&output.stdout) + &text(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        said
+    };
+    let engine = ["--engine", "direct", "--rerun", "off", "--out", "run"];
+    done(&[&["run", rover], &engine[..]].concat());
+    done(&["export", "run", "--to", "csv"]);
+    let said = done(&["check", "run.csv", "--robot", rover]);
+    assert!(said.contains("0 with a fault"), "{said}");
+}

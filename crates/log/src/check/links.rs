@@ -17,6 +17,7 @@ use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::rest::has_quiet;
 use crate::check::rewire::{Change, Channel};
+use robhaz_estimator::SensorFrame;
 use robhaz_model::Carrier;
 use robhaz_score::signals::{Allowed, delay, derivative, rms, robust_fit, smooth};
 use std::f64::consts::TAU;
@@ -306,8 +307,11 @@ pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
         let of_pin = pin_delay::finding(log, 2.0 * LONGEST_DELAY * changes.span);
         return [of_imu].into_iter().chain(of_pin).collect();
     }
+    // A rate that is made of the angle of a joint follows it as its filter does.
+    let of_link = |frame: &SensorFrame, k: usize| [frame.link1, frame.link2][k].rate_error;
+    let is_read = |k: &usize| log.frames.iter().all(|frame| of_link(frame, *k) <= 0.0);
     let of_link = |k: usize| delay_of(&log.recording, &changes, k);
-    [0, 1].map(of_link).into()
+    [0, 1].into_iter().filter(is_read).map(of_link).collect()
 }
 
 /// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
