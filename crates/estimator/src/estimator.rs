@@ -140,6 +140,7 @@ impl Estimator {
     /// and the flags of the readings.
     fn read(&mut self, frame: &SensorFrame) -> Result<(f64, Flags), EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
+        let set_back = flags.contains(Flags::SENSOR_STALE);
         let nominal = &self.nominal;
         // Where it contradicts the time stamps. The paper's filters use these.
         let by_wheels = self
@@ -149,7 +150,7 @@ impl Estimator {
             flags |= Flags::SENSOR_STALE;
             dt = if time.is_finite() { time } else { UNKNOWN_TIME };
         }
-        let interrupted = dt > LONGEST_GAP || flags.contains(Flags::SENSOR_STALE);
+        let interrupted = dt > LONGEST_GAP || set_back;
         let (noise, moves) = self.start.take(frame.time, &frame.wheel_angle, interrupted);
         self.nominal.settings.budget.inclination_noise = noise;
         let nominal = &self.nominal;
