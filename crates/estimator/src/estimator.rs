@@ -159,6 +159,7 @@ impl Estimator {
         flags |= self.inputs.take(frame, dt, &gate, with_angles);
         if !self.complete {
             if let Some(field) = self.inputs.never_read(with_angles) {
+                self.start.wait();
                 return Err(EstimateError::Missing { field });
             }
             self.complete = true;

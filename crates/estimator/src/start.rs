@@ -40,6 +40,11 @@ impl Start {
         }
     }
 
+    /// As before its first frame: another reading is still missing, without which nothing starts.
+    pub fn wait(&mut self) {
+        *self = Self::new(self.noise);
+    }
+
     /// Takes the angles of the wheels (rad) in a frame at the time `now` (s), both in the filters' units.
     /// `interrupted`: there is a gap before it. Returns the standard deviation of its inclinations, rad,
     /// and the speed of the rims, m/s, if it shows that the robot drives though it counted as standing.
