@@ -1,6 +1,6 @@
 //! Velocity of a wheel's centre relative to the ground.
 
-use crate::common::DRIVING_SPEED;
+use crate::common::ROLLING_SPEED;
 use robhaz_model::Vec2;
 
 /// Velocity of a wheel's centre, along the ground and away from it.
@@ -17,24 +17,31 @@ pub(crate) struct ContactVelocity {
 }
 
 impl ContactVelocity {
+    /// Speed from which on errors across change the size of the velocity by less than the slip is known
+    /// to, m/s: 3 mm/s of poor sensors by 0.05 mm/s.
+    /// Definition.
+    const FAST: f64 = 0.1;
+
     /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad), which errs
     /// by `widest` (rad) at most.
     ///
-    /// The speed away from the ground is linearised about the direction of the smooth velocity.
-    /// About the ground's direction, or that of the noisy velocity, it would be linear too. But
-    /// then errors of the slope, or the noise, would occur in the innovation and in the measurement
-    /// matrix, and each correction would change the size of the velocity.
+    /// A fast velocity is linearised about the direction of the smooth velocity: a wheel that meets
+    /// an edge leaves the estimated slope by far. The noise is not in that direction: it would occur
+    /// in the innovation and in the measurement matrix, and each correction would change the size of
+    /// the velocity.
     ///
-    /// A velocity that points away from the ground by more than `widest` is wrong itself, as after
-    /// an impact. Then the ground's direction is used: about a wrong one the corrections by three
-    /// wheels lead further away.
+    /// Below [`Self::FAST`] its errors across would make the velocity too large, by half of their
+    /// variance over the speed: for minutes the same small error of the slip. The ground's direction
+    /// makes no such error. It is used, too, for a velocity that points away from the ground by more than
+    /// `widest`, which is wrong itself, as after an impact: about a wrong one the corrections by
+    /// three wheels lead further away.
     pub fn new(smooth: Vec2, noise: Vec2, slope: f64, widest: f64) -> Self {
         let (sin, cos) = libm::sincos(slope);
         let away = smooth.y * cos - smooth.x * sin;
         let along = smooth.x * cos + smooth.y * sin;
         let size = robhaz_model::sqrt(smooth.norm_squared());
         let angle = libm::atan(away / along);
-        let (direction, speed, away) = if size < DRIVING_SPEED || angle.abs() > widest {
+        let (direction, speed, away) = if size < Self::FAST || angle.abs() > widest {
             (Vec2::new(cos, sin), along, away)
         } else {
             let speed = libm::copysign(size, along);
@@ -50,7 +57,7 @@ impl ContactVelocity {
 
     /// Whether the wheel rolls: it is fast enough for its slip to depend on T/N.
     pub fn rolls(&self) -> bool {
-        self.speed.abs() > DRIVING_SPEED
+        self.speed.abs() > ROLLING_SPEED
     }
 }
 
@@ -59,7 +66,7 @@ mod tests {
     use super::*;
 
     /// Closed form: a velocity of 0.3 m/s at 0.1 rad against the ground moves away at 0.03 m/s,
-    /// whatever the slope; below 0.02 m/s the components themselves count.
+    /// whatever the slope; below 0.1 m/s the components themselves count.
     #[test]
     fn speed_along_and_away_from_the_ground() {
         let velocity = |size: f64, angle: f64| Vec2::new(libm::cos(angle), libm::sin(angle)) * size;
@@ -75,10 +82,13 @@ mod tests {
                 assert!((found.away - 0.03 * forwards).abs() < 1e-12);
                 assert!(found.rolls());
             }
-            let slow = ContactVelocity::new(velocity(0.01, slope + 0.1), Vec2::zeros(), slope, 0.2);
-            assert!((slow.speed - 0.01 * libm::cos(0.1)).abs() < 1e-12);
-            assert!((slow.away - 0.01 * libm::sin(0.1)).abs() < 1e-12);
-            assert!(!slow.rolls());
+            for (size, rolls) in [(0.05, true), (0.001, false)] {
+                let slow =
+                    ContactVelocity::new(velocity(size, slope + 0.1), Vec2::zeros(), slope, 0.2);
+                assert!((slow.speed - size * libm::cos(0.1)).abs() < 1e-12);
+                assert!((slow.away - size * libm::sin(0.1)).abs() < 1e-12);
+                assert_eq!(slow.rolls(), rolls);
+            }
         }
     }
 

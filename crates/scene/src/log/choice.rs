@@ -51,6 +51,8 @@ pub struct LogChoice {
     /// Whether the errors of the robot's masses, centres of mass and pins are stated: here, or in
     /// the file of the robot.
     pub states_loads: bool,
+    /// Whether `budget.wheel_radius` is stated: 0 counts, too.
+    pub states_radius: bool,
     /// Whether `budget.gear_friction` is stated; else it follows from the robot.
     pub states_friction: bool,
     /// Whether `budget.torque_offset` is stated; else it follows from the robot.
@@ -96,6 +98,7 @@ impl Default for LogChoice {
             robot: scene.robot,
             states_robot: false,
             states_loads: false,
+            states_radius: false,
             states_friction: false,
             states_torque_offset: false,
             states_torque_noise: false,
@@ -145,6 +148,7 @@ impl LogChoice {
             robot: RobotChoice::new(geometry, mass, robot),
             states_robot: true,
             states_loads: true,
+            states_radius: true,
             states_friction: true,
             states_torque_offset: true,
             states_torque_noise: true,

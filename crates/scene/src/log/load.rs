@@ -248,7 +248,7 @@ impl LogChoice {
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(loads.map_err(refused)?);
-        if budget.wheel_radius <= 0.0 {
+        if !choice.states_radius {
             budget.wheel_radius = Tolerances::RADIUS;
         }
         let millimetres = |length: f64| (1e4 * length).round() / 10.0;
@@ -369,6 +369,7 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     choice.states_loads |= ROBOTS_BUDGET
         .iter()
         .any(|key| has(&format!("budget.{key}")));
+    choice.states_radius |= has("budget.wheel_radius");
     choice.states_friction |= has("budget.gear_friction");
     choice.states_torque_offset |= has("budget.torque_offset");
     choice.states_torque_noise |= has("budget.torque_noise");

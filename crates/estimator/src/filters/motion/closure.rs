@@ -10,7 +10,7 @@
 //! | channels | none of its own | none of its own |
 
 use super::filter::MotionFilter;
-use crate::common::DRIVING_SPEED;
+use crate::common::ROLLING_SPEED;
 use crate::deviation::GATE;
 use crate::filters::Measurement;
 use crate::state::{CONTACT_ANGLE, VELOCITY};
@@ -27,7 +27,7 @@ impl MotionFilter {
         let speed = robhaz_model::sqrt(velocity.norm_squared());
         let (cos, sin) = (velocity.x / speed, velocity.y / speed);
         // Written so that a NaN leaves, too.
-        if !(speed > DRIVING_SPEED) {
+        if !(speed > ROLLING_SPEED) {
             return 0.0;
         }
         // The angle changes with dy/dx by cos^2.
@@ -49,7 +49,7 @@ impl MotionFilter {
     /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while
     /// two wheels slide. The ground that the wheels ahead have passed does not.
     pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
-        let slow = DRIVING_SPEED * DRIVING_SPEED;
+        let slow = ROLLING_SPEED * ROLLING_SPEED;
         if !(self.velocity().norm_squared() > slow) || self.is_after_impact() {
             return;
         }

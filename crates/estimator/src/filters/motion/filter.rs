@@ -3,7 +3,7 @@
 
 use super::modes::Modes;
 use super::tuning;
-use crate::common::{DRIVING_SPEED, FILTER_TIME};
+use crate::common::{FILTER_TIME, ROLLING_SPEED};
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Expected, Kalman, Measurement};
@@ -166,7 +166,7 @@ impl MotionFilter {
 
     /// The process of the speeds of penetration: loads change along the ground.
     pub(super) fn penetration_process(&self) -> GaussMarkov {
-        let least = DRIVING_SPEED / tuning::REFERENCE_SPEED;
+        let least = ROLLING_SPEED / tuning::REFERENCE_SPEED;
         let speed = (self.speed() / tuning::REFERENCE_SPEED).max(least);
         tuning::PENETRATION_SPEED.at_speed(speed)
     }

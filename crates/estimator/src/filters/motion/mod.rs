@@ -13,7 +13,7 @@
 //!
 //! The first relates the contact angles to each other and to the gyroscopes. The second makes
 //! torque offsets observable: for a rolling wheel the slip gives T/N independently of the torque
-//! reading. Below 0.02 m/s this does not hold, and the constraint corrects the velocity only. The
+//! reading. Below 2 mm/s this does not hold, and the constraint corrects the velocity only. The
 //! third shows changes of the speed while no wheel grips. The fourth is the force balance with the
 //! normal forces eliminated: tractions, contact angles, weight and inertia must agree. It observes
 //! one combination of their errors. The fifth shows the slow error of the direction of the
