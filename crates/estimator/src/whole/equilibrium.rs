@@ -26,6 +26,8 @@ pub struct WholeEquilibrium {
     pub h_t: [Rows; 6],
     /// Columns of the axial forces A.
     pub h_a: [Rows; 6],
+    /// Axial force over N of a wheel that moves sideways, -: [`Self::slide`].
+    pub sliding: [f64; 6],
     /// Loads, N.
     pub f: Rows,
     /// Derivatives of the loads by the specific force x, y, z, kg.
@@ -129,6 +131,7 @@ impl WholeEquilibrium {
             h_n: core::array::from_fn(|i| column(i, contacts[i].normal)),
             h_t: core::array::from_fn(|i| column(i, contacts[i].tangent)),
             h_a: core::array::from_fn(|i| column(i, contacts[i].axial)),
+            sliding: [0.0; 6],
             f,
             by_specific_force,
             mean_load: mass * robhaz_model::sqrt(motion.specific_force.norm_squared()) / 6.0,
@@ -139,6 +142,29 @@ impl WholeEquilibrium {
             coupling: rover.coupling,
             wheel_radius,
         })
+    }
+
+    /// Takes the axial forces of wheels that move sideways, at a forward `speed` and with the slip speeds
+    /// `creep` at T = N, m/s: friction is the same in all directions, and its law along the wheel is
+    /// known. A rear bogie that rolls about its hinge moves its wheels across the ground.
+    pub fn slide(&mut self, motion: &WholeMotion, speed: f64, creep: &[f64; 6]) {
+        /// Largest axial force over N: firm ground.
+        /// Textbook.
+        const FRICTION: f64 = 0.7;
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let mut rate = motion.rate;
+            if let (Coupling::RearBogie, Link::Rocker(_)) = (self.coupling, self.links[i]) {
+                rate.x += motion.coupling.rate;
+            }
+            let velocity = Vec3::x() * speed + rate.cross(&contact.point);
+            let share = contact.axial.dot(&velocity) / (FRICTION * creep[i]);
+            self.sliding[i] = -FRICTION * share / robhaz_model::sqrt(1.0 + share * share);
+        }
+        // What all have in common, the force across that the rover needs shows.
+        let common = self.sliding.iter().sum::<f64>() / 6.0;
+        for sliding in &mut self.sliding {
+            *sliding -= common;
+        }
     }
 
     /// The rows of a load on a link: force (N) in a point relative to O (m), and moment (N m).

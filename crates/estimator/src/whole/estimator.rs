@@ -416,7 +416,9 @@ impl WholeEstimator {
         let posture = WholePosture::new(rover, &joints)?;
         let yaw = [self.yaw_rate, self.yaw[1]];
         let motion = inputs.motion(rover, &posture, roll, yaw);
-        let equations = WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
+        let mut equations =
+            WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
+        equations.slide(&motion, inputs.speed(), &inputs.creep());
         Ok((inputs, (posture, motion), equations))
     }
 

@@ -123,6 +123,11 @@ impl<'a> SideInputs<'a> {
         core::array::from_fn(|i| self.states[i / 3].traction[i % 3])
     }
 
+    /// Slip speed of the wheels at T = N, m/s.
+    pub fn creep(&self) -> [f64; 6] {
+        core::array::from_fn(|i| self.states[i / 3].creep[i % 3])
+    }
+
     /// Mean forward speed of both sides, m/s.
     pub fn speed(&self) -> f64 {
         0.5 * (self.states[0].velocity.x + self.states[1].velocity.x)

@@ -5,6 +5,7 @@
 //! every other error: each row counts for what it knows.
 
 use super::{ROWS, Rows, WholeEquilibrium, WholeError};
+use crate::filters::motion::CREEP_SIGMA;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
 /// What errs in the equations, in the order of their covariance.
@@ -36,6 +37,9 @@ const AXIAL: f64 = 0.03;
 /// Share of the variance of axial forces that both wheels of an axle's line have in common: a rigid
 /// body slides across with both. Chosen.
 const OF_AXLE: f64 = 0.7;
+/// Relative error of the axial forces of wheels that move sideways: that of the creep's prior, a tyre's
+/// stiffness across being that along within a factor of two. Textbook.
+const SLIDING: f64 = CREEP_SIGMA;
 /// Drilling moment of a wheel over its radius: friction of 0.7 over a contact as wide as half a
 /// radius. Chosen; sensitive.
 const DRILLING: f64 = 0.2;
@@ -188,14 +192,22 @@ impl WholeEquilibrium {
         }
     }
 
-    /// Axial force over N, from the row of the force y.
+    /// Axial force over N that all wheels have in common, from the row of the force y.
     fn axial_share(&self, y: &Rows, normal: &[f64; 6]) -> f64 {
         let (mut left, mut across) = (y[FORCE_Y], 0.0);
         for i in 0..6 {
             left -= self.h_n[i][FORCE_Y] * normal[i];
-            across += self.h_a[i][FORCE_Y] * normal[i].max(0.0);
+            let of_wheel = self.h_a[i][FORCE_Y] * normal[i].max(0.0);
+            left -= of_wheel * self.sliding[i];
+            across += of_wheel;
         }
         (left / across).clamp(-STEEPEST, STEEPEST)
+    }
+
+    /// The column of N of wheel `i` with its axial force, `axial` of which all wheels have in common.
+    fn column(&self, i: usize, axial: f64) -> Rows {
+        let share = (axial + self.sliding[i]).clamp(-STEEPEST, STEEPEST);
+        self.h_n[i] + self.h_a[i] * share
     }
 
     /// Variance of an axial force beyond the part that is proportional to N, N^2. Where the wheels
@@ -249,9 +261,12 @@ impl WholeEquilibrium {
         }
         let of_axial = self.axial_variance(traction, normal);
         let (left, right) = self.h_a.split_at(3);
-        for (left, right) in left.iter().zip(right) {
+        for (i, (left, right)) in left.iter().zip(right).enumerate() {
             let both = left + right;
             add(&(both * (OF_AXLE * of_axial)), &both);
+            let slides = |i: usize| self.sliding[i] * normal[i];
+            let both = left * slides(i) + right * slides(i + 3);
+            add(&(both * (SLIDING * SLIDING)), &both);
             for column in [left, right] {
                 add(&(column * ((1.0 - OF_AXLE) * of_axial)), column);
             }
@@ -285,7 +300,7 @@ impl WholeEquilibrium {
         // An orthonormal base of what the normal forces reach.
         let mut base = [Rows::zeros(); ROWS];
         for i in 0..6 {
-            let column = self.h_n[i] + self.h_a[i] * found.axial;
+            let column = self.column(i, found.axial);
             base[i] = beside(&base[..i], along(&white, &column))?;
         }
         let y = along(&white, &self.right_side(traction));
@@ -328,12 +343,8 @@ impl WholeEquilibrium {
         let (covariance, with) = self.row_covariance(&effects, traction, normal, inputs);
         let white = whitener(&covariance).ok_or(WholeError::Singular)?;
 
-        let mut columns = self.h_n;
-        let mut white_columns = [Rows::zeros(); 6];
-        for (i, column) in columns.iter_mut().enumerate() {
-            *column += self.h_a[i] * axial;
-            white_columns[i] = along(&white, column);
-        }
+        let columns: [Rows; 6] = core::array::from_fn(|i| self.column(i, axial));
+        let white_columns = columns.each_ref().map(|column| along(&white, column));
         let mut information = [Vector6::zeros(); 6];
         for (row, column) in information.iter_mut().zip(&white_columns) {
             *row = along(&white_columns, column);

@@ -41,4 +41,6 @@ pub(crate) use coupled::JointMeasurement;
 pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use rolling::RollingWheel;
-pub(crate) use tuning::{ACCELERATION, PENETRATION_SPEED, REFERENCE_SPEED, SLOPE, SLOPE_LENGTH};
+pub(crate) use tuning::{
+    ACCELERATION, CREEP_SIGMA, PENETRATION_SPEED, REFERENCE_SPEED, SLOPE, SLOPE_LENGTH,
+};

@@ -140,7 +140,7 @@ impl MotionFilter {
 
     /// Creep speed of wheel `i`, the slip speed at T = N by the linear law, m/s: slip speed = creep
     /// times T/N while the wheel sticks.
-    pub(super) fn creep(&self, i: usize) -> f64 {
+    pub fn creep(&self, i: usize) -> f64 {
         libm::exp(self.filter.x[CREEP.of(i)])
     }
 

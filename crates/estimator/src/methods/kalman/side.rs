@@ -25,6 +25,9 @@ pub(crate) struct SideState {
     pub contact_angle: [f64; 3],
     /// Tractions, N.
     pub traction: [f64; 3],
+    /// Slip speed of the wheels at T = N, m/s, at least ten times what the gyroscope's noise makes of a
+    /// wheel's sideways velocity.
+    pub creep: [f64; 3],
     /// Covariance of the errors of acceleration x, y, contact angles and tractions.
     pub covariance: [[f64; CAUSES]; CAUSES],
     /// Standard deviations of the observers' part of the tractions, N.
@@ -93,6 +96,7 @@ impl KalmanFilters {
                 by_inputs[DIRECT + i][k] += derivative * force;
             }
         }
+        let least_creep = 10.0 * budget.rate_noise * 2.0 * Units::RADIUS;
         SideState {
             links,
             angle_sigma: (self.links.each_ref()).map(|link| link.angle_sigma(budget)),
@@ -104,6 +108,7 @@ impl KalmanFilters {
             }),
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, inputs)),
             traction: (step.right.tractions.each_ref()).map(|t| t.value * force),
+            creep: [0, 1, 2].map(|i| self.motion.creep(i).max(least_creep) * units.speed()),
             covariance,
             observed: (step.right.tractions.each_ref()).map(|t| t.sigma * force),
             by_inputs,
