@@ -97,7 +97,8 @@ impl MotionFilter {
         // way along the ground.
         let least = ROLLING_SPEED.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
         let turns = |rim: f64| rim.abs() > least;
-        let rolls = velocity.rolls() && sample.wheel.rim_speed.is_none_or(turns);
+        let rolls =
+            velocity.rolls() && sample.wheel.turns && sample.wheel.rim_speed.is_none_or(turns);
         let correct = sample.correct && (given || rolls);
 
         let mut measurement = self.direction(sample, None);

@@ -24,6 +24,8 @@ pub(crate) struct MotionFilter {
     pub(super) angles: ContactAngles,
     pub(super) filter: Kalman<COUNT, { TORQUE_GAIN.of(0) }, { TORQUE_GAIN.len() }>,
     pub(super) modes: Modes,
+    /// Acceleration of the rims at the last sample, m/s^2.
+    pub(super) rims: f64,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
     /// Covariance with the other side's states: of a side of a whole rover (`coupled.rs`).
@@ -55,6 +57,7 @@ impl MotionFilter {
             angles,
             filter,
             modes: Modes::default(),
+            rims: 0.0,
             since_acceleration: 0.0,
             guests: None,
         }
@@ -189,6 +192,7 @@ impl MotionFilter {
         expected_slopes: &[f64; 3],
         measured: [f64; 2],
     ) {
+        self.rims = measured[0];
         let acceleration = self.acceleration_process(measured);
         // Factors over the step: `exp(-dt/time)`.
         let keep = libm::exp(-dt / acceleration.time);

@@ -37,6 +37,9 @@ pub(crate) struct RollingWheel {
     /// the minus. `None` before the observer has settled, and when the encoder's last reading is
     /// too old.
     pub rim_speed: Option<f64>,
+    /// Whether the wheel turns against its link: one that does not is held, and a link that turns
+    /// with it is carried.
+    pub turns: bool,
     /// T/N, limited to -1 to 1.
     pub ratio: f64,
     /// Standard deviation of N over N, -.

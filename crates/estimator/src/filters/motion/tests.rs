@@ -21,6 +21,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         smooth_relative: Vec2::zeros(),
         angle: 0.2 * random.normal(),
         rim_speed: Some(0.2 + 0.01 * random.normal()),
+        turns: true,
         ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
         moment_of_load: 4.5,
         load_sigma: 0.0,

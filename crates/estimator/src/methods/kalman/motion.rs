@@ -2,6 +2,7 @@
 //! inclinometers, or its standstill.
 
 use super::KalmanFilters;
+use crate::common::ROLLING_SPEED;
 use crate::contact::{RollingResiduals, SLIPPING_RATIO, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
 use crate::filters::motion::{RollingWheel, SensedAcceleration};
@@ -162,6 +163,7 @@ impl KalmanFilters {
             noise_time,
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),
+            turns: (wheel.settled_speed()).is_none_or(|spin| (r * spin).abs() > ROLLING_SPEED),
             ratio: (t / n).clamp(-1.0, 1.0),
             load_sigma: self.last_sigma[i] / n,
             moment_of_load: r * n,
