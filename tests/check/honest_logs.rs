@@ -248,6 +248,40 @@ fn short_logs_have_no_delay() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Counts of coarse encoders, 25 mrad, look as if the torques came 90 ms early; of 20 000 a turn, torques that
+/// come 50 ms late are found, and 120 ms as beyond what is looked for.
+#[test]
+fn counts_of_encoders_are_no_delay() -> Result<(), Failure> {
+    let late = |counts: &str, by: usize| -> Result<Report, Failure> {
+        let counts = format!("sensors.encoder_counts={counts}");
+        let scene = scene("smooth", &["sensors.grade=typical", &counts])?;
+        let truth = TruthRun::of(&scene)?;
+        let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+        for k in (by..frames.len()).rev() {
+            frames[k].motor_torque = frames[k - by].motor_torque;
+        }
+        report(&scene, &frames)
+    };
+    let coarse = late("256", 0)?;
+    let faults: Vec<_> = coarse.faults().collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    let is_late = |report: &Report, verdict: Verdict, figure: &str| {
+        let mut delays = report.findings.iter().filter(|f| f.test == "delay");
+        delays.any(|f| f.verdict == verdict && f.figure.starts_with(figure))
+    };
+    let fine = late("20000", 5)?;
+    assert!(
+        is_late(&fine, Verdict::Fault, "4") || is_late(&fine, Verdict::Fault, "5"),
+        "{fine:?}"
+    );
+    let later = late("20000", 12)?;
+    assert!(
+        is_late(&later, Verdict::CannotTell, "beyond 100 ms"),
+        "{later:?}"
+    );
+    Ok(())
+}
+
 /// Readings that agree far better than their budget says show no wrong wiring, however small the
 /// differences between wirings are.
 #[test]

@@ -1,5 +1,5 @@
-//! Readings that a table repeats: drives that are read at a fifth of the rate of the rows, say, all at once
-//! or one after the other, with the last value in each row. An estimator would take a repeated angle for a
+//! Readings that a table repeats: drives or gyroscopes that are read at a fifth of the rate of the rows, say, all at
+//! once or one after the other, with the last value in each row. An estimator would take a repeated angle for a
 //! wheel that stands, and the next one for a jump; rows between new readings count as without.
 
 use crate::channel::Channel;
@@ -15,15 +15,26 @@ const LEAST_READINGS: usize = 20;
 const REGULAR: f64 = 0.8;
 
 /// Leaves out the repeated readings of wheels and of links, and says so. What is not new all at once
-/// may be so wheel by wheel.
+/// may be so kind by kind, wheel by wheel and link by link, or each on its own.
 pub fn leave_out(channels: &mut [Channel]) -> Vec<String> {
     let mut notices = Vec::new();
     for channel in channels {
         let mut done = BTreeSet::new();
-        let wheels = channel.readings.iter().filter_map(|(r, _)| wheel_of(*r));
-        let wheels: BTreeSet<&str> = wheels.collect();
-        for group in KINDS.into_iter().chain(wheels) {
+        let readings = || channel.readings.iter().map(|(r, _)| *r);
+        let parts: BTreeSet<&str> = readings().filter_map(part_of).collect();
+        // Counts of one encoder alone are new as regularly as it turns.
+        let is_alone = |r: &Reading| kind_of(*r).is_some_and(|kind| kind != KINDS[0]);
+        let alone = readings().filter(is_alone).map(Reading::name);
+        let groups = KINDS.into_iter().chain(OF_LINKS).chain(parts);
+        let groups: Vec<(&str, usize)> = groups
+            .map(|group| (group, 2))
+            .chain(alone.map(|name| (name, 1)))
+            .collect();
+        for (group, least) in groups {
             let cells = cells(channel, group);
+            if cells.len() < least {
+                continue;
+            }
             let rows = repeated(channel, &cells);
             let is_done = cells.iter().any(|cell| done.contains(cell));
             let Some((every, rows)) = rows.filter(|_| !is_done) else {
@@ -57,20 +68,29 @@ fn kind_of(reading: Reading) -> Option<&'static str> {
     (!reading.is_contact_angle() && !reading.is_optional()).then_some(kind)
 }
 
-/// `wheel1` of its angle and its torque.
-fn wheel_of(reading: Reading) -> Option<&'static str> {
-    let name = reading.name();
-    let wheel = name
-        .strip_suffix("_motor_torque")
-        .or_else(|| name.strip_suffix("_angle"));
-    wheel.filter(|wheel| wheel.contains("wheel") && kind_of(reading).is_some())
+/// What both links, or body and pins, show of one kind.
+const OF_LINKS: [&str; 2] = ["inclinometers", "gyroscopes"];
+
+fn kind_of_link(reading: Reading) -> Option<&'static str> {
+    let is_of_links = kind_of(reading) == Some(KINDS[2]);
+    is_of_links.then(|| OF_LINKS[usize::from(reading.name().ends_with("_rate"))])
 }
 
-/// The cells that are readings of a kind or of a wheel as they are; speeds, which are integrated, are
+/// `wheel1` of its angle and its torque, `link1` of its inclination and its rate.
+fn part_of(reading: Reading) -> Option<&'static str> {
+    let ends = ["_motor_torque", "_angle", "_inclination", "_rate"];
+    let part = ends.iter().find_map(|end| reading.name().strip_suffix(end));
+    part.filter(|_| kind_of(reading).is_some())
+}
+
+/// The cells that are readings of a group as they are; speeds, which are integrated, are
 /// none.
 fn cells(channel: &Channel, group: &str) -> Vec<usize> {
     let readings = channel.readings.iter();
-    let is_own = |reading| [kind_of(reading), wheel_of(reading)].contains(&Some(group));
+    let is_own = |reading: Reading| {
+        let groups = [kind_of(reading), kind_of_link(reading), part_of(reading)];
+        groups.contains(&Some(group)) || reading.name() == group
+    };
     let own = readings.filter(|(reading, _)| is_own(*reading));
     let cell = own.filter_map(|(_, formula)| match formula.source {
         Source::Cell(cell) => Some(cell),
@@ -80,11 +100,13 @@ fn cells(channel: &Channel, group: &str) -> Vec<usize> {
 }
 
 /// Rows from one new reading of these cells to the next, and the rows between, which repeat those before.
-/// `None` unless new ones come regularly and all together.
+/// `None` unless new ones come regularly and all together. One cell alone must be new in every n-th row to the
+/// row: of values that change by chance at most a quarter come so.
 fn repeated(channel: &Channel, cells: &[usize]) -> Option<(usize, Vec<usize>)> {
-    if cells.len() < 2 {
+    if cells.is_empty() {
         return None;
     }
+    let early = usize::from(cells.len() > 1);
     let rows: Vec<&[f64]> = channel.rows().collect();
     let changed = |row: usize| {
         let is_new = |cell: &&usize| rows[row][**cell].to_bits() != rows[row - 1][**cell].to_bits();
@@ -95,7 +117,7 @@ fn repeated(channel: &Channel, cells: &[usize]) -> Option<(usize, Vec<usize>)> {
     let gaps: Vec<usize> = new.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let every = median(gaps.iter().map(|gap| *gap as f64).collect())?.round() as usize;
     let share = |count: usize, of: usize| count as f64 / of as f64;
-    let regular = gaps.iter().filter(|gap| gap.abs_diff(every) <= 1);
+    let regular = gaps.iter().filter(|gap| gap.abs_diff(every) <= early);
     let together: usize = new.iter().map(|k| changes[*k]).sum();
     let is_repeated = every >= 2
         && gaps.len() >= LEAST_READINGS
@@ -157,5 +179,23 @@ mod tests {
         for log in [new, coarse, at_rest] {
             assert!(repeated(&log, &[0, 1, 2]).is_none());
         }
+    }
+
+    /// Property: one reading alone counts as held where it is new in every third row, and stays where a resolution
+    /// as coarse as its noise repeats values by chance.
+    #[test]
+    fn one_reading_alone_is_held_to_the_row() {
+        let held = channel(|k| [0, 1, 2].map(|i| reading(k / 3, i)));
+        let found = repeated(&held, &[1]).expect("held");
+        assert_eq!((found.0, found.1.len()), (3, 200));
+        let by_chance = |k: usize| {
+            if (k * k * 7 + k * 3) % 13 > 5 {
+                1.0
+            } else {
+                0.0
+            }
+        };
+        let rounded = channel(|k| [0, 1, 2].map(|i| by_chance(k + i)));
+        assert!(repeated(&rounded, &[1]).is_none());
     }
 }

@@ -6,6 +6,11 @@
 //! slope within a step or two, it has one of steps further apart, too. Counts of encoders of their own
 //! are independent. So the covariance is taken between one wheel and the next step of another, and
 //! counts if it is much greater than those of the steps behind that.
+//!
+//! Errors that follow a pattern, such as those of stamps in whole milliseconds at 60 Hz, have covariances
+//! of all steps. But where stamps are uneven and the wheels' turns are not, the stamps err: a step that is
+//! longer by d than its neighbours, while the wheel turns on by none of it, errs by -d, which no motion
+//! does. What a step errs by has the covariance `-2 sigma^2` with what the stamps say of it.
 
 use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
@@ -29,6 +34,13 @@ const SIGNIFICANT: f64 = 4.0;
 /// Covariance of two steps in a row over those of steps further apart from which on it is one of
 /// stamps.
 const DISTINCT: f64 = 4.0;
+/// Share of the variance of the stamped steps that no wheel turns from which on they are even but for
+/// their unit.
+const UNTURNED: f64 = 0.5;
+/// Largest deviation of a step from a whole number of units of the stamps, as a share of the unit.
+const WHOLE: f64 = 0.01;
+/// Least unit of stamps that matters, s.
+const LEAST_UNIT: f64 = 1e-5;
 /// Standard deviation of a uniform error over its width.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
@@ -39,6 +51,8 @@ pub struct Jitter {
     pub sigma: f64,
     /// Whether the wheels turn steadily for long enough to show it.
     pub is_shown: bool,
+    /// Unit of the stamps, s, if their steps are different whole numbers of one.
+    pub unit: Option<f64>,
 }
 
 impl Jitter {
@@ -51,8 +65,12 @@ impl Jitter {
         };
         let speed = typical(|step| step.speed.abs());
         let turn = typical(|step| step.turn.abs());
+        let unit = unit(frames);
         let Some(speed) = speed.filter(|_| turn.is_some_and(|turn| turn < LARGEST_TURN)) else {
-            return Self::default();
+            return Self {
+                unit,
+                ..Self::default()
+            };
         };
         let count = if counts > 0.0 {
             std::f64::consts::TAU / counts
@@ -82,11 +100,15 @@ impl Jitter {
         let of_motion = median(further.map(|(mean, _)| mean.abs()).collect());
         let is_distinct = variance > DISTINCT * of_motion.unwrap_or(0.0);
         let variance = if is_distinct { variance } else { 0.0 };
+        let uneven = errors.iter().filter_map(|steps| Uneven::of(steps));
+        let uneven = uneven.map(|uneven| uneven.variance(unit)).collect();
+        let variance = variance.max(median(uneven).unwrap_or(0.0));
         let sigma = variance.max(0.0).sqrt();
         Self {
             // Below half a count's error it counts for nothing.
             sigma: if sigma < 0.5 * of_count { 0.0 } else { sigma },
             is_shown,
+            unit,
         }
     }
 
@@ -110,6 +132,8 @@ impl Jitter {
 struct Step {
     /// By how much the wheel has turned longer than the stamps say, s.
     error: f64,
+    /// What the stamps say, s.
+    stamped: f64,
     /// Spin speed, rad/s.
     speed: f64,
     /// rad
@@ -143,9 +167,15 @@ fn errors(frames: &[SensorFrame], wheel: usize) -> Vec<Option<Step>> {
             continue;
         }
         let turn = a2 - a1;
-        let error = turn / speed - (t2 - t1);
-        if error.abs() < LARGEST * period {
-            found[frame] = Some(Step { error, speed, turn });
+        let stamped = t2 - t1;
+        let error = turn / speed - stamped;
+        if error.abs() < LARGEST * period && stamped - period < LARGEST * period {
+            found[frame] = Some(Step {
+                error,
+                stamped,
+                speed,
+                turn,
+            });
         }
     }
     found
@@ -179,6 +209,65 @@ fn covariance(a: &[Option<Step>], b: &[Option<Step>], lag: usize) -> Option<(f64
     let square = squares.sum::<f64>() / count;
     // Each pair of steps counts twice.
     Some((mean, (2.0 * square / count).sqrt()))
+}
+
+/// How much of the differences between the stamped steps a wheel turns: none of it with errors of the
+/// stamps, all of it at uneven times.
+struct Uneven {
+    /// Variance of the stamped steps, s^2.
+    variance: f64,
+    /// Share of it that the wheel does not turn; 0 where that may be chance.
+    unturned: f64,
+}
+
+impl Uneven {
+    /// By the regression of the steps' errors on what the stamps say; `None` of too few, or of even stamps.
+    fn of(steps: &[Option<Step>]) -> Option<Self> {
+        let steps: Vec<&Step> = steps.iter().flatten().collect();
+        if steps.len() < 2 * LEAST_PAIRS {
+            return None;
+        }
+        let count = steps.len() as f64;
+        let mean = |of: &dyn Fn(&Step) -> f64| steps.iter().map(|s| of(s)).sum::<f64>() / count;
+        let (error, stamped) = (mean(&|s| s.error), mean(&|s| s.stamped));
+        let product = mean(&|s| (s.error - error) * (s.stamped - stamped));
+        let variance = mean(&|s| (s.stamped - stamped).powi(2));
+        if variance <= 0.0 {
+            return None;
+        }
+        let slope = product / variance;
+        let left = mean(&|s| (s.error - error - slope * (s.stamped - stamped)).powi(2));
+        let deviation = (left / (count * variance)).sqrt();
+        let by_chance = -slope <= SIGNIFICANT * deviation;
+        Some(Self {
+            variance,
+            unturned: if by_chance { 0.0 } else { -slope },
+        })
+    }
+
+    /// Variance of a stamp, s^2: a step has the errors of two. An even clock in whole units errs by all
+    /// of a unit, which few steps show where the period is nearly a whole number of them.
+    fn variance(&self, unit: Option<f64>) -> f64 {
+        let of_steps = 0.5 * self.unturned * self.variance;
+        let unit = unit.filter(|_| self.unturned > UNTURNED);
+        unit.map_or(of_steps, |unit| of_steps.max((UNIFORM * unit).powi(2)))
+    }
+}
+
+/// The unit of the stamps, s, if all steps are whole numbers of it and differ: the least step or the
+/// least difference of two.
+fn unit(frames: &[SensorFrame]) -> Option<f64> {
+    let mut steps: Vec<f64> = frames.windows(2).map(|w| w[1].time - w[0].time).collect();
+    steps.sort_by(f64::total_cmp);
+    let least = *steps.first()?;
+    let differences = steps.windows(2).map(|w| w[1] - w[0]);
+    let unit = differences
+        .filter(|by| *by > LEAST_UNIT)
+        .fold(f64::INFINITY, f64::min)
+        .min(least);
+    let whole = |step: &f64| (step / unit - (step / unit).round()).abs() < WHOLE;
+    let differ = steps.last().is_some_and(|last| last - least > 0.5 * unit);
+    (unit > LEAST_UNIT && differ && steps.iter().all(whole)).then_some(unit)
 }
 
 #[cfg(test)]
@@ -233,10 +322,32 @@ mod tests {
             Jitter::of(&turns(0.0), 20_000.0),
             Jitter {
                 sigma: 0.0,
-                is_shown: true
+                is_shown: true,
+                unit: None
             }
         );
         assert!(!Jitter::of(&turns(1e-3)[..40], 20_000.0).is_shown);
+    }
+
+    /// Closed form: stamps in whole milliseconds at 75 Hz, 13, 13 and 14 ms apart, where two stamps have
+    /// the variance 2/9 ms^2; at 333 Hz, where one step in 333 shows it, the unit's own.
+    #[test]
+    fn the_resolution_of_stamps_is_measured() {
+        for (rate, sigma) in [(75.0, 1.0 / 3.0), (333.0, UNIFORM)] {
+            let mut turns = turns(0.0);
+            for (k, frame) in turns.iter_mut().enumerate() {
+                let time = k as f64 / rate;
+                let by = 2.0 * (time - 0.01 * k as f64);
+                frame.time = 1e-3 * (1e3 * time + 1e-6).floor();
+                frame.wheel_angle = frame.wheel_angle.map(|angle| Some(angle? + by));
+            }
+            let found = Jitter::of(&turns, 20_000.0);
+            assert!(
+                (found.sigma / (1e-3 * sigma) - 1.0).abs() < 0.05,
+                "{found:?}"
+            );
+            assert!(found.unit.is_some_and(|unit| (unit - 1e-3).abs() < 1e-6));
+        }
     }
 
     /// Stamps at uneven times that are true are no jitter.

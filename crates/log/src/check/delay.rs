@@ -17,9 +17,8 @@ const LEAST_LENGTH: f64 = 20.0;
 /// do. A delay that is neither a fault nor allowed cannot be judged.
 fn judge(allowed: &Allowed, delay: &Delay) -> Verdict {
     let beyond = (delay.seconds - allowed.late).max(-allowed.early - delay.seconds);
-    let is_certain = delay.improvement > IMPROVEMENT
-        && delay.explained > allowed.explained
-        && delay.length >= LEAST_LENGTH;
+    let is_certain =
+        delay.improvement > IMPROVEMENT && is_clear(allowed, delay) && delay.length >= LEAST_LENGTH;
     if beyond <= 0.0 {
         Verdict::Ok
     } else if is_certain && beyond > GATE * delay.sigma {
@@ -27,6 +26,11 @@ fn judge(allowed: &Allowed, delay: &Delay) -> Verdict {
     } else {
         Verdict::CannotTell
     }
+}
+
+/// Whether neither other errors nor those of the regressors can make it.
+fn is_clear(allowed: &Allowed, delay: &Delay) -> bool {
+    delay.explained > allowed.explained && delay.gained > allowed.errors
 }
 
 /// Name of the test in findings.
@@ -43,9 +47,19 @@ pub fn finding(
     [later, other]: [&str; 2],
     fault: impl Fn(&str, f64) -> String,
 ) -> Finding {
-    let Some(delay) = delay else {
+    let is_shown = |d: &Delay| d.sigma.is_finite() || is_clear(allowed, d);
+    let Some(delay) = delay.filter(is_shown) else {
         return Finding::ok(TEST, channel, none).cannot_tell(remedy);
     };
+    if delay.sigma.is_infinite() {
+        let figure = format!(
+            "beyond {:.0} ms, the longest that is looked for, {:.1} % explained",
+            1e3 * delay.seconds,
+            100.0 * delay.explained
+        );
+        let remedy = "compare the clocks of both, and look for a filter in one of them";
+        return Finding::ok(TEST, channel, figure).cannot_tell(remedy);
+    }
     let figure = format!(
         "{:.1} +- {:.1} ms, {:.1} % explained",
         1e3 * delay.seconds,
@@ -69,23 +83,25 @@ pub fn finding(
 mod tests {
     use super::*;
 
-    /// A delay that is allowed, one that is beyond, and two that only look so.
+    /// A delay that is allowed, one that is beyond, and some that only look so.
     #[test]
     fn a_fault_is_beyond_its_deviation_and_fits_better() {
         let allowed = Allowed {
             early: 0.005,
             late: 0.025,
             explained: 0.95,
+            errors: 0.01,
+        };
+        let of = |seconds: f64, sigma: f64, improvement: f64, explained: f64| Delay {
+            seconds,
+            sigma,
+            improvement,
+            length: 40.0,
+            explained,
+            gained: 0.02,
         };
         let judge_at = |seconds: f64, sigma: f64, improvement: f64, explained: f64| {
-            let delay = Delay {
-                seconds,
-                sigma,
-                improvement,
-                length: 40.0,
-                explained,
-            };
-            super::judge(&allowed, &delay)
+            super::judge(&allowed, &of(seconds, sigma, improvement, explained))
         };
         let judge = |seconds: f64, sigma: f64, improvement: f64| {
             judge_at(seconds, sigma, improvement, 0.99)
@@ -99,5 +115,11 @@ mod tests {
         assert_eq!(judge(0.05, 0.02, 100.0), Verdict::CannotTell);
         // Accelerations of the robot look like a delay, but explain less.
         assert_eq!(judge_at(0.0531, 0.0039, 33.0, 0.81), Verdict::CannotTell);
+        // So do counts of encoders, by as much as they leave.
+        let delay = Delay {
+            gained: 0.009,
+            ..of(-0.092, 0.001, 100.0, 0.994)
+        };
+        assert_eq!(super::judge(&allowed, &delay), Verdict::CannotTell);
     }
 }

@@ -17,7 +17,8 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, moved, names};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
-use robhaz_score::signals::{Allowed, delay, high_pass, products, smooth};
+use robhaz_score::signals::{Allowed, delay, fit, high_pass, products, rms, smooth};
+use std::f64::consts::TAU;
 
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
@@ -217,7 +218,11 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
     let turned = turned(&signs).filter(|_| known);
     let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
     let pairing = pairing.change(changes);
-    ([pairing, late(recording, &joined)], known.then_some(order))
+    let errors = share_of_counts(recording, budget.encoder_counts, &joined);
+    (
+        [pairing, late(recording, &joined, errors)],
+        known.then_some(order),
+    )
 }
 
 /// The channels that a wiring changes.
@@ -241,13 +246,45 @@ fn words((order, signs): &Wiring) -> String {
     }
 }
 
-/// Delay of the torques behind their encoders, of all wheels together.
-fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Finding {
+/// Share of the torques that encoders of this many counts a turn (0: exact) leave in the fit: errors of
+/// the speeds by counts. The fit answers them with a share `1 - N/V` of the control's gain, where `N` is
+/// their variance and `V` that of the speeds which the angles leave, so that they leave `b^2 N/(1 - N/V)` for
+/// the gain `b` of the fit.
+fn share_of_counts(
+    recording: &Recording,
+    counts: f64,
+    [torque, angle, speed]: &[Vec<f64>; 3],
+) -> f64 {
+    let fits = fit(torque, &[angle, speed]).zip(fit(speed, &[angle]));
+    let Some((control, of_angle)) = fits.filter(|_| counts > 0.0) else {
+        return 0.0;
+    };
+    let half = recording.steps(0.5 * SMOOTHING) as f64;
+    let (samples, apart) = (2.0 * half + 1.0, 2.0 * half * recording.dt);
+    let count = TAU / counts;
+    // Readings within a count err alike.
+    let turned = recording.usual_spin().unwrap_or(0.0) * SMOOTHING;
+    let independent = (turned / count).clamp(1.0, samples);
+    // Of the means before and behind; of three wheels' differences from their mean.
+    let noise = 2.0 / 3.0 * 2.0 * count * count / 12.0 / independent / (apart * apart);
+    let left = (1.0 - of_angle.explained) * rms(speed).powi(2);
+    let passed = 1.0 - noise / left;
+    // Written so that a NaN fails.
+    if !(passed > 0.0) {
+        return 1.0;
+    }
+    let by_noise = control.coefficients[1].powi(2) * noise / passed;
+    by_noise / rms(torque).powi(2)
+}
+
+/// Delay of the torques behind their encoders, of all wheels together; errors of these leave a share.
+fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3], errors: f64) -> Finding {
     let [longest, memory] = [LONGEST_DELAY, 0.25].map(|time| recording.steps(time));
     let allowed = Allowed {
         early: LATE_TORQUE + 0.5 * recording.slowest,
         late: LATE_TORQUE + 0.5 * recording.slowest,
         explained: CERTAIN,
+        errors,
     };
     let by = [angle.as_slice(), speed];
     let found = delay(torque, &by, longest, memory, recording.dt, allowed);
@@ -257,9 +294,14 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Findin
         // counts.
         delay.length /= 3.0;
     }
+    let is_of_counts = found.is_some_and(|d| d.gained > 0.0 && d.gained <= errors);
     let unknown = [
         "torques do not follow the encoders",
-        "drive under speed control over an obstacle, so that the wheels' torques differ",
+        if is_of_counts {
+            "counts of the encoders look like a delay: drive faster, over larger obstacles"
+        } else {
+            "drive under speed control over an obstacle, so that the wheels' torques differ"
+        },
     ];
     let whose = ["the torques'", "the encoders'"];
     delay::finding(LATE, found, &allowed, unknown, whose, |late, offset| {

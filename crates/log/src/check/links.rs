@@ -350,6 +350,7 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
         early: GYRO_DELAY + MARGIN + 0.5 * recording.slowest,
         late: INCLINOMETER_LAG + MARGIN + 0.5 * recording.slowest,
         explained: CERTAIN,
+        errors: 0.0,
     };
     let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
     let [longest, memory] = [LONGEST_DELAY, 1.0].map(|part| recording.steps(part * changes.span));

@@ -13,6 +13,9 @@ pub struct Allowed {
     /// Share that the delayed signal must explain. With less, other errors than a delay make the
     /// difference, such as accelerations of the robot.
     pub explained: f64,
+    /// Share that errors of the regressors leave. Another delay may seem to explain as much more,
+    /// with coefficients that pass on less of them.
+    pub errors: f64,
 }
 
 /// A delay between two signals.
@@ -20,10 +23,12 @@ pub struct Allowed {
 pub struct Delay {
     /// By how much `y` is later than its regressors, s.
     pub seconds: f64,
-    /// Standard deviation, s.
+    /// Standard deviation, s; infinite at the longest delay that is looked for: the delay is that or more.
     pub sigma: f64,
     /// Share of the mean square of `y` that the fit at this delay explains.
     pub explained: f64,
+    /// How much more it explains than the best of the allowed delays.
+    pub gained: f64,
     /// How much better than at the best of the allowed delays: difference of the residuals' sums of
     /// squares over their variance, chi-square with one degree of freedom if there is no delay.
     pub improvement: f64,
@@ -34,7 +39,7 @@ pub struct Delay {
 
 /// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between
 /// steps by a parabola. `memory` is the largest number of samples over which residuals are
-/// correlated. `None` where the best is at an end, or where there are too few samples to tell.
+/// correlated. `None` where there are too few samples to tell.
 pub fn delay(
     y: &[f64],
     x: &[&[f64]],
@@ -55,11 +60,23 @@ pub fn delay(
     };
     let near = best(&mut (-25..=25).map(|k| k * coarse))?;
     let lag = best(&mut (near - coarse..=near + coarse))?;
+    let cost = |f: &Fit| 1.0 - f.explained;
+    let lags = |time: f64| (time / dt).floor() as isize;
+    let mut of_allowed = (-lags(allowed.early)..=lags(allowed.late)).filter_map(left);
+    let first = of_allowed.next().map_or(1.0, |f| cost(&f));
+    let least = of_allowed.fold(first, |least, f| least.min(cost(&f)));
     if lag.abs() >= longest {
-        return None;
+        let here = left(lag)?;
+        return Some(Delay {
+            seconds: (lag.signum() * longest) as f64 * dt,
+            sigma: f64::INFINITY,
+            explained: here.explained,
+            gained: least - cost(&here),
+            improvement: 0.0,
+            length: 0.0,
+        });
     }
     let (before, here, after) = (left(lag - 1)?, left(lag)?, left(lag + 1)?);
-    let cost = |f: &Fit| 1.0 - f.explained;
     let curvature = cost(&before) - 2.0 * cost(&here) + cost(&after);
     if curvature <= 0.0 {
         return None;
@@ -82,14 +99,11 @@ pub fn delay(
     if independent <= 0.0 {
         return None;
     }
-    let lags = |time: f64| (time / dt).floor() as isize;
-    let mut of_allowed = (-lags(allowed.early)..=lags(allowed.late)).filter_map(left);
-    let first = of_allowed.next().map_or(1.0, |f| cost(&f));
-    let least = of_allowed.fold(first, |least, f| least.min(cost(&f)));
     Some(Delay {
         seconds: (lag as f64 + shift) * dt,
         sigma: (2.0 * cost(&here) / (curvature * independent)).sqrt() * dt,
         explained: here.explained,
+        gained: least - cost(&here),
         length: here.count as f64 / memory.max(1) as f64 - x.len() as f64,
         improvement: (independent * (least / cost(&here) - 1.0)).max(0.0),
     })
@@ -129,6 +143,7 @@ mod tests {
             early: 0.0,
             late: 2e-3,
             explained: 0.95,
+            errors: 0.0,
         };
         let found = delay(&y, &[&x], 50, 1, 1e-3, allowed).ok_or("delay")?;
         assert!((found.seconds - 7.4e-3).abs() < 1e-5, "{found:?}");
