@@ -92,11 +92,11 @@ pub fn sorted(points: &[Vec2]) -> Result<Vec<Vec2>, String> {
 }
 
 /// Whether the lines of points, in the order of x, are in no order: then they say nothing of how the ground runs. Lines
-/// in no order are a third of all apart; of fewer than a dozen they may be two apart by an overhang, too.
+/// in no order are a third of all apart; of few lines they are three apart by an overhang, too.
 fn is_in_no_order(lines: &[usize]) -> bool {
     let apart: usize = lines.windows(2).map(|w| w[0].abs_diff(w[1])).sum();
     let count = lines.len().saturating_sub(1);
-    6 * apart > (12 * count).max(lines.len() * count)
+    6 * apart > lines.len().max(18) * count
 }
 
 /// Neighbours in the order of x between which the height rises and falls again, or falls and rises, and which the lines
