@@ -136,7 +136,13 @@ fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64, stamps:
             single: false,
         });
     }
-    if wrapped(frames, Channel::Encoder(wheel)).is_some() {
+    let mut sizes = found.iter().filter(|jump| !jump.single).map(|jump| jump.by);
+    let first = sizes.next().unwrap_or(0.0);
+    let is_same = |by: f64| (by - first).abs() < 0.01 * first.abs();
+    let equal = sizes.clone().filter(|by| is_same(*by)).count();
+    // Of some among others the column is that of another quantity.
+    let is_other = equal > 0 && equal < sizes.count();
+    if is_other || wrapped(frames, Channel::Encoder(wheel)).is_some() {
         found.retain(|jump| jump.single);
     }
     found
@@ -195,13 +201,9 @@ fn finding(frames: &[SensorFrame], wheel: usize, jumps: &[Jump]) -> Option<Findi
     }
     if of(false).next().is_some() {
         parts.push(format!("a new zero: {}", list(false)));
-        // Equal ones may be those of an angle that the speed hides.
-        let sizes = || of(false).map(|jump| jump.by);
-        let (least, most) = (
-            sizes().fold(f64::INFINITY, f64::min),
-            sizes().fold(-f64::INFINITY, f64::max),
-        );
-        let are_equal = of(false).count() > 1 && most - least < 0.01 * most.abs();
+        // Equal ones may be those of an angle that starts anew, at a speed that hides it.
+        let is_same = |jump: &Jump| (jump.by - first.by).abs() < 0.01 * first.by.abs();
+        let are_equal = of(false).count() > 1 && of(false).all(is_same);
         remedies.push(match are_equal {
             true => "the encoder was reset: continue the angle before it is logged; or the angle starts anew after a turn or an overflow: state `wrap` of its reading in a description",
             false => "the encoder was reset: continue the angle before it is logged",

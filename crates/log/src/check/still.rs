@@ -6,7 +6,7 @@ use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
-use robhaz_score::signals::white_noise;
+use robhaz_score::signals::{median, white_noise};
 use std::f64::consts::TAU;
 use std::fmt::Display;
 
@@ -196,7 +196,7 @@ pub fn stuck(
         && let Some((value, count, time)) = again
     {
         finding.with("in all", time, "s").fault(format!(
-            "it reads {value:.4} again and again, {count} times for {time:.1} s in all, and by its noise never so: not measured there; check cable and driver"
+            "it reads {value:.4} again and again, {count} times for {time:.1} s in all, and by its noise never so: not measured there: check cable and driver, and whether it has a dead band"
         ))
     } else if longest < LONGEST_CONSTANT {
         finding.with("longest", longest, "s")
@@ -256,6 +256,23 @@ fn again(runs: &[Run]) -> Option<(f64, usize, f64)> {
         return None;
     }
     let long = || runs.iter().filter(is_long);
+    // A dead band is entered from its edge, and not from anywhere.
+    let away = |run: &Run| (run.value - value).abs();
+    let is_beside = |i: usize| {
+        let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+        beside.filter_map(|k| runs.get(k)).any(|run| is_long(&run))
+    };
+    let of_others = (0..runs.len()).filter(|i| !is_long(&&runs[*i]));
+    let at_edge = median(
+        of_others
+            .clone()
+            .filter(|i| is_beside(*i))
+            .map(|i| away(&runs[i]))
+            .collect(),
+    )?;
+    if at_edge < 0.5 * median(of_others.map(|i| away(&runs[i])).collect())? {
+        return None;
+    }
     let time = long().map(|run| run.length).sum();
     let others = || runs.iter().filter(|run| !is_long(run)).map(|run| run.count);
     // Counts of readings.
