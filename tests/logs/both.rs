@@ -410,8 +410,8 @@ fn checked(folder: &Path, log: &Path) -> (bool, String) {
     (output.status.success(), text(&output.stdout))
 }
 
-/// A correct log has no fault in the tests of both sides; with left and right pins or a wheel exchanged, the signs of
-/// roll or differential turned, the zero of a joint 4.6 deg off, or one without a value, the test that is meant for it
+/// A correct log has no fault in the tests of both sides; with left and right pins, a wheel, or roll and pitch exchanged,
+/// the signs of roll or differential turned, the zero of a joint 4.6 deg off, or one without a value or always 0, the test that is meant for it
 /// finds it, and no other.
 #[test]
 fn check_finds_what_is_exchanged() {
@@ -447,6 +447,9 @@ fn check_finds_what_is_exchanged() {
         format!("{}\n{rows}", header.join(","))
     };
     let turned = |names: &[&str]| changed(names, |x| -x);
+    let of_axes = exchanged("body_roll_rate", "body_rate");
+    let of_axes = of_axes.replace("body_roll,", "kept,");
+    let of_axes = of_axes.replace("body_inclination,", "body_roll,");
     let cases = [
         (
             exchanged("left_pin", "right_pin"),
@@ -472,6 +475,11 @@ fn check_finds_what_is_exchanged() {
             changed(&["right_pin_angle"], |x| x - 0.08),
             "rad from right_pin_angle",
         ),
+        (
+            of_axes.replace("kept,", "body_inclination,"),
+            "exchange the columns of body_inclination and body_roll, and of body_rate and body_roll_rate",
+        ),
+        (changed(&["differential_angle"], |_| 0.0), "dead from"),
         (
             changed(&["differential_angle"], |_| f64::NAN),
             "differential_angle has no value in",

@@ -157,6 +157,54 @@ fn a_truth_that_cannot_be_used_says_why() {
         }
         assert!(!folder.path().join("refused").exists());
     }
+    // The unit in a name is read, and one of no force is refused.
+    let in_unit = |name: &str, unit: &str, size: f64| {
+        let forces: Vec<bool> = names
+            .iter()
+            .map(|name| name.ends_with("_normal_force") || name.ends_with("_traction"))
+            .collect();
+        let name_of = |(name, is_force): (&&str, &bool)| match is_force {
+            true => format!("{name} [{unit}]"),
+            false => (*name).to_owned(),
+        };
+        let head: Vec<String> = names.iter().zip(&forces).map(name_of).collect();
+        let mut out = head.join(",") + "\n";
+        for line in text.lines().skip(1) {
+            let cell = |(cell, is_force): (&str, &bool)| match cell.parse::<f64>() {
+                Ok(force) if *is_force => (force / size).to_string(),
+                _ => cell.to_owned(),
+            };
+            let cells: Vec<String> = line.split(',').zip(&forces).map(cell).collect();
+            out += &(cells.join(",") + "\n");
+        }
+        std::fs::write(folder.path().join(name), out).unwrap();
+    };
+    let errors = |truth: &str| {
+        let out = ["--out", "compared", "--force", "--estimator", "kalman"];
+        let args = [&["run", "--truth", truth], &out[..]].concat();
+        let output = super::recorded::estimate(folder.path(), &args);
+        assert!(output.status.success(), "{truth}");
+        let summary = std::fs::read(folder.path().join("compared/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        summary["estimators"]["kalman"]["normal_force"].clone()
+    };
+    in_unit("newton.csv", "N", 1.0);
+    in_unit("kilonewton.csv", "kN", 1000.0);
+    in_unit("volt.csv", "V", 1.0);
+    let expected = errors("run/truth.csv");
+    assert_eq!(errors("newton.csv"), expected);
+    let found = errors("kilonewton.csv")["nrmse"].as_f64();
+    let found = found.zip(expected["nrmse"].as_f64());
+    // Rounding.
+    assert!(found.is_some_and(|(a, b)| (a / b - 1.0).abs() < 1e-9));
+    let error = refused(
+        folder.path(),
+        &["run", "--truth", "volt.csv", "--out", "refused"],
+    );
+    assert!(
+        error.contains("has the unit V, allowed: N or kN"),
+        "{error}"
+    );
     let output = super::recorded::estimate(folder.path(), &["run", "--truth", "some.csv"]);
     let said = crate::support::text(&output.stderr);
     assert!(output.status.success(), "{said}");

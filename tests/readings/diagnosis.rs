@@ -62,6 +62,79 @@ fn a_dead_channel_has_one_finding() {
     );
 }
 
+/// All encoders at 0 while torques and gyroscopes move are dead, and no zero follows from a rest that was none; of a
+/// robot that stands, with noise alone, nothing is said.
+#[test]
+fn dead_encoders_are_no_rest() {
+    let dir = tempfile::tempdir().unwrap();
+    for moves in [true, false] {
+        let mut drive = LevelDrive::new(1);
+        for i in 1..=3 {
+            drive.column(&format!("wheel{i}_angle")).fill(0.0);
+        }
+        let changes: &[(&str, f64)] = match moves {
+            true => &[
+                ("wheel1_motor_torque", 3.0),
+                ("wheel3_motor_torque", -3.0),
+                ("link1_rate", 0.1),
+            ],
+            false => &[],
+        };
+        for (column, size) in changes {
+            let values = drive.column(column).iter_mut().enumerate();
+            values.for_each(|(k, x)| *x += size * (0.005 * k as f64).sin());
+        }
+        let said = log(dir.path(), &drive);
+        let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+        let dead = faults
+            .iter()
+            .filter(|l| l.contains("while torques and gyroscopes change"));
+        let expected = if moves { 3 } else { 0 };
+        assert!(
+            dead.count() == expected && faults.len() == expected,
+            "{said}"
+        );
+    }
+}
+
+/// A measured torque that stays at an extreme is saturated, not dead; one without noise may be at the drive's limit. One
+/// that drops to 0 again and again is not measured there.
+#[test]
+fn a_torque_that_repeats_its_value_says_why() {
+    let dir = tempfile::tempdir().unwrap();
+    let of = |change: &dyn Fn(usize, f64) -> f64| {
+        let mut drive = LevelDrive::new(1);
+        let torque = drive.column("wheel2_motor_torque").iter_mut().enumerate();
+        torque.for_each(|(k, x)| *x = change(k, *x));
+        let said = log(dir.path(), &drive);
+        let lines = said
+            .lines()
+            .skip_while(|l| !(l.starts_with("FAULT") && l.contains("torque 2")));
+        let fault: Vec<String> = lines.take(2).map(str::to_owned).collect();
+        (fault.join("\n"), said)
+    };
+    // Two seconds and a half at the limit.
+    let wave = |k: usize| 3.0 * (0.0125 * k as f64).sin();
+    let (fault, said) = of(&|k, x| (wave(k) + x).clamp(-1.5, 1.5));
+    assert!(
+        fault.contains("saturated at 1.5000") && !said.contains("dead from"),
+        "{said}"
+    );
+    // Half a second and less.
+    let wave = |k: usize| 2.0 * (0.05 * k as f64).sin();
+    let (fault, said) = of(&|k, _| wave(k).clamp(-1.5, 1.5));
+    assert!(
+        !fault.contains("saturated") && !fault.contains("again"),
+        "{said}"
+    );
+    assert!(said.contains("at its limit of"), "{said}");
+    let (fault, said) = of(&|k, x| if k > 150 && k % 100 < 50 { 0.0 } else { x });
+    assert!(
+        fault.contains("reads 0.0000 again and again, 4 times"),
+        "{said}"
+    );
+}
+
 /// A wheel that is not read in the second half of a drive: both its channels say since when.
 #[test]
 fn a_silent_channel_is_a_fault() {

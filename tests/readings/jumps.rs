@@ -48,6 +48,28 @@ fn a_single_wrong_angle_changes_nothing() {
     );
 }
 
+/// One that restarts by the same angle again and again, at a speed that hides a wrap, is named, too.
+#[test]
+fn an_encoder_that_restarts_again_and_again_is_named() {
+    let (error, checked, _) = spoiled(|drive| {
+        let angle = drive.column("wheel1_angle").iter_mut().enumerate();
+        // 2 rad a second.
+        angle.for_each(|(k, angle)| *angle -= 2.0 * (k.saturating_sub(100) / 100) as f64);
+    });
+    assert!(error < LIMIT, "{error}");
+    let named = "a new zero: -2.000 rad at 2.000 s, -2.000 rad at 3.000 s, -2.000 rad at 4.000 s and 2 more";
+    let fault = checked.lines().find(|line| line.contains(named));
+    assert!(
+        fault.is_some_and(|line| line.starts_with("FAULT")),
+        "{checked}"
+    );
+    assert!(
+        checked.contains("was reset") && checked.contains("`wrap`"),
+        "{checked}"
+    );
+    assert!(checked.ends_with("1 with a fault\n"), "{checked}");
+}
+
 /// An encoder that restarts counts from a new zero; `check` names it and its time, and no clock.
 #[test]
 fn an_encoder_that_restarts_is_named() {

@@ -8,7 +8,7 @@ use crate::mcap_events::Clock;
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
-use crate::units::Unit;
+use crate::units::{Kind, Unit};
 use robhaz_model::{Suspension, WholeRover};
 use robhaz_scene::{ChannelChoice, LogChoice, LogSides, RobotChoice};
 use std::path::Path;
@@ -90,9 +90,9 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
 /// As [`readings`].
 pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<Channel, LogError> {
     let mut table = Table::open(path, mapped::time(clock))?;
-    for name in truth::required(both) {
-        table.required(&name, "N");
-    }
+    let required = truth::required(both);
+    let is_missing = |name: &&String| !table.found.iter().any(|c| bare(c) == **name);
+    table.missing = required.iter().filter(is_missing).cloned().collect();
     if clock.is_none() {
         table.find_time();
     } else if let Rows::Table(_, time) = &mut table.channel.rows {
@@ -102,16 +102,28 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
             .missing
             .extend(time.columns().filter(is_missing).cloned());
     }
-    let columns = table.found.iter().map(|c| c.name.clone());
     let is_column = if both {
         truth::is_column_of_both
     } else {
         truth::is_column
     };
-    let columns: Vec<String> = columns.filter(|name| is_column(name)).collect();
+    let (mut columns, mut names, mut factors) = (Vec::new(), Vec::new(), Vec::new());
+    for column in table.found.iter().filter(|c| is_column(bare(c))) {
+        let name = bare(column).to_owned();
+        // The same quantity again, in another unit.
+        if names.contains(&name) {
+            continue;
+        }
+        match factor(column) {
+            Ok(factor) => factors.push(factor),
+            Err(problem) => table.problems.push(problem),
+        }
+        columns.push(column.name.clone());
+        names.push(name);
+    }
     Ok(Channel {
         offset: clock.map_or(0.0, |c| c.offset),
-        truth: Some(truth::TruthColumns::new(&columns)),
+        truth: Some(truth::TruthColumns::scaled((names, factors))),
         columns,
         ..table.checked(TRUTH_REMEDY)?
     })
@@ -141,6 +153,22 @@ pub fn rover(path: &Path, choice: &LogChoice) -> Result<WholeRover, LogError> {
 fn bare(column: &ColumnInfo) -> &str {
     let name = column.name.split(['[', '(']).next();
     name.unwrap_or_default().trim()
+}
+
+/// The factor of a column of the truth to the unit of a run's table: forces may be in kN, angles in degrees.
+fn factor(column: &ColumnInfo) -> Result<f64, String> {
+    let (kind, allowed) = match bare(column) {
+        name if name.ends_with("_force") || name.ends_with("_traction") => (Kind::Force, "N or kN"),
+        name if name.ends_with("_angle") => (Kind::Angle, "rad or deg"),
+        _ => return Ok(1.0),
+    };
+    let Some(found) = &column.unit else {
+        return Ok(1.0);
+    };
+    let unit = Unit::of(found).filter(|unit| unit.kind == kind);
+    let name = &column.name;
+    unit.map(|unit| unit.factor)
+        .ok_or_else(|| format!("column {name} has the unit {found}, allowed: {allowed}"))
 }
 
 /// A table in which columns are looked for by their names.

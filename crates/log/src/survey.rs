@@ -47,7 +47,8 @@ const DATE: f64 = 1e8;
 pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
     let mut courses: Vec<Course> = channels.all.iter().map(|_| Course::default()).collect();
     let of_truth = channels.all.iter().find(|channel| channel.truth.is_some());
-    let mut truth = of_truth.map(|channel| TruthRows::new(&channel.columns));
+    let of_truth = of_truth.and_then(|channel| channel.truth.as_ref());
+    let mut truth = of_truth.map(|truth| TruthRows::new(&truth.names));
     let cut_off = channels.read(|i, row| {
         let channel = &channels.all[i];
         if let Some(truth) = truth.as_mut().filter(|_| channel.truth.is_some()) {

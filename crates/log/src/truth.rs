@@ -52,7 +52,7 @@ pub struct TruthRows {
 }
 
 impl TruthRows {
-    /// No rows yet of a table with these columns, among them the required ones.
+    /// No rows yet of a table with these columns, named as in a run, among them the required ones.
     pub fn new(columns: &[String]) -> Self {
         let required = required(is_of_both(columns));
         let cells = (0..columns.len()).filter(|i| required.contains(&columns[*i]));
@@ -199,6 +199,10 @@ fn jumps(name: &str) -> bool {
 /// How the rows of a table are read as truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruthColumns {
+    /// The names of the columns as in the table of a run, without units.
+    pub names: Vec<String>,
+    /// The factor of each column to the unit of that table.
+    factors: Vec<f64>,
     /// The place of each column in the numbers of a row.
     places: Vec<usize>,
     /// Whether the table has N of the equivalent contact of each wheel, as tables of runs have.
@@ -210,10 +214,12 @@ pub struct TruthColumns {
 }
 
 impl TruthColumns {
-    /// For a table with these columns.
+    /// For a table with these columns, in the units of a run's table.
     pub fn new(columns: &[String]) -> Self {
         let equivalent = |i: usize| format!("wheel{i}_equivalent_normal_force");
         Self {
+            names: columns.to_vec(),
+            factors: vec![1.0; columns.len()],
             places: columns.iter().filter_map(|name| place(name)).collect(),
             has_equivalent: [1, 2, 3].map(|i| columns.contains(&equivalent(i))),
             jumps: columns.iter().map(|name| jumps(name)).collect(),
@@ -226,6 +232,14 @@ impl TruthColumns {
                     })
                 })
             }),
+        }
+    }
+
+    /// For a table with these columns, each with the factor to the unit of a run's table.
+    pub fn scaled((columns, factors): (Vec<String>, Vec<f64>)) -> Self {
+        Self {
+            factors,
+            ..Self::new(&columns)
         }
     }
 
@@ -242,9 +256,14 @@ impl TruthColumns {
 
     /// The truth of a row's cells at a time (s), as [`Self::truth`] gives it, of one side or of both.
     pub fn found(&self, cells: &[f64], time: f64) -> Option<FoundTruth> {
+        let scaled = cells
+            .iter()
+            .zip(&self.factors)
+            .map(|(x, factor)| x * factor);
+        let cells: Vec<f64> = scaled.collect();
         let at_time = |truth: Truth| Truth { time, ..truth };
         let Some(both) = &self.both else {
-            let truth = at_time(self.truth(cells)?);
+            let truth = at_time(self.truth(&cells)?);
             return Some(FoundTruth::Plane(Box::new(truth)));
         };
         let of = |part: usize| {

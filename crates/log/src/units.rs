@@ -13,6 +13,7 @@ pub enum Kind {
     Current,
     Rate,
     Time,
+    Force,
     /// What no reading is in.
     Other,
 }
@@ -110,10 +111,12 @@ const UNITS: &[(Kind, f64, &str)] = &[
     ),
     (Kind::Time, 60.0, "min mins minute minutes"),
     (Kind::Time, 3600.0, "h hr hour hours"),
+    (Kind::Force, 1.0, "n newton newtons"),
+    (Kind::Force, 1e3, "kn kilonewton kilonewtons"),
     (
         Kind::Other,
         1.0,
-        "v mv volt volts n kn newton newtons m mm cm m/s m/s^2 m/s2 g % percent pwm w watt \
+        "v mv volt volts m mm cm m/s m/s^2 m/s2 g % percent pwm w watt \
          \u{b0}c",
     ),
 ];
@@ -204,7 +207,7 @@ impl Unit {
         let is_time = taken_for == Kind::Time;
         match self.kind {
             Kind::Time => is_time && ends,
-            Kind::Other => false,
+            Kind::Force | Kind::Other => false,
             _ if is_time => false,
             // `ma` may be a moving average, `A` a motor.
             Kind::Current if matches!(word, "A" | "a" | "ma" | "MA" | "Ma") => {
@@ -270,9 +273,9 @@ impl Stated {
             // `gyro_deg` is in degrees a second.
             (Kind::Rate, Kind::Angle) => fits(column.factor),
             // The scale may hold the torque constant, or the counts in a turn.
-            (Kind::Torque, Kind::Current | Kind::Other)
-            | (Kind::Angle, Kind::Counts | Kind::Other) => is_scaled,
-            (Kind::Rate, Kind::Other) => is_scaled,
+            (Kind::Torque, Kind::Current | Kind::Force | Kind::Other)
+            | (Kind::Angle, Kind::Counts | Kind::Force | Kind::Other)
+            | (Kind::Rate, Kind::Force | Kind::Other) => is_scaled,
             _ => false,
         }
     }

@@ -37,6 +37,7 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
     let (mut points, mut columns) = (Vec::<Vec2>::new(), None);
     let mut row = TextRow::default();
     let mut numbers = Numbers::default();
+    let mut falls = None;
     while table.read(&mut row).map_err(unread)? {
         let refused = |message: String| TrackError {
             line: Some(row.line),
@@ -67,10 +68,10 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
             return Err(refused(message.to_owned()));
         }
         let point = point(columns, &mut numbers, &row, separator).map_err(refused)?;
-        let before = points.last().filter(|_| !format.sort);
-        if let Some(before) = before.filter(|before| before.x > point.x) {
-            return Err(refused(format!(
-                "found x = {} m, allowed: x not below that of the point before, {} m; or sort = \"on\"",
+        let before = points.last().filter(|before| before.x > point.x);
+        if let (Some(before), None) = (before, &falls) {
+            falls = Some(refused(format!(
+                "found x = {} m, allowed: x not below that of the point before, {} m",
                 point.x, before.x
             )));
         }
@@ -90,12 +91,17 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
         }
     }
     if format.sort {
-        points = sorted(&points).map_err(|(a, b)| {
-            whole(format!(
-                "found the heights {} and {} m at x = {} m in lines whose order does not show which comes first; allowed: a riser in two lines, one after the other, as the ground passes them, or each x once",
-                a.y, b.y, a.x
-            ))
-        })?;
+        points = sorted(&points).map_err(whole)?;
+    } else if let Some(falls) = falls {
+        let TrackError { line, message } = falls;
+        let message = match sorted(&points) {
+            Ok(_) => message + "; or sort = \"on\"",
+            // A part of the ground that runs back.
+            Err(_) => {
+                message + ": one height at each x, without overhangs and points that run back"
+            }
+        };
+        return Err(TrackError { line, message });
     }
     let found = match points.len() {
         0 => "no point",

@@ -5,6 +5,7 @@ use crate::check::recorded::{ROUNDING, Recorded};
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel};
 use crate::check::stated::Stated;
+use crate::check::still::drives;
 use robhaz_estimator::SensorFrame;
 
 const TEST: &str = "values";
@@ -18,13 +19,14 @@ pub fn findings(
     driving: &[[bool; 3]],
 ) -> (Vec<(Channel, Finding)>, Vec<Finding>) {
     let all = Recorded::of_frames(frames, stated);
+    let drives = drives_unseen(&all);
     let mut found: Vec<(Channel, Finding)> = Vec::new();
     for recorded in &all {
         // Without the inclination of the body neither link has one, whatever pin Q reads.
         let own = recorded.channel.in_frames();
         let is_made = |(channel, _): &(Channel, Finding)| *channel == own;
         if !found.iter().any(is_made)
-            && let Some(finding) = finding(recorded, driving)
+            && let Some(finding) = finding(recorded, driving, drives)
         {
             found.push((own, finding.change([Change::Remove(own)])));
         }
@@ -41,7 +43,27 @@ pub fn findings(
     (found, silences)
 }
 
-fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {
+/// Whether the robot drives though no encoder changes: two torques and a rate move far beyond their noise, which no
+/// robot that stands shows.
+fn drives_unseen(all: &[Recorded]) -> bool {
+    /// Range over the white noise: that of a million readings of noise alone is 10.
+    const FAR: f64 = 20.0;
+    let range = |recorded: &Recorded| {
+        let known = recorded.values.iter().filter(|v| v.is_finite());
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = known.fold(ends, |(low, high), v| (low.min(*v), high.max(*v)));
+        high - low
+    };
+    let moves = |own: &&Recorded| own.noise > 0.0 && range(own) > FAR * own.noise;
+    let of = |is: fn(Channel) -> bool| all.iter().filter(move |own| is(own.channel));
+    let mut encoders = of(|channel| matches!(channel, Channel::Encoder(_)));
+    let torques = of(|channel| matches!(channel, Channel::Torque(_)));
+    encoders.all(|own| range(own) <= ROUNDING)
+        && torques.filter(moves).count() >= 2
+        && of(Channel::is_rate).any(|own| moves(&own))
+}
+
+fn finding(recorded: &Recorded, driving: &[[bool; 3]], unseen: bool) -> Option<Finding> {
     let (channel, count) = (recorded.channel, recorded.values.len());
     // The name in the log.
     let name = channel.reading();
@@ -53,17 +75,20 @@ fn finding(recorded: &Recorded, driving: &[[bool; 3]]) -> Option<Finding> {
     // An exact sensor may be constant.
     let is_encoder = matches!(channel, Channel::Encoder(_));
     let may_rest = !is_encoder && recorded.noise <= 0.0;
-    let own = |i: usize| channel == Channel::Encoder(i);
-    let turns = |turns: &[bool; 3]| (0..3).filter(|i| !own(*i) && turns[*i]).count() >= 2;
     // Readings of the body follow from those of the links, with rounding.
     let is_constant = values.all(|v| (v - first).abs() <= ROUNDING);
-    (is_constant && !may_rest && driving.iter().any(turns)).then(|| {
+    let drives = unseen && is_encoder || drives(driving, channel).contains(&true);
+    (is_constant && !may_rest && drives).then(|| {
         let what = match channel {
             Channel::Encoder(_) => "what turns with the wheel",
             Channel::Torque(_) => "what the drive states as effort or current",
             _ => "what this sensor writes",
         };
-        let figure = format!("{name} is {first} in all of {count} frames while wheels turn");
+        let while_moves = match unseen {
+            true => "torques and gyroscopes change",
+            false => "wheels turn",
+        };
+        let figure = format!("{name} is {first} in all of {count} frames while {while_moves}");
         Finding::ok(TEST, channel, figure).fault(format!(
             "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
         ))

@@ -9,6 +9,7 @@
 
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
+use crate::check::still::wrapped;
 use crate::jitter::{Jitter, angles};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
@@ -135,12 +136,13 @@ fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64, stamps:
             single: false,
         });
     }
-    let sizes = found.iter().filter(|jump| !jump.single).map(|jump| jump.by);
-    let is_same = |a: f64, b: f64| (a - b).abs() < 0.01 * b.abs();
-    let mut resets = sizes.clone();
-    let first = resets.next();
-    let repeats = first.is_some_and(|first| resets.any(|by| is_same(by, first)));
-    if repeats || sizes.clone().any(|by| is_same(by.abs(), TAU)) {
+    let mut sizes = found.iter().filter(|jump| !jump.single).map(|jump| jump.by);
+    let first = sizes.next().unwrap_or(0.0);
+    let is_same = |by: f64| (by - first).abs() < 0.01 * first.abs();
+    let equal = sizes.clone().filter(|by| is_same(*by)).count();
+    // Of some among others the column is that of another quantity.
+    let is_other = equal > 0 && equal < sizes.count();
+    if is_other || wrapped(frames, Channel::Encoder(wheel)).is_some() {
         found.retain(|jump| jump.single);
     }
     found
@@ -199,7 +201,13 @@ fn finding(frames: &[SensorFrame], wheel: usize, jumps: &[Jump]) -> Option<Findi
     }
     if of(false).next().is_some() {
         parts.push(format!("a new zero: {}", list(false)));
-        remedies.push("the encoder was reset: continue the angle before it is logged");
+        // Equal ones may be those of an angle that starts anew, at a speed that hides it.
+        let is_same = |jump: &Jump| (jump.by - first.by).abs() < 0.01 * first.by.abs();
+        let are_equal = of(false).count() > 1 && of(false).all(is_same);
+        remedies.push(match are_equal {
+            true => "the encoder was reset: continue the angle before it is logged; or the angle starts anew after a turn or an overflow: state `wrap` of its reading in a description",
+            false => "the encoder was reset: continue the angle before it is logged",
+        });
     }
     let finding = Finding::ok(TEST, channel, parts.join("; ")).fault(remedies.join("\n"));
     let finding = finding.with("time", frames[first.frame].time, "s");

@@ -92,16 +92,23 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
         findings,
     };
     log.take(of_jumps);
-    let driving = still::driving(&log.frames, stated);
+    let driving = still::driving(&log.frames, stated.robot);
     let (dead, silences) = dead::findings(&log.frames, stated, &driving);
     log.take(dead.iter().map(|(_, finding)| finding.clone()));
     log.take(silences);
     let without = |findings| dead::without(findings, &dead);
     log.take(without(still::findings(&log.frames, stated, &driving)));
     log.take(without(torques::findings(&log.frames, stated)));
-    log.take(without(rest::findings(&log.recording, stated)));
+    let is_dead = |is: fn(&Channel) -> bool| dead.iter().any(|(channel, _)| is(channel));
+    // Without any encoder nothing shows when the robot stands.
+    let knows_rest = (0..3).any(|i| {
+        dead.iter()
+            .all(|(channel, _)| *channel != Channel::Encoder(i))
+    });
+    if knows_rest {
+        log.take(without(rest::findings(&log.recording, stated)));
+    }
     if !dead.is_empty() {
-        let is_dead = |is: fn(&Channel) -> bool| dead.iter().any(|(channel, _)| is(channel));
         let encoders = is_dead(|c| matches!(c, Channel::Encoder(_)));
         if !encoders {
             log.take(wheels::findings(&log));

@@ -1,12 +1,14 @@
 //! Channels that do not change, and channels at the end of their range.
 
 use crate::check::recorded::{ROUNDING, Recorded};
-use crate::check::report::Finding;
+use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
-use robhaz_model::Units;
+use robhaz_model::{Robot, Units};
+use robhaz_score::signals::{median, white_noise};
 use std::f64::consts::TAU;
+use std::fmt::Display;
 
 /// Longest time without any change of a working sensor while the robot drives, s.
 const LONGEST_CONSTANT: f64 = 1.0;
@@ -27,6 +29,11 @@ const LONGEST_STEP: f64 = 0.05;
 /// are equal by chance.
 const COARSE: f64 = 2.0;
 
+/// Equal readings in a row that are looked for again and again.
+const IN_A_ROW: usize = 10;
+/// White noise over that of the budget from which on a torque is measured: no drive's limit has any.
+const MEASURED: f64 = 0.1;
+
 const STUCK: &str = "stuck";
 const RANGE: &str = "range";
 const COLUMNS: &str = "columns";
@@ -38,12 +45,22 @@ pub fn findings(
     driving: &[[bool; 3]],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for channel in Recorded::of_frames(frames, stated) {
-        findings.push(stuck(frames, driving, &channel));
-        findings.extend(match channel.channel {
-            encoder @ Channel::Encoder(_) => wrapped(frames, encoder),
-            _ => at_limit(&channel),
-        });
+    let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
+    for recorded in Recorded::of_frames(frames, stated) {
+        let channel = recorded.channel;
+        let is_encoder = matches!(channel, Channel::Encoder(_));
+        let range = match is_encoder {
+            true => wrapped(frames, channel),
+            false => at_limit(&recorded),
+        };
+        // At the end of its range a channel is not dead.
+        let is_fault = |range: &Finding| range.verdict == Verdict::Fault;
+        if is_encoder || !range.as_ref().is_some_and(is_fault) {
+            let drives = drives(driving, channel);
+            let noise = (!is_encoder).then_some(recorded.noise);
+            findings.push(stuck(channel, (&times, &recorded.values), &drives, noise));
+        }
+        findings.extend(range);
     }
     findings.extend(repeated(frames, stated.body.is_some()));
     findings
@@ -79,9 +96,8 @@ fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
     findings
 }
 
-/// An angle that jumps back by a turn, or again and again by the same amount: it is not continued
-/// over a turn.
-fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
+/// An angle that jumps back by a turn, or again and again by its range: it is not continued over a turn.
+pub fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     // Within a gap a wheel may turn by as much.
     let step = |w: &[SensorFrame]| {
         let step = channel.value(&w[1])? - channel.value(&w[0])?;
@@ -95,7 +111,14 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     // Above nine of ten: a speed that a hundred times as much is no acceleration of.
     let usual = steps[(steps.len() - 1) * 9 / 10];
     let is_equal = |other: f64| (largest - other).abs() < 2.0 * usual;
-    if largest < 100.0 * usual || !(is_equal(last) || is_equal(TAU)) {
+    // One that starts anew stays within its range, but for single wrong readings.
+    let known = frames.iter().filter_map(|frame| channel.value(frame));
+    let mut known: Vec<f64> = known.filter(|angle| angle.is_finite()).collect();
+    known.sort_by(f64::total_cmp);
+    let few = known.len() / 100;
+    let range = known[known.len() - 1 - few] - known[few];
+    let starts_anew = is_equal(last) && range < largest + 2.0 * usual;
+    if largest < 100.0 * usual || !(starts_anew || is_equal(TAU)) {
         return None;
     }
     let figure = format!("jumps by {largest:.4} rad in a frame, else by {usual:.4} at most");
@@ -105,8 +128,8 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
 }
 
 /// At each frame, which wheels turn: speeds over a quarter of a second before.
-pub fn driving(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<[bool; 3]> {
-    let turns = TURNS / Units::of(stated.robot).time;
+pub fn driving(frames: &[SensorFrame], robot: &Robot) -> Vec<[bool; 3]> {
+    let turns = TURNS / Units::of(robot).time;
     let mut from = 0;
     let turning = |(i, frame): (usize, &SensorFrame)| {
         while frame.time - frames[from].time > 0.25 && from < i {
@@ -122,6 +145,15 @@ pub fn driving(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<[bool; 3]> {
     frames.iter().enumerate().map(turning).collect()
 }
 
+/// At each frame, whether two wheels turn, without that of the channel.
+pub fn drives(driving: &[[bool; 3]], channel: Channel) -> Vec<bool> {
+    let turn = |turns: &[bool; 3]| {
+        let others = (0..3).filter(|i| channel != Channel::Encoder(*i));
+        others.filter(|i| turns[*i]).count() >= 2
+    };
+    driving.iter().map(turn).collect()
+}
+
 /// Least change of a channel that is more than rounding.
 fn resolution(values: &[f64]) -> f64 {
     let changes = values.windows(2).map(|w| (w[1] - w[0]).abs());
@@ -130,53 +162,127 @@ fn resolution(values: &[f64]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The longest time for which a channel repeats its value while the other wheels turn (two of them
-/// for an encoder).
-fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], recorded: &Recorded) -> Finding {
-    let (channel, values, noise) = (recorded.channel, &recorded.values, recorded.noise);
-    let is_encoder = matches!(channel, Channel::Encoder(_));
-    let (mut last, mut since) = (f64::NAN, 0.0);
-    let (mut longest, mut at) = (0.0, 0.0);
-    let mut any = false;
-    for ((frame, driving), value) in frames.iter().zip(driving).zip(values) {
-        let others = (0..3).filter(|w| channel != Channel::Encoder(*w));
-        let turning = others.filter(|w| driving[*w]);
-        let drives = turning.count() >= 2;
-        any |= drives;
-        if value.is_nan() {
-            continue;
-        }
-        let repeats = (value - last).abs() <= ROUNDING;
-        if !drives || !repeats {
-            since = frame.time;
-        }
-        last = *value;
-        if frame.time - since > longest {
-            (longest, at) = (frame.time - since, since);
-        }
-    }
-    if !any {
-        let finding = Finding::ok(STUCK, channel, "two wheels never turn together");
+/// The longest time for which a channel repeats its value while other wheels turn, `drives`, and the whole time at a
+/// value to which it comes back; `noise` of a sample by the budget, `None` of an encoder.
+pub fn stuck(
+    name: impl Display,
+    (times, values): (&[f64], &[f64]),
+    drives: &[bool],
+    noise: Option<f64>,
+) -> Finding {
+    if !drives.contains(&true) {
+        let finding = Finding::ok(STUCK, name, "two wheels never turn together");
         return finding.cannot_tell("record a drive");
     }
+    let runs = runs(times, values, drives);
+    let longest = runs.iter().max_by(|a, b| a.length.total_cmp(&b.length));
+    let (longest, at) = longest.map_or((0.0, 0.0), |run| (run.length, run.since));
     let figure = format!("longest without a change {longest:.3} s while other wheels turn");
-    let finding = Finding::ok(STUCK, channel, figure);
-    if longest < LONGEST_CONSTANT {
+    let finding = Finding::ok(STUCK, name, figure);
+    let Some(noise) = noise else {
+        return match longest < LONGEST_CONSTANT {
+            true => finding.with("longest", longest, "s"),
+            false => dead(finding, at).with("longest", longest, "s"),
+        };
+    };
+    let step = resolution(values);
+    // At an end of the range is the test of ranges, but for 0.
+    let known = || values.iter().copied().filter(|value| !value.is_nan());
+    let is_inside =
+        |x: f64| x.abs() <= ROUNDING || known().any(|v| v < x) && known().any(|v| v > x);
+    let again = again(&runs)
+        .filter(|(value, ..)| noise > 0.0 && step <= COARSE * noise && is_inside(*value));
+    if longest < LONGEST_CONSTANT
+        && let Some((value, count, time)) = again
+    {
+        finding.with("in all", time, "s").fault(format!(
+            "it reads {value:.4} again and again, {count} times for {time:.1} s in all, and by its noise never so: not measured there: check cable and driver, and whether it has a dead band"
+        ))
+    } else if longest < LONGEST_CONSTANT {
         finding.with("longest", longest, "s")
-    } else if !is_encoder && noise <= 0.0 {
+    } else if noise <= 0.0 {
         let remedy = "the budget states no noise, so the reading may be constant: state its noise";
         finding.cannot_tell(remedy)
-    } else if !is_encoder
-        && let step @ 0.0..f64::INFINITY = resolution(values)
-        && step > COARSE * noise
-    {
+    } else if step < f64::INFINITY && step > COARSE * noise {
         finding.cannot_tell(format!(
             "it changes in steps of {step:.4}, more than its noise, so it may rest: record a drive that moves it"
         ))
     } else {
-        let remedy = format!("dead from {at:.2} s on: check cable and driver");
-        finding.fault(remedy).with("longest", longest, "s")
+        dead(finding, at).with("longest", longest, "s")
     }
+}
+
+fn dead(finding: Finding, at: f64) -> Finding {
+    finding.fault(format!("dead from {at:.2} s on: check cable and driver"))
+}
+
+/// Equal readings in a row while other wheels turn; one by itself is a run, too.
+struct Run {
+    value: f64,
+    count: usize,
+    /// s
+    since: f64,
+    /// s
+    length: f64,
+}
+
+fn runs(times: &[f64], values: &[f64], drives: &[bool]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    let read = times.iter().zip(values).zip(drives);
+    for ((&time, &value), drives) in read.filter(|((_, value), _)| !value.is_nan()) {
+        match runs.last_mut() {
+            Some(run) if *drives && (value - run.value).abs() <= ROUNDING => {
+                run.count += 1;
+                run.length = time - run.since;
+            }
+            _ => runs.push(Run {
+                value,
+                count: 1,
+                since: time,
+                length: 0.0,
+            }),
+        }
+    }
+    runs
+}
+
+/// The one value that a channel repeats [`IN_A_ROW`] times and more, again and again, how often and for how long, s, if
+/// by the share of all its other readings that equal those before it would not have done so once in a hundred logs.
+fn again(runs: &[Run]) -> Option<(f64, usize, f64)> {
+    let is_long = |run: &&Run| run.count >= IN_A_ROW;
+    let mut long = runs.iter().filter(is_long);
+    let value = long.next()?.value;
+    if long.any(|run| (run.value - value).abs() > ROUNDING) {
+        return None;
+    }
+    let long = || runs.iter().filter(is_long);
+    // A dead band is entered from its edge, and not from anywhere.
+    let away = |run: &Run| (run.value - value).abs();
+    let is_beside = |i: usize| {
+        let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+        beside.filter_map(|k| runs.get(k)).any(|run| is_long(&run))
+    };
+    let of_others = (0..runs.len()).filter(|i| !is_long(&&runs[*i]));
+    let at_edge = median(
+        of_others
+            .clone()
+            .filter(|i| is_beside(*i))
+            .map(|i| away(&runs[i]))
+            .collect(),
+    )?;
+    if at_edge < 0.5 * median(of_others.map(|i| away(&runs[i])).collect())? {
+        return None;
+    }
+    let time = long().map(|run| run.length).sum();
+    let others = || runs.iter().filter(|run| !is_long(run)).map(|run| run.count);
+    // Counts of readings.
+    let (equal, all) = (
+        others().map(|n| n - 1).sum::<usize>() as f64,
+        others().sum::<usize>() as f64,
+    );
+    let by_chance = all * (equal / all).powi(IN_A_ROW as i32 - 1);
+    (long().count() > 1 && time >= LONGEST_CONSTANT && by_chance < 0.01)
+        .then(|| (value, long().count(), time))
 }
 
 /// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range
@@ -208,10 +314,18 @@ fn at_limit(channel: &Recorded) -> Option<Finding> {
         "{least:.4} to {most:.4}; longest at an end {at_end} readings ({share:.1} % of all), elsewhere {elsewhere}"
     );
     let finding = Finding::ok(RANGE, channel.channel, figure);
-    if at_end < AT_LIMIT || at_end < 5 * elsewhere {
+    // What is 0 there was not measured.
+    if at_end < AT_LIMIT || at_end < 5 * elsewhere || limit.abs() <= ROUNDING {
         return Some(finding.with("at an end", share, "%"));
     }
-    if matches!(channel.channel, Channel::Torque(_)) {
+    let inside = |x: &f64| !(is_same(*x, least) || is_same(*x, most));
+    let inside = channel
+        .values
+        .iter()
+        .map(|x| if inside(x) { *x } else { f64::NAN });
+    let noise = white_noise(&inside.collect::<Vec<f64>>());
+    let is_measured = noise.is_some_and(|noise| noise > MEASURED * channel.noise);
+    if matches!(channel.channel, Channel::Torque(_)) && !is_measured {
         let remedy = format!(
             "at its limit of {limit:.3}: fine if it is the drive's, else raise the sensor's range"
         );

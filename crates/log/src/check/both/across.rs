@@ -1,8 +1,11 @@
 //! What the readings of both sides show against each other: roll, yaw, and torques of left and right.
 
-use crate::check::dead;
 use crate::check::report::Finding;
+use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
+use crate::check::{dead, still};
+use crate::readings::side_frame;
+use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::{Coupling, WholeRover};
 use robhaz_score::signals::{derivative, fit, high_pass, median, smooth};
@@ -39,9 +42,31 @@ pub(super) fn coupling_angle(coupling: Coupling) -> &'static str {
     }
 }
 
+/// Whether what no side has by itself repeats its value while the wheels turn: the coupling's angle, and roll and yaw.
+pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
+    let driving = still::driving(&left, &stated.rover.side);
+    let drives = still::drives(&driving, Channel::Pin);
+    let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
+    let (budget, [pin, _]) = (stated.settings.budget, stated.joint);
+    let readings: [(&str, Of, f64); 4] = [
+        (coupling_angle(stated.rover.coupling), |f| f.coupling, pin),
+        ("body_roll", |f| f.roll, budget.inclination_noise),
+        ("body_roll_rate", |f| f.rates[0], budget.rate_noise),
+        ("body_yaw_rate", |f| f.rates[2], budget.rate_noise),
+    ];
+    let finding = |(name, of, noise): (&str, Of, f64)| {
+        let values: Vec<f64> = frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect();
+        still::stuck(name, (&times, &values), &drives, Some(noise))
+    };
+    readings.map(finding).into()
+}
+
+/// A reading of a frame.
+type Of = fn(&WholeFrame) -> Option<f64>;
+
 /// Readings of the body and the joints that are not there.
 pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
-    type Of = fn(&WholeFrame) -> Option<f64>;
     let readings: [(&str, Of); 8] = [
         ("left_pin_angle", |f| f.pins[0]),
         ("right_pin_angle", |f| f.pins[1]),
@@ -105,7 +130,6 @@ pub fn roll(frames: &[WholeFrame]) -> Finding {
 /// The zeros of the joints. All wheels pass the same ground, so on a long way the mean of a joint's angle is
 /// zero, but for what the ground's slope changes from the first footprint to the last.
 pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
-    type Of = fn(&WholeFrame) -> Option<f64>;
     let geometry = &stated.rover.side.geometry;
     let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
     let reading =
@@ -249,7 +273,6 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     const BEYOND: f64 = 1.5;
     /// Largest angle of differential, rear bogie and body, rad: the rover has tipped over.
     const LARGEST: f64 = 1.0;
-    type Of = fn(&WholeFrame) -> Option<f64>;
     let stop = &rover.side.geometry.stop;
     let of_pin = BEYOND * stop.lower.abs().max(stop.upper.abs());
     let channels: [(&str, f64, Of); 5] = [

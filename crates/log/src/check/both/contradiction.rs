@@ -32,12 +32,13 @@ const STEP: f64 = 0.0099;
 
 /// Other sizes and signs that are tried, by what they change. A size of torques shows in the work on
 /// slopes, too.
-const SIZES: [(&str, Change); 5] = [
+const SIZES: [(&str, Change); 6] = [
     ("size of the torques", Change::Torques(2.0 / 3.0)),
     ("size of the torques", Change::Torques(1.5)),
     ("size of the coupling's angle", Change::CouplingSize(0.5)),
     ("size of the coupling's angle", Change::CouplingSize(2.0)),
     ("sign of body_roll", Change::Roll),
+    ("axes of the body", Change::Axes),
 ];
 /// Normal forces over their stated deviation from which on they differ.
 const DIFFERENT: f64 = 2.0;
@@ -272,7 +273,7 @@ impl<'a> Compared<'a> {
             .fold(0.0, f64::max);
         (best > least).then(|| {
             format!(
-                "with left and right of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",
+                "with left and right, or roll and pitch, of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",
                 others * (-best).exp()
             )
         })
@@ -288,7 +289,7 @@ impl<'a> Compared<'a> {
         for (what, change) in SIZES {
             let confirmed = match change {
                 Change::Torques(_) => self.own.weight == Some(Confirmation::Confirmed),
-                Change::Roll => self.follows() > BEYOND,
+                Change::Roll | Change::Axes => self.follows() > BEYOND,
                 _ => false,
             };
             if confirmed {

@@ -58,6 +58,11 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     // Without one, or with one that no rover can have, all others look wrong.
     let mut unusable = across::silences(frames, stated.rover);
     unusable.extend(across::ranges(frames, stated.rover));
+    let is_fault = |f: &Finding| f.verdict == Verdict::Fault;
+    let (stuck, moving) = across::stuck(frames, stated)
+        .into_iter()
+        .partition(is_fault);
+    unusable.extend::<Vec<Finding>>(stuck);
     if !unusable.is_empty() {
         let remedy = "correct these readings first";
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
@@ -67,6 +72,7 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     let sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
     let mut findings = sides.concat();
     findings.insert(0, of_stamps);
+    findings.extend::<Vec<Finding>>(moving);
     if let Some(opposed) = across::opposed(frames, stated.rover) {
         // A side by itself would look for the cause in the body.
         findings.retain(|f| f.test != start::TEST);
@@ -103,7 +109,6 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         findings.extend(steering::steering(&wired, stated.rover));
     }
     findings.push(yaw);
-    let is_fault = |f: &Finding| f.verdict == Verdict::Fault;
     if !findings.iter().any(is_fault) {
         findings.push(contradiction::sizes(&wired, stated));
     }

@@ -12,7 +12,7 @@ const TEST: &str = "left and right";
 /// Sum over that of the log as wired below which another wiring is a fault. Of honest drives, straight
 /// on and in turns, the least is 0.96; one exchanged wheel on uneven ground has 0.83.
 const BETTER: f64 = 0.87;
-/// The same of pins and coupling, with the misfit's.
+/// The same of pins, coupling and the axes of the body's sensor, with the misfit's.
 const BETTER_OF_JOINTS: f64 = 0.97;
 /// Misfit over that of the log as wired of such a case.
 const BETTER_MISFIT: f64 = 0.75;
@@ -27,6 +27,10 @@ const REFUSED: f64 = 1e3;
 /// Longest part of a log for which the cases are tried, s: some metres.
 const LONGEST: f64 = 16.0;
 
+/// What to do about the axes of the body's sensor.
+const AXES: &str =
+    "exchange the columns of body_inclination and body_roll, and of body_rate and body_roll_rate";
+
 /// A change of the wiring; wheels 0 to 2 of both sides.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Change {
@@ -40,13 +44,17 @@ pub(super) enum Change {
     Coupling,
     /// Roll and its rate do.
     Roll,
+    /// Roll and inclination are exchanged, and their rates.
+    Axes,
+    /// The same of a sensor that is turned about its vertical axis: by a right angle to the left, or to the right.
+    Turned(f64),
     /// All torques are so many times as large.
     Torques(f64),
     /// The coupling's angle is so many times as large.
     CouplingSize(f64),
 }
 
-use Change::{Angle, Pins, Roll, Torque};
+use Change::{Angle, Axes, Pins, Roll, Torque, Turned};
 
 /// As wired, then all others that are tried, those with fewer changes first.
 pub(super) fn wirings() -> Vec<Vec<Change>> {
@@ -61,7 +69,9 @@ pub(super) fn wirings() -> Vec<Vec<Change>> {
     for i in 0..3 {
         all.extend(kinds.map(|changes| of(&[i], changes)));
     }
-    all.extend([Pins, Change::Coupling, Roll].map(|change| vec![change]));
+    let of_body = [Roll, Axes, Turned(1.0), Turned(-1.0)];
+    all.extend([Pins, Change::Coupling].map(|change| vec![change]));
+    all.extend(of_body.map(|change| vec![change]));
     // The wheels of a bogie, in front or behind.
     all.extend([of(&[0, 1], both), of(&[1, 2], both)]);
     all.extend(kinds.map(|changes| of(&[0, 1, 2], changes)));
@@ -80,6 +90,21 @@ impl Change {
             }
             Self::CouplingSize(size) => frame.coupling = frame.coupling.map(|angle| size * angle),
             Self::Coupling => frame.coupling = frame.coupling.map(|angle| -angle),
+            Axes => {
+                std::mem::swap(&mut frame.roll, &mut frame.inclination);
+                frame.rates.swap(0, 1);
+            }
+            Turned(way) => {
+                Axes.apply(frame);
+                frame.roll = frame.roll.map(|roll| way * roll);
+                frame.inclination = frame.inclination.map(|angle| -way * angle);
+                let [roll, pitch, yaw] = frame.rates;
+                frame.rates = [
+                    roll.map(|rate| way * rate),
+                    pitch.map(|rate| -way * rate),
+                    yaw,
+                ];
+            }
             Roll => {
                 frame.roll = frame.roll.map(|roll| -roll);
                 frame.rates[0] = frame.rates[0].map(|rate| -rate);
@@ -95,6 +120,15 @@ impl Change {
             Torque(i) => exchange(&format!("wheel{}_motor_torque", i + 1)),
             Pins => exchange("pin_angle"),
             Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
+            Axes => AXES.to_owned(),
+            Turned(way) => {
+                let of = if way > 0.0 {
+                    "body_inclination and body_rate"
+                } else {
+                    "body_roll and body_roll_rate"
+                };
+                format!("{AXES}; then turn the signs of {of}: the sensor is mounted across")
+            }
             Roll => "turn the signs of body_roll and body_roll_rate".to_owned(),
             Self::Torques(size) => format!("take {size:.2} of all torques"),
             Self::CouplingSize(size) => {
@@ -117,9 +151,10 @@ fn fits(wiring: &[Change], follows: [Option<bool>; 3]) -> bool {
     (0..3).all(|i| follows[i].is_none_or(|follows| follows != is_one(i)))
 }
 
-/// Whether it is of pins and coupling, or of everything.
+/// Whether it is of pins and coupling, of everything, or of the axes of the body's sensor: what the misfit shows.
 fn is_of_joints(wiring: &[Change]) -> bool {
-    wiring.contains(&Pins) || wiring.contains(&Change::Coupling)
+    let is_of_joints = |c: &Change| matches!(c, Pins | Change::Coupling | Axes | Turned(_));
+    wiring.iter().any(is_of_joints)
 }
 
 fn words(wiring: &[Change], coupling: Coupling) -> String {
