@@ -257,7 +257,7 @@ PAGES = {
                  [Cases({name: ("smooth", keys) for name, keys in STEPS.items()}, options=["--ladder"]),
                   Dataset("ladder", "estimator", "terrain.kind", ("nrmse", "nrmse_at_one_contact"))]),
     "no-angles": ("`kalman` without contact angles: samples with one contact a wheel, then all", "0 to {last}", 10,
-                  [Tests(STUDY, "no_angles::study_of_all", ignored=True, ROBHAZ_SEEDS="{seeds}")]),
+                  [Tests(STUDY, "no_angles::study_of", ignored=True, ROBHAZ_SEEDS="{seeds}")]),
     "edges": ("Errors at edges", "0 to {last}", 10, [Cases(EDGES, "paper-wheels", "kalman")]),
     "contact-states": ("Contact states: events found; shares of the time falsely stated and missed (NaN: there is none)", "0 to 2", 3,
                        [Tests(TRUTH, "acceptance_contacts")]),
