@@ -269,8 +269,7 @@ fn share_of_counts(
     let noise = 2.0 / 3.0 * 2.0 * count * count / 12.0 / independent / (apart * apart);
     let left = (1.0 - of_angle.explained) * rms(speed).powi(2);
     let passed = 1.0 - noise / left;
-    // Written so that a NaN fails.
-    if !(passed > 0.0) {
+    if passed.is_nan() || passed <= 0.0 {
         return 1.0;
     }
     let by_noise = control.coefficients[1].powi(2) * noise / passed;
