@@ -30,7 +30,7 @@ const LONGEST_STEP: f64 = 0.05;
 const COARSE: f64 = 2.0;
 
 /// Equal readings in a row that are looked for again and again.
-const IN_A_ROW: usize = 10;
+const IN_A_ROW: u8 = 10;
 /// White noise over that of the budget from which on a torque is measured: no drive's limit has any.
 const MEASURED: f64 = 0.1;
 
@@ -249,7 +249,7 @@ fn runs(times: &[f64], values: &[f64], drives: &[bool]) -> Vec<Run> {
 /// The one value that a channel repeats [`IN_A_ROW`] times and more, again and again, how often and for how long, s, if
 /// by the share of all its other readings that equal those before it would not have done so once in a hundred logs.
 fn again(runs: &[Run]) -> Option<(f64, usize, f64)> {
-    let is_long = |run: &&Run| run.count >= IN_A_ROW;
+    let is_long = |run: &&Run| run.count >= usize::from(IN_A_ROW);
     let mut long = runs.iter().filter(is_long);
     let value = long.next()?.value;
     if long.any(|run| (run.value - value).abs() > ROUNDING) {
@@ -280,7 +280,7 @@ fn again(runs: &[Run]) -> Option<(f64, usize, f64)> {
         others().map(|n| n - 1).sum::<usize>() as f64,
         others().sum::<usize>() as f64,
     );
-    let by_chance = all * (equal / all).powi(IN_A_ROW as i32 - 1);
+    let by_chance = all * (equal / all).powi(i32::from(IN_A_ROW) - 1);
     (long().count() > 1 && time >= LONGEST_CONSTANT && by_chance < 0.01)
         .then(|| (value, long().count(), time))
 }
