@@ -119,6 +119,7 @@ fn rolling_determines_the_velocity() {
             smooth_relative: Vec2::zeros(),
             angle: slope,
             rim_speed: Some(speed),
+            turns: true,
             ratio: 0.0,
             moment_of_load: 4.5,
             load_sigma: 0.0,
