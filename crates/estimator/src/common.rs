@@ -2,12 +2,13 @@
 
 use crate::settings::NoiseBudget;
 
-/// Least speed of a robot that drives, m/s: health and the push of the other side count from it on.
+/// Least speed of a robot that drives, m/s: health and the push of the other side count from it on, and
+/// the rolling of a robot whose speed changes.
 /// Chosen; held by the faults and honest logs of `tests/check`.
 pub const DRIVING_SPEED: f64 = 0.02;
 
-/// Least speed of a wheel that rolls, m/s. Below it a velocity has no direction, and a wheel may bear
-/// its traction without slip.
+/// Least speed of a wheel that rolls, m/s, of a robot whose speed is steady. Below it a velocity has no
+/// direction, and a wheel may bear its traction without slip.
 /// Chosen: with 0.001 a robot that creeps to a halt in its gears' friction, with 0.004 one that
 /// drives at 0.005 m/s errs by more than it states (`crates/study/tests/study/no_angles.rs`).
 pub(crate) const ROLLING_SPEED: f64 = 0.002;

@@ -1,6 +1,5 @@
 //! Velocity of a wheel's centre relative to the ground.
 
-use crate::common::ROLLING_SPEED;
 use robhaz_model::Vec2;
 
 /// Velocity of a wheel's centre, along the ground and away from it.
@@ -54,11 +53,6 @@ impl ContactVelocity {
             away: away + noise.y * direction.x - noise.x * direction.y,
         }
     }
-
-    /// Whether the wheel rolls: it is fast enough for its slip to depend on T/N.
-    pub fn rolls(&self) -> bool {
-        self.speed.abs() > ROLLING_SPEED
-    }
 }
 
 #[cfg(test)]
@@ -80,15 +74,10 @@ mod tests {
                 );
                 assert!((found.speed - 0.3 * forwards).abs() < 1e-12);
                 assert!((found.away - 0.03 * forwards).abs() < 1e-12);
-                assert!(found.rolls());
             }
-            for (size, rolls) in [(0.05, true), (0.001, false)] {
-                let slow =
-                    ContactVelocity::new(velocity(size, slope + 0.1), Vec2::zeros(), slope, 0.2);
-                assert!((slow.speed - size * libm::cos(0.1)).abs() < 1e-12);
-                assert!((slow.away - size * libm::sin(0.1)).abs() < 1e-12);
-                assert_eq!(slow.rolls(), rolls);
-            }
+            let slow = ContactVelocity::new(velocity(0.05, slope + 0.1), Vec2::zeros(), slope, 0.2);
+            assert!((slow.speed - 0.05 * libm::cos(0.1)).abs() < 1e-12);
+            assert!((slow.away - 0.05 * libm::sin(0.1)).abs() < 1e-12);
         }
     }
 

@@ -146,14 +146,18 @@ impl WholeEquilibrium {
 
     /// Takes the axial forces of wheels that move sideways, at a forward `speed` and with the slip speeds
     /// `creep` at T = N, m/s: friction is the same in all directions, and its law along the wheel is
-    /// known. A rear bogie that rolls about its hinge moves its wheels across the ground.
+    /// known. A rear bogie that rolls about its hinge moves its wheels across the ground. Without one
+    /// the wheels move across alike but for the yaw, and nothing changes.
     pub fn slide(&mut self, motion: &WholeMotion, speed: f64, creep: &[f64; 6]) {
         /// Largest axial force over N: firm ground.
         /// Textbook.
         const FRICTION: f64 = 0.7;
+        if self.coupling != Coupling::RearBogie {
+            return;
+        }
         for (i, contact) in self.contacts.iter().enumerate() {
             let mut rate = motion.rate;
-            if let (Coupling::RearBogie, Link::Rocker(_)) = (self.coupling, self.links[i]) {
+            if let Link::Rocker(_) = self.links[i] {
                 rate.x += motion.coupling.rate;
             }
             let velocity = Vec3::x() * speed + rate.cross(&contact.point);

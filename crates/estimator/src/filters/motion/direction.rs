@@ -12,7 +12,6 @@
 use super::filter::MotionFilter;
 use super::rolling::Sample;
 use super::tuning;
-use crate::common::ROLLING_SPEED;
 use crate::contact::ContactVelocity;
 use crate::deviation::{GATE, SIGNIFICANT};
 use crate::filters::GaussMarkov;
@@ -95,10 +94,11 @@ impl MotionFilter {
         // Below the speed at which a velocity has a direction, noise would pass for slopes. And the
         // velocity of a wheel that does not turn is that of a robot that settles or is hit, not a
         // way along the ground.
-        let least = ROLLING_SPEED.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
+        let slow = self.least_speed();
+        let least = slow.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
         let turns = |rim: f64| rim.abs() > least;
-        let rolls =
-            velocity.rolls() && sample.wheel.turns && sample.wheel.rim_speed.is_none_or(turns);
+        let fast = velocity.speed.abs() > slow;
+        let rolls = fast && sample.wheel.turns && sample.wheel.rim_speed.is_none_or(turns);
         let correct = sample.correct && (given || rolls);
 
         let mut measurement = self.direction(sample, None);

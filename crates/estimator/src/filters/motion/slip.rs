@@ -28,11 +28,6 @@ fn variance_factor(ratio: f64) -> f64 {
 }
 
 impl MotionFilter {
-    /// Time within which the velocity follows the rims of a robot that starts, s: what they are ahead
-    /// until then is no slip.
-    /// Chosen; held by `tests/readings`.
-    const FOLLOWS: f64 = 0.1;
-
     /// The measurement of one wheel, whose rim has the speed `rim`, m/s.
     fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<7, 5> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
@@ -43,8 +38,7 @@ impl MotionFilter {
         // its own deviation, T/N has no slope that the torques could be found from.
         let load_known = wheel.load_sigma < 1.0;
         let free = sample.correct && !wheel.dragged;
-        let follows = velocity.speed.abs() > Self::FOLLOWS * self.rims.abs();
-        let on = if free && velocity.rolls() && follows && load_known {
+        let on = if free && velocity.speed.abs() > self.least_speed() && load_known {
             1.0
         } else {
             0.0
@@ -99,7 +93,9 @@ impl MotionFilter {
         if found.nis() > GATE * GATE {
             if wheel.ratio.abs() > tuning::STICKING_RATIO {
                 self.modes.set_sliding(i);
-            } else if sample.velocity.rolls() && self.angles == ContactAngles::Unknown {
+            } else if sample.velocity.speed.abs() > self.least_speed()
+                && self.angles == ContactAngles::Unknown
+            {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
                 self.inflate_velocity(sample.velocity.direction * found.value);
                 return residual;
