@@ -116,7 +116,7 @@ pub fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     let mut known: Vec<f64> = known.filter(|angle| angle.is_finite()).collect();
     known.sort_by(f64::total_cmp);
     let few = known.len() / 100;
-    let range = known[known.len() - 1 - few] - known[few];
+    let range = known.get(known.len().checked_sub(1 + few)?)? - known.get(few)?;
     let starts_anew = is_equal(last) && range < largest + 2.0 * usual;
     if largest < 100.0 * usual || !(starts_anew || is_equal(TAU)) {
         return None;
