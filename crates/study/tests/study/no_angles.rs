@@ -360,7 +360,8 @@ const TENTHS: [f64; 10] = [
 /// in tenths.
 fn measure_drawn(case: &Case, drive: (&str, &[&str]), first: u64, count: usize) -> Measured {
     let with_seed = |k: usize| {
-        let budget = load(case, drive.1, &[]).noise_budget().expect("a budget");
+        let budget = load(case, drive.1, &[]).noise_budget();
+        let budget = budget.unwrap_or_else(|e| panic!("{}: {e}", case.name));
         let rolling = TENTHS[k] * budget.rolling_resistance;
         // Another order, so that the two are independent.
         let friction = TENTHS[7 * k % 10] * budget.gear_friction;
@@ -479,5 +480,9 @@ fn selected(case: &Case) -> bool {
 }
 
 fn number(name: &str, default: u64) -> u64 {
-    std::env::var(name).map_or(default, |text| text.parse().expect("a number"))
+    let number = |text: String| {
+        let parsed = text.parse();
+        parsed.unwrap_or_else(|e| panic!("{name}={text}: {e}"))
+    };
+    std::env::var(name).map_or(default, number)
 }
