@@ -1,8 +1,8 @@
 //! Weighted least squares of the nine rows for the six normal forces.
 //!
 //! Axial forces are six more unknowns that no reading shows. They are not solved for: their mean is
-//! proportional to N, as far as the row of the force y asks, and the rest is covariance. So is
-//! every other error: each row counts for what it knows.
+//! proportional to N, as far as the row of the force y and a wheel's sideways motion ask, and the rest is
+//! covariance. So is every other error: each row counts for what it knows.
 
 use super::{ROWS, Rows, WholeEquilibrium, WholeError};
 use crate::filters::motion::CREEP_SIGMA;

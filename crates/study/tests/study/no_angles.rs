@@ -359,9 +359,9 @@ const TENTHS: [f64; 10] = [
 /// allows for and no shipped scene has: rolling resistance and gear friction of its deviations, drawn
 /// in tenths.
 fn measure_drawn(case: &Case, drive: (&str, &[&str]), first: u64, count: usize) -> Measured {
+    let budget = load(case, drive.1, &[]).noise_budget();
+    let budget = budget.unwrap_or_else(|e| panic!("{}: {e}", case.name));
     let with_seed = |k: usize| {
-        let budget = load(case, drive.1, &[]).noise_budget();
-        let budget = budget.unwrap_or_else(|e| panic!("{}: {e}", case.name));
         let rolling = TENTHS[k] * budget.rolling_resistance;
         // Another order, so that the two are independent.
         let friction = TENTHS[7 * k % 10] * budget.gear_friction;

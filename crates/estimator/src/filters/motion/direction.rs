@@ -94,11 +94,10 @@ impl MotionFilter {
         // Below the speed at which a velocity has a direction, noise would pass for slopes. And the
         // velocity of a wheel that does not turn is that of a robot that settles or is hit, not a
         // way along the ground.
-        let slow = self.least_speed();
-        let least = slow.max(Self::LEAST_TURN * velocity.smooth_speed.abs());
+        let least = (self.least_speed()).max(Self::LEAST_TURN * velocity.smooth_speed.abs());
         let turns = |rim: f64| rim.abs() > least;
-        let fast = velocity.speed.abs() > slow;
-        let rolls = fast && sample.wheel.turns && sample.wheel.rim_speed.is_none_or(turns);
+        let rolls =
+            self.rolls(&velocity) && sample.wheel.turns && sample.wheel.rim_speed.is_none_or(turns);
         let correct = sample.correct && (given || rolls);
 
         let mut measurement = self.direction(sample, None);

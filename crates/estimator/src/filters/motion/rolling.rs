@@ -150,6 +150,11 @@ impl MotionFilter {
         (FOLLOWS * self.rims.abs()).clamp(ROLLING_SPEED, DRIVING_SPEED)
     }
 
+    /// Whether a wheel whose centre moves with this velocity rolls.
+    pub(super) fn rolls(&self, velocity: &ContactVelocity) -> bool {
+        velocity.speed.abs() > self.least_speed()
+    }
+
     /// Creep speed of wheel `i`, the slip speed at T = N by the linear law, m/s: slip speed = creep
     /// times T/N while the wheel sticks.
     pub fn creep(&self, i: usize) -> f64 {

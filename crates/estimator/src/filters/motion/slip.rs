@@ -38,7 +38,7 @@ impl MotionFilter {
         // its own deviation, T/N has no slope that the torques could be found from.
         let load_known = wheel.load_sigma < 1.0;
         let free = sample.correct && !wheel.dragged;
-        let on = if free && velocity.speed.abs() > self.least_speed() && load_known {
+        let on = if free && self.rolls(&velocity) && load_known {
             1.0
         } else {
             0.0
@@ -93,9 +93,7 @@ impl MotionFilter {
         if found.nis() > GATE * GATE {
             if wheel.ratio.abs() > tuning::STICKING_RATIO {
                 self.modes.set_sliding(i);
-            } else if sample.velocity.speed.abs() > self.least_speed()
-                && self.angles == ContactAngles::Unknown
-            {
+            } else if self.rolls(&sample.velocity) && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
                 self.inflate_velocity(sample.velocity.direction * found.value);
                 return residual;
