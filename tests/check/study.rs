@@ -127,6 +127,40 @@ fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
     Ok(())
 }
 
+/// What a robot does not show that drives at 15 mm/s: a delay, which moves nothing there, rates beyond 8 deg/s,
+/// and readings whose speed is below the least one of a drive.
+const HIDDEN_IN_A_SLOW_DRIVE: [&str; 9] = [
+    "encoders in turns",
+    "one edge counted of four",
+    "all signs of both links",
+    "encoder and torque of wheels 2 and 3",
+    "torques 20 ms late",
+    "encoders 20 ms late",
+    "gyros 30 ms late",
+    "inclinometer 1 50 ms late",
+    "gyro 1 saturated at 8 deg/s",
+];
+
+/// Rovers drive at some centimetres a second. Their faults are found, under the name of the channel, and
+/// honest readings have none.
+#[test]
+fn faults_of_a_slow_drive_are_found() -> Result<(), Failure> {
+    let slow = [
+        "sensors.grade=typical",
+        "sensors.rate=50",
+        "record.rate=50",
+        "drive.speed=0.015",
+        "record.duration=180",
+    ];
+    let table = table("smooth", &slow, 0..1)?;
+    for (fault, (found, _)) in FAULTS.iter().zip(&table.found) {
+        let is_hidden = HIDDEN_IN_A_SLOW_DRIVE.contains(&fault.name);
+        assert!(is_hidden || *found == 1, "{}", fault.name);
+    }
+    assert!(table.alarms.is_empty(), "{:?}", table.alarms);
+    Ok(())
+}
+
 /// A wheel of 4 % more radius is distinguished from one that slips on level and on rough ground; on few slopes,
 /// where each wheel drives some of the way further than the others, `check` says that it cannot tell.
 #[test]

@@ -2,10 +2,9 @@
 
 use crate::settings::NoiseBudget;
 
-/// Least speed of a robot that drives, m/s: health and the push of the other side count from it on, and
-/// the rolling of a robot whose speed changes.
+/// Least speed of a robot that drives, m/s: health and the push of the other side count from it on.
 /// Chosen; held by the faults and honest logs of `tests/check`.
-pub const DRIVING_SPEED: f64 = 0.02;
+pub const DRIVING_SPEED: f64 = 0.005;
 
 /// Least speed of a wheel that rolls, m/s, of a robot whose speed is steady. Below it a velocity has no
 /// direction, and a wheel may bear its traction without slip.

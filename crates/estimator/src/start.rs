@@ -1,6 +1,6 @@
 //! A log may begin, or go on after a gap, while the robot drives, or is carried and put down.
 
-use crate::common::DRIVING_SPEED;
+use crate::common::ROLLING_SPEED;
 use crate::deviation::root_sum_square;
 use crate::frame::LONGEST_GAP;
 use robhaz_model::Units;
@@ -8,9 +8,6 @@ use robhaz_model::Units;
 /// Time over which the first frames show whether the wheels turn, s: more than a period of most logs.
 /// Chosen.
 const SHOWS: f64 = 0.015;
-/// Rim speed from which on they do, of the least one of a drive: a robot that starts to move is slow.
-/// Chosen.
-const SLOW: f64 = 0.1;
 /// Standard deviation of an inclination before, rad: that of an acceleration of 3 m/s^2.
 /// Guard.
 const UNKNOWN: f64 = 0.3;
@@ -61,7 +58,7 @@ impl Start {
                 // A count of wheels.
                 let way = Units::RADIUS * (turned - before) / wheels.len() as f64;
                 let speed = way / (now - time);
-                moves = Some(speed).filter(|v| libm::fabs(*v) > SLOW * DRIVING_SPEED);
+                moves = Some(speed).filter(|v| libm::fabs(*v) > ROLLING_SPEED);
                 self.first = None;
             } else if !self.seen {
                 (self.first, self.seen) = (Some((now, turned)), true);

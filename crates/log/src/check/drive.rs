@@ -12,7 +12,7 @@
 
 use crate::check::delay;
 use crate::check::readings::Readings;
-use crate::check::recording::{Recording, SMOOTHING};
+use crate::check::recording::{Recording, SMOOTHING, slowness};
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, moved, names};
 use nalgebra::{DMatrix, Matrix2, Vector2};
@@ -66,13 +66,48 @@ fn turned(signs: &[f64; 3]) -> impl Iterator<Item = usize> {
 /// Torques, spin angles and spin speeds, averaged, less their means over [`SPAN`].
 type Signals = [[Vec<f64>; 3]; 3];
 
-fn signals(recording: &Recording) -> Signals {
-    let half = recording.steps(0.5 * SMOOTHING);
-    let span = recording.steps(0.5 * SPAN);
+/// `stretched`: over times that are so many times as long.
+fn signals(recording: &Recording, stretched: f64) -> Signals {
+    let half = recording.steps(0.5 * stretched * SMOOTHING);
+    let span = recording.steps(0.5 * stretched * SPAN);
     let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
     let [torque, angle] = [&recording.torque, &recording.wheel_angle].map(smoothed);
-    let speed = recording.spin.each_ref().map(|x| high_pass(x, span));
+    let speed = match stretched > 1.0 {
+        true => smoothed(&recording.spin),
+        false => recording.spin.each_ref().map(|x| high_pass(x, span)),
+    };
     [torque, angle, speed]
+}
+
+/// Differences between the torques.
+struct Differences {
+    signals: Signals,
+    moments: Moments,
+    /// RMS, and what noise and gains of the budget make of it, N m.
+    size: f64,
+    least: f64,
+}
+
+impl Differences {
+    fn new(log: &Readings<'_>, stretched: f64) -> Self {
+        let (recording, budget) = (&log.recording, &log.stated.budget);
+        let signals = signals(recording, stretched);
+        let moments = Moments::of(&signals);
+        let (size, common) = (moments.size(), moments.common());
+        let noise = budget.torque_noise / (recording.steps(stretched * SMOOTHING) as f64).sqrt();
+        // Noise and different gains make differences, too.
+        let least = GATE * noise.hypot(budget.torque_gain * common);
+        Self {
+            signals,
+            moments,
+            size,
+            least,
+        }
+    }
+
+    fn show(&self) -> bool {
+        self.size > self.least
+    }
 }
 
 /// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay
@@ -155,13 +190,19 @@ impl Moments {
 /// All findings, and the encoders to which the torques belong, if these show it.
 pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
     let (recording, budget) = (&log.recording, &log.stated.budget);
-    let signals = signals(recording);
-    let moments = Moments::of(&signals);
-    let (size, common) = (moments.size(), moments.common());
-    let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
-    // Noise and different gains make differences, too.
-    let least = GATE * noise.hypot(budget.torque_gain * common);
-    if size.is_nan() || size <= least {
+    let usual = Differences::new(log, 1.0);
+    let stretched = slowness(recording.usual_spin(), log.stated.robot);
+    let slow = (stretched > 1.0 && !usual.show()).then(|| Differences::new(log, stretched));
+    let slow = slow.filter(Differences::show);
+    let is_slow = slow.is_some();
+    let differences = slow.unwrap_or(usual);
+    let Differences {
+        signals,
+        moments,
+        size,
+        least,
+    } = &differences;
+    if !differences.show() {
         let figure = if size.is_nan() {
             "the wheels do not turn together long enough".to_owned()
         } else {
@@ -171,7 +212,7 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
         let of = |test, channel| Finding::ok(test, channel, &figure).cannot_tell(remedy);
         let [mut pairing, delay] = [of(PAIRING, CHANNEL), of(delay::TEST, LATE)];
         if size.is_finite() {
-            pairing = pairing.with("difference", size, "N m");
+            pairing = pairing.with("difference", *size, "N m");
         }
         return ([pairing, delay], None);
     }
@@ -210,19 +251,21 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
     };
     let known = pairing.verdict != Verdict::CannotTell;
     let pairing = pairing
-        .with("difference", size, "N m")
+        .with("difference", *size, "N m")
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
-    let joined = joined(&signals, recording.steps(LONGEST_DELAY) + 2, &best);
+    let joined = joined(signals, recording.steps(LONGEST_DELAY) + 2, &best);
     let (order, signs) = best;
     let turned = turned(&signs).filter(|_| known);
     let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
     let pairing = pairing.change(changes);
-    let errors = share_of_counts(recording, budget.encoder_counts, &joined);
-    (
-        [pairing, late(recording, &joined, errors)],
-        known.then_some(order),
-    )
+    let delay = if is_slow {
+        Finding::ok(delay::TEST, LATE, "a slow drive shows none").cannot_tell("drive faster")
+    } else {
+        let errors = share_of_counts(recording, budget.encoder_counts, &joined);
+        late(recording, &joined, errors)
+    };
+    ([pairing, delay], known.then_some(order))
 }
 
 /// The channels that a wiring changes.

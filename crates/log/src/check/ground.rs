@@ -22,6 +22,7 @@ use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel};
+use robhaz_model::Units;
 use robhaz_score::signals::{deviation, median, smooth, subtract};
 
 /// Time over which inclinometers count in [`fused`], s: an acceleration of the robot does not last
@@ -33,6 +34,9 @@ const EXPLAINED: f64 = 0.7;
 const BETTER: f64 = 0.2;
 /// Error of the distance that is a fault: more than slip makes, also at a kerb.
 const SCALE_ERROR: f64 = 0.09;
+/// Slip speed of all wheels together that a slow drive may have, m/s for robot A: a creep of 30 mm/s at T = N
+/// (the estimator's prior) and a mean T/N of 0.05.
+const SLIP: f64 = 0.0015;
 /// Share of the rear curve that the front one explains where no wheel has spun in place.
 const CERTAIN: f64 = 0.9;
 /// Range of the scale that is looked for.
@@ -262,20 +266,24 @@ pub fn distance(log: &Readings<'_>) -> Finding {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
         return Finding::ok(SCALE, channel, "the ground shows no distance").cannot_tell(remedy);
     };
+    let robot = log.stated.robot;
+    let spin = log.recording.usual_spin().unwrap_or(f64::INFINITY);
+    let slip = SLIP * Units::of(robot).speed() / (spin * robot.geometry.wheel_radius);
+    let error = SCALE_ERROR.max(slip);
     let figure = format!(
         "distance by the encoders over that by the ground {:.3} ({:.2} to {:.2} is right), {:.0} % explained",
         own.scale,
-        1.0 - SCALE_ERROR,
-        1.0 + SCALE_ERROR,
+        1.0 - error,
+        1.0 + error,
         100.0 * own.explained
     );
     let finding = Finding::ok(SCALE, channel, figure);
-    let is_right = (own.scale - 1.0).abs() < SCALE_ERROR;
+    let is_right = (own.scale - 1.0).abs() < error;
     if !is_right && own.explained < CERTAIN {
         let remedy = "drive without spinning wheels; if no wheel spins, wheel radius, counts a turn or the robot's geometry are wrong";
         return finding.cannot_tell(remedy);
     }
-    if own.scale > 1.0 + SCALE_ERROR && course.climbs_faces() {
+    if own.scale > 1.0 + error && course.climbs_faces() {
         let remedy =
             "drive where no wheel climbs a riser: there it rolls further than the robot, or spins";
         return finding.cannot_tell(remedy);

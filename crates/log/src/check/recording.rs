@@ -13,6 +13,16 @@ const LONGEST_BRIDGE: f64 = 0.1;
 /// rounded.
 const BRIDGED_PERIODS: f64 = 2.5;
 
+/// Speed of a drive to which times refer in which a robot passes the ground, m/s for robot A.
+const REFERENCE_SPEED: f64 = 0.2;
+
+/// How many times as long a robot with this usual spin speed (rad/s) takes for the same way as at
+/// [`REFERENCE_SPEED`], at least 1.
+pub fn slowness(usual_spin: Option<f64>, robot: &Robot) -> f64 {
+    let reference = REFERENCE_SPEED * Units::of(robot).speed() / robot.geometry.wheel_radius;
+    usual_spin.map_or(1.0, |spin| (reference / spin).max(1.0))
+}
+
 /// Time over which speeds, angles and torques are averaged, s.
 pub const SMOOTHING: f64 = 0.05;
 

@@ -2,7 +2,7 @@
 //! speed of its rim less the slip (`slip.rs`).
 
 use super::filter::MotionFilter;
-use crate::common::{DRIVING_SPEED, FILTER_TIME, ROLLING_SPEED};
+use crate::common::{FILTER_TIME, ROLLING_SPEED};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
 use crate::filters::GaussMarkov;
@@ -143,11 +143,14 @@ impl MotionFilter {
 
     /// Speed from which on a wheel rolls, m/s: its velocity has a direction, and its slip depends on T/N.
     /// While a robot starts, its rims are ahead of the velocity: what that lags by is no slip.
-    pub(super) fn least_speed(&self) -> f64 {
+    pub fn least_speed(&self) -> f64 {
         /// Time within which the velocity follows the rims, s.
         /// Chosen; held by `tests/readings`.
         const FOLLOWS: f64 = 1.0;
-        (FOLLOWS * self.rims.abs()).clamp(ROLLING_SPEED, DRIVING_SPEED)
+        /// Speed from which on a wheel rolls in any case, m/s.
+        /// Chosen; held by `tests/readings`.
+        const SURE: f64 = 0.02;
+        (FOLLOWS * self.rims.abs()).clamp(ROLLING_SPEED, SURE)
     }
 
     /// Whether a wheel whose centre moves with this velocity rolls.

@@ -55,7 +55,9 @@ impl KalmanFilters {
         // A robot that settles moves, too, but its wheels do not.
         let fastest = rim.into_iter().fold(0.0, f64::max);
         let speed = self.motion.velocity().norm_squared();
-        let drives = speed > DRIVING_SPEED * DRIVING_SPEED && fastest > DRIVING_SPEED;
+        // While it starts, its wheels roll from a greater speed on.
+        let least = DRIVING_SPEED.max(self.motion.least_speed());
+        let drives = speed > least * least && fastest > least;
         let varying = |i: usize| {
             let torque = instant.inputs.motor_torque[i].now();
             torque.filter(|_| has_noise && rim[i] > DRIVING_SPEED)

@@ -1,18 +1,19 @@
 //! What the readings of both sides show against each other: roll, yaw, and torques of left and right.
 
+use crate::check::recording::slowness;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use crate::check::{dead, still};
 use crate::readings::side_frame;
-use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_model::{Coupling, WholeRover};
+use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
+use robhaz_model::{Coupling, Units, WholeRover};
 use robhaz_score::signals::{derivative, fit, high_pass, median, smooth};
 
-/// Time over which speeds and torques are averaged, s.
+/// Time over which speeds and torques are averaged, s, of an ordinary drive.
 const SMOOTHING: f64 = 0.1;
-/// Time over which set speeds and slopes do not change, s.
+/// Time over which set speeds and slopes do not change, s, of an ordinary drive.
 const SLOWLY: f64 = 0.5;
 /// Share of the torques' differences that a speed control explains.
 const EXPLAINED: f64 = 0.5;
@@ -84,8 +85,30 @@ pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     found.collect()
 }
 
-/// The sign of the roll against its rate: changes over a tenth of a second.
-pub fn roll(frames: &[WholeFrame]) -> Finding {
+/// How many times as long as an ordinary drive the rover takes for the same way ([`slowness`]).
+pub(super) fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
+    /// Time over which a speed is taken, s.
+    const APART: f64 = 1.0;
+    let least = DRIVING_SPEED * Units::of(&rover.side).speed() / rover.side.geometry.wheel_radius;
+    let (mut speeds, mut last) = (Vec::new(), None::<(f64, f64)>);
+    for frame in frames {
+        let Some(turned) = frame.wheel_angle.iter().copied().sum::<Option<f64>>() else {
+            continue;
+        };
+        let (time, before) = *last.get_or_insert((frame.time, turned));
+        if frame.time - time > APART {
+            speeds.push((turned - before).abs() / (6.0 * (frame.time - time)));
+            last = Some((frame.time, turned));
+        }
+    }
+    speeds.retain(|speed| *speed > least);
+    slowness(median(speeds), &rover.side)
+}
+
+/// The sign of the roll against its rate, over half a second of an ordinary drive.
+pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
+    /// Longest time, s: a gyroscope that drifts by 0.1 deg/s turns by less than [`LEAST_TURN`].
+    const LONGEST: f64 = 5.0;
     let readings = frames
         .iter()
         .filter_map(|f| Some((f.time, f.roll?, f.rates[0]?)));
@@ -99,7 +122,8 @@ pub fn roll(frames: &[WholeFrame]) -> Finding {
         angle.push((time, roll, turned, gaps));
     }
     // Twice the step of the filter of a gyroscope's drift: slow drifts cancel.
-    let step = angle.partition_point(|(t, ..)| *t < angle.first().map_or(0.0, |a| a.0) + 0.5);
+    let apart = (0.5 * pace).min(LONGEST);
+    let step = angle.partition_point(|(t, ..)| *t < angle.first().map_or(0.0, |a| a.0) + apart);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     let pairs = angle.iter().zip(angle.iter().skip(step.max(1)));
     for (a, b) in pairs.filter(|(a, b)| a.3 == b.3) {
@@ -111,7 +135,7 @@ pub fn roll(frames: &[WholeFrame]) -> Finding {
     let (test, channel) = ("roll and its rate", "body_roll, body_roll_rate");
     let range = high - low;
     if range.is_nan() || range < LEAST_TURN {
-        let figure = "the body rolls by less than 2 deg in half a second";
+        let figure = format!("the body rolls by less than 2 deg in {apart:.1} s");
         let remedy = "drive over bumps under one side, or lift one side by hand, while recording";
         return Finding::ok(test, channel, figure).cannot_tell(remedy);
     }
@@ -300,7 +324,7 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
 /// Whether the difference of the torques of wheel `i` of both sides answers that of its encoders, as a
 /// speed control does; false where one of both, torque or encoder, is exchanged. `None` where the log
 /// does not show it.
-pub fn torque_follows(frames: &[WholeFrame], i: usize) -> Option<bool> {
+pub fn torque_follows(frames: &[WholeFrame], i: usize, pace: f64) -> Option<bool> {
     let difference = |of: fn(&WholeFrame) -> &[Option<f64>; 6]| -> Vec<f64> {
         let of_frame = |frame: &WholeFrame| Some(of(frame)[i]? - of(frame)[i + 3]?);
         frames
@@ -309,14 +333,14 @@ pub fn torque_follows(frames: &[WholeFrame], i: usize) -> Option<bool> {
             .collect()
     };
     let dt = period(frames)?;
-    let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
+    let half = ((0.5 * pace * SMOOTHING / dt).round() as usize).max(1);
     let [angle, torque] = [
         difference(|f| &f.wheel_angle),
         difference(|f| &f.motor_torque),
     ];
     let speed = derivative(&angle, half, dt);
     // Set speeds differ in a turn, torques on a slope: both slowly.
-    let slow = ((SLOWLY / dt).round() as usize).max(1);
+    let slow = ((pace * SLOWLY / dt).round() as usize).max(1);
     let [speed, angle, torque] = [speed, angle, smooth(&torque, half)].map(|x| high_pass(&x, slow));
     let found = fit(&torque, &[&speed, &angle])?;
     let size = |x: &[f64]| {

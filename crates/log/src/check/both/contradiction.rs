@@ -17,7 +17,7 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Confirmation, DRIVING_SPEED, Flags};
-use robhaz_model::Units;
+use robhaz_model::{Units, WholeRover};
 
 /// Share of the logs with correct readings that may be taken for others.
 const CHANCE: f64 = 0.01;
@@ -26,9 +26,11 @@ const BEYOND: f64 = 2.33;
 /// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
 /// impact is no wiring.
 const LARGEST: f64 = 75.0;
-/// Longest part of a log that is compared, s, and least time between its frames.
+/// Longest part of a log that is compared, s, and least time between its frames, of an ordinary drive.
 const LONGEST: f64 = 30.0;
 const STEP: f64 = 0.0099;
+/// Longest such time, s.
+const LONGEST_STEP: f64 = 0.1;
 
 /// Other sizes and signs that are tried, by what they change. A size of torques shows in the work on
 /// slopes, too.
@@ -135,8 +137,13 @@ impl Judged {
     }
 }
 
-/// Frames at least [`STEP`] apart from a second before the wheels turn, with the speed, m/s.
-fn part(frames: &[WholeFrame], radius: f64) -> Vec<(WholeFrame, f64)> {
+/// Frames from a second before the wheels turn, some time apart, with the speed, m/s.
+fn part(frames: &[WholeFrame], rover: &WholeRover) -> Vec<(WholeFrame, f64)> {
+    let (radius, pace) = (
+        rover.side.geometry.wheel_radius,
+        across::pace(frames, rover),
+    );
+    let (longest, step) = (pace * LONGEST, (pace * STEP).min(LONGEST_STEP));
     let turned = |f: &WholeFrame| f.wheel_angle.iter().copied().sum::<Option<f64>>();
     let start = frames.iter().find_map(turned).unwrap_or(0.0);
     let moves = |f: &&WholeFrame| turned(f).is_some_and(|turned| (turned - start).abs() > 0.3);
@@ -144,10 +151,10 @@ fn part(frames: &[WholeFrame], radius: f64) -> Vec<(WholeFrame, f64)> {
     let mut kept: Vec<(WholeFrame, f64)> = Vec::new();
     for frame in frames
         .iter()
-        .filter(|f| f.time >= from && f.time < from + LONGEST)
+        .filter(|f| f.time >= from && f.time < from + longest)
     {
         let speed = match kept.last() {
-            Some((last, _)) if frame.time - last.time < STEP => continue,
+            Some((last, _)) if frame.time - last.time < step => continue,
             Some((last, speed)) => match turned(frame).zip(turned(last)) {
                 Some((now, before)) => radius * (now - before) / (6.0 * (frame.time - last.time)),
                 None => *speed,
@@ -162,14 +169,18 @@ fn part(frames: &[WholeFrame], radius: f64) -> Vec<(WholeFrame, f64)> {
 /// Why the readings contradict each other without an estimate.
 fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
     let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
-    let direct = [across::roll(frames), across::yaw(frames, stated.rover)];
+    let pace = across::pace(frames, stated.rover);
+    let direct = [
+        across::roll(frames, pace),
+        across::yaw(frames, stated.rover),
+    ];
     let opposed = across::opposed(frames, stated.rover);
     let direct = direct.iter().chain(&opposed).find(|f| is_fault(f));
     if let Some(finding) = direct {
         return Some(format!("{}: {}", finding.channel, finding.figure));
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
-    let wrong = |i: &usize| across::torque_follows(frames, *i) == Some(false);
+    let wrong = |i: &usize| across::torque_follows(frames, *i, pace) == Some(false);
     let wheel = (0..3)
         .find(wrong)
         .filter(|_| across::turn(frames) < STRAIGHT)?
@@ -224,7 +235,7 @@ struct Compared<'a> {
 
 impl<'a> Compared<'a> {
     fn new(frames: &[WholeFrame], stated: &'a StatedBoth<'a>) -> Option<Self> {
-        let part = part(frames, stated.rover.side.geometry.wheel_radius);
+        let part = part(frames, stated.rover);
         let own = Judged::of(&part, stated, &[])?;
         Some(Self {
             samples: own.rolled / WholeEstimate::INDEPENDENT,

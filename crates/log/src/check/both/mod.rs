@@ -80,7 +80,9 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     }
     // In a turn the set speeds differ.
     let is_straight = across::turn(frames) < STRAIGHT;
-    let follows = [0, 1, 2].map(|i| across::torque_follows(frames, i).filter(|_| is_straight));
+    let pace = across::pace(frames, stated.rover);
+    let follows =
+        [0, 1, 2].map(|i| across::torque_follows(frames, i, pace).filter(|_| is_straight));
     let torques = across::torques(follows);
     if torques.verdict == Verdict::Fault {
         // A side by itself would look for the cause in itself.
@@ -100,7 +102,7 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
     let zeroed = zeros.iter().all(|f| f.verdict != Verdict::Fault);
     findings.extend(zeros);
-    findings.push(across::roll(frames));
+    findings.push(across::roll(frames, pace));
     let (of_wirings, wired) = wirings::findings(frames, stated, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.

@@ -1,6 +1,6 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
-use super::across::coupling_angle;
+use super::across::{coupling_angle, pace};
 use super::steering;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
@@ -24,7 +24,7 @@ const MOSTLY: f64 = 0.3;
 const CORRELATED: f64 = 0.5;
 /// Sum of a frame without an estimate: far above that of any contradiction.
 const REFUSED: f64 = 1e3;
-/// Longest part of a log for which the cases are tried, s: some metres.
+/// Longest part of a log for which the cases are tried, s of an ordinary drive: some metres.
 const LONGEST: f64 = 16.0;
 
 /// What to do about the axes of the body's sensor.
@@ -176,7 +176,8 @@ fn part<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> &'a [WholeFrame] {
         .find(|f| moves(f))
         .map_or(0.0, |f| f.time - 1.0);
     let begin = frames.partition_point(|f| f.time < from);
-    let end = frames.partition_point(|f| f.time < from + LONGEST);
+    let longest = LONGEST * pace(frames, rover);
+    let end = frames.partition_point(|f| f.time < from + longest);
     &frames[begin..end.max(begin)]
 }
 
