@@ -6,6 +6,7 @@ use super::start::RollingRobot;
 use super::wiring::Wiring;
 use crate::common::DRIVING_SPEED;
 use crate::deviation::{GATE, SIGNIFICANT, WITHIN};
+use crate::filters::motion::REFERENCE_SPEED;
 use crate::flags::Channels;
 use robhaz_model::{Carrier, GRAVITY, Units};
 
@@ -15,7 +16,8 @@ use robhaz_model::{Carrier, GRAVITY, Units};
 /// squared of a test: at most about 1 when readings, nominal parameters and noise budget are right.
 /// It stays as it is while the robot stands, and while a wheel slides, has left the ground or is at
 /// an edge, where the model of the innovations does not hold. Where the wheels turn far between
-/// readings, slip and direction count less: half at a tenth of a radian.
+/// readings, slip and direction count less: half at a tenth of a radian. Below 0.2 m/s (of robot A) the
+/// means of slip, direction and parity last for the same way, 0.4 m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Health {
     /// Channels whose readings contradict others. None: healthy.
@@ -106,6 +108,9 @@ impl HealthMonitor {
             return;
         }
         let weight = robhaz_model::low_pass_share(dt, WINDOW);
+        // What the ground does lasts for a way: of a slow drive it is averaged for longer.
+        let pace = (sample.rim / REFERENCE_SPEED).min(1.0);
+        let of_way = robhaz_model::low_pass_share(pace * dt, WINDOW);
         let apart = sample.rim * dt / Self::FAR;
         let Innovations {
             encoder,
@@ -116,13 +121,13 @@ impl HealthMonitor {
         } = sample.innovations;
         let rolling = self.slip.iter_mut().zip(slip);
         for (mean, nis) in rolling.chain(self.direction.iter_mut().zip(direction)) {
-            mean.update(nis.map(|nis| nis / (1.0 + apart * apart)), weight);
+            mean.update(nis.map(|nis| nis / (1.0 + apart * apart)), of_way);
         }
         let others = self.encoder.iter_mut().zip(encoder);
         for (mean, nis) in others.chain(self.inclination.iter_mut().zip(inclination)) {
             mean.update(*nis, weight);
         }
-        self.parity.update(*parity, weight);
+        self.parity.update(*parity, of_way);
     }
 
     /// Whether each torque repeats itself though its wheel turns.
@@ -315,7 +320,7 @@ mod tests {
             innovations,
             varying_torque: [None; 3],
             links: [None; 2],
-            rim: 0.0,
+            rim: REFERENCE_SPEED,
             rate_bias: 0.0,
             wheels: None,
             drives: true,
