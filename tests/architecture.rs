@@ -1,24 +1,13 @@
 //! docs/architecture.md agrees with the code.
 
-use crate::support::root;
+use crate::support::{cargo, root};
 use std::collections::BTreeSet;
-use std::process::Command;
 
 /// Direct dependencies between the workspace's crates without dev-dependencies, as pairs of names
 /// without `robhaz-`.
 fn dependencies() -> BTreeSet<(String, String)> {
-    let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--offline", "--locked"])
-        .args(["--format-version", "1"])
-        .current_dir(root())
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let metadata = cargo(&["metadata", "--no-deps", "--format-version", "1"]);
+    let metadata: serde_json::Value = serde_json::from_str(&metadata).unwrap();
     let short = |name: &serde_json::Value| {
         let name = name.as_str().unwrap();
         match name.strip_prefix("robhaz-") {

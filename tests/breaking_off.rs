@@ -307,14 +307,20 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
     }
 }
 
+/// A folder with a run of a duration (s), `a`.
+fn flat_run(duration: u32) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    let start = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration";
+    fs::write(dir.path().join("a.toml"), format!("{start} = {duration}\n")).unwrap();
+    let run = ["run", "a.toml", "--rerun", "off", "--out", "a"];
+    assert!(robhaz(dir.path(), &run).status().unwrap().success());
+    dir
+}
+
 /// Ctrl-C ends an export: no file is left, neither the log nor the one that was being written.
 #[test]
 fn an_export_that_is_stopped_leaves_nothing() {
-    let dir = tempfile::tempdir().unwrap();
-    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 20\n";
-    fs::write(dir.path().join("a.toml"), text).unwrap();
-    let run = ["run", "a.toml", "--rerun", "off", "--out", "a"];
-    assert!(robhaz(dir.path(), &run).status().unwrap().success());
+    let dir = flat_run(20);
     let files = || fs::read_dir(dir.path()).unwrap().count();
     let before = files();
     for to in ["mcap", "csv"] {
@@ -336,11 +342,7 @@ fn an_export_that_is_stopped_leaves_nothing() {
 /// A file that cannot be written is named as the user named it, and as one to be written.
 #[test]
 fn an_export_on_a_full_disk_says_what_it_cannot_write() {
-    let dir = tempfile::tempdir().unwrap();
-    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 5\n";
-    fs::write(dir.path().join("a.toml"), text).unwrap();
-    let run = ["run", "a.toml", "--rerun", "off", "--out", "a"];
-    assert!(robhaz(dir.path(), &run).status().unwrap().success());
+    let dir = flat_run(5);
     for to in ["mcap", "csv"] {
         let mut command = Command::new("sh");
         // A limit of the file size: writes fail as on a full disk.

@@ -1,30 +1,13 @@
 //! Estimator and control never see the truth: they do not depend on the simulator.
 
-use crate::support::root;
+use crate::support::{cargo, root};
 use std::collections::BTreeSet;
-use std::process::Command;
 
 /// Names of all direct and indirect dependencies of a package, without dev-dependencies.
 fn dependencies(package: &str) -> BTreeSet<String> {
-    let output = Command::new(env!("CARGO"))
-        .args(["tree", "--offline", "--locked", "--package", package])
-        .args([
-            "--edges",
-            "normal,build",
-            "--prefix",
-            "none",
-            "--format",
-            "{p}",
-        ])
-        .current_dir(root())
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8_lossy(&output.stdout)
+    let arguments = ["tree", "--package", package, "--edges", "normal,build"];
+    let form = ["--prefix", "none", "--format", "{p}"];
+    cargo(&[&arguments[..], &form].concat())
         .lines()
         .filter_map(|line| line.split_whitespace().next())
         .map(str::to_owned)

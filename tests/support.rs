@@ -67,6 +67,15 @@ pub fn with_run(arguments: &[&str]) -> TempDir {
     folder
 }
 
+/// What cargo says of this workspace.
+pub fn cargo(arguments: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(arguments).args(["--offline", "--locked"]);
+    let output = command.current_dir(root()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
 /// Output of the command as text.
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

@@ -3,6 +3,8 @@
 
 mod body;
 mod both;
+mod both_faults;
+mod both_forms;
 mod documents;
 mod equivalence;
 mod faults;

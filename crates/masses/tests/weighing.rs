@@ -3,8 +3,8 @@
 
 use robhaz_estimator::statics::load_parameters;
 use robhaz_masses::{
-    Accuracy, Measurements, Reading, Tolerances, Weighed, lateral, plan, plate_forces, simulate,
-    weigh,
+    Accuracy, Measurements, Plan, Reading, Tolerances, WeighError, Weighed, lateral, plan,
+    plate_forces, simulate, weigh,
 };
 use robhaz_model::{Carrier, Coupling, Geometry, MassSet, Robot, Vec2, WholeRover};
 use std::error::Error;
@@ -56,10 +56,16 @@ fn real_robot(nominal: &Robot, random: &mut Random, others: f64, centres: f64) -
 /// Heights of blocks as everybody has them, m.
 const HEIGHTS: [f64; 3] = [0.05, 0.10, 0.15];
 
+/// The plan of six postures.
+fn plan_of(nominal: &Robot) -> Result<Plan, WeighError> {
+    let (tolerances, accuracy) = (&Tolerances::NOMINAL, &Accuracy::TYPICAL);
+    plan(nominal, tolerances, accuracy, &HEIGHTS, 6)
+}
+
 /// Weighs a robot in the six most informative postures by its nominal values.
 fn weighed(nominal: &Robot, robot: &Robot, random: &mut Random) -> Result<Weighed, Box<dyn Error>> {
     let (tolerances, accuracy) = (Tolerances::NOMINAL, Accuracy::TYPICAL);
-    let plan = plan(nominal, &tolerances, &accuracy, &HEIGHTS, 6)?;
+    let plan = plan_of(nominal)?;
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
     let measurements = simulate(robot, &blocks, &accuracy, || random.normal())?;
     Ok(weigh(nominal, &measurements, &tolerances, &accuracy)?)
@@ -255,7 +261,7 @@ fn exact_scales_give_the_load_parameters() {
 fn readings_that_do_not_fit_are_refused() {
     let nominal = Robot::default_a();
     let accuracy = Accuracy::TYPICAL;
-    let plan = plan(&nominal, &Tolerances::NOMINAL, &accuracy, &HEIGHTS, 6).unwrap();
+    let plan = plan_of(&nominal).unwrap();
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
     let sound = simulate(&nominal, &blocks, &accuracy, || 0.0).unwrap();
     let fit = |m: &Measurements| weigh(&nominal, m, &Tolerances::NOMINAL, &accuracy);
@@ -298,14 +304,7 @@ fn what_is_not_seen_keeps_its_prior() {
         let share = value.deviation / value.prior;
         assert!((share - 1.0).abs() < 1e-9, "{value:?}");
     }
-    let plan = plan(
-        &nominal,
-        &Tolerances::NOMINAL,
-        &Accuracy::TYPICAL,
-        &HEIGHTS,
-        6,
-    )
-    .unwrap();
+    let plan = plan_of(&nominal).unwrap();
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
     let three = simulate(&nominal, &blocks, &Accuracy::TYPICAL, || 0.0).unwrap();
     let mut two = three.clone();
@@ -318,14 +317,7 @@ fn what_is_not_seen_keeps_its_prior() {
 #[test]
 fn planned_postures_tell_most() {
     let nominal = Robot::default_a();
-    let plan = plan(
-        &nominal,
-        &Tolerances::NOMINAL,
-        &Accuracy::TYPICAL,
-        &HEIGHTS,
-        6,
-    )
-    .unwrap();
+    let plan = plan_of(&nominal).unwrap();
     let mut last = plan.before;
     for posture in &plan.postures {
         println!("{:?} {:.3} N", posture.blocks, posture.after);

@@ -121,7 +121,7 @@ fn write_needed_friction(
     let (needed, available) = (trace(|p| p.needed_mu), trace(Place::available_mu));
     let margin = trace(|p| p.margin);
     let friction = vec![
-        Layer::mean(&available, SURFACE, true),
+        Layer::dashed(&available, SURFACE),
         Layer::peaks(&needed, line(LINKAGE, 1.4)),
     ];
     let margin = vec![

@@ -19,9 +19,6 @@ pub enum RunError {
     /// The nominal robot is not a valid robot.
     #[error("model_error")]
     ModelError(#[from] ModelErrorTooLarge),
-    /// The readings cannot be read on.
-    #[error(transparent)]
-    Readings(Box<dyn Error + Send + Sync>),
     /// The system has no more threads.
     #[error("cannot start the threads of the estimators")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -57,32 +57,13 @@ struct View {
 
 /// Logs the layout of a run and makes it the active one. The cursor of a live run stays at the
 /// newest record; that of a finished run plays from the start, repeatedly.
-pub(crate) fn log(
-    out: &mut Writer,
-    run: &RunDescription,
-    is_live: bool,
-) -> Result<(), ViewerError> {
+pub(crate) fn log(out: &mut Writer, run: &RunDescription) -> Result<(), ViewerError> {
     let root = Part::equal(ContainerKind::Horizontal, "robhaz", [left(run), right(run)]);
-    log_root(out, &root, is_live)
+    log_root(out, &root)
 }
 
-/// Entities of the plots of a rover with both sides, below `series`.
-pub(crate) const WHOLE_PLOTS: [&str; 7] = [
-    "normal_force/left",
-    "normal_force/right",
-    "traction/left",
-    "traction/right",
-    "attitude",
-    "tip_margin",
-    "axial_share",
-];
-
 /// Logs the layout of a rover with both sides: the drive in 3-D at the left, plots at the right.
-pub(crate) fn log_whole(
-    out: &mut Writer,
-    rover: &WholeRover,
-    is_live: bool,
-) -> Result<(), ViewerError> {
+pub(crate) fn log_whole(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
     // Seen from the right, from behind and above, whatever the size of the rover.
     let axles = &rover.side.geometry.axles;
     let size = axles[0].x - axles[2].x;
@@ -110,22 +91,22 @@ pub(crate) fn log_whole(
     let load = rover.mean_wheel_load();
     let normal = Some(Range1D::new(-0.1 * load, 3.0 * load));
     let traction = Some(Range1D::new(-2.0 * load, 2.0 * load));
-    let plot = |(title, k, range): (&str, usize, Option<Range1D>)| {
-        Part::plot(title, &format!("/series/{}", WHOLE_PLOTS[k]), range)
+    let plot = |(title, entity, range): (&str, &str, Option<Range1D>)| {
+        Part::plot(title, &format!("/series/{entity}"), range)
     };
     let rows = [
         vec![
-            ("N, left wheels [N]", 0, normal),
-            ("N, right wheels [N]", 1, normal),
+            ("N, left wheels [N]", "normal_force/left", normal),
+            ("N, right wheels [N]", "normal_force/right", normal),
         ],
         vec![
-            ("T, left wheels [N]", 2, traction),
-            ("T, right wheels [N]", 3, traction),
+            ("T, left wheels [N]", "traction/left", traction),
+            ("T, right wheels [N]", "traction/right", traction),
         ],
         vec![
-            ("Attitude [deg]", 4, None),
-            ("Tip margin [-]", 5, Some(Range1D::new(0.0, 1.2))),
-            ("Axial share [-]", 6, None),
+            ("Attitude [deg]", "attitude", None),
+            ("Tip margin [-]", "tip_margin", Some(Range1D::new(0.0, 1.2))),
+            ("Axial share [-]", "axial_share", None),
         ],
     ];
     let rows = rows.map(|row| {
@@ -137,20 +118,19 @@ pub(crate) fn log_whole(
     });
     let right = Part::equal(ContainerKind::Vertical, "Time series", rows);
     let root = Part::equal(ContainerKind::Horizontal, "robhaz", [left, right]);
-    log_root(out, &root, is_live)
+    log_root(out, &root)
 }
 
 /// Logs the layout of a root container, and makes it the active one.
-fn log_root(out: &mut Writer, root: &Part, is_live: bool) -> Result<(), ViewerError> {
+fn log_root(out: &mut Writer, root: &Part) -> Result<(), ViewerError> {
     let (root, _) = root.log(out, &mut 0)?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(root)
         .with_auto_layout(false)
         .with_auto_views(false);
     out.layout("viewport", &viewport)?;
-    panels(out, is_live)?;
-    out.activate_layout()?;
-    Ok(())
+    panels(out)?;
+    out.activate_layout()
 }
 
 /// Number of the next of `parts`, from which its name follows, and its entity in the layout's
@@ -295,13 +275,13 @@ impl View {
 }
 
 /// Collapses the panels around the views, and sets the movement of the cursor.
-fn panels(out: &mut Writer, is_live: bool) -> Result<(), ViewerError> {
+fn panels(out: &mut Writer) -> Result<(), ViewerError> {
     for panel in ["blueprint_panel", "selection_panel"] {
         let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
         out.layout(panel, &collapsed)?;
     }
     // The collapsed panel still has the cursor and the buttons.
-    let (play, repeat) = match is_live {
+    let (play, repeat) = match out.is_live() {
         false => (PlayState::Playing, LoopMode::All),
         true => (PlayState::Following, LoopMode::Off),
     };

@@ -2,7 +2,8 @@
 //! every estimator.
 //!
 //! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows
-//! everything. [`WholeRecording`] does it for a rover with both sides, in 3-D. Or it sends the recording to a viewer, which shows the run while it is simulated.
+//! everything, a rover with both sides in 3-D. Or it sends the recording to a viewer, which shows the
+//! run while it is simulated.
 //! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
@@ -54,4 +55,3 @@ pub use picture::picture;
 pub use program::{is_installed, open};
 pub use reading::{recording_end, recording_is_closed};
 pub use sink::RecordingSink;
-pub use whole::WholeRecording;

@@ -8,12 +8,8 @@ use crate::friction_tests::{self, TestPlaces};
 use crate::layout;
 use crate::scene_view::SceneView;
 use crate::series::Series;
-use crate::target::Target;
 use crate::writer::Writer;
-use re_sdk_types::archetypes::TextDocument;
-use re_sdk_types::components::MediaType;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
-use std::time::SystemTime;
 
 /// Rate at which the ground that was found is drawn, Hz of simulated time.
 const GROUND_RATE: f64 = 5.0;
@@ -25,6 +21,18 @@ fn chosen(run: &RunDescription) -> Option<usize> {
     let states_covariance = |e: &EstimatorDescription| e.settings.states_covariance();
     let preferred = estimators.iter().rposition(states_covariance);
     preferred.or(estimators.len().checked_sub(1))
+}
+
+/// What a recording keeps of the records of a run.
+pub(crate) trait Recording: Send {
+    /// Takes a record.
+    fn push(&mut self, frame: &Frame<'_>);
+
+    /// Sends what was kept since the last call.
+    fn flush(&mut self) -> Result<(), ViewerError>;
+
+    /// Logs the rest, and closes the recording.
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError>;
 }
 
 /// Writes the recording of one run.
@@ -42,22 +50,16 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// Starts a recording at a file or address, with its layout, explanations, and everything that
-    /// does not move. All rates are divided by `thinning`.
+    /// Starts a recording, with its layout, explanations, and everything that does not move. All
+    /// rates are divided by `thinning`.
     pub(crate) fn begin(
-        destination: &str,
-        target: Target,
+        mut out: Writer,
         run: &RunDescription,
         thinning: f64,
     ) -> Result<Self, ViewerError> {
         let chosen = chosen(run);
-        let is_live = target.is_live();
-        // The viewer would mix two runs with the same identifier.
-        let fingerprint = run.fingerprint ^ if is_live { now() } else { 0 };
-        let mut out = Writer::start(destination, target, &run.name, fingerprint)?;
-        layout::log(&mut out, run, is_live)?;
-        let page = TextDocument::new(page(run, chosen, thinning));
-        out.constant("about", &page.with_media_type(MediaType::markdown()))?;
+        layout::log(&mut out, run)?;
+        out.about(page(run, chosen, thinning))?;
         log_key(&mut out, run)?;
         let [series, frames] = rates(thinning);
         let world = run.world.as_ref();
@@ -80,9 +82,11 @@ impl Recorder {
         recorder.events.declare(out)?;
         Ok(recorder)
     }
+}
 
-    /// Takes a record, and keeps it if it is a frame of the animation or a row of the time series.
-    pub(crate) fn push(&mut self, frame: &Frame<'_>) {
+impl Recording for Recorder {
+    /// Keeps a frame of the animation, and a row of the time series.
+    fn push(&mut self, frame: &Frame<'_>) {
         let time = frame.time;
         self.events.sample(frame);
         let is_ground = self.next_ground.is_due(time);
@@ -99,8 +103,7 @@ impl Recorder {
         }
     }
 
-    /// Sends what was kept since the last call, and events.
-    pub(crate) fn flush(&mut self) -> Result<(), ViewerError> {
+    fn flush(&mut self) -> Result<(), ViewerError> {
         let out = &mut self.out;
         if let Some(view) = &mut self.view {
             view.flush(out)?;
@@ -110,21 +113,14 @@ impl Recorder {
         self.events.flush(out)
     }
 
-    /// Logs the rest, with the results of the friction tests, and closes the recording.
-    pub(crate) fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
+    /// Logs the results of the friction tests, too.
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
         self.events.end(end);
         self.flush()?;
         let results = end.map_or(&[][..], |end| &end.friction_tests);
         friction_tests::log(&mut self.out, &self.tests.marks(results))?;
         self.out.finish()
     }
-}
-
-/// Wall-clock time, ns. It distinguishes two runs of the same scene in one viewer.
-fn now() -> u64 {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    // The lower digits distinguish two runs.
-    since.map_or(0, |time| time.as_nanos() as u64)
 }
 
 /// Selects the first record of each period.

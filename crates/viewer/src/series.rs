@@ -19,7 +19,7 @@ pub(crate) const WIDE: f32 = 5.0;
 /// Width of an estimated line, points.
 pub(crate) const NARROW: f32 = 1.5;
 /// Width of the edge of a band, points.
-const EDGE: f32 = 0.75;
+pub(crate) const EDGE: f32 = 0.75;
 
 /// The values of the lines of a plot in a record, NaN for a gap; `None` where the record has no
 /// row.
@@ -27,7 +27,7 @@ type Values = Box<dyn Fn(&Frame<'_>) -> Option<Vec<f64>> + Send>;
 
 /// A line of a plot.
 #[derive(Clone)]
-struct Line {
+pub(crate) struct Line {
     /// Name with unit.
     name: String,
     colour: Colour,
@@ -78,13 +78,14 @@ impl Plot {
 }
 
 /// All time series of a run.
+#[derive(Default)]
 pub(crate) struct Series(Vec<Plot>);
 
 impl Series {
     /// The series of a run. Without truth there are no true lines. `chosen` is the index of the
     /// estimator whose friction and residual are shown.
     pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
-        let mut series = Self(Vec::new());
+        let mut series = Self::default();
         (0..3).for_each(|i| series.add_forces(run, i));
         if run.has_truth {
             let rms = |f: &Frame<'_>| {
@@ -121,7 +122,8 @@ impl Series {
         self.0.iter_mut().try_for_each(|plot| plot.flush(out))
     }
 
-    fn add(
+    /// Adds a plot, unless it has no lines.
+    pub(crate) fn add(
         &mut self,
         entity: impl std::fmt::Display,
         lines: Vec<Line>,
@@ -314,7 +316,7 @@ fn edges(name: &str, index: usize) -> Vec<Line> {
 }
 
 /// Two standard deviations above and below a value.
-fn around(value: f64, sigma: f64) -> Vec<f64> {
+pub(crate) fn around(value: f64, sigma: f64) -> Vec<f64> {
     vec![value + 2.0 * sigma, value - 2.0 * sigma]
 }
 
@@ -330,7 +332,7 @@ fn true_lines(
     all.filter(|_| has_truth).collect()
 }
 
-fn line(name: impl Into<String>, colour: Colour, width: f32) -> Line {
+pub(crate) fn line(name: impl Into<String>, colour: Colour, width: f32) -> Line {
     Line {
         name: name.into(),
         colour,

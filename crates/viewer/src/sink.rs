@@ -3,9 +3,10 @@
 use crate::ViewerError;
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
-use crate::recorder::{Recorder, Ticker};
+use crate::recorder::{Recorder, Recording, Ticker};
 use crate::target::Target;
-use crate::whole::WholeRecording;
+use crate::whole::WholeRecorder;
+use crate::writer::Writer;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::error::Error as _;
 use std::ffi::OsStr;
@@ -34,9 +35,7 @@ pub struct RecordingSink {
     /// Factor by which the run is thinned in time.
     thinning: f64,
     /// The run that is being written, and the simulated time of its next write.
-    run: Option<(Recorder, Ticker)>,
-    /// The recording of a log of both sides, in place of that.
-    whole: Option<WholeRecording>,
+    run: Option<(Box<dyn Recording>, Ticker)>,
     /// When the next batch is sent to a viewer; `None` of a file.
     next_batch: Option<Instant>,
     lost: Option<String>,
@@ -58,7 +57,6 @@ impl RecordingSink {
             target: Some(target),
             thinning: 1.0,
             run: None,
-            whole: None,
             next_batch,
             lost: None,
         }
@@ -100,23 +98,22 @@ impl RecordingSink {
 
     /// Starts the recording of a run.
     fn start(&mut self, target: Target, run: &RunDescription) -> Result<(), ViewerError> {
-        let destination = &self.destination;
         self.thinning = thinning(run);
-        if let (Some(_), Some(rover)) = (&run.both, run.robot.whole_rover()) {
-            let whole = WholeRecording::of_run(destination, target, &rover, run, self.thinning)?;
-            self.whole = Some(whole);
-            return Ok(());
-        }
+        let out = Writer::start(&self.destination, target, run)?;
         let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
         next_write.is_due(0.0);
-        let recorder = Recorder::begin(destination, target, run, self.thinning)?;
-        self.run = Some((recorder, next_write));
+        let rover = run.both.as_ref().and(run.robot.whole_rover());
+        let recording: Box<dyn Recording> = match rover {
+            Some(rover) => Box::new(WholeRecorder::begin(out, rover, run, self.thinning)?),
+            None => Box::new(Recorder::begin(out, run, self.thinning)?),
+        };
+        self.run = Some((recording, next_write));
         Ok(())
     }
 
     /// Keeps the failure of a viewer, and returns that of a file. Nothing more is recorded.
     fn fail(&mut self, error: ViewerError) -> Result<(), SinkError> {
-        (self.run, self.whole) = (None, None);
+        self.run = None;
         if self.next_batch.is_none() {
             return Err(error.into());
         }
@@ -138,12 +135,6 @@ impl Sink for RecordingSink {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        if let (Some(whole), Some(both)) = (&mut self.whole, &frame.both) {
-            let estimate = both.estimate;
-            let sides = both.sides;
-            let done = estimate.map(|e| whole.log(&sides.readings, e, sides.truth.as_ref()));
-            return done.unwrap_or(Ok(())).or_else(|error| self.fail(error));
-        }
         let Some((recorder, next_write)) = &mut self.run else {
             return Ok(());
         };
@@ -163,9 +154,6 @@ impl Sink for RecordingSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        if let Some(whole) = self.whole.take() {
-            return whole.end().or_else(|error| self.fail(error));
-        }
         // A run that has not begun needs no end.
         match self.run.take().map(|(mut recorder, _)| recorder.end(end)) {
             Some(Err(error)) => self.fail(error),

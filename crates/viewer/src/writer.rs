@@ -13,8 +13,11 @@ use re_log_types::{
     ApplicationId, BlueprintActivationCommand, EntityPath, LogMsg, SetStoreInfo, StoreId,
     StoreInfo, StoreKind, StoreSource, TimePoint, Timeline,
 };
-use re_sdk_types::archetypes::RecordingInfo;
+use re_sdk_types::archetypes::{RecordingInfo, TextDocument};
+use re_sdk_types::components::MediaType;
 use re_sdk_types::{AsComponents, SerializationResult, SerializedComponentColumn};
+use robhaz_run::RunDescription;
+use std::time::SystemTime;
 
 /// Name of the timeline. It is simulated time.
 pub(crate) const TIMELINE: &str = "sim_time";
@@ -32,14 +35,15 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the
-    /// same name.
+    /// Starts the recording of a run. Errors name `destination`.
     pub(crate) fn start(
         destination: &str,
         target: Target,
-        name: &str,
-        fingerprint: u64,
+        run: &RunDescription,
     ) -> Result<Self, ViewerError> {
+        let name = &run.name;
+        // A viewer would mix two runs with the same identifier.
+        let fingerprint = run.fingerprint ^ if target.is_live() { now() } else { 0 };
         let id = format!("{name}-{fingerprint:016x}");
         // The viewer has one layout for each application: a run is one, so that each has its own.
         let application = ApplicationId::try_from(format!("robhaz-{fingerprint:016x}"));
@@ -57,9 +61,20 @@ impl Writer {
             let info = StoreInfo::new(store, StoreSource::Other("robhaz".to_owned()));
             writer.send(SetStoreInfo { row_id, info }.into())?;
         }
-        let info = RecordingInfo::update_fields().with_name(name);
+        let info = RecordingInfo::update_fields().with_name(name.as_str());
         writer.constant(EntityPath::properties(), &info)?;
         Ok(writer)
+    }
+
+    /// Whether it goes to a viewer.
+    pub(crate) fn is_live(&self) -> bool {
+        self.target.is_live()
+    }
+
+    /// Logs the page that explains the recording, Markdown.
+    pub(crate) fn about(&mut self, page: String) -> Result<(), ViewerError> {
+        let page = TextDocument::new(page).with_media_type(MediaType::markdown());
+        self.constant("about", &page)
     }
 
     /// Logs data that are valid at all times.
@@ -155,4 +170,11 @@ impl Writer {
         let id = Tuid::from_nanos_and_inc(self.fingerprint >> 8, self.chunks << 32);
         ChunkId::from_tuid(id)
     }
+}
+
+/// Wall-clock time, ns. It distinguishes two runs of the same scene in one viewer.
+fn now() -> u64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    // The lower digits distinguish two runs.
+    since.map_or(0, |time| time.as_nanos() as u64)
 }

@@ -65,22 +65,17 @@ impl Layer {
 
     /// An estimate, with every peak, and its two standard deviations.
     pub fn estimate(estimate: &Estimated, color: RGBColor) -> Self {
-        Self::banded(estimate.line.extremes(), estimate.band(), color)
-    }
-
-    /// Pieces of the line of an estimate, and outlines of its two standard deviations.
-    pub fn banded(lines: Vec<Vec<Point>>, areas: Vec<Vec<Point>>, color: RGBColor) -> Self {
         Self {
-            areas,
+            areas: estimate.band(),
             area_color: band_color(color),
-            ..Self::line(lines, estimate_line(color))
+            ..Self::line(estimate.line.extremes(), estimate_line(color))
         }
     }
 
-    /// Means alone, dashed or not: many estimates in one panel.
-    pub fn mean(trace: &Trace, color: RGBColor, is_dashed: bool) -> Self {
+    /// Means alone, dashed.
+    pub fn dashed(trace: &Trace, color: RGBColor) -> Self {
         Self {
-            is_dashed,
+            is_dashed: true,
             ..Self::line(trace.means(), line(color, 1.2))
         }
     }

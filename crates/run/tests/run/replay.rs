@@ -20,7 +20,7 @@ struct Log {
 impl Source for Log {
     fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
         match self.samples.next() {
-            None if self.is_torn => Err(RunError::Readings("line 7 is cut off".into())),
+            None if self.is_torn => Err(RunError::Stopped { cause: "line 7" }),
             sample => Ok(sample),
         }
     }
@@ -189,12 +189,12 @@ fn a_source_that_fails_ends_the_sinks() -> Result<(), RunError> {
     let mut replayed = Kept::default();
     let source = replay(&simulated, true);
     let result = Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None);
-    assert!(matches!(result, Err(RunError::Readings(_))));
+    assert!(matches!(result, Err(RunError::Stopped { .. })));
     assert_eq!(replayed.readings.len(), 501);
     let [Some(end)] = replayed.ends.as_slice() else {
         panic!("{:?}", replayed.ends);
     };
-    assert_eq!(end.broken_off.as_deref(), Some("line 7 is cut off"));
+    assert_eq!(end.broken_off.as_deref(), Some("stopped by line 7"));
     Ok(())
 }
 

@@ -2,27 +2,19 @@
 //! the recording.
 
 use crate::common;
-use crate::reading::{chunks, events, rows, scalars};
+use crate::reading::{changed, events, rows, scalars};
+use re_chunk::Chunk;
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D, StateChange};
 use re_sdk_types::components::{LineStrip2D, Text, Vector2D};
 use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, KalmanReport, Parity};
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_scene::Scene;
 use robhaz_sim::clearance::Clearances;
-use robhaz_viewer::RecordingSink;
+use std::collections::BTreeMap;
 
-/// Passes on the records of a run after it has changed some, so that they contain every kind of
-/// event.
-struct Eventful(RecordingSink);
-
-impl Sink for Eventful {
-    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        self.0.begin(run)
-    }
-
-    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        let mut truth = *frame.truth.expect("a simulation");
-        let mut estimates = frame.estimates.to_vec();
-        let ms = (truth.time * 1e3).round();
+/// The recording of a run whose records are changed, so that they contain every kind of event.
+fn eventful(scene: &Scene) -> BTreeMap<String, Vec<Chunk>> {
+    changed(scene, |record| {
+        let (ms, truth, estimates) = (record.ms, &mut record.truth, &mut record.estimates);
         if (100.0..200.0).contains(&ms) {
             truth.wheels[0].contacts = 0;
             truth.wheels[0].normal_force = 0.0;
@@ -58,38 +50,17 @@ impl Sink for Eventful {
             }
         }
         // The body is 50 mm above the ground, and 1 mm in it for 50 ms.
-        let body = if (350.0..400.0).contains(&ms) {
-            -0.001
-        } else {
-            0.05
-        };
-        self.0.frame(&Frame {
-            clearances: Some(Clearances::of([body, 0.1, 0.1, 0.1])),
-            time: frame.time,
-            truth: Some(&truth),
-            sensors: frame.sensors,
-            estimates: &estimates,
-            commands: frame.commands,
-            both: None,
-            ground: frame.ground,
-        })
-    }
-
-    /// Reports a run that broke off.
-    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.0.end(None)
-    }
+        let is_in = (350.0..400.0).contains(&ms);
+        let body = if is_in { -0.001 } else { 0.05 };
+        record.clearances = Some(Clearances::of([body, 0.1, 0.1, 0.1]));
+    })
 }
 
 /// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground
 /// is drawn wherever the robot is.
 #[test]
 fn events_and_gaps_are_shown_where_they_happen() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&common::smooth(0.6), &mut [&mut sink]).expect("a run");
-    let chunks = chunks(&path);
+    let chunks = eventful(&common::smooth(0.6));
 
     let events = events(&chunks);
     let expected = [
@@ -154,22 +125,19 @@ fn events_and_gaps_are_shown_where_they_happen() {
     }
 }
 
+/// The states of a lane, with their times in ms.
+fn lane(chunks: &BTreeMap<String, Vec<Chunk>>, entity: &str) -> Vec<(i64, String)> {
+    let component = StateChange::descriptor_state().component;
+    let changes = rows::<Text>(chunks, entity, component).into_iter();
+    let changes = changes.map(|(time, row)| ((time * 1e3).round() as i64, row[0].to_string()));
+    changes.collect()
+}
+
 /// Equivalence of lanes and events.
 #[test]
 fn lanes_follow_the_events() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&common::smooth(0.6), &mut [&mut sink]).expect("a run");
-    let chunks = chunks(&path);
-    let lane = |entity: &str| {
-        let component = StateChange::descriptor_state().component;
-        let changes = rows::<Text>(&chunks, entity, component);
-        let changes = changes.into_iter();
-        changes
-            .map(|(time, row)| ((time * 1e3).round() as i64, row[0].to_string()))
-            .collect::<Vec<_>>()
-    };
+    let chunks = eventful(&common::smooth(0.6));
+    let lane = |entity| lane(&chunks, entity);
     let states = |list: &[(i64, &str)]| -> Vec<(i64, String)> {
         list.iter().map(|(ms, s)| (*ms, (*s).to_owned())).collect()
     };
@@ -197,49 +165,23 @@ fn lanes_follow_the_events() {
 /// An estimator that states contact states has a lane for each wheel, below the true one.
 #[test]
 fn estimated_contact_states_have_lanes() {
-    struct Stated(RecordingSink);
-    impl Sink for Stated {
-        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-            self.0.begin(run)
-        }
-        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-            let ms = (frame.time * 1e3).round();
-            let mut estimates = frame.estimates.to_vec();
-            if let Ok(estimate) = &mut estimates[3] {
-                let mut contact = [ContactEstimate::default(); 3];
-                if (150.0..160.0).contains(&ms) {
-                    contact[0].state = ContactState::InAir;
-                } else if ms >= 160.0 {
-                    contact[0].state = ContactState::TwoContacts;
-                    contact[0].sliding = true;
-                }
-                estimate.kalman = Some(KalmanReport {
-                    contact,
-                    ..KalmanReport::default()
-                });
+    let chunks = changed(&common::with_kalman(0.3), |record| {
+        let ms = record.ms;
+        if let Ok(estimate) = &mut record.estimates[3] {
+            let mut contact = [ContactEstimate::default(); 3];
+            if (150.0..160.0).contains(&ms) {
+                contact[0].state = ContactState::InAir;
+            } else if ms >= 160.0 {
+                contact[0].state = ContactState::TwoContacts;
+                contact[0].sliding = true;
             }
-            self.0.frame(&Frame {
-                clearances: None,
-                estimates: &estimates,
-                ..*frame
-            })
+            estimate.kalman = Some(KalmanReport {
+                contact,
+                ..KalmanReport::default()
+            });
         }
-        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-            self.0.end(end)
-        }
-    }
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let mut sink = Stated(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&common::with_kalman(0.3), &mut [&mut sink]).expect("a run");
-    let chunks = chunks(&path);
-    let lane = |entity: &str| {
-        let component = StateChange::descriptor_state().component;
-        let changes = rows::<Text>(&chunks, entity, component).into_iter();
-        changes
-            .map(|(time, row)| ((time * 1e3).round() as i64, row[0].to_string()))
-            .collect::<Vec<_>>()
-    };
+    });
+    let lane = |entity| lane(&chunks, entity);
     let expected = [
         (0, "grips"),
         (150, "in the air"),
@@ -255,15 +197,11 @@ fn estimated_contact_states_have_lanes() {
 /// its centre at zero error. The parity residual has a band of its own.
 #[test]
 fn two_sigma_is_shown_where_it_is_known() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.6);
     // The estimator with the covariance gets another label and another index.
     scene.estimators[2].name = "other".to_owned();
     scene.estimators.swap(1, 2);
-    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
-    let chunks = chunks(&path);
+    let chunks = eventful(&scene);
     for wheel in 1..=3 {
         let entity = format!("/series/error_of_normal_force/wheel{wheel}/band/other");
         let band = scalars(&chunks, &entity);
@@ -285,34 +223,14 @@ fn two_sigma_is_shown_where_it_is_known() {
 /// Closed form: a bar is four standard deviations long, at the scale of the arrows.
 #[test]
 fn bars_have_the_length_of_two_sigma_to_both_sides() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.6);
     scene.estimators.truncate(2);
-    // `Known` changes the second estimator. It is the last, and therefore the one that is drawn.
-    struct Known(RecordingSink);
-    impl Sink for Known {
-        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-            self.0.begin(run)
+    // The second estimator is the last, and therefore the one that is drawn.
+    let chunks = changed(&scene, |record| {
+        if let Ok(estimate) = &mut record.estimates[1] {
+            estimate.kalman = Some(known_report());
         }
-        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-            let mut estimates = frame.estimates.to_vec();
-            if let Ok(estimate) = &mut estimates[1] {
-                estimate.kalman = Some(known_report());
-            }
-            self.0.frame(&Frame {
-                clearances: None,
-                estimates: &estimates,
-                ..*frame
-            })
-        }
-        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-            self.0.end(end)
-        }
-    }
-    let mut sink = Known(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
-    let chunks = chunks(&path);
+    });
     let metres_per_newton = 0.15 / scene.robot.robot.mean_wheel_load();
     for (force, sigma) in [("normal", 2.0), ("traction", 1.0)] {
         let entity = format!("/world/forces/estimated/{force}/two_sigma");

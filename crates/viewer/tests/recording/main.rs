@@ -13,7 +13,7 @@ mod whole;
 use re_log_types::LogMsg;
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D, Transform3D};
 use re_sdk_types::components::{Color, LineStrip2D, Text, Translation3D, Vector2D};
-use reading::{chunks, messages, record, rows, scalars};
+use reading::{changed, chunks, messages, record, recorded, rows, scalars};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::friction::Stretch;
 use robhaz_sim::{ContactList, ContactTruth};
@@ -120,13 +120,10 @@ fn twenty_seconds_take_less_than_five_megabytes() {
 /// rear wheel to the front wheel, with both bounds beside it. Exact readings leave less than 1 mm.
 #[test]
 fn the_ground_that_was_found_is_drawn() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
     let mut scene = common::with_kalman(4.0);
     scene.terrain.profile = robhaz_terrain::Profile::Flat;
     scene.engine.kind = robhaz_scene::EngineKind::Direct;
-    record(&scene, &path);
-    let chunks = chunks(&path);
+    let chunks = recorded(&scene);
     let component = LineStrips2D::descriptor_strips().component;
     let strips = |entity: &str| rows::<LineStrip2D>(&chunks, entity, component);
     let memory = strips("/world/estimated_terrain/memory");
@@ -156,11 +153,8 @@ fn the_ground_that_was_found_is_drawn() {
 /// N, at 0.15 m for the mean wheel load.
 #[test]
 fn arrows_have_the_length_of_the_plotted_force() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
     let scene = common::smooth(2.0);
-    record(&scene, &path);
-    let chunks = chunks(&path);
+    let chunks = recorded(&scene);
     let component = Arrows2D::descriptor_vectors().component;
     let arrows = rows::<Vector2D>(&chunks, "/world/forces/true/normal", component);
     let scale = 0.15 / scene.robot.robot.mean_wheel_load();
@@ -181,34 +175,15 @@ fn arrows_have_the_length_of_the_plotted_force() {
 /// contact has none.
 #[test]
 fn each_contact_has_its_arrows() {
-    struct Touching(RecordingSink);
-    impl Sink for Touching {
-        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-            self.0.begin(run)
-        }
-        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-            let mut truth = *frame.truth.expect("a simulation");
-            truth.wheels[0].contact_list = ContactList::default();
-            let first = truth.wheels[1].contact_list[0];
-            truth.wheels[1].contact_list.push(ContactTruth {
-                normal_force: 2.0 * first.normal_force,
-                ..first
-            });
-            self.0.frame(&Frame {
-                clearances: None,
-                truth: Some(&truth),
-                ..*frame
-            })
-        }
-        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-            self.0.end(end)
-        }
-    }
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let mut sink = Touching(RecordingSink::save(&path).expect("a file"));
-    robhaz_run::run(&common::smooth(0.2), &mut [&mut sink]).expect("a run");
-    let chunks = chunks(&path);
+    let chunks = changed(&common::smooth(0.2), |record| {
+        let [without, with, _] = &mut record.truth.wheels;
+        without.contact_list = ContactList::default();
+        let first = with.contact_list[0];
+        with.contact_list.push(ContactTruth {
+            normal_force: 2.0 * first.normal_force,
+            ..first
+        });
+    });
     for force in ["normal", "traction"] {
         let entity = format!("/world/forces/true/{force}");
         let component = Arrows2D::descriptor_vectors().component;
@@ -300,8 +275,6 @@ fn a_killed_run_can_be_read() {
 /// uses their coefficients.
 #[test]
 fn stretches_of_friction_are_distinguished() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.3);
     let stretch = |from, to, mu_s| Stretch {
         from,
@@ -311,8 +284,7 @@ fn stretches_of_friction_are_distinguished() {
     };
     // One lies below the rear wheel alone, the other outside of the drawn ground.
     scene.terrain.stretches = vec![stretch(-0.5, -0.1, 0.25), stretch(500.0, 501.0, 0.1)];
-    record(&scene, &path);
-    let chunks = chunks(&path);
+    let chunks = recorded(&scene);
     let drawn = &chunks["/world/ground/stretches"][0];
     let strips: Vec<_> = drawn
         .iter_component::<LineStrip2D>(LineStrips2D::descriptor_strips().component)
@@ -350,12 +322,9 @@ fn stretches_of_friction_are_distinguished() {
 /// A scene without estimators is recorded, with the true lines alone.
 #[test]
 fn a_scene_without_estimators_is_recorded() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.1);
     scene.estimators.clear();
-    record(&scene, &path);
-    let chunks = chunks(&path);
+    let chunks = recorded(&scene);
     let forces = scalars(&chunks, "/series/normal_force/wheel1/actual");
     assert!(!forces.is_empty() && forces.iter().all(|(_, row)| row.len() == 1));
     assert!(!chunks.contains_key("/series/normal_force/wheel1/estimated"));

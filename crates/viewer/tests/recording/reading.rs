@@ -7,7 +7,11 @@ use re_log_types::StoreKind;
 use re_sdk_types::archetypes::{Scalars, TextLog};
 use re_sdk_types::components::{Scalar, Text};
 use re_sdk_types::{Component, ComponentIdentifier};
+use robhaz_estimator::{Estimate, EstimateError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
+use robhaz_sim::Truth;
+use robhaz_sim::clearance::Clearances;
 use robhaz_viewer::RecordingSink;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,6 +22,57 @@ use std::path::Path;
 pub fn record(scene: &Scene, path: &Path) {
     let mut sink = RecordingSink::save(path).expect("a file");
     robhaz_run::run(scene, &mut [&mut sink]).expect("a run");
+}
+
+/// Chunks by entity of the recording of a run.
+pub fn recorded(scene: &Scene) -> BTreeMap<String, Vec<Chunk>> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    record(scene, &path);
+    chunks(&path)
+}
+
+/// What is changed of a record on its way to the recording.
+pub struct Record {
+    /// Time, ms.
+    pub ms: f64,
+    pub truth: Truth,
+    pub estimates: Vec<Result<Estimate, EstimateError>>,
+    pub clearances: Option<Clearances>,
+}
+
+/// Chunks by entity of the recording of a run whose records are changed, and which breaks off after
+/// its last one.
+pub fn changed(scene: &Scene, change: impl FnMut(&mut Record)) -> BTreeMap<String, Vec<Chunk>> {
+    struct Changed<C>(RecordingSink, C);
+    impl<C: FnMut(&mut Record)> Sink for Changed<C> {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            let mut record = Record {
+                ms: (frame.time * 1e3).round(),
+                truth: *frame.truth.expect("a simulation"),
+                estimates: frame.estimates.to_vec(),
+                clearances: None,
+            };
+            (self.1)(&mut record);
+            self.0.frame(&Frame {
+                clearances: record.clearances,
+                truth: Some(&record.truth),
+                estimates: &record.estimates,
+                ..*frame
+            })
+        }
+        fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(None)
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Changed(RecordingSink::save(&path).expect("a file"), change);
+    robhaz_run::run(scene, &mut [&mut sink]).expect("a run");
+    chunks(&path)
 }
 
 /// All messages of a recording.

@@ -12,19 +12,76 @@ use robhaz_run::{
 };
 use robhaz_scene::{LogChoice, RecordChoice, RobotChoice};
 use robhaz_sim::Truth;
-use robhaz_viewer::{RecordingSink, WholeRecording, picture};
-use std::path::Path;
+use robhaz_viewer::RecordingSink;
+use std::path::{Path, PathBuf};
 
-/// A rover of `robots/`, and its estimator.
-fn rover(name: &str) -> (WholeRover, WholeEstimator) {
+/// Records a run of the rover of `robots/open-source-rover.toml` in a folder.
+fn record(
+    folder: &Path,
+    has_truth: bool,
+    records: impl Fn(&WholeRover) -> Vec<BothSides>,
+) -> (WholeRover, PathBuf) {
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
-    let robot = RobotChoice::load(&robots.join(name)).expect("a robot");
-    let rover = robot.whole_rover().expect("what lies across");
-    let mut choice = LogChoice::default();
+    let mut choice = LogChoice {
+        robot: RobotChoice::load(&robots.join("open-source-rover.toml")).expect("a robot"),
+        ..LogChoice::default()
+    };
     choice.select(&["kalman".to_owned()]).expect("a preset");
+    let rover = choice.robot.whole_rover().expect("what lies across");
     let settings = choice.settings(&choice.estimators[0]);
-    let estimator = WholeEstimator::new(&rover, settings, choice.pin).expect("a rover");
-    (rover, estimator)
+    let mut estimator = WholeEstimator::new(&rover, settings, choice.pin).expect("a rover");
+    let record = RecordChoice {
+        duration: 4.0,
+        rate: 200.0,
+        compare_from: 0.0,
+    };
+    let mut run = RunDescription::of_log("both", 1, record, &choice);
+    run.has_truth = has_truth;
+    run.both = Some(BothDescription {
+        label: "kalman".to_owned(),
+        coupling: rover.coupling,
+        contradiction: None,
+        unconfirmed: Vec::new(),
+    });
+    let path = folder.join("run.rrd");
+    let mut sink = RecordingSink::save(&path).expect("a file");
+    sink.begin(&run).expect("a recording");
+    let mut readings = SideReadings::new(&rover, 0.0);
+    for sides in records(&rover) {
+        let estimate = estimator.update(&sides.readings).expect("an estimate");
+        let [sensors, _] = readings.frames(&sides.readings);
+        let frame = Frame {
+            time: sides.readings.time,
+            truth: None,
+            clearances: None,
+            sensors: &sensors,
+            both: Some(BothFrame {
+                sides: &sides,
+                estimate: Some(&estimate),
+            }),
+            estimates: &[],
+            commands: None,
+            ground: EstimatedTerrain::default(),
+        };
+        sink.frame(&frame).expect("it is written");
+    }
+    sink.end(None).expect("a file");
+    (rover, path)
+}
+
+/// Readings on level ground.
+fn level(time: f64) -> WholeFrame {
+    WholeFrame {
+        time,
+        wheel_angle: [Some(0.0); 6],
+        motor_torque: [Some(0.0); 6],
+        pins: [Some(0.0); 2],
+        coupling: Some(0.0),
+        inclination: Some(0.0),
+        roll: Some(0.0),
+        rates: [Some(0.0); 3],
+        ..WholeFrame::default()
+    }
 }
 
 /// Closed form: wheels that roll at v, with a yaw rate w, lead along a circle of radius v/w, and
@@ -35,33 +92,25 @@ fn a_rover_drives_along_a_circle() {
     const SPEED: f64 = 0.2;
     const YAW_RATE: f64 = 0.2;
     let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let (rover, mut estimator) = rover("open-source-rover.toml");
-    let mut recording = WholeRecording::save(&path, &rover, "circle", 7, 4.0).expect("a file");
-    let radius = rover.side.geometry.wheel_radius;
-    for k in 0..=800 {
-        let time = 0.005 * f64::from(k);
-        let turn = |i: usize| {
-            let y = rover.half_tracks[i % 3] * if i < 3 { 1.0 } else { -1.0 };
-            Some((SPEED - YAW_RATE * y) * time / radius)
+    let (_, path) = record(folder.path(), false, |rover| {
+        let sides = |k| {
+            let time = 0.005 * f64::from(k);
+            let turn = |i: usize| {
+                let y = rover.half_tracks[i % 3] * if i < 3 { 1.0 } else { -1.0 };
+                Some((SPEED - YAW_RATE * y) * time / rover.side.geometry.wheel_radius)
+            };
+            let readings = WholeFrame {
+                wheel_angle: std::array::from_fn(turn),
+                rates: [Some(0.0), Some(0.0), Some(YAW_RATE)],
+                ..level(time)
+            };
+            BothSides {
+                readings,
+                truth: None,
+            }
         };
-        let frame = WholeFrame {
-            time,
-            wheel_angle: std::array::from_fn(turn),
-            motor_torque: [Some(0.0); 6],
-            pins: [Some(0.0); 2],
-            coupling: Some(0.0),
-            inclination: Some(0.0),
-            roll: Some(0.0),
-            rates: [Some(0.0), Some(0.0), Some(YAW_RATE)],
-            ..WholeFrame::default()
-        };
-        let estimate = estimator.update(&frame).expect("an estimate");
-        recording
-            .log(&frame, &estimate, None)
-            .expect("it is written");
-    }
-    recording.end().expect("a file");
+        (0..=800).map(sides).collect()
+    });
 
     let chunks = chunks(&path);
     let component = Transform3D::descriptor_translation().component;
@@ -111,85 +160,37 @@ fn a_rover_drives_along_a_circle() {
     assert!(messages(&path).iter().any(active));
 }
 
-/// True forces are drawn beside those found: an arrow at each contact where the truth has a row, and a line of
-/// each wheel, with a gap where it has none.
+/// True forces are drawn beside those found: an arrow at each contact where the truth has a row, and
+/// a line of each wheel, with a gap where it has none.
 #[test]
 fn true_forces_are_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let (rover, mut estimator) = rover("open-source-rover.toml");
-    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
-    let mut choice = LogChoice {
-        robot: RobotChoice::load(&robots.join("open-source-rover.toml")).expect("a robot"),
-        ..LogChoice::default()
-    };
-    choice.select(&["kalman".to_owned()]).expect("a preset");
-    let record = RecordChoice {
-        duration: 1.0,
-        rate: 50.0,
-        compare_from: 0.0,
-    };
-    let mut run = RunDescription::of_log("truth", 1, record, &choice);
-    run.has_truth = true;
-    run.both = Some(BothDescription {
-        label: "kalman".to_owned(),
-        coupling: rover.coupling,
-        contradiction: None,
-        unconfirmed: Vec::new(),
-    });
-    let mut sink = RecordingSink::save(&path).expect("a file");
-    sink.begin(&run).expect("a recording");
-    for k in 0..=50 {
-        let time = 0.02 * f64::from(k);
-        let readings = WholeFrame {
-            time,
-            wheel_angle: [Some(0.0); 6],
-            motor_torque: [Some(0.0); 6],
-            pins: [Some(0.0); 2],
-            coupling: Some(0.0),
-            inclination: Some(0.0),
-            roll: Some(0.0),
-            rates: [Some(0.0); 3],
-            ..WholeFrame::default()
-        };
-        let estimate = estimator.update(&readings).expect("an estimate");
-        // Wheel i of the truth has (i + 1) N, in every second row.
-        let side = |k: usize| {
-            let mut truth = Truth {
-                time,
-                ..Truth::default()
+    let (rover, path) = record(folder.path(), true, |_| {
+        let sides = |k| {
+            let time = 0.02 * f64::from(k);
+            // Wheel i of the truth has (i + 1) N, in every second row.
+            let side = |k: usize| {
+                let mut truth = Truth {
+                    time,
+                    ..Truth::default()
+                };
+                for (i, wheel) in truth.wheels.iter_mut().enumerate() {
+                    wheel.normal_force = (3 * k + i + 1) as f64;
+                }
+                truth
             };
-            for (i, wheel) in truth.wheels.iter_mut().enumerate() {
-                wheel.normal_force = (3 * k + i + 1) as f64;
+            let truth = BothTruth {
+                sides: [side(0), side(1)],
+                normal_force: [0.0; 6],
+                in_plane: None,
+            };
+            BothSides {
+                readings: level(time),
+                truth: (k % 2 == 0).then_some(truth),
             }
-            truth
         };
-        let truth = BothTruth {
-            sides: [side(0), side(1)],
-            normal_force: [0.0; 6],
-            in_plane: None,
-        };
-        let [sensors, _] = SideReadings::new(&rover, 0.0).frames(&readings);
-        let sides = BothSides {
-            readings,
-            truth: (k % 2 == 0).then_some(truth),
-        };
-        let frame = Frame {
-            time,
-            truth: None,
-            clearances: None,
-            sensors: &sensors,
-            both: Some(BothFrame {
-                sides: &sides,
-                estimate: Some(&estimate),
-            }),
-            estimates: &[],
-            commands: None,
-            ground: EstimatedTerrain::default(),
-        };
-        sink.frame(&frame).expect("it is written");
-    }
-    sink.end(None).expect("a file");
+        (0..=50).map(sides).collect()
+    });
 
     let chunks = chunks(&path);
     let component = Arrows3D::descriptor_vectors().component;
@@ -212,68 +213,4 @@ fn true_forces_are_drawn() {
     let expected = [4.0, 5.0, 6.0].map(f64::to_bits);
     assert_eq!(truth(2).map(f64::to_bits), expected);
     assert!(truth(3).iter().all(|n| n.is_nan()));
-}
-
-/// A picture to look at: of the log WHOLE_ROVER_LOG (columns by their default names) at 60 % of its
-/// time, in WHOLE_ROVER_PICTURE.
-#[test]
-#[ignore = "needs a log of both sides, and a viewer that can draw"]
-fn a_picture_of_a_log() {
-    let var = |name| std::env::var(name).expect("a path");
-    let text = std::fs::read_to_string(var("WHOLE_ROVER_LOG")).expect("a log");
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let (rover, mut estimator) = rover("open-source-rover.toml");
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("run.rrd");
-    let mut recording = WholeRecording::save(&path, &rover, "log", 7, 20.0).expect("a file");
-    let mut end = 0.0;
-    for line in lines {
-        let row: Vec<f64> = line
-            .split(',')
-            .map(|x| x.parse().expect("a number"))
-            .collect();
-        let get = |name: &str| Some(row[names.iter().position(|n| *n == name)?]);
-        let wheels = |what: &str| {
-            std::array::from_fn(|i| {
-                let side = if i < 3 { "left" } else { "right" };
-                get(&format!("{side}_wheel{}_{what}", i % 3 + 1))
-            })
-        };
-        let frame = WholeFrame {
-            time: get("time").expect("a time"),
-            wheel_angle: wheels("angle"),
-            motor_torque: wheels("motor_torque"),
-            steering: wheels("steering"),
-            pins: [get("left_pin_angle"), get("right_pin_angle")],
-            coupling: get("differential_angle"),
-            inclination: get("body_inclination"),
-            roll: get("body_roll"),
-            rates: [
-                get("body_roll_rate"),
-                get("body_rate"),
-                get("body_yaw_rate"),
-            ],
-        };
-        end = frame.time;
-        if let Ok(estimate) = estimator.update(&frame) {
-            recording
-                .log(&frame, &estimate, None)
-                .expect("it is written");
-        }
-    }
-    recording.end().expect("a file");
-    println!("{} bytes", std::fs::metadata(&path).expect("a file").len());
-    if let Ok(keep) = std::env::var("WHOLE_ROVER_RECORDING") {
-        std::fs::copy(&path, keep).expect("a copy");
-    }
-    let out = var("WHOLE_ROVER_PICTURE");
-    picture(
-        &path,
-        Path::new(&out),
-        [1400, 800],
-        Some(0.6 * end),
-        &|| None,
-    )
-    .expect("a picture");
 }

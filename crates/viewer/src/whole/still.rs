@@ -1,0 +1,107 @@
+//! What does not move in the recording of a rover with both sides.
+
+use super::{HALF_WIDTH, MEAN_LOAD_LENGTH, point, quaternion, sign, wheel_entity};
+use crate::ViewerError;
+use crate::colours::{self, Colour, WHEELS};
+use crate::draw::narrow;
+use crate::writer::Writer;
+use nalgebra::UnitQuaternion;
+use re_sdk_types::archetypes::{Arrows3D, Boxes3D, Cylinders3D, LineStrips3D, ViewCoordinates};
+use re_sdk_types::components::{FillMode, Radius};
+use robhaz_estimator::whole::Vec3;
+use robhaz_model::{Vec2, WholeRover};
+use robhaz_run::RunDescription;
+
+/// Spokes of a wheel: its turning is visible.
+const SPOKES: usize = 5;
+
+/// Logs everything that does not move.
+pub(super) fn declare(
+    out: &mut Writer,
+    rover: &WholeRover,
+    has_truth: bool,
+) -> Result<(), ViewerError> {
+    let thin = |points| [Radius::new_ui_points(points)];
+    out.constant("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
+    let outline = &rover.side.geometry.outline;
+    let half = (outline.body_upper - outline.body_lower) * 0.5;
+    let centre: Vec2 = outline.body_lower + half - rover.pivot;
+    let narrowest = rover.half_tracks.into_iter().fold(f64::INFINITY, f64::min);
+    let body = Boxes3D::update_fields()
+        .with_centers([point(&Vec3::new(centre.x, 0.0, centre.y))])
+        .with_half_sizes([point(&Vec3::new(half.x, 0.7 * narrowest, half.y))])
+        .with_colors([colours::BODY])
+        .with_fill_mode(FillMode::Solid);
+    out.constant("world/rover/body", &body)?;
+    let [rocker, bogie, _] = colours::LINKS;
+    let links = LineStrips3D::update_fields()
+        .with_colors([rocker, bogie, rocker, bogie])
+        .with_radii([Radius::new_scene_units(narrow(outline.half_width))]);
+    out.constant("world/rover/links", &links)?;
+    let radius = rover.side.geometry.wheel_radius;
+    let half_width = HALF_WIDTH * radius;
+    for i in 0..6 {
+        let (entity, colour) = (wheel_entity(i), WHEELS[i % 3]);
+        // The viewer's cylinder has its axis along z.
+        let along_y = UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
+        let tyre = Cylinders3D::update_fields()
+            .with_lengths([narrow(2.0 * half_width)])
+            .with_radii([narrow(radius)])
+            .with_quaternions([quaternion(&along_y.to_rotation_matrix().into_inner())])
+            .with_colors([colour.dark()])
+            .with_fill_mode(FillMode::Solid);
+        out.constant(format!("{entity}/tyre"), &tyre)?;
+        let spokes = (0..SPOKES).map(|k| {
+            let angle = std::f64::consts::TAU * k as f64 / SPOKES as f64;
+            let y = sign(i) * 1.05 * half_width;
+            let end = Vec3::new(radius * angle.cos(), y, radius * angle.sin());
+            [point(&Vec3::new(0.0, y, 0.0)), point(&end)]
+        });
+        let spokes = LineStrips3D::update_fields()
+            .with_strips(spokes)
+            .with_colors([colour])
+            .with_radii(thin(1.0));
+        out.constant(format!("{entity}/spokes"), &spokes)?;
+    }
+    let colours = || WHEELS.into_iter().chain(WHEELS);
+    let arrows = Arrows3D::update_fields().with_radii(thin(2.5));
+    let found = arrows.clone().with_colors(colours().map(Colour::light));
+    out.constant("world/rover/forces", &found)?;
+    if has_truth {
+        out.constant("world/rover/true_forces", &arrows.with_colors(colours()))?;
+    }
+    let bars = LineStrips3D::update_fields()
+        .with_colors(colours().map(Colour::light))
+        .with_radii(thin(1.0));
+    out.constant("world/rover/forces/two_sigma", &bars)?;
+    let tracks = LineStrips3D::update_fields()
+        .with_colors(colours())
+        .with_radii(thin(1.5));
+    out.constant("world/tracks", &tracks)
+}
+
+/// How to read the recording, as Markdown.
+pub(super) fn page(rover: &WholeRover, run: &RunDescription) -> String {
+    let truth = match run.has_truth {
+        true => {
+            "- True forces have the full colours: thick lines, and the outer arrows, which stand on the \
+             contacts found.\n"
+        }
+        false => "",
+    };
+    format!(
+        "# {}\n\n\
+         Six wheels of a rover with both sides, from readings. Front wheels are blue, middle ones \
+         vermilion, rear ones green.\n\n\
+         - 3-D, m: an arrow beside each contact is N and T together, {:.0} N a metre. The bar at its \
+         tip is two standard deviations of N to both sides. Axial forces are not drawn.\n\
+         - Where the rover is follows from its wheels' turning and its yaw rate: slip and drift add \
+         up. Lines on the ground are the tracks of the wheels.\n\
+         - N and T of the left and the right wheels; thin lines are two standard deviations. \
+         Attitude: inclination (purple), roll (amber).\n\
+         - Tip margin: load off the line about which the rover would tip first, over that on level \
+         ground; at 0 it tips. Axial share: mean axial force of a wheel over its N.\n{truth}",
+        run.name,
+        rover.mean_wheel_load() / MEAN_LOAD_LENGTH,
+    )
+}

@@ -1,0 +1,198 @@
+//! Logs of both sides with faults, and what `check` and `estimate` say of them.
+
+use super::both::{BUDGET, checked, drive, estimate, fixture, folder, rewritten, robot};
+use super::recorded::{refused, summary};
+use std::path::Path;
+
+/// A log that is not of both sides, or a robot that is not: the error says what is missing and what is allowed.
+#[test]
+fn what_is_missing_is_named() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let log = fixture("readings.csv").display().to_string();
+    let readings = std::fs::read_to_string(&log).unwrap();
+    std::fs::write(
+        path.join("lacks.csv"),
+        readings.replace("body_yaw_rate", "yaw"),
+    )
+    .unwrap();
+    let whole = std::fs::read_to_string(robot()).unwrap();
+    let across = whole.find("[robot.across]").unwrap();
+    let end = whole.find("[drive]").unwrap();
+    let without = format!("{}{}", &whole[..across], &whole[end..]);
+    std::fs::write(path.join("side.toml"), without).unwrap();
+    std::fs::write(path.join("one.toml"), "sides = \"one of two\"\n").unwrap();
+    let robot = robot();
+    let cases: [(&[&str], &[&str]); 5] = [
+        (
+            &["lacks.csv", "--robot", &robot],
+            &["has no column body_yaw_rate", "docs/logs.md"],
+        ),
+        (
+            &[&log],
+            &["the robot A is a four-bar", "suspension.kind = \"bogie\""],
+        ),
+        (
+            &[&log, "--robot", "side.toml"],
+            &["has no [robot.across]", "docs/scenes.md#across"],
+        ),
+        (
+            &[&log, "--robot", &robot, "--sensors", "one.toml"],
+            &["has no column wheel1_angle", "state sides = \"both\""],
+        ),
+        (
+            &[&log, "--robot", &robot, "--estimator", "paper-body"],
+            &["found paper-body", "--estimator kalman"],
+        ),
+    ];
+    for (args, expected) in cases {
+        let said = refused(path, args);
+        for part in expected {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+}
+
+/// A correct log has no fault in the tests of both sides; with left and right pins, a wheel, or roll and pitch exchanged,
+/// the signs of roll or differential turned, the zero of a joint 4.6 deg off, or one without a value or always 0, the test that is meant for it
+/// finds it, and no other.
+#[test]
+fn check_finds_what_is_exchanged() {
+    let folder = folder(BUDGET);
+    let (path, right) = (
+        folder.path(),
+        std::fs::read_to_string(fixture("readings.csv")).unwrap(),
+    );
+    let (_, said) = checked(path, &fixture("readings.csv"));
+    for test in [
+        "roll and",
+        "yaw and",
+        "left and right",
+        "torques of the sides",
+        "zero over the way",
+    ] {
+        let is_fault = |line: &&str| line.starts_with("FAULT") && line.contains(test);
+        assert_eq!(said.lines().find(is_fault), None, "{said}");
+    }
+    let exchanged = |a: &str, b: &str| right.replace(a, "kept").replace(b, a).replace("kept", b);
+    // Readings with another value in these columns.
+    let changed = |names: &[&str], change: fn(f64) -> f64| {
+        let header: Vec<&str> = right.lines().next().unwrap().split(',').collect();
+        let cell = |(name, cell): (&&str, &str)| match names.contains(name) {
+            true => format!("{:?}", change(cell.parse().unwrap())),
+            false => cell.to_owned(),
+        };
+        let row = |row: &str| -> String {
+            let cells = header.iter().zip(row.split(',')).map(cell);
+            cells.collect::<Vec<_>>().join(",") + "\n"
+        };
+        let rows: String = right.lines().skip(1).map(row).collect();
+        format!("{}\n{rows}", header.join(","))
+    };
+    let turned = |names: &[&str]| changed(names, |x| -x);
+    let of_axes = exchanged("body_roll_rate", "body_rate");
+    let of_axes = of_axes.replace("body_roll,", "kept,");
+    let of_axes = of_axes.replace("body_inclination,", "body_roll,");
+    let cases = [
+        (
+            exchanged("left_pin", "right_pin"),
+            "left_pin_angle and right_pin_angle",
+        ),
+        (
+            exchanged("left_wheel2", "right_wheel2"),
+            "left_wheel2_angle and right_wheel2_angle",
+        ),
+        (
+            turned(&["body_roll", "body_roll_rate"]),
+            "turn the signs of body_roll and body_roll_rate",
+        ),
+        (
+            turned(&["differential_angle"]),
+            "turn the sign of differential_angle",
+        ),
+        (
+            changed(&["differential_angle"], |x| x + 0.08),
+            "rad from differential_angle",
+        ),
+        (
+            changed(&["right_pin_angle"], |x| x - 0.08),
+            "rad from right_pin_angle",
+        ),
+        (
+            of_axes.replace("kept,", "body_inclination,"),
+            "exchange the columns of body_inclination and body_roll, and of body_rate and body_roll_rate",
+        ),
+        (changed(&["differential_angle"], |_| 0.0), "dead from"),
+        (
+            changed(&["differential_angle"], |_| f64::NAN),
+            "differential_angle has no value in",
+        ),
+    ];
+    for (log, expected) in cases {
+        std::fs::write(path.join("wrong.csv"), log).unwrap();
+        let (is_right, said) = checked(path, &path.join("wrong.csv"));
+        assert!(!is_right && said.contains(expected), "{expected}: {said}");
+        // A fault that follows from the one that was found is none.
+        let faults = said.lines().filter(|line| line.starts_with("FAULT"));
+        assert_eq!(faults.count(), 1, "{expected}: {said}");
+    }
+}
+
+/// An estimate says in its first lines that exchanged sides and wrong signs contradict each other, and nothing of
+/// correct readings; summary and terminal say the same.
+#[test]
+fn an_estimate_says_that_readings_contradict_each_other() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let first = |log: &Path| {
+        let said = estimate(path, log, &["--out", "out", "--force"]);
+        let first = said.lines().next().unwrap().to_owned();
+        let told = &summary(&path.join("out"))["both"]["contradictions"];
+        let is_told = told.as_array().is_some_and(|all| !all.is_empty());
+        assert_eq!(
+            is_told,
+            first.contains("READINGS CONTRADICT EACH OTHER"),
+            "{first}"
+        );
+        (is_told, first)
+    };
+    for right in [fixture("readings.csv"), drive()] {
+        let (is_told, said) = first(&right);
+        assert!(!is_told, "{said}");
+    }
+    let drive = std::fs::read_to_string(drive()).unwrap();
+    let exchanged = |a: &str, b: &str| drive.replace(a, "kept").replace(b, a).replace("kept", b);
+    let wrong = path.join("wrong.csv");
+    for (log, expected) in [
+        (
+            exchanged("left_pin_angle", "right_pin_angle"),
+            "exchanged, or a sign turned",
+        ),
+        (
+            exchanged(",left_wheel", ",right_wheel"),
+            "exchanged, or a sign turned",
+        ),
+    ] {
+        std::fs::write(&wrong, log).unwrap();
+        let (is_told, said) = first(&wrong);
+        assert!(is_told && said.contains(expected), "{expected}: {said}");
+        assert!(said.contains("`robhaz check`"), "{said}");
+    }
+    // Motors that are mounted mirror-wise: the right wheels count backwards.
+    let right = fixture("readings.csv");
+    let text = std::fs::read_to_string(&right).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    rewritten(&right, &wrong, |_, cells| {
+        let is_right = |(name, _): &(&&str, &mut String)| name.starts_with("right_wheel");
+        for (_, cell) in header.iter().zip(cells).filter(is_right) {
+            let value: f64 = cell.parse().unwrap();
+            *cell = format!("{:?}", -value);
+        }
+        true
+    });
+    let (is_told, said) = first(&wrong);
+    assert!(
+        is_told && said.contains("turn against each other"),
+        "{said}"
+    );
+}

@@ -1,0 +1,218 @@
+//! Logs of both sides in other forms: other names, units and sources, messages, without steering.
+
+use super::both::{
+    BUDGET, checked, difference, estimate, fixture, folder, force_columns, forces, robot,
+};
+use super::messages_and_clocks::exported_messages;
+use super::recorded::{assert_same_files, estimated};
+use crate::support::{columns, robhaz, text};
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+/// Equivalence: columns of other names, units, signs and zeros give the same forces (1e-7 N: rounding of the
+/// factors, by differences over time), and the folder of the estimate the same bits. Inclination and roll from the specific force, whose noise is
+/// another one, change N by less than a tenth of the mean load, and by 1 % of it in the mean.
+#[test]
+fn names_units_and_sources_do_not_matter() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    estimate(
+        path,
+        &fixture("readings.csv"),
+        &["--format", "csv", "--out", "plain"],
+    );
+    let plain = forces(path, "plain");
+
+    estimated(path, &["plain", "--format", "csv", "--out", "again"]);
+    assert_same_files(
+        &path.join("plain"),
+        &path.join("again"),
+        &["estimate-kalman.csv"],
+    );
+
+    let log = columns(&fixture("readings.csv"));
+    let mut description = format!("sides = \"both\"\n{BUDGET}[reading]\n");
+    let mut names: Vec<&String> = log.keys().collect();
+    names.sort();
+    let is_mapped = |name: &&&String| **name != "time" && !name.starts_with("body_specific");
+    let mapped: Vec<&String> = names.iter().filter(is_mapped).copied().collect();
+    for (k, name) in mapped.iter().enumerate() {
+        let unit = match name.as_str() {
+            name if name.ends_with("torque") => "mN m",
+            name if name.ends_with("rate") => "deg/s",
+            _ => "deg",
+        };
+        writeln!(
+            description,
+            "{name} = {{ column = \"c{k}\", unit = \"{unit}\", sign = \"-\", offset = 0.01 }}"
+        )
+        .unwrap();
+    }
+    std::fs::write(path.join("mapped.toml"), description).unwrap();
+    let mut table = "time".to_owned();
+    (0..mapped.len()).for_each(|k| write!(table, ",c{k}").unwrap());
+    for (row, time) in log["time"].iter().enumerate() {
+        write!(table, "\n{time:?}").unwrap();
+        for name in &mapped {
+            let value = -(log[*name][row] + 0.01);
+            let column = if name.ends_with("torque") {
+                1e3 * value
+            } else {
+                value.to_degrees()
+            };
+            write!(table, ",{column:?}").unwrap();
+        }
+    }
+    std::fs::write(path.join("mapped.csv"), table + "\n").unwrap();
+    let args = [
+        "mapped.csv",
+        "--robot",
+        &robot(),
+        "--sensors",
+        "mapped.toml",
+    ];
+    estimated(
+        path,
+        &[&args[..], &["--format", "csv", "--out", "mapped"]].concat(),
+    );
+    let found = forces(path, "mapped");
+    assert!(
+        difference(&plain, &found) < 1e-7,
+        "{}",
+        difference(&plain, &found)
+    );
+
+    let readings = std::fs::read_to_string(fixture("readings.csv")).unwrap();
+    let without = readings
+        .replace("body_inclination", "other")
+        .replace("body_roll,", "another,");
+    std::fs::write(path.join("force.csv"), without).unwrap();
+    estimate(
+        path,
+        &path.join("force.csv"),
+        &["--format", "csv", "--out", "force"],
+    );
+    let found = forces(path, "force");
+    assert!(
+        difference(&plain, &found) < 2.0,
+        "{}",
+        difference(&plain, &found)
+    );
+    for name in force_columns() {
+        let mean = |of: &HashMap<String, Vec<f64>>| of[&name].iter().sum::<f64>() / 300.0;
+        assert!((mean(&plain) - mean(&found)).abs() < 0.2, "{name}");
+    }
+}
+
+/// Equivalence: an estimate of both sides as MCAP gives the same bits, with the robot in the file. From its
+/// `JointState` and the `Imu` of the body alone, as a rover of ROS 2 records them, N and T differ by less than
+/// 1e-7 N: whole nanoseconds and quaternions, by differences over time. `check` says the same of each.
+#[test]
+fn messages_of_both_sides_give_the_same_table() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    estimate(
+        path,
+        &fixture("readings.csv"),
+        &["--format", "csv", "--out", "run"],
+    );
+    exported_messages(path);
+    estimated(
+        path,
+        &["described.mcap", "--format", "csv", "--out", "again"],
+    );
+    assert_same_files(
+        &path.join("run"),
+        &path.join("again"),
+        &["estimate-kalman.csv"],
+    );
+
+    let mut description = format!(
+        "sides = \"both\"\n{BUDGET}[[channel]]\nname = \"joints\"\ntopic = \"/joint_states\"\n\
+         [[channel]]\nname = \"imu\"\ntopic = \"/imu/body\"\n\
+         [imu.body]\nchannel = \"imu\"\ninclination = \"orientation\"\n[reading]\n"
+    );
+    for side in ["left", "right"] {
+        for (reading, column) in [("angle", "position"), ("motor_torque", "effort")] {
+            for i in 1..=3 {
+                let wheel = format!("{side}_wheel{i}");
+                writeln!(
+                    description,
+                    "{wheel}_{reading}.column = \"{wheel}.{column}\""
+                )
+                .unwrap();
+            }
+        }
+        writeln!(
+            description,
+            "{side}_pin_angle.column = \"{side}_pin.position\""
+        )
+        .unwrap();
+    }
+    description += "differential_angle.column = \"differential.position\"\n";
+    std::fs::write(path.join("ros.toml"), description).unwrap();
+    let of_ros = ["run.mcap", "--robot", &robot(), "--sensors", "ros.toml"];
+    estimated(
+        path,
+        &[&of_ros[..], &["--format", "csv", "--out", "ros"]].concat(),
+    );
+    let apart = difference(&forces(path, "run"), &forces(path, "ros"));
+    assert!(apart < 1e-7, "{apart}");
+
+    // Verdict and test of each line; figures may differ in their last digit, and each channel has a rate.
+    let findings = |said: String| -> Vec<String> {
+        let verdicts = ["ok", "FAULT", "cannot tell"];
+        let is_finding = |line: &&str| verdicts.iter().any(|verdict| line.starts_with(verdict));
+        let start = |line: &str| line.chars().take(40).collect();
+        let lines = said.lines().filter(is_finding).map(start);
+        lines
+            .filter(|line: &String| !line.contains(" rate "))
+            .collect()
+    };
+    let mut check = robhaz(path);
+    let output = check.arg("check").args(of_ros).output().unwrap();
+    let [csv, ros] = [
+        checked(path, &fixture("readings.csv")).1,
+        text(&output.stdout),
+    ]
+    .map(findings);
+    assert!(csv.len() > 10, "{csv:?}");
+    assert_eq!(csv, ros);
+}
+
+/// A log with columns of steering that are empty, as of a rover whose wheels do not steer: an estimate, exported to
+/// either format, reads back to the same bits.
+#[test]
+fn empty_steering_can_be_exported() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let readings = std::fs::read_to_string(fixture("readings.csv")).unwrap();
+    let mut lines = readings.lines();
+    let mut text = format!(
+        "{},left_wheel1_steering,right_wheel3_steering\n",
+        lines.next().unwrap()
+    );
+    lines.for_each(|line| text += &format!("{line},,\n"));
+    std::fs::write(path.join("log.csv"), text).unwrap();
+    estimate(
+        path,
+        &path.join("log.csv"),
+        &["--format", "csv", "--out", "run"],
+    );
+    for format in ["mcap", "csv"] {
+        let mut export = robhaz(path);
+        export.args(["export", "run", "--to", format, "--force"]);
+        assert!(export.status().unwrap().success(), "{format}");
+        let exported = path.join(format!("run.{format}"));
+        estimate(
+            path,
+            &exported,
+            &["--format", "csv", "--out", "again", "--force"],
+        );
+        assert_same_files(
+            &path.join("run"),
+            &path.join("again"),
+            &["estimate-kalman.csv"],
+        );
+    }
+}
