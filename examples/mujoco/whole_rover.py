@@ -122,6 +122,7 @@ CASES = {
     "skid": Case(speed=0.1, radius=1.0),
     "skid-slope8": Case(cross_slope=8, speed=0.1, radius=1.0),
     "ackermann": Case(speed=0.1, radius=1.0, steered=True),
+    "ackermann-slope10": Case(cross_slope=10, speed=0.1, radius=1.0, steered=True),
     "ackermann-rough": Case(rough(1), speed=0.15, radius=1.5, steered=True, duration=18),
     "triple-slope5": Case(cross_slope=5, across=TRIPLE_BOGIE),
     "triple-rough1": Case(rough(1), duration=16, across=TRIPLE_BOGIE),

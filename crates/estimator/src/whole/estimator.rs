@@ -9,7 +9,7 @@ mod scale;
 use super::estimate::{TipLine, WholeEstimate};
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame};
-use super::{Joints, WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
+use super::{WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
 use crate::estimate::EstimateError;
 use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
@@ -408,12 +408,9 @@ impl WholeEstimator {
         WholeError,
     > {
         let rover = &self.rover;
-        let inputs = SideInputs::new(rover, states, self.readings.coupled())?;
-        let joints = Joints {
-            steering: self.steering,
-            ..inputs.joints
-        };
-        let posture = WholePosture::new(rover, &joints)?;
+        let coupled = self.readings.coupled();
+        let inputs = SideInputs::new(rover, states, coupled, self.steering, roll[0])?;
+        let posture = WholePosture::new(rover, &inputs.joints)?;
         let yaw = [self.yaw_rate, self.yaw[1]];
         let motion = inputs.motion(rover, &posture, roll, yaw);
         let mut equations =

@@ -26,8 +26,9 @@ pub(super) struct SideInputs<'a> {
     inclination_sigma: f64,
     /// Standard deviation of the angles of the bogies, rad.
     pub bogie_sigma: [f64; 2],
-    /// Without the steering.
     pub joints: Joints,
+    /// [`Joints::inclinations`], rad.
+    along_wheels: [f64; 6],
     coupling: JointMotion,
     pins: [JointMotion; 2],
     /// Pitch rate (rad/s) and acceleration (rad/s^2) of the body, nose up.
@@ -35,7 +36,8 @@ pub(super) struct SideInputs<'a> {
 }
 
 impl<'a> SideInputs<'a> {
-    /// `coupled` are angle (rad) and rate (rad/s) of a rear bogie's roll.
+    /// `coupled` are angle (rad) and rate (rad/s) of a rear bogie's roll; `roll` (rad) is that of the body,
+    /// left side up.
     ///
     /// The body of a differential has the mean angle of both rockers, and half of their difference
     /// is the differential's.
@@ -43,6 +45,8 @@ impl<'a> SideInputs<'a> {
         rover: &WholeRover,
         states: [&'a SideState; 2],
         coupled: (f64, f64),
+        steering: [f64; 6],
+        roll: f64,
     ) -> Result<Self, WholeError> {
         let bogie = bogie_index(rover)?;
         let [left, right] = states.map(|state| state.links);
@@ -80,19 +84,21 @@ impl<'a> SideInputs<'a> {
         let pins = [pin(0), pin(1)];
         let [of_bogies, of_rockers] =
             [bogie, 1 - bogie].map(|link| states.map(|state| state.angle_sigma[link]));
+        let joints = Joints {
+            coupling: angle,
+            pins: pins.map(|pin| pin[0]),
+            steering,
+        };
         Ok(Self {
             states,
             bogie,
             along: libm::sincos(inclination).into(),
+            along_wheels: joints.inclinations([inclination, roll]),
             inclination,
             // Both are those of the one inclinometer.
             inclination_sigma: 0.5 * (of_rockers[0] + of_rockers[1]),
             bogie_sigma: of_bogies,
-            joints: Joints {
-                coupling: angle,
-                pins: pins.map(|pin| pin[0]),
-                steering: [0.0; 6],
-            },
+            joints,
             coupling,
             pins: pins.map(motion),
             pitch: JointMotion {
@@ -104,7 +110,7 @@ impl<'a> SideInputs<'a> {
 
     /// Contact angles against the body's x-y plane, rad.
     pub fn contact_angles(&self) -> [f64; 6] {
-        core::array::from_fn(|i| self.states[i / 3].contact_angle[i % 3] - self.inclination)
+        core::array::from_fn(|i| self.states[i / 3].contact_angle[i % 3] - self.along_wheels[i])
     }
 
     /// Mean square of the contact angles about their mean, rad^2.

@@ -16,6 +16,20 @@ pub struct Joints {
     pub steering: [f64; 6],
 }
 
+impl Joints {
+    /// Inclination of the body's x-y plane along each wheel, rad, for that of the body, nose up, and its roll,
+    /// left side up, rad: a wheel that is steered on a cross slope climbs it. What a contact angle against the
+    /// horizontal exceeds it by is that against the body.
+    pub fn inclinations(&self, [inclination, roll]: [f64; 2]) -> [f64; 6] {
+        let (sp, cp) = libm::sincos(inclination);
+        let sr = libm::sin(roll);
+        self.steering.map(|steering| {
+            let (s, c) = libm::sincos(steering);
+            libm::asin((c * sp + s * cp * sr).clamp(-1.0, 1.0))
+        })
+    }
+}
+
 /// A rigid part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {

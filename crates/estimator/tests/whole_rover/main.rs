@@ -11,7 +11,7 @@ mod drives;
 mod rover;
 mod truth;
 
-use nalgebra::{SMatrix, Vector4};
+use nalgebra::{Rotation3, SMatrix, Vector4};
 use proptest::prelude::*;
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_estimator::whole::{
@@ -47,6 +47,26 @@ fn mass_and_height(rover: &WholeRover) -> (f64, f64) {
         2.0 * mass,
         parts.iter().map(|p| p.0 * p.1).sum::<f64>() / mass,
     )
+}
+
+/// Equivalence: the inclination along a steered wheel is that of its heading, turned by the body's roll and then by
+/// its pitch.
+#[test]
+fn a_steered_wheel_climbs_a_cross_slope() {
+    let (inclination, roll) = (0.2_f64, 0.15_f64);
+    let steering = [0.4_f64, 0.0, -0.4, 0.3, 1.2, -0.3];
+    let joints = Joints {
+        steering,
+        ..Joints::default()
+    };
+    let turned = Rotation3::from_axis_angle(&Vec3::y_axis(), -inclination)
+        * Rotation3::from_axis_angle(&Vec3::x_axis(), roll);
+    let found = joints.inclinations([inclination, roll]);
+    for (found, angle) in found.into_iter().zip(steering) {
+        let heading = turned * Vec3::new(angle.cos(), angle.sin(), 0.0);
+        // Rounding.
+        assert!((found - heading.z.asin()).abs() < 1e-12, "{found}");
+    }
 }
 
 fn largest_difference(a: &[f64; 6], b: &[f64; 6]) -> f64 {

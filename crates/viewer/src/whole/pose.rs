@@ -44,8 +44,9 @@ impl Pose {
         self.read(frame);
         let posture = WholePosture::new(rover, &self.joints).ok()?;
         let [inclination, roll] = estimate.attitude;
+        let planes = self.joints.inclinations(estimate.attitude);
         let angles =
-            std::array::from_fn(|i| estimate.sides[i / 3].contact_angle[i % 3] - inclination);
+            std::array::from_fn(|i| estimate.sides[i / 3].contact_angle[i % 3] - planes[i]);
         let radius = rover.side.geometry.wheel_radius;
         let contacts = posture.contacts(radius, &angles);
         let moved = self.advance(frame, inclination, &contacts.map(|c| c.tangent), radius);

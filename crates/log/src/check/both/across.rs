@@ -518,6 +518,6 @@ pub(super) mod tests {
             frame.roll = frame.roll.map(|roll| roll + 0.3);
         }
         frames.retain(|f| !(2.0..5.0).contains(&f.time));
-        assert_eq!(roll(&frames).verdict, Verdict::Ok);
+        assert_eq!(roll(&frames, 1.0).verdict, Verdict::Ok);
     }
 }
