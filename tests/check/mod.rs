@@ -3,6 +3,7 @@
 mod body;
 mod clock_faults;
 mod common;
+mod drivers;
 mod fault_times;
 mod health;
 mod honest_logs;

@@ -6,6 +6,7 @@
 //! 72 if the torques show nothing. `kalman` runs with each; the one with the least mean NIS fits
 //! best.
 
+use crate::check::limits::{AtLimit, Missed};
 use crate::check::readings::Readings;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet;
@@ -158,6 +159,8 @@ struct Judgement {
     refused: f64,
     /// Why the last of these have none.
     why: Option<EstimateError>,
+    /// Normalised square of the parity residual of each frame; a NaN without one.
+    parity: Vec<f64>,
 }
 
 impl Judgement {
@@ -174,6 +177,7 @@ impl Judgement {
         };
         let mut edge = f64::NEG_INFINITY;
         for frame in frames {
+            found.parity.push(f64::NAN);
             let estimate = match estimator.update(&case.of(frame)) {
                 Ok(estimate) => estimate,
                 Err(error) => {
@@ -202,6 +206,9 @@ impl Judgement {
             } = kalman.health;
             if (kalman.contact.iter()).any(|c| c.state == ContactState::TwoContacts) {
                 edge = frame.time;
+            }
+            if let (Some(parity), Some(square)) = (estimate.parity, found.parity.last_mut()) {
+                *square = (parity.value / parity.sigma).powi(2);
             }
             let tests: [(&[f64], _); 5] = [
                 (&encoder, "encoders"),
@@ -365,12 +372,44 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
     let finding = finding
         .with("as wired", nis_of_own, "-")
         .with("at best", least, "-");
+    let finding_is_ok = finding.verdict != Verdict::Fault;
     let rewired = match finding.verdict {
         Verdict::Fault => Judgement::of(frames, robot, settings, &best),
         _ => own,
     };
     let contradiction = contradiction(&rewired, resolved);
-    vec![torque_scale(&rewired, log.stated), finding, contradiction]
+    let mut findings = vec![torque_scale(&rewired, log.stated), finding, contradiction];
+    if finding_is_ok {
+        findings.splice(0..0, at_limit(frames, &rewired.parity));
+    }
+    findings
+}
+
+/// Median of a normalised square if all that is stated holds: of chi-square with one degree of freedom.
+const MIDDLE: f64 = 0.455;
+
+/// Torques that stay at a limit.
+fn at_limit(frames: &[SensorFrame], parity: &[f64]) -> Option<Finding> {
+    let (mut torques, mut is_at) = (Vec::new(), vec![false; frames.len()]);
+    for channel in [0, 1, 2].map(Channel::Torque) {
+        let value = |frame: &SensorFrame| channel.value(frame).unwrap_or(f64::NAN);
+        let values: Vec<f64> = frames.iter().map(value).collect();
+        let Some(found) = AtLimit::of(&values) else {
+            continue;
+        };
+        torques.push((channel.to_string(), found.limit));
+        is_at
+            .iter_mut()
+            .zip(found.readings)
+            .for_each(|(at, found)| *at |= found);
+    }
+    let mut missed = Missed::default();
+    let known = is_at
+        .iter()
+        .zip(parity)
+        .filter(|(_, square)| square.is_finite());
+    known.for_each(|(at, square)| missed.add(*at, *square));
+    missed.finding(&torques, MIDDLE)
 }
 
 /// The torques against the weight, as `kalman` has found them.

@@ -11,13 +11,15 @@
 //! pairing of torques and encoders, and the signs, that this explains best are the true ones.
 
 use crate::check::delay;
+use crate::check::newton::Start;
 use crate::check::readings::Readings;
 use crate::check::recording::{Recording, SMOOTHING, slowness};
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, moved, names};
+use crate::check::start;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
-use robhaz_score::signals::{Allowed, delay, fit, high_pass, products, rms, smooth};
+use robhaz_score::signals::{Allowed, delay, fit, high_pass, products, rms, smooth, subtract};
 use std::f64::consts::TAU;
 
 /// Differences are those within this time, s.
@@ -33,11 +35,20 @@ const BETTER: f64 = 0.5;
 const EQUAL: f64 = 1e-3;
 /// A wiring fits as well as the best if it leaves a tenth more.
 const AS_WELL: f64 = 0.1;
+/// Share that the fit of one torque by another must explain to show its size.
+const CERTAIN_SIZE: f64 = 0.95;
 /// Share that a fit must explain to show a delay. Honest logs at 0.1 m/s whose fits explain 96 to
 /// 98.6 % look late by up to 85 ms; a drive that answers its encoders explains 99.6 %.
 const CERTAIN: f64 = 0.99;
 /// Longest delay that is looked for, s.
-const LONGEST_DELAY: f64 = 0.1;
+const LONGEST_DELAY: f64 = 0.3;
+/// Damping ratio of a wheel under its speed control below which no robot drives: it would swing on with a third of its
+/// amplitude in each period. A low pass with the time constant of a PI control leaves its integral part alone, and none
+/// of its damping.
+const LEAST_DAMPED: f64 = 0.2;
+/// Size of a torque over that of both others that is a fault, and up to which the others are alike.
+const OTHER_SIZE: f64 = 1.4;
+const ALIKE: f64 = 1.2;
 
 pub const PAIRING: &str = "wiring of wheels";
 const CHANNEL: &str = "torques and encoders";
@@ -188,8 +199,8 @@ impl Moments {
 }
 
 /// All findings, and the encoders to which the torques belong, if these show it.
-pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
-    let (recording, budget) = (&log.recording, &log.stated.budget);
+pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Option<[usize; 3]>) {
+    let recording = &log.recording;
     let usual = Differences::new(log, 1.0);
     let stretched = slowness(recording.usual_spin(), log.stated.robot);
     let slow = (stretched > 1.0 && !usual.show()).then(|| Differences::new(log, stretched));
@@ -214,7 +225,8 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
         if size.is_finite() {
             pairing = pairing.with("difference", *size, "N m");
         }
-        return ([pairing, delay], None);
+        let delay = late_at_start(start).unwrap_or(delay);
+        return (vec![pairing, delay], None);
     }
     let explained = |wiring| (wiring, moments.explained(&wiring));
     let shares: Vec<(Wiring, f64)> = wirings().into_iter().map(explained).collect();
@@ -259,13 +271,56 @@ pub fn findings(log: &Readings<'_>) -> ([Finding; 2], Option<[usize; 3]>) {
     let turned = turned(&signs).filter(|_| known);
     let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
     let pairing = pairing.change(changes);
-    let delay = if is_slow {
-        Finding::ok(delay::TEST, LATE, "a slow drive shows none").cannot_tell("drive faster")
-    } else {
-        let errors = share_of_counts(recording, budget.encoder_counts, &joined);
-        late(recording, &joined, errors)
+    let by_control = || match is_slow {
+        true => {
+            Finding::ok(delay::TEST, LATE, "a slow drive shows none").cannot_tell("drive faster")
+        }
+        false => late(log, &joined),
     };
-    ([pairing, delay], known.then_some(order))
+    let delay = late_at_start(start).unwrap_or_else(by_control);
+    let delay =
+        match start.is_some_and(|start| start.is_in_time()) && delay.verdict == Verdict::Fault {
+            true => Finding::ok(
+                delay.test,
+                delay.channel,
+                delay.figure + ": the control's own, as the robot's start has no delay",
+            ),
+            false => delay,
+        };
+    let mut findings = vec![pairing, delay];
+    if known && best == OWN {
+        findings.extend(size_of_one(signals));
+    }
+    (findings, known.then_some(order))
+}
+
+/// One torque of another size than both others: under the same control, `tau_i/s_i - tau_j/s_j = a (phi_i - phi_j) +
+/// b (omega_i - omega_j)` for the sizes s, whatever both have in common.
+fn size_of_one([torque, angle, speed]: &Signals) -> Option<Finding> {
+    // Over that of wheel j. Errors of the torques and of the encoders make it too small, and its inverse as well.
+    let fitted = |i: usize, j: usize| {
+        let [angle, speed] = [angle, speed].map(|x| subtract(&x[i], &x[j]));
+        let found = fit(&torque[i], &[&torque[j], &angle, &speed])?;
+        (found.explained > CERTAIN_SIZE).then_some(found.coefficients[0])
+    };
+    let size = |i: usize, j: usize| Some([fitted(i, j)?, 1.0 / fitted(j, i)?]);
+    let is_beyond = |sizes: &[f64], least: f64| {
+        sizes.iter().all(|x| *x > least) || sizes.iter().all(|x| *x > 0.0 && *x < 1.0 / least)
+    };
+    (0..3).find_map(|i| {
+        let [j, k] = [(i + 1) % 3, (i + 2) % 3];
+        let [a, b, others] = [size(i, j)?, size(i, k)?, size(j, k)?];
+        let sizes = [a, b].concat();
+        let is_other = is_beyond(&sizes, OTHER_SIZE) && !is_beyond(&others, ALIKE);
+        let size = sizes.iter().product::<f64>().powf(0.25);
+        is_other.then(|| {
+            let figure = format!("{size:.2} times as large as those of the others for the same answer to its encoder");
+            Finding::ok("size of one", Channel::Torque(i), figure).with("size", size, "-").fault(format!(
+                "check its torque_constant, gear_ratio and scale, unless its control has other gains: scale times {:.2} would fit",
+                1.0 / size
+            ))
+        })
+    })
 }
 
 /// The channels that a wiring changes.
@@ -289,18 +344,18 @@ fn words((order, signs): &Wiring) -> String {
     }
 }
 
-/// Share of the torques that encoders of this many counts a turn (0: exact) leave in the fit: errors of
-/// the speeds by counts. The fit answers them with a share `1 - N/V` of the control's gain, where `N` is
+/// Share of the torques that encoders of this many counts a turn (0: exact) leave in the fit, and that of the
+/// control's gain which they pass: errors of the speeds by counts. The fit answers them with a share `1 - N/V` of the control's gain, where `N` is
 /// their variance and `V` that of the speeds which the angles leave, so that they leave `b^2 N/(1 - N/V)` for
 /// the gain `b` of the fit.
 fn share_of_counts(
     recording: &Recording,
     counts: f64,
     [torque, angle, speed]: &[Vec<f64>; 3],
-) -> f64 {
+) -> [f64; 2] {
     let fits = fit(torque, &[angle, speed]).zip(fit(speed, &[angle]));
     let Some((control, of_angle)) = fits.filter(|_| counts > 0.0) else {
-        return 0.0;
+        return [0.0, 1.0];
     };
     let half = recording.steps(0.5 * SMOOTHING) as f64;
     let (samples, apart) = (2.0 * half + 1.0, 2.0 * half * recording.dt);
@@ -313,14 +368,42 @@ fn share_of_counts(
     let left = (1.0 - of_angle.explained) * rms(speed).powi(2);
     let passed = 1.0 - noise / left;
     if passed.is_nan() || passed <= 0.0 {
-        return 1.0;
+        return [1.0, 0.0];
     }
     let by_noise = control.coefficients[1].powi(2) * noise / passed;
-    by_noise / rms(torque).powi(2)
+    [by_noise / rms(torque).powi(2), passed]
 }
 
-/// Delay of the torques behind their encoders, of all wheels together; errors of these leave a share.
-fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3], errors: f64) -> Finding {
+/// Torques that are late, as a start shows them.
+fn late_at_start(start: Option<Start>) -> Option<Finding> {
+    let start = start.filter(Start::is_late)?;
+    let figure = format!(
+        "{:.0} ms at the start of the robot, where its law of motion leaves {:.1} % of the torques, without a delay {:.1} %",
+        1e3 * start.lag,
+        100.0 * start.left,
+        100.0 * start.left_in_time
+    );
+    let whose = if start.lag > 0.0 {
+        "torques"
+    } else {
+        "encoders"
+    };
+    let finding = Finding::ok(delay::TEST, LATE, figure).with("delay", start.lag, "s");
+    Some(finding.fault(remedy(whose, -start.lag.abs())))
+}
+
+/// What to do about readings that are late by an offset, s.
+fn remedy(whose: &str, offset: f64) -> String {
+    format!(
+        "the {whose} arrive late, by a filter or a delay in the driver, unless the control itself is that slow: log unfiltered ones, or state offset = {offset:.4} of a channel of theirs, [[channel]]"
+    )
+}
+
+/// Delay of the torques behind their encoders, of all wheels together.
+fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
+    let (recording, [torque, angle, speed]) = (&log.recording, joined);
+    // Errors of the encoders leave a share.
+    let [errors, passed] = share_of_counts(recording, log.stated.budget.encoder_counts, joined);
     let [longest, memory] = [LONGEST_DELAY, 0.25].map(|time| recording.steps(time));
     let allowed = Allowed {
         early: LATE_TORQUE + 0.5 * recording.slowest,
@@ -345,10 +428,40 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3], errors: f
             "drive under speed control over an obstacle, so that the wheels' torques differ"
         },
     ];
-    let whose = ["the torques'", "the encoders'"];
-    delay::finding(LATE, found, &allowed, unknown, whose, |late, offset| {
-        format!(
-            "{late} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
-        )
-    })
+    let finding = delay::finding(
+        LATE,
+        found,
+        &allowed,
+        unknown,
+        ["torques", "encoders"],
+        remedy,
+    );
+    if finding.verdict == Verdict::Fault || passed <= 0.5 {
+        return finding;
+    }
+    let Some(control) = fit(torque, &by).filter(|control| control.explained > CERTAIN) else {
+        return finding;
+    };
+    let damped = damping_ratio(
+        log,
+        [control.coefficients[0], control.coefficients[1] / passed],
+    );
+    if damped.is_none_or(|ratio| ratio > LEAST_DAMPED) {
+        return finding;
+    }
+    let figure = format!(
+        "as they are read, their control would not damp the wheels (damping ratio {:.2}, {:.1} % explained)",
+        damped.unwrap_or(0.0),
+        100.0 * control.explained
+    );
+    Finding::ok(delay::TEST, LATE, figure).fault(
+        "the torques are late, by a filter or a delay in the driver: log unfiltered ones, and start from a rest on level ground, which shows by how much",
+    )
+}
+
+/// That of a wheel with its share of the robot under a control with these gains of its angle (N m) and its speed
+/// (N m s), both negative where it brakes; `None` without one of the angle.
+fn damping_ratio(log: &Readings<'_>, [of_angle, of_speed]: [f64; 2]) -> Option<f64> {
+    let damping = log.stated.viscous_damping - of_speed;
+    (of_angle < 0.0).then(|| damping / (2.0 * (-of_angle * start::expected(log)).sqrt()))
 }

@@ -14,10 +14,12 @@
 //! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `noise` | Noise of the links' sensors while driving, single wrong readings | what ground can do |
 //! | `pin_delay` | Delay of the angle of pin Q | each wheel passes the same ground |
+//! | `newton` | Late torques, their size | the robot that starts |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `course`, `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
+//! | `limits` | Are torques cut off at a limit? | the equations there |
 //! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `kalman` |
 //! | `agreement` | Does `kalman` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
 //! | `both` | Both sides: left and right exchanged, signs of what lies across | innovations of the estimator of both sides |
@@ -35,7 +37,9 @@ mod delay;
 mod drive;
 mod ground;
 mod jumps;
+mod limits;
 mod links;
+mod newton;
 mod noise;
 mod pin_delay;
 mod readings;
@@ -144,7 +148,9 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
         log.take(links::delays(&log));
     }
     log.take([ground::distance(&log)]);
-    let (drive, order) = drive::findings(&log);
+    let start = newton::Start::of(&log);
+    log.take(start::size(start));
+    let (drive, order) = drive::findings(&log, start);
     log.take(drive);
     let resolved = log.recording.slowest < LONGEST_STEP
         && turn < LARGEST_TURN_OF_FILTERS

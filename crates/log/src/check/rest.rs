@@ -179,7 +179,26 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         .filter(|(_, x)| x.channel.is_rate());
     let mut findings: Vec<Finding> = gyros.map(of_gyro).collect();
     findings.extend(angles().map(of_angle));
-    findings.extend(torques().map(|x| x.zero(torque_zero, of_torque)));
+    let of_torques: Vec<Finding> = torques().map(|x| x.zero(torque_zero, of_torque)).collect();
+    let are_right = of_torques.iter().all(|f| f.verdict == Verdict::Ok);
+    findings.extend(of_torques);
+    // Of level ground, the wheels' forces have no sum; friction may hold all torques alike.
+    let means: Vec<f64> = torques().map(Recorded::mean).collect();
+    if let ([a, b, c], true, true) = (&means[..], are_right, level) {
+        let (mean, root) = ((a + b + c) / 3.0, 3.0_f64.sqrt());
+        let by_chance = CHANCE
+            * torques()
+                .map(|x| x.noise / x.count().sqrt())
+                .fold(0.0, f64::max);
+        let limit = small_torque
+            + (OFFSET_GATE * budget.torque_offset + by_chance) / root
+            + budget.gear_friction;
+        if mean.abs() > limit {
+            let figure = format!("mean of all {mean:.3} N m, at most {limit:.3} N m");
+            let finding = Finding::ok(ZERO, "torques 1 to 3", figure).with("mean", mean, "N m");
+            findings.push(of_torque(finding, mean));
+        }
+    }
     findings.extend(rates().chain(angles()).chain(torques()).map(noise));
     findings
 }

@@ -5,6 +5,7 @@
 //! All three negative ones mean the torques, or the encoders: these, if the inclinometers show the
 //! acceleration the other way round, too.
 
+use crate::check::newton::Start;
 use crate::check::readings::Readings;
 use crate::check::recording::SMOOTHING;
 use crate::check::report::Finding;
@@ -28,7 +29,14 @@ const GATE: f64 = 5.0;
 /// units are wrong: masses are known better, and the other side of a robot can do no more than all.
 const OTHER_UNIT: f64 = 5.0;
 
+/// The same where Newton's law of the whole robot holds: masses are known better, and inertias of rotors
+/// to a third.
+const OTHER_SIZE: f64 = 1.4;
+/// Standard deviations by which they are beyond.
+const CERTAIN: f64 = 2.0;
+
 pub const TEST: &str = "sign at the start";
+pub const SIZE: &str = "size at the start";
 
 /// Torque over the acceleration of the wheels in a start, N m s^2, where it is known.
 fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
@@ -59,7 +67,7 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
 }
 
 /// What the inertias of rotor, wheel and a third of the robot ask for, N m s^2.
-fn expected(log: &Readings<'_>) -> f64 {
+pub fn expected(log: &Readings<'_>) -> f64 {
     let robot = log.stated.robot;
     let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
     mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0
@@ -75,6 +83,26 @@ pub fn unit(log: &Readings<'_>) -> Option<Finding> {
     let remedy = "the encoders or the torques have another unit (degrees 57.3; mN m 1000), or are those of the motor's side: angles over the gear ratio, torques times it; or the masses are wrong";
     let finding = Finding::ok(TEST, "encoders, torques", figure).with("share", share, "");
     is_other.then(|| finding.fault(remedy))
+}
+
+/// The size of all torques, of a start that shows it. Beyond that it is their unit.
+pub fn size(start: Option<Start>) -> Option<Finding> {
+    let is_size = |start: &Start| (1.0 / OTHER_UNIT..OTHER_UNIT).contains(&start.size);
+    let Start { size, sigma, .. } = start.filter(is_size)?;
+    let figure = format!(
+        "the torques are {size:.2} +- {sigma:.2} of what the inertias of the robot ask for ({:.2} to {OTHER_SIZE:.2} is right)",
+        1.0 / OTHER_SIZE
+    );
+    let finding = Finding::ok(SIZE, "torques 1 to 3", figure).with("size", size, "-");
+    let is_other = size - CERTAIN * sigma > OTHER_SIZE || size + CERTAIN * sigma < 1.0 / OTHER_SIZE;
+    Some(if !is_other {
+        finding
+    } else {
+        finding.fault(format!(
+            "check torque_constant, gear_ratio and scale of all torques: scale times {:.2} would fit; or the masses and the rotors' inertia",
+            1.0 / size
+        ))
+    })
 }
 
 /// All findings, for encoders of one sign. `forward` is the sign of the acceleration by the

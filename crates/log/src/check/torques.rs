@@ -75,6 +75,8 @@ struct Torque {
     visits_by_speed: [usize; 2],
     /// How often a reading becomes exactly zero while the wheel turns.
     zeros: usize,
+    /// How often it is zero twice in a row, where no other value is, but for a tenth of that.
+    zeros_of_band: usize,
     /// Standard deviation of the noise by the differences of readings in a row, N m. The median is
     /// blind to true changes; of a magnitude it is at most that of the signed reading.
     noise: f64,
@@ -114,12 +116,22 @@ impl Torque {
         let by_speed: Vec<f64> = read.iter().map(of_wheel).collect();
         let is_zero = |value: f64| value.abs() <= 0.0;
         let stops = |w: &&[(f64, f64)]| !is_zero(w[0].0) && is_zero(w[1].0) && turning(w[1].1);
+        let repeats = |w: &&[(f64, f64)]| is_zero(w[1].0 - w[0].0) && turning(w[1].1);
+        let (zero, elsewhere): (Vec<_>, Vec<_>) = (read.windows(2))
+            .filter(repeats)
+            .partition(|w| is_zero(w[0].0));
+        let zeros_of_band = if zero.len() > 10 * elsewhere.len() {
+            zero.len()
+        } else {
+            0
+        };
         let all = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
             range: values.iter().fold(all, |[a, b], v| [a.min(*v), b.max(*v)]),
             visits: visits(&values),
             visits_by_speed: visits(&by_speed),
             zeros: read.windows(2).filter(stops).count(),
+            zeros_of_band,
             noise,
             values,
         }
@@ -182,14 +194,20 @@ impl Torque {
         let sizes = self.values.iter().map(|v| v.abs()).filter(|v| *v > 0.0);
         let smallest = sizes.fold(f64::INFINITY, f64::min);
         let finer = 3.0 * unit.unwrap_or(0.0).max(WINDOW * self.noise);
-        (self.zeros >= NEAR && smallest > finer).then(|| {
-            [
-                format!(
-                    "a dead band: nothing between -{smallest:.3} and {smallest:.3} N m but zero"
-                ),
-                "switch the driver's dead band off, or add it to budget.torque_offset".to_owned(),
-            ]
-        })
+        let figure = if self.zeros >= NEAR && smallest > finer {
+            format!("a dead band: nothing between -{smallest:.3} and {smallest:.3} N m but zero")
+        } else if self.zeros_of_band >= NEAR {
+            format!(
+                "a dead band: {} times exactly zero twice in a row, and never so at another value",
+                self.zeros_of_band
+            )
+        } else {
+            return None;
+        };
+        Some([
+            figure,
+            "switch the driver's dead band off, or add it to budget.torque_offset".to_owned(),
+        ])
     }
 }
 

@@ -162,7 +162,14 @@ impl BothSummary {
                 "WHEELS ARE DRAGGED ACROSS in {share:.1} % of the records, as in a skid turn: there forces are outside of the model, and their stated deviations large."
             )
         });
-        contradiction.into_iter().chain(dragged).collect()
+        let unconfirmed = (!self.unconfirmed.is_empty()).then(|| {
+            format!(
+                "NOT CONFIRMED BY THIS LOG: {}.",
+                self.unconfirmed.join("; ")
+            )
+        });
+        let all = contradiction.into_iter().chain(unconfirmed);
+        all.chain(dragged).collect()
     }
 
     /// The rover as a whole, a line each.
@@ -189,10 +196,7 @@ impl BothSummary {
         );
         let scale = self.torque_scale.as_ref();
         let scale = scale.map(|scale| format!("  {}: {}.", self.estimator, scale.words));
-        let unconfirmed = self.unconfirmed.iter();
-        let unconfirmed = unconfirmed
-            .map(|what| format!("  {}: not confirmed by this log: {what}.", self.estimator));
         let lines = in_plane.into_iter().chain(normal).chain([rover]);
-        lines.chain(scale).chain(unconfirmed).collect()
+        lines.chain(scale).collect()
     }
 }

@@ -1,10 +1,34 @@
 //! What the estimator of both sides says of the whole log, with the exchanges that were found corrected:
 //! whether its readings agree, and the torques with the weight.
 
+use crate::check::limits::{AtLimit, Missed};
 use crate::check::report::Finding;
+use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Channels, Confirmation};
+
+/// Median of the misfit of the nine equations if all that is stated holds: of chi-square with three degrees of freedom.
+const MIDDLE: f64 = 2.366;
+
+/// The torques at a limit, each with its limit, N m, and whether any is at each frame.
+fn limited(frames: &[WholeFrame]) -> (Vec<(String, f64)>, Vec<bool>) {
+    let (mut torques, mut is_at) = (Vec::new(), vec![false; frames.len()]);
+    for i in 0..6 {
+        let value = |frame: &WholeFrame| frame.motor_torque[i].unwrap_or(f64::NAN);
+        let values: Vec<f64> = frames.iter().map(value).collect();
+        let Some(found) = AtLimit::of(&values) else {
+            continue;
+        };
+        let name = format!("{}: {}", ["left", "right"][i / 3], Channel::Torque(i % 3));
+        torques.push((name, found.limit));
+        is_at
+            .iter_mut()
+            .zip(found.readings)
+            .for_each(|(at, found)| *at |= found);
+    }
+    (torques, is_at)
+}
 
 /// Both findings. `is_found`: another test has found a fault, which may be the cause.
 pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) -> Vec<Finding> {
@@ -15,7 +39,9 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let (mut scale, mut faulty, mut first) = (None, Channels::NONE, None);
     let (mut misfit, mut count, mut rolled) = (0.0, 0.0, 0.0);
     let mut last = None;
-    for frame in frames {
+    let (limited, is_at) = limited(frames);
+    let mut missed = Missed::default();
+    for (frame, is_at) in frames.iter().zip(is_at) {
         let Ok(estimate) = estimator.update(frame) else {
             continue;
         };
@@ -24,6 +50,7 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
         let step = turned.and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
         if !estimate.dragged {
             misfit += estimate.misfit;
+            missed.add(is_at, estimate.misfit);
             count += 1.0;
             rolled += step.unwrap_or(0.0);
         }
@@ -60,6 +87,7 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
             ),
         });
     }
+    all.extend(missed.finding(&limited, MIDDLE));
     let mean: f64 = misfit / count;
     let mut figure =
         format!("misfit of the nine equations {mean:.1} on average, 3 if all that is stated holds");

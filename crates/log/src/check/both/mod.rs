@@ -17,7 +17,8 @@ use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    SIDES, check_unless_stamped, delay, drive, ground, links, stamps, start, torques, wheels,
+    SIDES, check_unless_stamped, delay, drive, ground, limits, links, stamps, start, torques,
+    wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -34,7 +35,13 @@ const STRAIGHT_ON: [&str; 5] = [
     drive::PAIRING,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
-const OF_BOTH: [&str; 4] = [SIDES, of_one::TEST, of_one::WIRING, of_one::TORQUE_SCALE];
+const OF_BOTH: [&str; 5] = [
+    SIDES,
+    of_one::TEST,
+    of_one::WIRING,
+    of_one::TORQUE_SCALE,
+    limits::TEST,
+];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
 const HIDES: [&str; 5] = [
     links::SIGN,

@@ -1,0 +1,151 @@
+//! Torques that stay at a limit, also with noise or behind a filter: is it the drive's, or that of what
+//! reads them?
+//!
+//! A torque that is limited spends much time within its noise of its extreme, and passes quickly through what is
+//! below; at the top of a wave it spends twice as much time in the first band as in the next one
+//! (1 to sqrt(2) - 1). What a drive limits acts on the robot as it is read; what a sensor cuts off does not, and
+//! the equations of the robot miss it.
+
+use crate::check::report::Finding;
+use robhaz_score::signals::{median, smooth, white_noise};
+
+/// Half of the number of readings less one over which a torque is averaged.
+const HALF: usize = 2;
+/// Width of a band, in standard deviations of the noise of these means: from three below a limit to three
+/// above.
+const BAND: f64 = 6.0;
+/// Bands that the range of a torque has at least.
+const LEAST_RANGE: f64 = 4.0;
+/// Readings at a limit over those in the next band.
+const PILED_UP: usize = 3;
+/// Least number of readings at a limit, and their least share.
+const LEAST: usize = 100;
+const LEAST_SHARE: f64 = 0.03;
+/// Residual of the equations over its deviation, the middle one, up to which they fit: of right torques it is half as
+/// large as stated, also at a drive's own limit.
+const FITS: f64 = 0.75;
+/// That at a limit over that away from it which is a fault, and by itself: ten independent samples have nine times the
+/// variance of others once in 10 000 logs.
+const MORE: f64 = 1.5;
+const MUCH_MORE: f64 = 3.0;
+
+pub const TEST: &str = "limit";
+const UNKNOWN: &str = "fine if that is the drive's own limit or a steady slope; if it is that of the current's sensor, the forces there are wrong: look up both";
+
+/// Whether each reading of a torque is at a limit, and the limit, N m.
+pub struct AtLimit {
+    pub readings: Vec<bool>,
+    pub limit: f64,
+}
+
+impl AtLimit {
+    /// Of the readings of a torque, a NaN where there is none; `None` without a limit.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let noise = white_noise(values)? / ((2 * HALF + 1) as f64).sqrt();
+        let means = smooth(values, HALF);
+        let band = BAND * noise;
+        let (mut readings, mut limit, mut most) = (vec![false; values.len()], 0.0, 0);
+        for sign in [1.0, -1.0] {
+            let top = means
+                .iter()
+                .map(|x| sign * x)
+                .fold(f64::NEG_INFINITY, f64::max);
+            if top < LEAST_RANGE * band || band <= 0.0 {
+                continue;
+            }
+            let is_in = |x: f64, k: f64| {
+                let below = (top - sign * x) / band;
+                below >= k && below < k + 1.0
+            };
+            let [first, next] = [0.0, 1.0].map(|k| means.iter().filter(|x| is_in(**x, k)).count());
+            let share = first as f64 / values.len() as f64;
+            if first < PILED_UP * next.max(1) || first < LEAST || share < LEAST_SHARE {
+                continue;
+            }
+            for (reading, x) in readings.iter_mut().zip(&means) {
+                *reading |= is_in(*x, 0.0);
+            }
+            if first > most {
+                (most, limit) = (first, sign * (top - 0.5 * band));
+            }
+        }
+        (most > 0).then_some(Self { readings, limit })
+    }
+}
+
+/// Normalised squares of the equations' residuals, at a limit and away from it.
+#[derive(Clone, Debug, Default)]
+pub struct Missed {
+    squares: [Vec<f64>; 2],
+}
+
+impl Missed {
+    /// Adds a square.
+    pub fn add(&mut self, is_at: bool, square: f64) {
+        self.squares[usize::from(!is_at)].push(square);
+    }
+
+    /// The finding of the torques at a limit, each with its limit, N m. `expected`: the middle one of the squares if all that is
+    /// stated holds.
+    pub fn finding(self, torques: &[(String, f64)], expected: f64) -> Option<Finding> {
+        let [count, others] = self.squares.each_ref().map(Vec::len);
+        let middle =
+            |squares| median(squares).map_or(f64::NAN, |middle| (middle / expected).sqrt());
+        let [at, away] = self.squares.map(middle);
+        let share = 100.0 * count as f64 / (count + others) as f64;
+        let names: Vec<&str> = torques.iter().map(|(name, _)| name.as_str()).collect();
+        let (_, limit) = torques.first()?;
+        if count == 0 || others == 0 {
+            let figure = format!("within its noise of an extreme again and again, {limit:.2} N m");
+            return Some(Finding::ok(TEST, names.join(", "), figure).cannot_tell(UNKNOWN));
+        }
+        let figure = format!(
+            "within its noise of an extreme, {limit:.2} N m, for {share:.0} % of the time; there the equations leave {at:.2} of their deviation, elsewhere {away:.2}"
+        );
+        let finding = Finding::ok(TEST, names.join(", "), figure)
+            .with("at a limit", at, "-")
+            .with("elsewhere", away, "-");
+        Some(if at > FITS && at > MORE * away || at > MUCH_MORE * away {
+            finding.fault("what is read is cut off there, not what acts: choose a greater range of the current's sensor or of its number")
+        } else if at < FITS && away < FITS {
+            finding
+        } else {
+            finding.cannot_tell(UNKNOWN)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: a wave that is cut off at half of its height stays there for a third of its time at each
+    /// end, and one that is not has no limit, nor has a torque without change.
+    #[test]
+    fn a_wave_that_is_cut_off_has_a_limit() {
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let noise: Vec<f64> = (0..2000).map(|_| 0.1 * noise()).collect();
+        let wave = |k: usize| 3.0 * (0.02 * k as f64).sin();
+        let cut: Vec<f64> = (0..2000)
+            .map(|k| wave(k).clamp(-1.5, 1.5) + noise[k])
+            .collect();
+        let found = AtLimit::of(&cut).map(|found| {
+            let count = found.readings.iter().filter(|at| **at).count();
+            (count as f64 / 2000.0, found.limit.abs())
+        });
+        assert!(
+            found.is_some_and(
+                |(share, limit)| (share - 2.0 / 3.0).abs() < 0.03 && (limit - 1.5).abs() < 0.05
+            ),
+            "{found:?}"
+        );
+        let whole: Vec<f64> = (0..2000).map(|k| wave(k) + noise[k]).collect();
+        assert!(AtLimit::of(&whole).is_none() && AtLimit::of(&noise).is_none());
+    }
+}

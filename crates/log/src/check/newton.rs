@@ -1,0 +1,194 @@
+//! Newton's law of a robot that starts: lateness and size of its torques, whatever controls them.
+//!
+//! With the means over the wheels of acceleration, speed and angle, alpha, omega and phi, and the inertia
+//! `J = 3 (J_wheel + J_rotor) + m r^2` and damping `3 B` of what is stated,
+//!
+//! ```text
+//! sum tau = q (J alpha + 3 B omega) + k phi + f sign(omega) + c
+//! ```
+//!
+//! q is the size of the torques, k the curvature of the ground, f >= 0 dry friction, c holds offsets and the
+//! slope. A driver makes its torques late by a delay, or by a low pass, of which the motion then has one,
+//! too: the one with which the law leaves the least is theirs.
+
+use crate::check::LONGEST_STEP;
+use crate::check::readings::Readings;
+use crate::check::recording::SMOOTHING;
+use crate::check::rest::rest;
+use robhaz_estimator::LATE_TORQUE;
+use robhaz_model::Units;
+use robhaz_score::signals::{Fit, delayed, derivative, deviation, fit, residuals, rms, smooth};
+use std::ops::Range;
+
+/// Rest before the first motion, and time after it, that count, s: late torques still pass their peak.
+const BEFORE: f64 = 0.3;
+const AFTER: f64 = 1.2;
+/// Time constants of a low pass that are tried, s, each with delays; readings that were moved by its lag have one
+/// that is negative.
+const LOW_PASSES: [f64; 7] = [0.0, 0.03, 0.06, 0.1, 0.15, 0.2, LONGEST_LOW_PASS];
+const LONGEST_LOW_PASS: f64 = 0.3;
+/// Least lag and greatest delay that are tried, s, and their least step.
+const LAGS: Range<f64> = -0.1..0.3;
+const STEP: f64 = 0.005;
+/// Spin speed at which dry friction has its size, rad/s for robot A.
+const SLIDES: f64 = 0.05;
+/// Part of the variance that the law leaves at most where it holds: a wheel at an obstacle leaves more.
+const LEFT: f64 = 0.02;
+/// Part that torques leave without the delay, over that with it, and by itself, from which on they are late: half of
+/// a standard deviation of the noise, and a tenth of the torque's size.
+const WORSE: f64 = 4.0;
+const SHOWN: f64 = 0.01;
+/// The same up to which they are in time.
+const NO_WORSE: f64 = 1.5;
+
+/// What a start shows of the torques.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// How much later than the motion they are, s.
+    pub lag: f64,
+    /// The size of the torques over what the robot's inertias ask for, with that lag, and its standard deviation.
+    pub size: f64,
+    pub sigma: f64,
+    /// Part of the variance that the law leaves, with that lag and without.
+    pub left: f64,
+    pub left_in_time: f64,
+}
+
+impl Start {
+    /// Whether they are late.
+    pub fn is_late(&self) -> bool {
+        self.lag.abs() > LATE_TORQUE
+            && self.left_in_time > WORSE * self.left
+            && self.left_in_time > SHOWN
+    }
+
+    /// Whether they are in time.
+    pub fn is_in_time(&self) -> bool {
+        self.left_in_time < NO_WORSE * self.left
+    }
+
+    /// What a start shows, if the log has one to which the law applies.
+    pub fn of(log: &Readings<'_>) -> Option<Self> {
+        let (recording, robot) = (&log.recording, log.stated.robot);
+        let dt = recording.dt;
+        let end = rest(recording);
+        let before = recording.steps(BEFORE);
+        let range = end.checked_sub(before)?..end + recording.steps(AFTER);
+        if range.end > recording.len() || recording.slowest > LONGEST_STEP {
+            return None;
+        }
+        let steps = |time: f64| (time / dt).round() as isize;
+        // What delays and means look at beyond its ends.
+        let half = recording.steps(0.5 * SMOOTHING);
+        let [earliest, longest] = [LAGS.start - LONGEST_LOW_PASS, LAGS.end].map(steps);
+        let lead = longest.unsigned_abs() + 4 * half;
+        let until = recording
+            .len()
+            .min(range.end + earliest.unsigned_abs() + 4 * half);
+        let again = |x: &[f64], times: usize| (0..times).fold(x.to_vec(), |x, _| smooth(&x, half));
+        let sum_of = |x: &[Vec<f64>; 3]| -> Vec<f64> {
+            (0..until).map(|k| x[0][k] + x[1][k] + x[2][k]).collect()
+        };
+        let angles = sum_of(&recording.wheel_angle);
+        let start = angles[range.start..end]
+            .iter()
+            .copied()
+            .find(|x| x.is_finite())?;
+        // What was before is a rest, too.
+        let still = |(k, x): (usize, &f64)| {
+            if k < range.start {
+                0.0
+            } else {
+                (x - start) / 3.0
+            }
+        };
+        let mut angle = vec![0.0; lead];
+        angle.extend(angles.iter().enumerate().map(still));
+        let torque = &again(&sum_of(&recording.torque), 4)[range.clone()];
+        let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
+        let wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
+        let inertia = wheels + mass.total() * radius * radius;
+        let damping = 3.0 * log.stated.viscous_damping;
+        let slides = SLIDES / Units::of(robot).time;
+        let ones = vec![1.0; torque.len()];
+        let allowed = LATE_TORQUE + 0.5 * recording.slowest.max(dt);
+        let step = ((STEP / dt).round() as usize).max(1);
+        let (mut best, mut in_time): (Option<Self>, f64) = (None, f64::INFINITY);
+        for constant in LOW_PASSES {
+            let (angle, lag) = low_pass(&angle, constant, dt);
+            // Each as smooth as the torque.
+            let speed = derivative(&angle, half, dt);
+            let acceleration = derivative(&speed, half, dt);
+            let speed = again(&speed, 2);
+            let law = speed
+                .iter()
+                .zip(&acceleration)
+                .map(|(w, a)| inertia * a + damping * w);
+            let law: Vec<f64> = law.collect();
+            let friction: Vec<f64> = speed.iter().map(|w| (w / slides).tanh()).collect();
+            let angle = again(&angle, 4);
+            let signals = [&law, &angle, &friction];
+            for shift in (steps(LAGS.start - lag)..=longest).step_by(step) {
+                let late = |x: &&Vec<f64>| delayed(x, shift)[lead..][range.clone()].to_vec();
+                let [law, angle, friction] = [&signals[0], &signals[1], &signals[2]].map(late);
+                let Some((left, size, sigma)) = judge(torque, [&law, &angle, &ones, &friction])
+                else {
+                    continue;
+                };
+                let lag = shift as f64 * dt + lag;
+                if lag.abs() <= allowed + 1e-9 {
+                    in_time = in_time.min(left);
+                }
+                if best.is_none_or(|best| left < best.left) {
+                    best = Some(Self {
+                        lag,
+                        size,
+                        // Of means of means, that many samples err alike.
+                        sigma: sigma * (8.0 * half as f64).sqrt(),
+                        left,
+                        left_in_time: in_time,
+                    });
+                }
+            }
+        }
+        let best = best.filter(|best| best.left < LEFT)?;
+        Some(Self {
+            left_in_time: in_time,
+            ..best
+        })
+    }
+}
+
+/// What the law leaves of the torques' variance that it explains, their size, and its standard deviation for residuals
+/// without correlation; `None` of no law.
+fn judge(torque: &[f64], all: [&[f64]; 4]) -> Option<(f64, f64, f64)> {
+    let of = |x: &[&[f64]], found: &Fit| {
+        let size = found.coefficients[0];
+        let left = rms(&residuals(torque, x, found)) / (size * deviation(x[0]));
+        (size > 0.0).then_some((left * left, size, found.deviations[0]))
+    };
+    let found = fit(torque, &all)?;
+    // Friction brakes.
+    if found.coefficients[3] >= 0.0 {
+        return of(&all, &found);
+    }
+    let found = fit(torque, &all[..3])?;
+    of(&all[..3], &found)
+}
+
+/// An angle behind a low pass of this time constant (s), and how much later it is, s.
+fn low_pass(angle: &[f64], constant: f64, dt: f64) -> (Vec<f64>, f64) {
+    if constant <= 0.0 {
+        return (angle.to_vec(), 0.0);
+    }
+    let share = -(-dt / constant).exp_m1();
+    let mut passed = angle.first().copied().unwrap_or(0.0);
+    let mut pass = |x: &f64| {
+        if x.is_finite() {
+            passed += share * (x - passed);
+        }
+        passed
+    };
+    let filtered = angle.iter().map(&mut pass).collect();
+    (filtered, dt * (1.0 - share) / share)
+}

@@ -1,0 +1,199 @@
+//! Torques as drivers give them: limited and then with noise, filtered, of another size, with a dead band.
+
+use super::common::faults::normal;
+use super::common::{Failure, readings_of, report, scene};
+use robhaz_estimator::SensorFrame;
+use robhaz_log::check::{Report, Verdict};
+use robhaz_study::TruthRun;
+
+/// What `check` says of 100 Hz of a scene with typical sensors, with changed torques: `change` gets each torque's
+/// values and its number.
+fn checked(
+    name: &str,
+    keys: &[&str],
+    change: impl Fn(&mut [f64], usize),
+) -> Result<Report, Failure> {
+    let scene = scene(name, &[keys, &["sensors.grade=typical"]].concat())?;
+    let truth = TruthRun::of(&scene)?;
+    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    for i in 0..3 {
+        let value = |frame: &SensorFrame| frame.motor_torque[i].unwrap_or(f64::NAN);
+        let mut values: Vec<f64> = frames.iter().map(value).collect();
+        change(&mut values, i);
+        for (frame, value) in frames.iter_mut().zip(values) {
+            frame.motor_torque[i] = Some(value);
+        }
+    }
+    report(&scene, &frames)
+}
+
+/// The faults, one in a line.
+fn faults(report: &Report) -> Vec<String> {
+    let line = |f: &robhaz_log::check::Finding| format!("{} {}: {}", f.test, f.channel, f.figure);
+    report.faults().map(line).collect()
+}
+
+/// A first-order low pass of this time constant, in readings.
+fn filter(values: &mut [f64], readings: f64) {
+    let share = -(-1.0 / readings).exp_m1();
+    let mut passed = values[0];
+    for value in values {
+        passed += share * (*value - passed);
+        *value = passed;
+    }
+}
+
+/// A current that is cut off at 1.5 and 2.5 N m, with noise after it or behind a filter of 50 ms, is named; where the
+/// drive itself has this limit, what is read acts, and nothing is wrong.
+#[test]
+fn a_noisy_limit_is_the_drives_or_a_fault() -> Result<(), Failure> {
+    for name in ["smooth", "sine"] {
+        for limit in [1.5, 2.5] {
+            for sigma in [0.02, 0.1] {
+                let found = checked(name, &[], |torque, _| {
+                    let mut random = normal();
+                    torque
+                        .iter_mut()
+                        .for_each(|x| *x = x.clamp(-limit, limit) + sigma * random());
+                })?;
+                let is_named = found
+                    .faults()
+                    .any(|f| f.test == "limit" && f.channel.contains("torque 1"));
+                // What is cut off of the waves is little: 3 N m at most.
+                assert!(
+                    is_named || name == "sine" && limit > 2.0,
+                    "{name} {limit} {sigma}: {:?}",
+                    faults(&found)
+                );
+            }
+            let key = format!("drive.torque_limit={limit}");
+            let own = checked(name, &[&key], |_, _| {})?;
+            assert!(
+                own.faults().next().is_none(),
+                "{name} {limit}: {:?}",
+                faults(&own)
+            );
+        }
+        let filtered = checked(name, &[], |torque, _| {
+            torque.iter_mut().for_each(|x| *x = x.clamp(-1.5, 1.5));
+            filter(torque, 5.0);
+        })?;
+        // Behind the filter the torques are late, too, which moves what the equations leave.
+        let is_named = |f: &&robhaz_log::check::Finding| ["limit", "delay"].contains(&f.test);
+        assert!(
+            filtered.faults().any(|f| is_named(&f)),
+            "{name}: {:?}",
+            faults(&filtered)
+        );
+    }
+    Ok(())
+}
+
+/// Low passes of 50 to 200 ms, a mean of 300 ms and a delay of 200 ms: the lag is found within a fifth of it, also where
+/// a low pass leaves the integral part of the control alone (95 ms). With that offset no delay is left.
+#[test]
+fn a_filter_of_the_current_is_measured() -> Result<(), Failure> {
+    let mean = |torque: &mut [f64]| {
+        let before = torque.to_vec();
+        for (k, x) in torque.iter_mut().enumerate() {
+            let from = &before[k.saturating_sub(29)..=k];
+            *x = from.iter().sum::<f64>() / from.len() as f64;
+        }
+    };
+    let late = |torque: &mut [f64]| {
+        torque.copy_within(..torque.len() - 20, 20);
+    };
+    let cases: [(f64, &dyn Fn(&mut [f64])); 5] = [
+        (0.045, &|torque| filter(torque, 5.0)),
+        (0.09, &|torque| filter(torque, 9.5)),
+        (0.195, &|torque| filter(torque, 20.0)),
+        (0.145, &mean),
+        (0.2, &late),
+    ];
+    for name in ["smooth", "flat"] {
+        for (lag, change) in cases {
+            let found = checked(name, &[], |torque, _| change(torque))?;
+            let mut delays = found.faults().filter(|f| f.test == "delay");
+            let delay = delays.next().and_then(|f| f.numbers.first());
+            let delay = delay
+                .ok_or_else(|| format!("{name} {lag}: {:?}", faults(&found)))?
+                .value;
+            assert!((delay / lag - 1.0).abs() < 0.2, "{name} {lag}: {delay}");
+            let earlier = (100.0 * delay).round() as usize;
+            let mended = checked(name, &[], |torque, _| {
+                change(torque);
+                torque.copy_within(earlier.., 0);
+            })?;
+            assert!(
+                mended.faults().all(|f| f.test != "delay"),
+                "{name} {lag}: {:?}",
+                faults(&mended)
+            );
+        }
+    }
+    Ok(())
+}
+
+/// All torques of 1.6 or 0.6 of their size show in the start on level ground; one of half its size shows against the
+/// others. Honest ones are right, by 10 %.
+#[test]
+fn the_size_of_torques_shows() -> Result<(), Failure> {
+    for name in ["smooth", "sine", "course", "flat"] {
+        for (factor, is_other) in [(1.0, false), (1.6, true), (0.6, true)] {
+            let found = checked(name, &[], |torque, _| {
+                torque.iter_mut().for_each(|x| *x *= factor)
+            })?;
+            let of_start = found
+                .findings
+                .iter()
+                .find(|f| f.test == "size at the start");
+            let of_start = of_start.ok_or_else(|| format!("{name} {factor}"))?;
+            let size = of_start.numbers[0].value;
+            assert!((size / factor - 1.0).abs() < 0.1, "{name} {factor}: {size}");
+            let is_fault = of_start.verdict == Verdict::Fault;
+            assert_eq!(is_fault, is_other, "{name} {factor}");
+        }
+        for (wheel, factor) in [(1, 0.5), (0, 2.0)] {
+            let found = checked(name, &[], |torque, i| {
+                let factor = if i == wheel { factor } else { 1.0 };
+                torque.iter_mut().for_each(|x| *x *= factor);
+            })?;
+            let named = format!("torque {}", wheel + 1);
+            let mut of_one = found.faults().filter(|f| f.test == "size of one");
+            // On level ground the torques do not differ.
+            let is_named = of_one.any(|f| f.channel == named);
+            assert_eq!(
+                is_named,
+                name != "flat",
+                "{name} {factor}: {:?}",
+                faults(&found)
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A dead band that takes 0.3 N m off what is beyond it, and zeros of all torques that are off by 0.72 N m, of which each
+/// alone may be friction: both are named.
+#[test]
+fn a_dead_band_and_a_common_offset_are_named() -> Result<(), Failure> {
+    let soft = checked("smooth", &[], |torque, _| {
+        torque
+            .iter_mut()
+            .for_each(|x| *x = x.signum() * (x.abs() - 0.3).max(0.0));
+    })?;
+    let named = soft
+        .faults()
+        .filter(|f| f.test == "signed" && f.figure.contains("a dead band"));
+    assert_eq!(named.count(), 3, "{:?}", faults(&soft));
+    let off = checked("smooth", &[], |torque, _| {
+        torque.iter_mut().for_each(|x| *x += 0.72)
+    })?;
+    let mut zeros = off.faults().filter(|f| f.test == "zero at rest");
+    assert!(
+        zeros.any(|f| f.channel == "torques 1 to 3"),
+        "{:?}",
+        faults(&off)
+    );
+    Ok(())
+}
