@@ -16,6 +16,7 @@
 //! | `pin_delay` | Delay of the angle of pin Q | each wheel passes the same ground |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `course`, `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
+//! | `level` | The zero that all inclinometers have in common | work of the torques on the way |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
 //! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `kalman` |
@@ -35,6 +36,7 @@ mod delay;
 mod drive;
 mod ground;
 mod jumps;
+mod level;
 mod links;
 mod noise;
 mod pin_delay;
@@ -53,6 +55,7 @@ mod wheels;
 
 pub use both::check_both;
 pub(crate) use both::{Agreement, contradiction};
+pub(crate) use level::Level;
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};
 pub(crate) use torques::signs_are_lost;
@@ -62,6 +65,7 @@ use self::readings::Readings;
 use self::recording::Recording;
 use self::rewire::Channel;
 use robhaz_estimator::{SensorFrame, Sides};
+use robhaz_model::Robot;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -123,13 +127,14 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
     log.take([acceleration]);
-    let turn = turn(&log);
+    let turn = turn(&log.recording);
     if turn > LARGEST_TURN {
         let figure = format!("the wheels turn by {turn:.2} rad between readings");
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
         log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
         log.take(start::unit(&log));
+        log.take([agreement::as_wired(&log, false)]);
         return log.report();
     }
     log.take(start::findings(&log, forward));
@@ -144,11 +149,10 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
         log.take(links::delays(&log));
     }
     log.take([ground::distance(&log)]);
+    log.take([level(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
-    let resolved = log.recording.slowest < LONGEST_STEP
-        && turn < LARGEST_TURN_OF_FILTERS
-        && froude(&log, turn) < LARGEST_FROUDE;
+    let resolved = resolves(&log.recording, stated.robot);
     log.take(agreement::findings(&log, order, resolved));
     log.report()
 }
@@ -178,6 +182,17 @@ fn sides(stated: &Stated<'_>) -> Finding {
                 .cannot_tell(Sides::REMEDY)
         }
     }
+}
+
+/// The zero that all inclinometers have in common.
+fn level(log: &Readings<'_>) -> Finding {
+    let stated = log.stated;
+    let channel = match stated.body {
+        Some(_) => Channel::BodyInclination.to_string(),
+        None => ground::CHANNEL.to_owned(),
+    };
+    let (robot, damping) = (stated.robot, stated.viscous_damping);
+    Level::of_side(&log.frames, robot, &stated.budget, damping, stated.sides).finding(&channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.
@@ -210,13 +225,19 @@ const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 /// curved as itself.
 const LARGEST_FROUDE: f64 = 0.5;
 
-/// That of wheels that turn so far (rad) between readings of the slowest channel.
-fn froude(log: &Readings<'_>, turn: f64) -> f64 {
-    let (robot, spin) = (log.stated.robot, turn / log.recording.slowest);
-    spin * spin * robot.geometry.wheel_radius / robot.gravity
+/// Whether the readings follow each other closely enough for the filters.
+pub fn is_resolved(frames: &[SensorFrame], robot: &Robot) -> bool {
+    Recording::new(&Clock::of(frames), robot).is_none_or(|recording| resolves(&recording, robot))
+}
+
+fn resolves(recording: &Recording, robot: &Robot) -> bool {
+    let turn = turn(recording);
+    let spin = turn / recording.slowest;
+    let froude = spin * spin * robot.geometry.wheel_radius / robot.gravity;
+    recording.slowest < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS && froude < LARGEST_FROUDE
 }
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
-fn turn(log: &Readings<'_>) -> f64 {
-    log.recording.usual_spin().unwrap_or(0.0) * log.recording.slowest
+fn turn(recording: &Recording) -> f64 {
+    recording.usual_spin().unwrap_or(0.0) * recording.slowest
 }

@@ -5,6 +5,7 @@ use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Channels, Confirmation};
+use robhaz_score::Agreement;
 
 /// Both findings. `is_found`: another test has found a fault, which may be the cause.
 pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) -> Vec<Finding> {
@@ -15,11 +16,16 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let (mut scale, mut faulty, mut first) = (None, Channels::NONE, None);
     let (mut misfit, mut count, mut rolled) = (0.0, 0.0, 0.0);
     let mut last = None;
+    let start = frames.first().map_or(0.0, |frame| frame.time);
+    let mut agreements = [Agreement::new(start + stated.compare_from); 2];
     for frame in frames {
         let Ok(estimate) = estimator.update(frame) else {
             continue;
         };
         scale = Some(estimate.torque_scale);
+        for (agreement, side) in agreements.iter_mut().zip(&estimate.sides) {
+            agreement.add(frame.time, side);
+        }
         let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
         let step = turned.and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
         if !estimate.dragged {
@@ -70,10 +76,20 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
             names.join(", ")
         );
     }
+    let wrong = agreements.map(|side| side.out_of_range());
+    let is_wrong = wrong
+        .iter()
+        .any(|share| *share > Agreement::FEW_OUT_OF_RANGE);
+    if is_wrong {
+        let [left, right] = wrong.map(|share| 100.0 * share);
+        figure += &format!(
+            "; forces that neither weight nor impacts explain in {left:.1} and {right:.1} % of the frames, left and right"
+        );
+    }
     let finding = Finding::ok("agreement of both sides", "all", figure).with("misfit", mean, "-");
     // Without a frame that counts the mean is no number, and contradicts nothing.
     let is_beyond = mean > WholeEstimate::largest_misfit(rolled);
-    let agrees = first.is_none() && !is_beyond;
+    let agrees = first.is_none() && !is_beyond && !is_wrong;
     all.push(match (agrees, is_found) {
         (true, _) => finding,
         (false, true) => finding.cannot_tell("correct the faults above first"),

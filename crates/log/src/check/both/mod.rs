@@ -17,7 +17,8 @@ use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    SIDES, check_unless_stamped, delay, drive, ground, links, stamps, start, torques, wheels,
+    Level, SIDES, check_unless_stamped, delay, drive, ground, level, links, stamps, start, torques,
+    wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -34,7 +35,13 @@ const STRAIGHT_ON: [&str; 5] = [
     drive::PAIRING,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
-const OF_BOTH: [&str; 4] = [SIDES, of_one::TEST, of_one::WIRING, of_one::TORQUE_SCALE];
+const OF_BOTH: [&str; 5] = [
+    SIDES,
+    of_one::TEST,
+    of_one::WIRING,
+    of_one::TORQUE_SCALE,
+    level::TEST,
+];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
 const HIDES: [&str; 5] = [
     links::SIGN,
@@ -112,6 +119,10 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     if !findings.iter().any(is_fault) {
         findings.push(contradiction::sizes(&wired, stated));
     }
+    let settings = &stated.settings;
+    let (side, damping) = (&stated.rover.side, settings.viscous_damping);
+    let level = Level::of_both(&wired, side, &settings.budget, damping);
+    findings.push(level.finding("body_inclination"));
     let is_found = findings.iter().any(is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
     findings
@@ -134,6 +145,7 @@ fn of_side(
         viscous_damping: stated.settings.viscous_damping,
         compression: stated.settings.compression,
         sides: stated.settings.sides,
+        compare_from: stated.compare_from,
         body: Some(BodyNoise {
             inclination: budget.inclination_noise,
             rate: budget.rate_noise,
