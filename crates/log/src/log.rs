@@ -2,7 +2,7 @@
 
 use crate::bag::is_mcap;
 use crate::channel::{Channel, Channels};
-use crate::check::{Agreement, Level, StatedBoth, contradiction, is_resolved, signs_are_lost};
+use crate::check::{AgreementOfBoth, Level, StatedBoth, certain, contradiction, signs_are_lost};
 use crate::content::{self, LogOptions};
 use crate::error::LogError;
 use crate::frames::Frames;
@@ -180,7 +180,7 @@ impl Log {
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
         let Some(estimator) = self.whole_estimator(&choice)? else {
-            description.resolved = is_resolved(&self.frames.all_of_links(), &choice.robot.robot);
+            description.certain = certain(&self.frames.all_of_links(), &choice.robot.robot);
             return Ok(Run::of(description, self.into_source()));
         };
         if let (Some(rover), [one]) = (choice.robot.whole_rover(), &description.estimators[..]) {
@@ -194,7 +194,7 @@ impl Log {
                 joint: choice.pin,
                 compare_from: self.record.compare_from,
             };
-            let Agreement {
+            let AgreementOfBoth {
                 contradiction,
                 unconfirmed,
             } = contradiction(&self.frames.all_of_both(), &stated);

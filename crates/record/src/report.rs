@@ -87,10 +87,20 @@ fn flood(label: &str, summary: &Summary) -> Vec<String> {
             .means
             .as_ref()
             .map_or(all, |m| m.share(m.flags.out_of_range));
+        let (words, why) = match e.excuse_of_forces {
+            None => (
+                "WRONG FORCES",
+                ". `robhaz check` looks for the cause".to_owned(),
+            ),
+            Some(excuse) => (
+                "forces that may be wrong",
+                format!(": {}", excuse.in_words()),
+            ),
+        };
         (summary.log.is_some() && share > Agreement::FEW_OUT_OF_RANGE).then(|| {
             format!(
-                "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \
-                 beyond five weights. The means are of the others. `robhaz check` looks for the cause.",
+                "{label}, {}: {words} in {:.1} % of the records: parity beyond five deviations, or a force \
+                 beyond five weights. The means are of the others{why}.",
                 e.name,
                 100.0 * share
             )

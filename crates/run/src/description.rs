@@ -34,9 +34,9 @@ pub struct RunDescription {
     pub world: Option<Box<Scene>>,
     /// Of a log of both sides; `None` for other runs.
     pub both: Option<BothDescription>,
-    /// Whether its readings follow each other closely enough for the filters: what then looks like a
-    /// contradiction is one.
-    pub resolved: bool,
+    /// Mean NIS from which on a contradiction between readings is one: 0 where they follow each other
+    /// closely enough for the filters.
+    pub certain: f64,
 }
 
 /// What is known of a run of both sides. Its estimators are the sides, left and right.
@@ -95,7 +95,7 @@ impl RunDescription {
             has_truth: true,
             world: Some(Box::new(scene.clone())),
             both: None,
-            resolved: true,
+            certain: 0.0,
         })
     }
 
@@ -124,7 +124,7 @@ impl RunDescription {
             has_truth: false,
             world: None,
             both: None,
-            resolved: true,
+            certain: 0.0,
         }
     }
 }

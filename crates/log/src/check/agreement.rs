@@ -254,23 +254,20 @@ fn nis_of_own(judged: &[(Case, f64)]) -> f64 {
 }
 
 /// Whether the readings agree, without a look at other wirings.
-pub fn as_wired(log: &Readings<'_>, resolved: bool) -> Finding {
+pub fn as_wired(log: &Readings<'_>, certain: f64) -> Finding {
     let settings = &settings(log.stated, &log.frames);
     let own = Judgement::of(&log.frames, log.stated, settings, &OWN);
-    contradiction(&own, resolved)
+    contradiction(&own, certain)
 }
 
-/// All findings. `order`: the encoders to which the torques belong, if these show it. `resolved`:
-/// whether the readings follow each other closely enough for the filters.
-pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -> Vec<Finding> {
+/// All findings. `order`: the encoders to which the torques belong, if these show it. `certain`: the mean NIS from
+/// which on a contradiction is one, 0 where the readings follow each other closely enough for the filters.
+pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> Vec<Finding> {
     let (frames, stated) = (&*log.frames, log.stated);
     let settings = &settings(stated, frames);
     let own = Judgement::of(frames, stated, settings, &OWN);
     if own.absurd > OFTEN {
-        return vec![
-            torque_scale(&own, log.stated),
-            contradiction(&own, resolved),
-        ];
+        return vec![torque_scale(&own, log.stated), contradiction(&own, certain)];
     }
     let part = part(frames);
     let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
@@ -311,7 +308,8 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
-    let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
+    let is_better =
+        certain <= 0.0 && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
     // Torques that may be in another unit show no wiring.
     let finding = if has_quiet(&log.findings, "torque") {
         let remedy = "correct the unit of the torques, or state their noise, first";
@@ -335,7 +333,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         Verdict::Fault => Judgement::of(frames, stated, settings, &best),
         _ => own,
     };
-    let contradiction = contradiction(&rewired, resolved);
+    let contradiction = contradiction(&rewired, certain);
     vec![torque_scale(&rewired, log.stated), finding, contradiction]
 }
 
@@ -381,7 +379,7 @@ fn also(cases: &[Case]) -> String {
 }
 
 /// What is left with all changes that other tests ask for.
-fn contradiction(own: &Judgement, resolved: bool) -> Finding {
+fn contradiction(own: &Judgement, certain: f64) -> Finding {
     let of_frames = |share: f64, channel: &str, what: &str| {
         let figure = format!("{:.1} % of the frames have {what}", 100.0 * share);
         Finding::ok(TEST, channel, figure).with("share", 100.0 * share, "%")
@@ -390,22 +388,20 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
         let what = "a reading beyond what the robot can do";
         return of_frames(own.absurd, CHANNEL, what).fault("check units and gear ratios");
     }
-    if own.agreement.out_of_range() > Agreement::FEW_OUT_OF_RANGE {
-        let what = "forces that neither weight nor impacts explain: `estimate` calls them wrong";
-        let remedy = "see the faults above and correct them first; without any, check signs, zeros, dimensions, masses and noise budget";
-        let names: Vec<&str> = own
-            .agreement
-            .contradiction(true)
-            .map_or_else(Vec::new, |found| found.faulty.names().collect());
-        let channel = if names.is_empty() {
-            CHANNEL.to_owned()
-        } else {
-            names.join(", ")
+    if let Some(excuse) = own.agreement.wrong(certain) {
+        let what = "forces that neither weight nor impacts explain: `estimate` says so, too";
+        let names: Vec<&str> = match own.agreement.contradiction(0.0) {
+            Some(found) => found.faulty.names().collect(),
+            None => vec![CHANNEL],
         };
-        return of_frames(own.agreement.out_of_range(), &channel, what).fault(remedy);
+        let finding = of_frames(own.agreement.out_of_range(), &names.join(", "), what);
+        return match excuse {
+            Some(excuse) => finding.cannot_tell(excuse.in_words()),
+            None => finding.fault("see the faults above and correct them first; without any, check signs, zeros, dimensions, masses and noise budget"),
+        };
     }
     let (largest, of) = own.agreement.largest();
-    let contradiction = own.agreement.contradiction(resolved);
+    let contradiction = own.agreement.contradiction(certain);
     if let Some((found, first)) = contradiction.zip(own.agreement.first()) {
         let names: Vec<&str> = found.faulty.names().collect();
         let figure = format!(

@@ -54,7 +54,7 @@ mod torques;
 mod wheels;
 
 pub use both::check_both;
-pub(crate) use both::{Agreement, contradiction};
+pub(crate) use both::{Agreement as AgreementOfBoth, contradiction};
 pub(crate) use level::Level;
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};
@@ -66,6 +66,7 @@ use self::recording::Recording;
 use self::rewire::Channel;
 use robhaz_estimator::{SensorFrame, Sides};
 use robhaz_model::Robot;
+use robhaz_score::Agreement;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -134,7 +135,7 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
             "drive slower, or record at a higher rate: such readings do not show the ground";
         log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
         log.take(start::unit(&log));
-        log.take([agreement::as_wired(&log, false)]);
+        log.take([agreement::as_wired(&log, f64::INFINITY)]);
         return log.report();
     }
     log.take(start::findings(&log, forward));
@@ -152,8 +153,8 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
     log.take([level(&log)]);
     let (drive, order) = drive::findings(&log);
     log.take(drive);
-    let resolved = resolves(&log.recording, stated.robot);
-    log.take(agreement::findings(&log, order, resolved));
+    let certain = certain_of(&log.recording, stated.robot);
+    log.take(agreement::findings(&log, order, certain));
     log.report()
 }
 
@@ -225,16 +226,23 @@ const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 /// curved as itself.
 const LARGEST_FROUDE: f64 = 0.5;
 
-/// Whether the readings follow each other closely enough for the filters.
-pub fn is_resolved(frames: &[SensorFrame], robot: &Robot) -> bool {
-    Recording::new(&Clock::of(frames), robot).is_none_or(|recording| resolves(&recording, robot))
+/// Mean NIS from which on a contradiction between the readings is one: see
+/// [`robhaz_score::Agreement::contradiction`].
+pub fn certain(frames: &[SensorFrame], robot: &Robot) -> f64 {
+    let recording = Recording::new(&Clock::of(frames), robot);
+    recording.map_or(0.0, |recording| certain_of(&recording, robot))
 }
 
-fn resolves(recording: &Recording, robot: &Robot) -> bool {
+fn certain_of(recording: &Recording, robot: &Robot) -> f64 {
     let turn = turn(recording);
     let spin = turn / recording.slowest;
     let froude = spin * spin * robot.geometry.wheel_radius / robot.gravity;
-    recording.slowest < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS && froude < LARGEST_FROUDE
+    let is_slow = turn < LARGEST_TURN_OF_FILTERS && froude < LARGEST_FROUDE;
+    match recording.slowest < LONGEST_STEP && is_slow {
+        true => 0.0,
+        false if turn > LARGEST_TURN => f64::INFINITY,
+        false => Agreement::FAR_APART,
+    }
 }
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.

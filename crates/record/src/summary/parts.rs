@@ -334,6 +334,9 @@ pub struct EstimatorSummary {
     /// Why they may look so though no reading is wrong.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excuse: Option<Excuse>,
+    /// Why so many forces are out of range though no reading is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excuse_of_forces: Option<Excuse>,
     /// The torques against the weight at the end; of a recorded log alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_scale: Option<TorqueScaleSummary>,

@@ -87,7 +87,7 @@ impl EstimatorSums {
     fn excuse(&self, run: &RunDescription) -> Option<Excuse> {
         let mut of_scale = Channels::TORQUE_SCALE.names();
         let has_other = of_scale.any(|name| self.faulty_channels.contains_key(name));
-        let found = self.agreement.contradiction(run.resolved);
+        let found = self.agreement.contradiction(run.certain);
         found.filter(|_| !has_other && run.both.is_none())?.excuse
     }
 
@@ -122,6 +122,7 @@ impl EstimatorSums {
             contacts: self.contacts.as_ref().and_then(ContactScore::scores),
             faulty_channels: self.faulty_channels.clone(),
             excuse: self.excuse(run),
+            excuse_of_forces: self.agreement.wrong(run.certain).flatten(),
             torque_scale: scale.map(|scale| TorqueScaleSummary::of(scale, described)),
             means: forces.and_then(ForceSums::means),
         }
