@@ -13,7 +13,9 @@
 //! beyond it may be friction. On the way back friction changes its sign and e does not. An inclinometer shows the
 //! acceleration of the robot, too, so that work which speeds it up is no error.
 
+use crate::check::certain;
 use crate::check::report::Finding;
+use crate::readings::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
 use robhaz_model::{Robot, Vec2, rotate};
@@ -84,7 +86,7 @@ struct Ways {
 }
 
 impl Level {
-    /// Of the frames of one side; `None` of one side of two, which does not carry its weight alone.
+    /// Of the frames of one side; one side of two does not carry its weight alone.
     pub fn of_side(
         frames: &[SensorFrame],
         robot: &Robot,
@@ -116,7 +118,9 @@ impl Level {
         };
         let found = Self::of(frames.iter().map(moment), &known);
         Self {
-            allowed: found.allowed.filter(|_| sides == Sides::Plane),
+            allowed: found
+                .allowed
+                .filter(|_| sides == Sides::Plane && is_resolved(frames, robot)),
             ..found
         }
     }
@@ -140,7 +144,12 @@ impl Level {
             budget,
             damping,
         };
-        Self::of(frames.iter().map(moment), &known)
+        let found = Self::of(frames.iter().map(moment), &known);
+        let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
+        Self {
+            allowed: found.allowed.filter(|_| is_resolved(&left, side)),
+            ..found
+        }
     }
 
     fn of<const N: usize>(moments: impl Iterator<Item = Moment<N>>, known: &Known<'_>) -> Self {
@@ -231,6 +240,11 @@ impl Level {
             "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both",
         )
     }
+}
+
+/// Whether readings follow each other closely enough: on curved ground a fast robot shows slopes that are none.
+fn is_resolved(frames: &[SensorFrame], robot: &Robot) -> bool {
+    certain(frames, robot) <= 0.0
 }
 
 /// How much a common error costs.
