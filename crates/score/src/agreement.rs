@@ -140,7 +140,10 @@ impl Agreement {
         let since = time - self.edge;
         let began = *self.after_edge.get_or_insert(since < AFTER_EDGE);
         let is_of_impact = bits & !OF_IMPACTS == 0;
-        let is_of_edge = is_of_impact && began && since < AFTER_EDGE + DECAY && now < CERTAIN;
+        // What an edge leaves to the equilibrium lasts to the next one.
+        let is_of_parity = bits == Channels::PARITY.bits() && self.edge.is_finite();
+        let is_soon = began && since < AFTER_EDGE + DECAY || is_of_parity;
+        let is_of_edge = is_of_impact && is_soon && now < CERTAIN;
         self.first.get_or_insert(time);
         self.faulty |= Channels::from_bits(bits);
         if !is_of_edge {

@@ -13,9 +13,8 @@
 //! beyond it may be friction. On the way back friction changes its sign and e does not. An inclinometer shows the
 //! acceleration of the robot, too, so that work which speeds it up is no error.
 
-use crate::check::certain;
+use crate::check::LARGEST_FROUDE;
 use crate::check::report::Finding;
-use crate::readings::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
 use robhaz_model::{Robot, Vec2, rotate};
@@ -79,6 +78,8 @@ struct Ways {
     rise: [f64; 2],
     /// Work of the torques over the weight, m.
     work: [f64; 2],
+    /// Largest speed, m/s.
+    speed: f64,
     /// Slopes at the start and the end of the way, rad.
     ends: Option<[f64; 2]>,
     /// Sum and number of the slopes before the first motion.
@@ -118,9 +119,7 @@ impl Level {
         };
         let found = Self::of(frames.iter().map(moment), &known);
         Self {
-            allowed: found
-                .allowed
-                .filter(|_| sides == Sides::Plane && is_resolved(frames, robot)),
+            allowed: found.allowed.filter(|_| sides == Sides::Plane),
             ..found
         }
     }
@@ -144,12 +143,7 @@ impl Level {
             budget,
             damping,
         };
-        let found = Self::of(frames.iter().map(moment), &known);
-        let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
-        Self {
-            allowed: found.allowed.filter(|_| is_resolved(&left, side)),
-            ..found
-        }
+        Self::of(frames.iter().map(moment), &known)
     }
 
     fn of<const N: usize>(moments: impl Iterator<Item = Moment<N>>, known: &Known<'_>) -> Self {
@@ -170,7 +164,9 @@ impl Level {
         let mut allowed = [f64::NEG_INFINITY, f64::INFINITY];
         for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
             let way = ways.way[back];
-            if way < SHORTEST * footprint {
+            // On curved ground a fast robot shows slopes that are none.
+            let froude = ways.speed * ways.speed / (known.side.gravity * geometry.wheel_radius);
+            if way < SHORTEST * footprint || froude > LARGEST_FROUDE {
                 continue;
             }
             // The middle of the robot rises by another way than its line where the slope changes.
@@ -240,11 +236,6 @@ impl Level {
             "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both",
         )
     }
-}
-
-/// Whether readings follow each other closely enough: on curved ground a fast robot shows slopes that are none.
-fn is_resolved(frames: &[SensorFrame], robot: &Robot) -> bool {
-    certain(frames, robot) <= 0.0
 }
 
 /// How much a common error costs.
@@ -326,6 +317,7 @@ impl Ways {
             let way = radius * mean;
             let back = usize::from(way < 0.0);
             if step < LONGEST_STEP {
+                found.speed = found.speed.max(way.abs() / step);
                 found.way[back] += way.abs();
                 found.rise[back] += way * (*slopes / *count).sin();
                 found.work[back] += work.sum::<f64>() / known.weight;
