@@ -104,8 +104,20 @@ fn implausible_times_are_named() {
     let said = checked(folder);
     let rate = fault(&said, "rate");
     assert!(
-        rate.contains("at 1 Hz") && said.iter().any(|line| line.contains("state time_unit")),
+        rate.contains("at 1 Hz, with time_unit = \"ms\" at 1000 Hz")
+            && said.iter().any(|line| line.contains("state time_unit")),
         "{said:#?}"
+    );
+    let last = said.last().unwrap();
+    assert!(last.contains(" 1 with a fault"), "{last}");
+    let output = robhaz(folder)
+        .args(["estimate", "log.csv"])
+        .output()
+        .unwrap();
+    let error = text(&output.stderr);
+    assert!(
+        !output.status.success() && error.contains("with time_unit = \"ms\" it is 1000.0 Hz"),
+        "{error}"
     );
 }
 

@@ -174,6 +174,51 @@ fn drives_with_stamps_of_their_own_give_the_forces() {
     assert!(error < 3.0, "{error}");
 }
 
+/// Stamps in whole seconds, or of a clock that is coarser than the rows are apart, are refused by both commands. Of one
+/// that is finer the steps differ, and no rows are lost between them.
+#[test]
+fn a_coarse_clock_is_named() {
+    for (tick, is_refused) in [(1.0, true), (1.0 / 64.0, true), (0.004, false)] {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = dir.path();
+        fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
+        let mut drive = LevelDrive::new(1);
+        let times = drive.column("time").iter_mut();
+        times.for_each(|time| *time = (*time / tick + 1e-6).floor() * tick);
+        drive.write(&folder.join("log.csv"));
+        for output in [check(folder), estimate(folder)] {
+            let said = text(&output.stdout) + &text(&output.stderr);
+            let words = "the clock of the stamps is coarser than the rows are apart";
+            assert_eq!(said.contains(words), is_refused, "{tick}: {said}");
+            assert!(!said.contains("rows are lost"), "{tick}: {said}");
+        }
+    }
+}
+
+/// A table that was joined of drives and inertial sensors, each with rows of its own: each counts at its own times. Known
+/// to 3 N, as with tables of their own.
+#[test]
+fn a_table_may_be_made_of_several() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
+    let mut drive = LevelDrive::new(1);
+    for (name, values) in &mut drive.columns {
+        let own = usize::from(name.starts_with("link"));
+        let others = values.iter_mut().enumerate().filter(|(k, _)| k % 2 != own);
+        others
+            .filter(|_| name != "time")
+            .for_each(|(_, value)| *value = f64::NAN);
+    }
+    drive.write(&folder.join("log.csv"));
+    let checked = check(folder);
+    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    let estimated = text(&estimate(folder).stderr);
+    assert!(estimated.contains("was made of 2 tables"), "{estimated}");
+    let error = largest_error(folder);
+    assert!(error < 3.0, "{error}");
+}
+
 /// Drives that are read at 20 Hz, all at once or one after the other, or gyroscopes, or one inclinometer, whose last
 /// reading each row repeats: the rows between count as without, and no encoder is said to have jumped. Known to 3 N,
 /// as with stamps that err.

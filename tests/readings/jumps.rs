@@ -70,6 +70,37 @@ fn an_encoder_that_restarts_again_and_again_is_named() {
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }
 
+/// A wrong angle that a wheel could make, but that it leaves again in the next reading, is named, and no delay.
+#[test]
+fn a_small_wrong_angle_is_named() {
+    let (_, checked, _) = spoiled(|drive| {
+        for k in [250, 300, 450] {
+            drive.column("wheel2_angle")[k] += 0.01;
+        }
+    });
+    let named = "single wrong readings: +0.010 rad at 2.500 s, +0.010 rad at 3.000 s, +0.010 rad at 4.500 s";
+    assert!(checked.contains(named), "{checked}");
+    assert!(checked.ends_with("1 with a fault\n"), "{checked}");
+}
+
+/// Angles of all wheels that start anew at once are no clock that was set: a wheel falls behind by more than the step.
+#[test]
+fn angles_that_start_anew_together_are_no_set_clock() {
+    let (_, checked, _) = spoiled(|drive| {
+        for wheel in ["wheel1_angle", "wheel2_angle", "wheel3_angle"] {
+            let angles = drive.column(wheel);
+            let zero = angles[0];
+            let wrapped = |angle: f64| (angle - zero).rem_euclid(2.5);
+            angles.iter_mut().for_each(|angle| *angle = wrapped(*angle));
+        }
+    });
+    assert!(
+        checked.contains("starts anew after a turn or an overflow"),
+        "{checked}"
+    );
+    assert!(!checked.contains("clock was set"), "{checked}");
+}
+
 /// An encoder that restarts counts from a new zero; `check` names it and its time, and no clock.
 #[test]
 fn an_encoder_that_restarts_is_named() {

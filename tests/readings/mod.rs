@@ -10,3 +10,4 @@ mod ros;
 mod sides;
 mod signs;
 mod text;
+mod zeros;

@@ -35,19 +35,20 @@ pub fn run(args: &Args) -> Result<()> {
     let log = Log::open(place, &options).into_diagnostic()?;
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
     let choice = log.choice.clone();
+    let (name, compare_from) = (log.name.clone(), log.record.compare_from);
     let stated = Stated {
         robot: &choice.robot.robot,
         budget: choice.budget,
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
         sides: choice.sides.of_side(),
+        compare_from,
         body: choice.body.map(|[inclination, rate]| BodyNoise {
             inclination,
             rate,
             pin: choice.pin[0],
         }),
     };
-    let name = log.name.clone();
     let mut source = log.into_source();
     let (mut frames, mut of_both) = (Vec::new(), Vec::new());
     while let Some(sample) = source.next_sample().into_diagnostic()? {
@@ -56,20 +57,26 @@ pub fn run(args: &Args) -> Result<()> {
     }
     // The time stamps first: all else depends on them.
     let log = source.log_report();
-    let channels = log.iter().flat_map(|log| &log.channels);
-    let mut findings: Vec<Finding> = channels.flat_map(of_channel).collect();
+    let channels = || log.iter().flat_map(|log| &log.channels);
+    let mut findings: Vec<Finding> = channels().flat_map(of_channel).collect();
+    let is_other = channels().any(ChannelReport::is_of_other_unit);
     if is_of_unknown {
         let finding = Finding::ok("robot", "all", "none is stated: robot A counts");
         findings.push(finding.cannot_tell("state yours: --robot ROBOT.toml"));
     }
     let rover = choice.robot.whole_rover().filter(|_| !of_both.is_empty());
     findings.extend(match (rover, choice.estimators.first()) {
+        _ if is_other => {
+            let others = Finding::ok("other tests", "all", "left out");
+            vec![others.cannot_tell("correct the unit of the times first")]
+        }
         (Some(rover), Some(listed)) => check_both(
             &of_both,
             &StatedBoth {
                 rover: &rover,
                 settings: choice.settings(listed),
                 joint: choice.pin,
+                compare_from,
             },
         ),
         _ => check(&frames, &stated).findings,

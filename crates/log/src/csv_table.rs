@@ -124,7 +124,7 @@ pub fn read(
         std::mem::swap(&mut row, &mut ahead);
     }
     for (column, grouping) in chosen.iter().zip(&groupings) {
-        if let Some((line, cell)) = grouping.thousands() {
+        if let Some((line, cell)) = grouping.thousands(false) {
             let place = format!("line {line}, column {}", names[*column]);
             let message = format!("found {cell:?}, allowed: {NO_THOUSANDS}");
             return Err(LogError::place(path, place, message));

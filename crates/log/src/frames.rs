@@ -7,6 +7,7 @@
 
 use crate::channel::{Channel, Channels};
 use crate::formula::Formula;
+use crate::jitter::Jitter;
 use crate::readings::{self, Reading, Values, frame, side_frame, whole_frame};
 use crate::stamp::Stamp;
 use crate::truth::FoundTruth;
@@ -83,6 +84,17 @@ impl Frames {
         &self.channels.source
     }
 
+    /// Leaves out gaps that are none: steps of a coarse clock, between which the wheels turn evenly.
+    pub fn leave_out_gaps(&mut self, jitter: &Jitter) {
+        let report = &mut self.channels.all[0].report;
+        let unit = jitter.unit.filter(|_| jitter.sigma > 0.0);
+        let by_clock = unit.map_or(0.0, |unit| report.period + 1.5 * unit);
+        if report.longest_gap.is_some_and(|longest| longest < by_clock) {
+            (report.gaps, report.lost) = (0, 0);
+            (report.longest_gap, report.longest_gap_at) = (None, None);
+        }
+    }
+
     /// All frames, without readings of the body; of a log of both sides the wheels of one (0 left, 1
     /// right).
     pub fn all(&self, side: usize) -> Vec<SensorFrame> {
@@ -92,13 +104,19 @@ impl Frames {
         }
     }
 
+    /// All frames of one side, with readings of the links that are made of those of the body.
+    pub fn all_of_links(&self) -> Vec<SensorFrame> {
+        let mut mount = self.mount.clone();
+        self.each(|time, values| frame(time, values, mount.as_mut()))
+    }
+
     /// All frames of a log of both sides.
     pub fn all_of_both(&self) -> Vec<WholeFrame> {
         self.each(whole_frame)
     }
 
     /// What `of` makes of the time (s) and the readings of each frame.
-    fn each<T>(&self, of: impl Fn(f64, &Values) -> T) -> Vec<T> {
+    fn each<T>(&self, mut of: impl FnMut(f64, &Values) -> T) -> Vec<T> {
         let mut taken = Taken::nothing(&self.channels);
         let mut all = Vec::new();
         while let Some((time, values, _)) = self.next_values(&mut taken) {

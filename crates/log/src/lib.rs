@@ -38,6 +38,7 @@ mod log;
 mod mapped;
 mod mcap_events;
 mod measured;
+mod merged;
 mod messages;
 mod order;
 mod own_names;

@@ -2,18 +2,20 @@
 
 use crate::bag::is_mcap;
 use crate::channel::{Channel, Channels};
-use crate::check::{Agreement, StatedBoth, contradiction, signs_are_lost};
+use crate::check::{AgreementOfBoth, Level, StatedBoth, certain, contradiction, signs_are_lost};
 use crate::content::{self, LogOptions};
 use crate::error::LogError;
 use crate::frames::Frames;
 use crate::jitter::Jitter;
 use crate::place::{LogPlace, no_table};
 use crate::survey::survey;
-use crate::{held, integral, mapped, measured, own_names, wrap};
+use crate::{held, integral, mapped, measured, merged, own_names, wrap};
 use fnv::FnvHasher;
 use robhaz_estimator::whole::WholeEstimator;
 use robhaz_model::BodyMount;
-use robhaz_run::{BothDescription, EstimatorDescription, Run, RunDescription, Source as Samples};
+use robhaz_run::{
+    BothDescription, ChannelReport, EstimatorDescription, Run, RunDescription, Source as Samples,
+};
 use robhaz_scene::{ChannelChoice, LogChoice, LogSides, RecordChoice};
 use std::fs::File;
 use std::hash::Hasher as _;
@@ -88,7 +90,13 @@ impl Log {
         let survey = survey(&mut channels)?;
         let all = &mut channels.all;
         all.iter_mut().for_each(wrap::go_on);
+        all.iter_mut().for_each(wrap::take_directions);
+        let other = all.iter().find(|channel| channel.report.is_of_other_unit());
+        if let Some(channel) = other.filter(|_| !options.allows_empty) {
+            return Err(channel.problem(of_other_unit(&channel.report)));
+        }
         warnings.extend(held::leave_out(all));
+        warnings.extend(merged::split(all));
         let budget = &mut choice.budget;
         warnings.extend(integral::of_speeds(all, &mut budget.encoder_counts));
         warnings.extend(content::check_values(all, options.allows_empty)?);
@@ -124,7 +132,7 @@ impl Log {
             &survey,
             record.compare_from,
         )?);
-        let frames = Frames::new(channels, survey.origin, mount);
+        let mut frames = Frames::new(channels, survey.origin, mount);
         warnings.extend(content::few_compared(&frames, record.compare_from));
         let fingerprint = fingerprint(&files, &choice)?;
         let mut sides = vec![frames.all(0)];
@@ -132,6 +140,7 @@ impl Log {
             sides.push(frames.all(1));
         }
         let jitter = Jitter::of(&sides[0], choice.budget.encoder_counts);
+        frames.leave_out_gaps(&jitter);
         let robot = &choice.robot.robot;
         let lost = sides.iter().any(|side| signs_are_lost(side, robot));
         if !options.allows_empty && lost {
@@ -145,6 +154,9 @@ impl Log {
             warnings.push(format!(
                 "the time stamps err by {measured:.2} ms, measured by the wheels; budget.jitter is {stated} ms: the measured one counts"
             ));
+        }
+        if !options.allows_empty {
+            warnings.extend(level(&frames, &choice).warning());
         }
         Ok(Self {
             fingerprint,
@@ -168,6 +180,7 @@ impl Log {
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
         let Some(estimator) = self.whole_estimator(&choice)? else {
+            description.certain = certain(&self.frames.all_of_links(), &choice.robot.robot);
             return Ok(Run::of(description, self.into_source()));
         };
         if let (Some(rover), [one]) = (choice.robot.whole_rover(), &description.estimators[..]) {
@@ -179,8 +192,9 @@ impl Log {
                 rover: &rover,
                 settings: one.settings,
                 joint: choice.pin,
+                compare_from: self.record.compare_from,
             };
-            let Agreement {
+            let AgreementOfBoth {
                 contradiction,
                 unconfirmed,
             } = contradiction(&self.frames.all_of_both(), &stated);
@@ -210,6 +224,34 @@ impl Log {
     /// Its readings alone.
     pub fn into_source(self) -> Box<dyn Samples + Send> {
         Box::new(self.frames)
+    }
+}
+
+/// What is wrong with a rate that no robot is recorded at.
+fn of_other_unit(report: &ChannelReport) -> String {
+    let rate = 1.0 / report.period;
+    let other = report.other_unit();
+    let other = other.map_or(String::new(), |(unit, rate)| {
+        format!("; with time_unit = \"{unit}\" it is {rate:.1} Hz")
+    });
+    format!(
+        "has a row every {:.3e} s, {rate:.3e} Hz, and no robot is recorded at such a rate; allowed: the time_unit of its times in a description{other}",
+        report.period
+    )
+}
+
+/// The zero that all inclinometers have in common.
+fn level(frames: &Frames, choice: &LogChoice) -> Level {
+    let (robot, damping) = (&choice.robot.robot, choice.viscous_damping);
+    match choice.sides {
+        LogSides::Both => Level::of_both(&frames.all_of_both(), robot, &choice.budget, damping),
+        sides => Level::of_side(
+            &frames.all_of_links(),
+            robot,
+            &choice.budget,
+            damping,
+            sides.of_side(),
+        ),
     }
 }
 

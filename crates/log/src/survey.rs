@@ -33,11 +33,30 @@ struct Course {
     set_back_at: Option<Stamp>,
     /// Number of messages whose header has no stamp: 0.
     unset: u64,
+    /// Number of rows with the time of the one before and other values.
+    other: u64,
     report: ChannelReport,
 }
 
 /// A stamp in the header beyond this is a date, s: a clock that starts at 0 is far below.
 const DATE: f64 = 1e8;
+
+/// Share of the rows with the time of the one before and other values from which on the clock is too coarse:
+/// single ones are rows that are late.
+const OF_COARSE_CLOCK: f64 = 0.1;
+
+/// Takes the cells of a row with the time of the last one where this has none. Whether others differ.
+fn join(cells: &mut [f64], row: &[f64]) -> bool {
+    let from = cells.len().saturating_sub(row.len());
+    let mut differ = false;
+    for (known, new) in cells[from..].iter_mut().zip(row) {
+        if known.is_nan() {
+            *known = *new;
+        }
+        differ |= !new.is_nan() && known.to_bits() != new.to_bits();
+    }
+    differ
+}
 
 /// Reads all rows of all channels.
 ///
@@ -110,7 +129,10 @@ impl Course {
                 self.cells.extend(&row.cells);
                 self.last = Some(row.place);
             }
-            Accept::Duplicate => report.duplicates += 1,
+            Accept::Duplicate => {
+                report.duplicates += 1;
+                self.other += u64::from(join(&mut self.cells, &row.cells));
+            }
             Accept::Late => report.late += 1,
             Accept::SetBack(by) => {
                 report.set_back += 1;
@@ -160,6 +182,14 @@ impl Course {
             );
             return Err(channel.problem(message));
         }
+        // Counts of rows.
+        if channel.truth.is_none() && self.other as f64 > OF_COARSE_CLOCK * rows as f64 {
+            let message = format!(
+                "{} of {rows} rows have the time of the row before and other values, so the clock of the stamps is coarser than the rows are apart; allowed: stamps of a finer clock, with more digits",
+                self.other
+            );
+            return Err(channel.problem(message));
+        }
         Ok(())
     }
 
@@ -170,7 +200,6 @@ impl Course {
         let mut times: Vec<f64> = self.stamps.iter().map(time).collect();
         let mut cells = self.cells;
         let of_bursts = leave_out_bursts(&mut times, &mut cells);
-        let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
         let period = period(&times).map_or(duration, |(period, _)| period);
         let mut report = ChannelReport {
             name: channels.all[i].name.clone(),
@@ -180,29 +209,36 @@ impl Course {
             duplicates: self.report.duplicates + of_bursts,
             ..self.report
         };
-        for (k, (step, start)) in steps().enumerate() {
-            if step <= GAP * period {
-                continue;
-            }
-            let lost = ((step / period).round() - 1.0).min(lacking(&times, k, period));
-            if lost < 1.0 {
-                continue;
-            }
-            report.gaps += 1;
-            // The cast saturates; the number is positive.
-            report.lost += lost as u64;
-            if report.longest_gap.is_none_or(|longest| step > longest) {
-                (report.longest_gap, report.longest_gap_at) = (Some(step), Some(start));
-            }
-        }
+        count_gaps(&times, &mut report);
         let channel = &mut channels.all[i];
         (channel.times, channel.cells, channel.report) = (times, cells, report);
     }
 }
 
+/// Counts the gaps between rows, and those that are lost in them.
+pub fn count_gaps(times: &[f64], report: &mut ChannelReport) {
+    let period = report.period;
+    let steps = times.windows(2).map(|w| (w[1] - w[0], w[0]));
+    for (k, (step, start)) in steps.enumerate() {
+        if step <= GAP * period {
+            continue;
+        }
+        let lost = ((step / period).round() - 1.0).min(lacking(times, k, period));
+        if lost < 1.0 {
+            continue;
+        }
+        report.gaps += 1;
+        // The cast saturates; the number is positive.
+        report.lost += lost as u64;
+        if report.longest_gap.is_none_or(|longest| step > longest) {
+            (report.longest_gap, report.longest_gap_at) = (Some(step), Some(start));
+        }
+    }
+}
+
 /// Time from one row to the next, s: the usual step, or, where rows come in bursts or as those of several
 /// topics, the mean step; and whether they do.
-fn period(times: &[f64]) -> Option<(f64, bool)> {
+pub fn period(times: &[f64]) -> Option<(f64, bool)> {
     /// Rows over which bursts are evened out.
     const MANY: usize = 20;
     /// Of the steps of rows that come one by one the mean is the usual one, but for gaps.

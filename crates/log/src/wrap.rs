@@ -1,6 +1,8 @@
 //! Columns that start anew after a range: counts of 16 or 32 bits, one turn.
 
 use crate::channel::Channel;
+use crate::formula::Source;
+use std::f64::consts::TAU;
 
 /// Continues the values of the cells that start anew after a range: of all that fit, each is the nearest
 /// to the one before. Between two rows they may change by less than half of the range.
@@ -8,6 +10,26 @@ pub fn go_on(channel: &mut Channel) {
     let columns = channel.columns.len();
     for (cell, range) in &channel.wraps {
         continue_cell(&mut channel.cells, columns, *cell, *range);
+    }
+}
+
+/// Takes inclinations from 0 to a turn, as headings are written, as directions: 359 deg are -1 deg. No robot stands
+/// between.
+pub fn take_directions(channel: &mut Channel) {
+    /// Inclination on which no robot stands, rad.
+    const STEEPEST: f64 = 1.05;
+    const ROUNDING: f64 = 0.01;
+    let of = |name: &str| name.ends_with("_inclination") || name == "body_roll";
+    let (rows, columns) = (&channel.cells, channel.columns.len().max(1));
+    for (reading, formula) in &mut channel.readings {
+        if !of(reading.name()) || !matches!(formula.source, Source::Cell(_)) {
+            continue;
+        }
+        let values = || rows.chunks(columns).filter_map(|row| formula.value(row));
+        let is_near = |value: f64| (-ROUNDING..STEEPEST).contains(&value);
+        let is_below = |value: f64| (TAU - STEEPEST..TAU + ROUNDING).contains(&value);
+        let is_turn = values().all(|v| is_near(v) || is_below(v)) && values().any(is_below);
+        formula.is_direction |= is_turn;
     }
 }
 

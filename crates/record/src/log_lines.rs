@@ -124,10 +124,6 @@ impl TimeLine {
     }
 }
 
-/// Lowest rate that the estimators can use, Hz: they start anew after 0.5 s.
-const LOWEST_RATE: f64 = 2.0;
-/// Highest rate of a robot's readings, Hz. More is a time unit that is not stated.
-const HIGHEST_RATE: f64 = 100_000.0;
 /// Gap after which the estimators start anew, s.
 const LONGEST_GAP: f64 = 0.5;
 /// Age of a row that is printed, s: below it is the rounding of stamps.
@@ -213,6 +209,10 @@ fn rate_line(channel: &ChannelReport) -> TimeLine {
         let rate = 1.0 / period;
         add(format!(" at {} Hz", digits(rate)), ("rate", rate, "Hz"));
     }
+    if let Some((unit, rate)) = channel.other_unit() {
+        let words = format!(", with time_unit = \"{unit}\" at {} Hz", digits(rate));
+        add(words, ("rate of that unit", rate, "Hz"));
+    }
     if offset != 0.0 {
         let words = format!(", time stamps {offset:+} s");
         add(words, ("offset", offset, "s"));
@@ -222,14 +222,12 @@ fn rate_line(channel: &ChannelReport) -> TimeLine {
         let words = format!(", {ms:.2} ms old at the frames on average, moved to their times");
         add(words, ("age", age, "s"));
     }
-    let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
-    let is_implausible = period > 0.0 && !plausible.contains(&period);
     let implausible = "no robot is recorded at such a rate: state time_unit of the channel";
     TimeLine {
         what: "rate",
         text,
         numbers,
-        remedy: is_implausible.then_some(implausible),
+        remedy: channel.is_of_other_unit().then_some(implausible),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::summary::{
     BothSummary, BrokenOff, ClearanceSummary, EstimatorSummary, Faulty, FrictionSummary, Summary,
 };
 use indexmap::IndexMap;
-use robhaz_score::Progress;
+use robhaz_score::{Agreement, Progress};
 use serde_json::Value;
 
 /// Width of the table, columns of text.
@@ -79,10 +79,6 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
     lines
 }
 
-/// Share of a log's records that may be out of range, as at single impacts, before the first line
-/// says so.
-const FEW_OUT_OF_RANGE: f64 = 0.01;
-
 /// The estimators of a log of which many records are out of range.
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
     let of = |e: &EstimatorSummary| {
@@ -91,10 +87,20 @@ fn flood(label: &str, summary: &Summary) -> Vec<String> {
             .means
             .as_ref()
             .map_or(all, |m| m.share(m.flags.out_of_range));
-        (summary.log.is_some() && share > FEW_OUT_OF_RANGE).then(|| {
+        let (words, why) = match e.excuse_of_forces {
+            None => (
+                "WRONG FORCES",
+                ". `robhaz check` looks for the cause".to_owned(),
+            ),
+            Some(excuse) => (
+                "forces that may be wrong",
+                format!(": {}", excuse.in_words()),
+            ),
+        };
+        (summary.log.is_some() && share > Agreement::FEW_OUT_OF_RANGE).then(|| {
             format!(
-                "{label}, {}: WRONG FORCES in {:.1} % of the records: parity beyond five deviations, or a force \
-                 beyond five weights. The means are of the others. `robhaz check` looks for the cause.",
+                "{label}, {}: {words} in {:.1} % of the records: parity beyond five deviations, or a force \
+                 beyond five weights. The means are of the others{why}.",
                 e.name,
                 100.0 * share
             )
@@ -177,10 +183,14 @@ fn faulty_channels(estimator: &EstimatorSummary) -> Option<String> {
     };
     let channels: Vec<String> = estimator.faulty_channels.iter().map(channel).collect();
     let (name, list) = (&estimator.name, channels.join(", "));
-    (!channels.is_empty()).then(|| {
-        format!(
+    (!channels.is_empty()).then(|| match estimator.excuse {
+        None => format!(
             "  {name}: READINGS CONTRADICT EACH OTHER: {list}. `robhaz check` looks for the cause."
-        )
+        ),
+        Some(excuse) => format!(
+            "  {name}: readings may contradict each other: {list}; {}.",
+            excuse.in_words()
+        ),
     })
 }
 

@@ -34,6 +34,9 @@ pub struct RunDescription {
     pub world: Option<Box<Scene>>,
     /// Of a log of both sides; `None` for other runs.
     pub both: Option<BothDescription>,
+    /// Mean NIS from which on a contradiction between readings is one: 0 where they follow each other
+    /// closely enough for the filters.
+    pub certain: f64,
 }
 
 /// What is known of a run of both sides. Its estimators are the sides, left and right.
@@ -92,6 +95,7 @@ impl RunDescription {
             has_truth: true,
             world: Some(Box::new(scene.clone())),
             both: None,
+            certain: 0.0,
         })
     }
 
@@ -120,6 +124,7 @@ impl RunDescription {
             has_truth: false,
             world: None,
             both: None,
+            certain: 0.0,
         }
     }
 }

@@ -65,3 +65,27 @@ pub struct ChannelReport {
     /// Why the channel ends before its end.
     pub cut_off: Option<String>,
 }
+
+impl ChannelReport {
+    /// Lowest rate that the estimators can use, Hz: they start anew after 0.5 s.
+    const LOWEST_RATE: f64 = 2.0;
+    /// Highest rate of a robot's readings, Hz.
+    const HIGHEST_RATE: f64 = 100_000.0;
+    /// Highest usual one, Hz.
+    const USUAL_RATE: f64 = 10_000.0;
+
+    /// Whether no robot is recorded at its rate: its times have another unit than stated.
+    pub fn is_of_other_unit(&self) -> bool {
+        let plausible = 1.0 / Self::HIGHEST_RATE..=1.0 / Self::LOWEST_RATE;
+        self.period > 0.0 && !plausible.contains(&self.period)
+    }
+
+    /// The unit of its times in which it has a usual rate, and that rate, Hz; of times that count as seconds.
+    pub fn other_unit(&self) -> Option<(&'static str, f64)> {
+        let units = [("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
+        let of = units.map(|(unit, factor)| (unit, factor / self.period));
+        let usual = Self::LOWEST_RATE..Self::USUAL_RATE;
+        of.into_iter()
+            .find(|(_, rate)| self.is_of_other_unit() && usual.contains(rate))
+    }
+}

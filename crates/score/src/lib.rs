@@ -18,9 +18,11 @@
 //! | mu_n of an estimate | what it states, else T/N | [`estimated_needed_friction`] |
 //! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
+//! | agreement of the readings | one verdict of `estimate` and `check` | [`Agreement`] |
 //! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
 //! | events | contact lost, two contacts, slip, end stop, body or a link touches the ground | [`events`] |
 
+mod agreement;
 mod both;
 mod bound;
 pub mod contact;
@@ -34,6 +36,7 @@ pub mod signals;
 mod statistics;
 mod sum;
 
+pub use agreement::{Agreement, Contradiction, Excuse, tests};
 pub use both::{BothErrors, BothStatistics};
 pub use bound::{Bound, SampleNoise};
 pub use friction::{LEAST_LOAD, estimated_needed_friction, needed_friction};

@@ -89,7 +89,7 @@ impl Score {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use nalgebra::Vector2;
     use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
@@ -97,7 +97,7 @@ mod tests {
     use robhaz_sim::WheelTruth;
 
     /// An estimate with given N and T (N).
-    fn estimate_of(normal_force: [f64; 3], traction: [f64; 3]) -> Estimate {
+    pub fn estimate_of(normal_force: [f64; 3], traction: [f64; 3]) -> Estimate {
         let link = LinkReading {
             inclination: Some(0.0),
             rate: Some(0.0),

@@ -83,9 +83,11 @@ impl Grouping {
         }
     }
 
-    /// The first cell of a column with thousands separators: line and text.
-    pub fn thousands(&self) -> Option<(u64, &str)> {
+    /// The first cell of a column with thousands separators: line and text. `fine`: its unit is so small that
+    /// nobody measures thousandths of it.
+    pub fn thousands(&self, fine: bool) -> Option<(u64, &str)> {
         let least = match self.whole {
+            whole if fine && whole.is_none_or(|whole| whole < 1000.0) => 1,
             Some(whole) if (100.0..1000.0).contains(&whole) => GROUPED,
             Some(whole) if whole < 1000.0 => GROUPED_ALONE,
             _ => return None,
@@ -163,14 +165,14 @@ mod tests {
             _ => format!("{}.{:03}", k / 1000, k % 1000),
         };
         let grouped = column(&mut (0..300).map(|k| counts(7 * k)));
-        assert_eq!(grouped.thousands(), Some((143, "1.001")));
+        assert_eq!(grouped.thousands(false), Some((143, "1.001")));
         let all_above = column(&mut (0..300).map(|k| counts(1000 + 7 * k)));
-        assert_eq!(all_above.thousands(), None);
+        assert_eq!(all_above.thousands(false), None);
         let with_zero = column(&mut (0..300).map(|k| counts(if k < 9 { 0 } else { 991 + k })));
-        assert!(with_zero.thousands().is_some());
+        assert!(with_zero.thousands(false).is_some());
         let fixed = column(&mut (0..3000).map(|k| format!("{:.3}", 0.01 * f64::from(k))));
-        assert_eq!(fixed.thousands(), None);
+        assert_eq!(fixed.thousands(false), None);
         let trimmed = column(&mut (0..3000).map(|k| format!("{}", f64::from(k) / 1000.0)));
-        assert_eq!(trimmed.thousands(), None);
+        assert_eq!(trimmed.thousands(false), None);
     }
 }

@@ -80,8 +80,13 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
             points.push(point);
         }
     }
-    for (grouping, name) in numbers.columns.iter().zip(["x", "the height"]) {
-        if let Some((line, cell)) = grouping.thousands() {
+    let units = columns
+        .as_ref()
+        .map_or([None; 2], |columns| columns.per_metre);
+    let columns = numbers.columns.iter().zip(units);
+    for ((grouping, unit), name) in columns.zip(["x", "the height"]) {
+        let is_fine = unit.is_some_and(|per_metre| per_metre > 1.0);
+        if let Some((line, cell)) = grouping.thousands(is_fine) {
             return Err(TrackError {
                 line: Some(line),
                 message: format!(
@@ -190,6 +195,21 @@ const X: &[&str] = &[
     "x", "distance", "dist", "position", "pos", "station", "chainage",
 ];
 const HEIGHT: &[&str] = &["height", "y", "z", "h", "elevation", "elev", "altitude"];
+/// Names of columns that are neither, though they may come first: geographic coordinates, times, and depths, which
+/// count downwards.
+const NEITHER: &[&str] = &[
+    "lon",
+    "long",
+    "lng",
+    "longitude",
+    "lat",
+    "latitude",
+    "t",
+    "time",
+    "timestamp",
+    "stamp",
+    "depth",
+];
 
 /// What must be known of a track beside its text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -239,6 +259,14 @@ impl Columns {
             return Err("one column".to_owned());
         }
         let (x, height) = (format.x.as_ref(), format.height.as_ref());
+        let is_chosen = x.is_some() && height.is_some();
+        let mut others = names.iter().filter(|_| !is_chosen && count == 2);
+        if let Some(name) = others.find(|name| NEITHER.contains(&split(name).0.as_str())) {
+            let name = short(name);
+            return Err(format!(
+                "the column \"{name}\", which is neither x nor a height in m"
+            ));
+        }
         let x = place("x_column", x, X, &names, count)?;
         let height = place("height_column", height, HEIGHT, &names, count)?;
         let (x, height) = match (x, height) {

@@ -69,6 +69,7 @@ pub fn checked(scene: &Scene, of_body: bool, frames: &[SensorFrame]) -> Result<R
             pin: spec.pin_noise,
         }),
         sides: settings.sides,
+        compare_from: scene.record.compare_from,
     };
     Ok(check(frames, &stated))
 }

@@ -13,10 +13,10 @@ use crate::check::rest::has_quiet;
 use crate::check::rewire::{Channel, moved, names};
 use crate::check::stated::Stated;
 use robhaz_estimator::{
-    Channels, Confirmation, ContactState, EstimateError, Estimator, EstimatorSettings, Flags,
-    Health, PAIRINGS, SensorFrame, Sides, TorqueScale,
+    Confirmation, EstimateError, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, Sides,
+    TorqueScale,
 };
-use robhaz_model::Robot;
+use robhaz_score::{Agreement, tests};
 
 pub const TEST: &str = "agreement of all";
 pub const WIRING: &str = "wheels and links";
@@ -34,15 +34,6 @@ const BETTER: f64 = 0.7;
 /// Compared sum up to which the readings agree as wired: each of nine mean NIS is 1 for innovations as
 /// stated.
 const AGREE: f64 = 2.0;
-/// Mean NIS of a contradiction that is none of the filters' own where readings are too far apart for
-/// them, or the robot too fast: there honest logs show up to 9.2 (`tests/check/honest_logs.rs`). It is no
-/// chance, which more samples would tell: the mean of 2 s at 50 Hz has a deviation of 0.1. It is the way
-/// between readings, of which the filters know nothing.
-const CERTAIN: f64 = 12.0;
-/// Time for which an impact on an edge can look like a contradiction, s: the link's angle that it has
-/// left to the filters errs by half a degree until the inclinometers are believed again. At 200 Hz
-/// honest logs of `scenes/stairs.toml` show mean NIS up to 6, at 500 Hz 2.3.
-const AFTER_EDGE: f64 = 3.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
 /// NIS of a frame without an estimate: far above that of any contradiction.
@@ -139,16 +130,10 @@ impl Case {
 }
 
 /// What `kalman` says of a log.
-#[derive(Default)]
 struct Judgement {
-    faulty: Channels,
-    /// Time of the first contradiction, s, and whether a wheel was at an edge just before.
-    first: Option<(f64, bool)>,
+    agreement: Agreement,
     /// What `kalman` has found of the torques' scale.
     scale: Option<TorqueScale>,
-    /// Largest mean NIS of any test, and of which.
-    largest: f64,
-    of: &'static str,
     /// Mean over the frames of the sum over the tests of their mean NIS.
     nis: f64,
     /// The encoders' part of it.
@@ -166,16 +151,22 @@ struct Judgement {
 impl Judgement {
     fn of(
         frames: &[SensorFrame],
-        robot: &Robot,
+        stated: &Stated<'_>,
         settings: &EstimatorSettings,
         case: &Case,
     ) -> Self {
-        let mut estimator = Estimator::new(robot, *settings);
+        let mut estimator = Estimator::new(stated.robot, *settings);
+        let start = frames.first().map_or(0.0, |frame| frame.time);
         let mut found = Self {
-            of: "all",
-            ..Self::default()
+            agreement: Agreement::new(start + stated.compare_from),
+            parity: Vec::with_capacity(frames.len()),
+            scale: None,
+            nis: 0.0,
+            of_encoders: 0.0,
+            absurd: 0.0,
+            refused: 0.0,
+            why: None,
         };
-        let mut edge = f64::NEG_INFINITY;
         for frame in frames {
             found.parity.push(f64::NAN);
             let estimate = match estimator.update(&case.of(frame)) {
@@ -187,6 +178,7 @@ impl Judgement {
                     continue;
                 }
             };
+            found.agreement.add(frame.time, &estimate);
             found.scale = estimate.kalman.and_then(|k| k.torque_scale).or(found.scale);
             if estimate.flags.contains(Flags::SENSOR_ABSURD) {
                 found.absurd += 1.0;
@@ -195,44 +187,12 @@ impl Judgement {
             let Some(kalman) = estimate.kalman else {
                 continue;
             };
-            // A test that is added does not compile until it is judged.
-            let Health {
-                faulty,
-                encoder,
-                slip,
-                direction,
-                inclination,
-                parity,
-            } = kalman.health;
-            if (kalman.contact.iter()).any(|c| c.state == ContactState::TwoContacts) {
-                edge = frame.time;
-            }
             if let (Some(parity), Some(square)) = (estimate.parity, found.parity.last_mut()) {
                 *square = (parity.value / parity.sigma).powi(2);
             }
-            let tests: [(&[f64], _); 5] = [
-                (&encoder, "encoders"),
-                (&slip, "speeds of the rims"),
-                (&direction, "directions of the wheels' centres"),
-                (&inclination, "inclinometers"),
-                (&[parity], "equilibrium"),
-            ];
-            found.of_encoders += encoder.iter().sum::<f64>();
-            for (values, name) in tests {
-                for nis in values {
-                    found.nis += nis;
-                    if *nis > found.largest {
-                        (found.largest, found.of) = (*nis, name);
-                    }
-                }
-            }
-            // The torques' scale has a finding of its own.
-            let bits = faulty.bits() & !Channels::TORQUE_SCALE.bits();
-            if bits != 0 {
-                let after_edge = frame.time < edge + AFTER_EDGE;
-                found.first.get_or_insert((frame.time, after_edge));
-                found.faulty |= Channels::from_bits(bits);
-            }
+            found.of_encoders += kalman.health.encoder.iter().sum::<f64>();
+            let tests = tests(&kalman.health).into_iter();
+            found.nis += tests.flat_map(|(values, _)| values).sum::<f64>();
         }
         let count = frames.len().max(1) as f64;
         found.nis /= count;
@@ -279,11 +239,11 @@ fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
 /// changes would only hide their differences.
 fn compared(
     frames: &[SensorFrame],
-    robot: &Robot,
+    stated: &Stated<'_>,
     settings: &EstimatorSettings,
     cases: Vec<Case>,
 ) -> Vec<(Case, f64)> {
-    let judge = |case: Case| (case, Judgement::of(frames, robot, settings, &case));
+    let judge = |case: Case| (case, Judgement::of(frames, stated, settings, &case));
     let judged: Vec<(Case, Judgement)> = cases.into_iter().map(judge).collect();
     let of_encoders = judged.iter().map(|(_, found)| found.of_encoders);
     let common = of_encoders.fold(f64::INFINITY, f64::min);
@@ -301,21 +261,25 @@ fn nis_of_own(judged: &[(Case, f64)]) -> f64 {
     own.map_or(REFUSED, |(_, nis)| *nis)
 }
 
-/// All findings. `order`: the encoders to which the torques belong, if these show it. `resolved`:
-/// whether the readings follow each other closely enough for the filters.
-pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -> Vec<Finding> {
-    let (frames, robot) = (&*log.frames, log.stated.robot);
-    let settings = &settings(log.stated, frames);
-    let own = Judgement::of(frames, robot, settings, &OWN);
+/// Whether the readings agree, without a look at other wirings.
+pub fn as_wired(log: &Readings<'_>, certain: f64) -> Finding {
+    let settings = &settings(log.stated, &log.frames);
+    let own = Judgement::of(&log.frames, log.stated, settings, &OWN);
+    contradiction(&own, certain)
+}
+
+/// All findings. `order`: the encoders to which the torques belong, if these show it. `certain`: the mean NIS from
+/// which on a contradiction is one, 0 where the readings follow each other closely enough for the filters.
+pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> Vec<Finding> {
+    let (frames, stated) = (&*log.frames, log.stated);
+    let settings = &settings(stated, frames);
+    let own = Judgement::of(frames, stated, settings, &OWN);
     if own.absurd > OFTEN {
-        return vec![
-            torque_scale(&own, log.stated),
-            contradiction(&own, resolved),
-        ];
+        return vec![torque_scale(&own, log.stated), contradiction(&own, certain)];
     }
     let part = part(frames);
     let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
-    let is_right = own.first.is_none() && own.refused <= OFTEN && !is_other;
+    let is_right = own.agreement.first().is_none() && own.refused <= OFTEN && !is_other;
     let judged_of = |order: Option<[usize; 3]>, few: bool| {
         let mut cases = Case::all(order);
         if !cases.contains(&OWN) {
@@ -325,7 +289,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         cases.retain(|case| !(log.stated.body.is_some() && case.links));
         // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
         cases.retain(|case| !few || case.moved() <= 4 && !case.links);
-        compared(part, robot, settings, cases)
+        compared(part, stated, settings, cases)
     };
     let mut judged = judged_of(if is_right { Some(PAIRINGS[0]) } else { order }, is_right);
     // Where another wiring fits better, the torques may belong to other encoders, too.
@@ -352,7 +316,8 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
-    let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
+    let is_better =
+        certain <= 0.0 && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
     // Torques that may be in another unit show no wiring.
     let finding = if has_quiet(&log.findings, "torque") {
         let remedy = "correct the unit of the torques, or state their noise, first";
@@ -374,10 +339,10 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, resolved: bool) -
         .with("at best", least, "-");
     let finding_is_ok = finding.verdict != Verdict::Fault;
     let rewired = match finding.verdict {
-        Verdict::Fault => Judgement::of(frames, robot, settings, &best),
+        Verdict::Fault => Judgement::of(frames, stated, settings, &best),
         _ => own,
     };
-    let contradiction = contradiction(&rewired, resolved);
+    let contradiction = contradiction(&rewired, certain);
     let mut findings = vec![torque_scale(&rewired, log.stated), finding, contradiction];
     if finding_is_ok {
         findings.splice(0..0, at_limit(frames, &rewired.parity));
@@ -454,7 +419,7 @@ fn also(cases: &[Case]) -> String {
 }
 
 /// What is left with all changes that other tests ask for.
-fn contradiction(own: &Judgement, resolved: bool) -> Finding {
+fn contradiction(own: &Judgement, certain: f64) -> Finding {
     let of_frames = |share: f64, channel: &str, what: &str| {
         let figure = format!("{:.1} % of the frames have {what}", 100.0 * share);
         Finding::ok(TEST, channel, figure).with("share", 100.0 * share, "%")
@@ -463,19 +428,27 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
         let what = "a reading beyond what the robot can do";
         return of_frames(own.absurd, CHANNEL, what).fault("check units and gear ratios");
     }
-    let largest = own.largest;
-    if let Some((first, after_edge)) = own.first {
-        let names: Vec<&str> = own.faulty.names().collect();
+    if let Some(excuse) = own.agreement.wrong(certain) {
+        let what = "forces that neither weight nor impacts explain: `estimate` says so, too";
+        let names: Vec<&str> = match own.agreement.contradiction(0.0) {
+            Some(found) => found.faulty.names().collect(),
+            None => vec![CHANNEL],
+        };
+        let finding = of_frames(own.agreement.out_of_range(), &names.join(", "), what);
+        return match excuse {
+            Some(excuse) => finding.cannot_tell(excuse.in_words()),
+            None => finding.fault("see the faults above and correct them first; without any, check signs, zeros, dimensions, masses and noise budget"),
+        };
+    }
+    let (largest, of) = own.agreement.largest();
+    let contradiction = own.agreement.contradiction(certain);
+    if let Some((found, first)) = contradiction.zip(own.agreement.first()) {
+        let names: Vec<&str> = found.faulty.names().collect();
         let figure = format!(
             "readings contradict each other from {first:.1} s on (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)"
         );
-        if !resolved && largest < CERTAIN {
-            let remedy = "record at a higher rate, or drive slower: more than 20 ms between readings, a turn of a wheel by more than 0.02 rad, or a speed beyond sqrt(g r/2) may look like a contradiction";
-            return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
-        }
-        if after_edge && largest < CERTAIN {
-            let remedy = "a wheel was at an edge just before, and an impact between two readings may look like a contradiction: record at a higher rate, or drive where no wheel meets an edge";
-            return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
+        if let Some(excuse) = found.excuse {
+            return Finding::ok(TEST, CHANNEL, figure).cannot_tell(excuse.in_words());
         }
         let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";
         let finding = Finding::ok(TEST, names.join(", "), figure).fault(remedy);
@@ -498,9 +471,7 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
         };
         return of_frames(own.refused, channel, "no estimate").fault(remedy);
     }
-    let figure = format!(
-        "largest mean NIS {largest:.1} ({}; 1 is right, a contradiction from 4 on)",
-        own.of
-    );
+    let figure =
+        format!("largest mean NIS {largest:.1} ({of}; 1 is right, a contradiction from 4 on)");
     Finding::ok(TEST, CHANNEL, figure).with("largest", largest, "-")
 }

@@ -209,7 +209,14 @@ fn wheels_late(window: &[Turn], count: [f64; 3]) -> Option<[f64; 3]> {
         }
         let found = (next.angle[i] - last.angle[i]) / mean - (next.time - last.time);
         let least = 3.0 * count[i] / mean.abs();
-        *late = if found.abs() > least { found } else { 0.0 };
+        let step = next.time - last.time;
+        // A wheel that turns on never falls behind by more than the step: an angle that starts anew does.
+        let is_of_clock = found > -(1.0 + STEADY) * step;
+        *late = if found.abs() > least && is_of_clock {
+            found
+        } else {
+            0.0
+        };
     }
     Some(late)
 }

@@ -1,8 +1,9 @@
 //! Angles of the wheels that jump: single wrong readings, and encoders that count from a new zero.
 //!
 //! A step of an angle is a jump if no torque explains it: it differs from the step at the speeds before
-//! and behind it by more than a wheel can be stopped or spun within that time. Further tests see the
-//! angles without their jumps.
+//! and behind it by more than a wheel can be stopped or spun within that time. Single wrong readings show
+//! further, where one wheel alone goes to and fro within two steps. Further tests see the angles without
+//! their jumps.
 //!
 //! The estimators' own gate is narrower: it trusts unit and torques of the readings, which are still to
 //! be checked here, and it knows nothing of the steps behind.
@@ -62,6 +63,12 @@ pub fn findings<'a>(
     // By as much a step may err by its stamps.
     let stamps = GATE * std::f64::consts::SQRT_2 * Jitter::of(frames, counts).sigma;
     let mut of_wheels = [0, 1, 2].map(|i| jumps(frames, i, change, counts, stamps));
+    let bends = [0, 1, 2].map(|i| bends(frames, i));
+    for (i, jumps) in of_wheels.iter_mut().enumerate() {
+        jumps.extend(small(&bends, i, counts, stamps));
+        jumps.sort_by_key(|jump| (jump.frame, !jump.single));
+        jumps.dedup_by_key(|jump| jump.frame);
+    }
     drop_set_clocks(&mut of_wheels);
     let mut found = Vec::new();
     let common = common_reset(&of_wheels);
@@ -146,6 +153,83 @@ fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64, stamps:
         found.retain(|jump| jump.single);
     }
     found
+}
+
+/// A reading beside the line from the one before to the one behind.
+#[derive(Clone, Copy)]
+struct Bend {
+    /// By how much it lies above, rad.
+    by: f64,
+    /// By how much the wheel turns from the one before, rad.
+    turn: f64,
+    /// Time from the one before, s.
+    step: f64,
+    /// The frame.
+    frame: usize,
+}
+
+/// The bends of a wheel's angle, without those at gaps.
+fn bends(frames: &[SensorFrame], wheel: usize) -> Vec<Bend> {
+    let read = angles(frames, wheel);
+    let steps = read.windows(2).map(|w| w[1].1 - w[0].1);
+    let usual = median(steps.collect()).unwrap_or(0.0);
+    let bend = |w: &[(usize, f64, f64)]| {
+        let [(_, t0, a0), (frame, t1, a1), (_, t2, a2)] = [w[0], w[1], w[2]];
+        let is_even = (t1 - t0).max(t2 - t1) < GAP * usual && t2 > t0;
+        let half = (a2 - a0) * (t1 - t0) / (t2 - t0);
+        is_even.then_some(Bend {
+            by: a1 - a0 - half,
+            turn: half.abs(),
+            step: t1 - t0,
+            frame,
+        })
+    };
+    read.windows(3).filter_map(bend).collect()
+}
+
+/// Single wrong readings that torque and inertia would allow, but no motion makes: the reading lies beside its
+/// neighbours by far more than usual, and these lie by half of that on the other side, as the line through a wrong
+/// one does. What all wheels show at once is of the stamps, or of the robot.
+fn small(bends: &[Vec<Bend>; 3], wheel: usize, counts: f64, stamps: f64) -> Vec<Jump> {
+    /// Bends that nine of ten are within, times this.
+    const UNUSUAL: f64 = 10.0;
+    /// Share of the turn from reading to reading by which the ground may stop and spin a wheel within one.
+    const OF_TURN: f64 = 0.1;
+    /// What the neighbours have of it, at least and at most.
+    const OF_NEIGHBOURS: std::ops::Range<f64> = -0.7..-0.3;
+    let own = &bends[wheel];
+    let mut sizes: Vec<f64> = own.iter().map(|bend| bend.by.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let usual = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0);
+    let count = if counts > 0.0 { TAU / counts } else { 0.0 };
+    let least = LEAST.max(COUNTS * count).max(UNUSUAL * usual);
+    let others = || {
+        (0..3)
+            .filter(|other| *other != wheel)
+            .map(|other| &bends[other])
+    };
+    let is_alone = |bend: &Bend| {
+        others().all(|other| {
+            let found = other.binary_search_by_key(&bend.frame, |bend| bend.frame);
+            found.map_or(true, |k| other[k].by.abs() < 0.5 * bend.by.abs())
+        })
+    };
+    let single = |w: &[Bend]| {
+        let [before, bend, behind] = [w[0], w[1], w[2]];
+        let by_stamps = bend.turn / bend.step * stamps;
+        let is_far = bend.by.abs() > least + OF_TURN * bend.turn + by_stamps;
+        let are_opposite = [before, behind]
+            .iter()
+            .all(|b| OF_NEIGHBOURS.contains(&(b.by / bend.by)));
+        (is_far && are_opposite && is_alone(&bend)).then_some(Jump {
+            frame: bend.frame,
+            by: bend.by,
+            ahead: 0.0,
+            restarts: false,
+            single: true,
+        })
+    };
+    own.windows(3).filter_map(single).collect()
 }
 
 /// Leaves out the jumps of a clock that was set back: all wheels have turned on by the same time. An

@@ -13,6 +13,7 @@ use crate::check::delay;
 use crate::check::ground::Signs;
 use crate::check::pin_delay;
 use crate::check::readings::Readings;
+use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet;
 use crate::check::rewire::{Change, Channel};
@@ -300,7 +301,8 @@ fn wrong_sign(
 /// and units.
 pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
-    let changes = Changes::of(log, span(log), acceleration.as_deref(), &[]);
+    let mut changes = Changes::of(log, span(log), acceleration.as_deref(), &[]);
+    leave_out_starts(&mut changes, &log.recording);
     if log.stated.body.is_some() {
         let of_imu = delay_of(log, &changes, 0);
         let of_pin = pin_delay::finding(log, 2.0 * LONGEST_DELAY * changes.span);
@@ -311,6 +313,29 @@ pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     let is_read = |k: &usize| log.frames.iter().all(|frame| of_link(frame, *k) <= 0.0);
     let of_link = |k: usize| delay_of(log, &changes, k);
     [0, 1].into_iter().filter(is_read).map(of_link).collect()
+}
+
+/// Leaves out the changes while the robot starts or stops: what is left of its acceleration there looks like a delay on
+/// long slopes, where the links hardly turn.
+fn leave_out_starts(changes: &mut Changes, recording: &Recording) {
+    /// Share of the usual speed below which it does.
+    const SLOW: f64 = 0.5;
+    let Some(usual) = recording.usual_spin() else {
+        return;
+    };
+    let half = recording.steps(0.5 * changes.span);
+    let spins = &recording.middle_spin;
+    let slow = (0..spins.len()).filter(|k| spins[*k].abs() < SLOW * usual);
+    let mut to = 0;
+    for k in slow {
+        let end = (k + half + 1).min(spins.len());
+        for inclination in &mut changes.inclination {
+            let from = to.max(k.saturating_sub(half)).min(inclination.len());
+            let end = end.min(inclination.len());
+            inclination[from.min(end)..end].fill(f64::NAN);
+        }
+        to = end;
+    }
 }
 
 /// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that

@@ -17,6 +17,7 @@
 //! | `newton` | Late torques, their size | the robot that starts |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `course`, `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
+//! | `level` | The zero that all inclinometers have in common | work of the torques on the way |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
 //! | `limits` | Are torques cut off at a limit? | the equations there |
@@ -37,6 +38,7 @@ mod delay;
 mod drive;
 mod ground;
 mod jumps;
+mod level;
 mod limits;
 mod links;
 mod newton;
@@ -56,7 +58,8 @@ mod torques;
 mod wheels;
 
 pub use both::check_both;
-pub(crate) use both::{Agreement, contradiction};
+pub(crate) use both::{Agreement as AgreementOfBoth, contradiction};
+pub(crate) use level::Level;
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};
 pub(crate) use torques::signs_are_lost;
@@ -66,6 +69,8 @@ use self::readings::Readings;
 use self::recording::Recording;
 use self::rewire::Channel;
 use robhaz_estimator::{SensorFrame, Sides};
+use robhaz_model::Robot;
+use robhaz_score::Agreement;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -127,13 +132,14 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
     log.take([acceleration]);
-    let turn = turn(&log);
+    let turn = turn(&log.recording);
     if turn > LARGEST_TURN {
         let figure = format!("the wheels turn by {turn:.2} rad between readings");
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
         log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
         log.take(start::unit(&log));
+        log.take([agreement::as_wired(&log, f64::INFINITY)]);
         return log.report();
     }
     log.take(start::findings(&log, forward));
@@ -148,14 +154,13 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
         log.take(links::delays(&log));
     }
     log.take([ground::distance(&log)]);
+    log.take([level(&log)]);
     let start = newton::Start::of(&log);
     log.take(start::size(start));
     let (drive, order) = drive::findings(&log, start);
     log.take(drive);
-    let resolved = log.recording.slowest < LONGEST_STEP
-        && turn < LARGEST_TURN_OF_FILTERS
-        && froude(&log, turn) < LARGEST_FROUDE;
-    log.take(agreement::findings(&log, order, resolved));
+    let certain = certain_of(&log.recording, stated.robot);
+    log.take(agreement::findings(&log, order, certain));
     log.report()
 }
 
@@ -184,6 +189,17 @@ fn sides(stated: &Stated<'_>) -> Finding {
                 .cannot_tell(Sides::REMEDY)
         }
     }
+}
+
+/// The zero that all inclinometers have in common.
+fn level(log: &Readings<'_>) -> Finding {
+    let stated = log.stated;
+    let channel = match stated.body {
+        Some(_) => Channel::BodyInclination.to_string(),
+        None => ground::CHANNEL.to_owned(),
+    };
+    let (robot, damping) = (stated.robot, stated.viscous_damping);
+    Level::of_side(&log.frames, robot, &stated.budget, damping, stated.sides).finding(&channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.
@@ -216,13 +232,26 @@ const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 /// curved as itself.
 const LARGEST_FROUDE: f64 = 0.5;
 
-/// That of wheels that turn so far (rad) between readings of the slowest channel.
-fn froude(log: &Readings<'_>, turn: f64) -> f64 {
-    let (robot, spin) = (log.stated.robot, turn / log.recording.slowest);
-    spin * spin * robot.geometry.wheel_radius / robot.gravity
+/// Mean NIS from which on a contradiction between the readings is one: see
+/// [`robhaz_score::Agreement::contradiction`].
+pub fn certain(frames: &[SensorFrame], robot: &Robot) -> f64 {
+    let recording = Recording::new(&Clock::of(frames), robot);
+    recording.map_or(0.0, |recording| certain_of(&recording, robot))
+}
+
+fn certain_of(recording: &Recording, robot: &Robot) -> f64 {
+    let turn = turn(recording);
+    let spin = turn / recording.slowest;
+    let froude = spin * spin * robot.geometry.wheel_radius / robot.gravity;
+    let is_slow = turn < LARGEST_TURN_OF_FILTERS && froude < LARGEST_FROUDE;
+    match recording.slowest < LONGEST_STEP && is_slow {
+        true => 0.0,
+        false if turn > LARGEST_TURN => f64::INFINITY,
+        false => Agreement::FAR_APART,
+    }
 }
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
-fn turn(log: &Readings<'_>) -> f64 {
-    log.recording.usual_spin().unwrap_or(0.0) * log.recording.slowest
+fn turn(recording: &Recording) -> f64 {
+    recording.usual_spin().unwrap_or(0.0) * recording.slowest
 }

@@ -7,7 +7,7 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel};
 use crate::check::stated::Stated;
 use robhaz_model::Units;
-use robhaz_score::signals::{mean, rms};
+use robhaz_score::signals::{mean, median, rms};
 use std::f64::consts::{PI, TAU};
 
 /// Shortest rest that is used, s.
@@ -24,6 +24,9 @@ const SMALL_RATE: f64 = 0.05 * DEGREE;
 const SMALL_TORQUE: f64 = 0.02;
 /// Standard errors of a mean, and of a deviation, that count as chance: a false alarm in 16 000.
 const CHANCE: f64 = 4.0;
+/// Deviations from the median beyond which a reading at rest is a single wrong one: in a million readings none
+/// is by chance.
+const SPIKE: f64 = 5.0;
 /// Fewest readings from which the noise is taken.
 const LEAST_STEPS: usize = 8;
 /// Least figure that is shown in the unit of a channel: less is no noise of a sensor.
@@ -61,10 +64,11 @@ impl Recorded {
         self.values.iter().filter(|v| v.is_finite()).count().max(1) as f64
     }
 
-    /// The mean; of directions that of the direction, which may lie at 180 deg.
+    /// The mean without single wrong readings; of directions that of the direction, which may lie at
+    /// 180 deg.
     fn mean(&self) -> f64 {
         if !self.channel.is_inclination() {
-            return mean(&self.values).unwrap_or(0.0);
+            return without_spikes(&self.values, self.noise);
         }
         let of = |part: fn(f64) -> f64| {
             let parts: Vec<f64> = self.values.iter().map(|v| part(*v)).collect();
@@ -72,7 +76,7 @@ impl Recorded {
         };
         // Small angles keep their mean.
         match self.values.iter().all(|v| v.is_nan() || v.abs() < STEEPEST) {
-            true => mean(&self.values).unwrap_or(0.0),
+            true => without_spikes(&self.values, self.noise),
             false => of(f64::sin).atan2(of(f64::cos)),
         }
     }
@@ -112,6 +116,20 @@ impl Recorded {
     }
 }
 
+/// Mean of the readings within [`SPIKE`] deviations of their median: of the white noise that is stated, or
+/// that they have by the median of their sizes.
+fn without_spikes(values: &[f64], noise: f64) -> f64 {
+    /// Standard deviation of normal deviates over the median of their sizes.
+    const OF_MEDIAN: f64 = 1.4826;
+    let mut known = values.to_vec();
+    known.retain(|value| value.is_finite());
+    let middle = median(known.clone()).unwrap_or(0.0);
+    let away = median(known.iter().map(|value| (value - middle).abs()).collect());
+    let most = SPIKE * noise.max(OF_MEDIAN * away.unwrap_or(0.0));
+    known.retain(|value| (value - middle).abs() <= most.max(f64::MIN_POSITIVE));
+    mean(&known).unwrap_or(middle)
+}
+
 /// All findings, of each channel as it was recorded: of a body with an inertial sensor these are
 /// its own and that of pin Q.
 pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
@@ -142,7 +160,12 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
         let beside = channels.get(k + 1).filter(|x| x.channel.is_inclination());
         let (turn, sigma) = beside.map_or((0.0, 0.0), |x| x.turn(end as f64 * recording.dt));
         gyro.zero(rate_zero, |finding, mean| {
-            if (mean - turn).abs() < rate_zero + CHANCE * sigma {
+            // Between the middles of those tenths; a mean of noise has an error of its own.
+            let twentieth = gyro.values.len() / 20;
+            let inner = &gyro.values[twentieth..gyro.values.len() - twentieth];
+            let inner = without_spikes(inner, gyro.noise);
+            let sigma = sigma.hypot(gyro.noise / gyro.count().sqrt());
+            if (inner - turn).abs() < rate_zero + CHANCE * sigma {
                 let [turn, sigma] = [turn, sigma].map(|x| x / DEGREE);
                 return finding.cannot_tell(format!(
                     "the inclinometer turns by {turn:.2} +- {sigma:.2} deg/s, as when a robot settles: record some seconds at rest"
@@ -223,7 +246,7 @@ fn upside_down(finding: Finding, channel: Channel) -> Finding {
         _ => ("body".to_owned(), None),
     };
     let remedy = format!(
-        "it hangs upside down: state up = \"-z\" of imu.{imu} (and forward = \"-x\" if its x axis points to the rear); readings of their own need sign = \"-\", that of the angle offset = \"-180 deg\", too"
+        "it hangs upside down: state up = \"-z\" of imu.{imu} (and forward = \"-x\" if its x axis points to the rear); readings of their own need sign = \"-\", that of the angle offset = \"-180 deg\", too\nor the quaternion of an orientation has the order w, x, y, z: state orientation = [\"orientation.y\", \"orientation.z\", \"orientation.w\", \"orientation.x\"]"
     );
     finding.fault(remedy).change(change)
 }

@@ -27,6 +27,8 @@ pub struct Stated<'a> {
     pub compression: f64,
     /// Whether the log is of one side of a robot with two.
     pub sides: Sides,
+    /// Time after the first frame from which on forces count, s.
+    pub compare_from: f64,
     /// The sensors of body and pin Q of which the readings of the links are made; `None` of sensors
     /// on the links.
     pub body: Option<BodyNoise>,
@@ -66,4 +68,6 @@ pub struct StatedBoth<'a> {
     pub settings: EstimatorSettings,
     /// White noise and constant error of the angles of the joints, rad.
     pub joint: [f64; 2],
+    /// Time after the first frame from which on forces count, s.
+    pub compare_from: f64,
 }

@@ -9,7 +9,7 @@ use robhaz_run::RunDescription;
 use robhaz_scene::Scene;
 use robhaz_score::contact::FlagScores;
 use robhaz_score::events::{Event, EventKind};
-use robhaz_score::{ForceErrors, GroundErrors};
+use robhaz_score::{Excuse, ForceErrors, GroundErrors};
 use robhaz_sim::clearance::Clearances;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw, Parameter};
 use robhaz_sim::rolling::RollingResistance;
@@ -331,6 +331,12 @@ pub struct EstimatorSummary {
     /// Channels whose readings contradicted others, over all records.
     #[serde(default, skip_serializing_if = "FaultyChannels::is_empty")]
     pub faulty_channels: FaultyChannels,
+    /// Why they may look so though no reading is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excuse: Option<Excuse>,
+    /// Why so many forces are out of range though no reading is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excuse_of_forces: Option<Excuse>,
     /// The torques against the weight at the end; of a recorded log alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_scale: Option<TorqueScaleSummary>,

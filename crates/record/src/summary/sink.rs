@@ -9,13 +9,13 @@ use super::parts::{
 };
 use crate::error::RecordError;
 use crate::estimated_terrain::EstimatedTerrains;
-use robhaz_estimator::{Estimate, TorqueScale};
+use robhaz_estimator::{Channels, Estimate, TorqueScale};
 use robhaz_run::{
     ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
 };
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
-use robhaz_score::{GroundErrors, Inclusion, ProgressMeter, Rule, Score};
+use robhaz_score::{Agreement, Excuse, GroundErrors, Inclusion, ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 
 /// Sums up a run. It keeps sums and the points of the ground, no records.
@@ -48,6 +48,7 @@ struct EstimatorSums {
     /// The torques' scale at the last estimate that has one.
     scale: Option<TorqueScale>,
     faulty_channels: FaultyChannels,
+    agreement: Agreement,
 }
 
 impl EstimatorSums {
@@ -65,6 +66,9 @@ impl EstimatorSums {
                 contacts.add(truth, estimate);
             }
         }
+        if let Some(estimate) = estimate {
+            self.agreement.add(time, estimate);
+        }
         if let Some(kalman) = estimate.and_then(|e| e.kalman.as_ref()) {
             for name in kalman.health.faulty.names() {
                 let (first_s, records) = (time, 0);
@@ -76,6 +80,15 @@ impl EstimatorSums {
         if let Some(forces) = self.forces.as_mut().filter(|_| counts) {
             forces.add(estimate);
         }
+    }
+
+    /// Why readings that contradict each other may look so; none of torques against the weight, nor of a
+    /// run of both sides.
+    fn excuse(&self, run: &RunDescription) -> Option<Excuse> {
+        let mut of_scale = Channels::TORQUE_SCALE.names();
+        let has_other = of_scale.any(|name| self.faulty_channels.contains_key(name));
+        let found = self.agreement.contradiction(run.certain);
+        found.filter(|_| !has_other && run.both.is_none())?.excuse
     }
 
     /// The summary of the estimator of a run, whose records had a truth if `compared`.
@@ -108,6 +121,8 @@ impl EstimatorSums {
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts: self.contacts.as_ref().and_then(ContactScore::scores),
             faulty_channels: self.faulty_channels.clone(),
+            excuse: self.excuse(run),
+            excuse_of_forces: self.agreement.wrong(run.certain).flatten(),
             torque_scale: scale.map(|scale| TorqueScaleSummary::of(scale, described)),
             means: forces.and_then(ForceSums::means),
         }
@@ -211,6 +226,7 @@ impl Sink for SummarySink {
             forces: world.is_none().then(ForceSums::default),
             scale: None,
             faulty_channels: FaultyChannels::new(),
+            agreement: Agreement::new(compare_from),
         };
         *self = Self {
             run: Some(run.clone()),

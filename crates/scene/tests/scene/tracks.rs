@@ -361,3 +361,32 @@ fn splines_that_swing_are_reported() {
             .is_empty()
     );
 }
+
+/// Thousands of millimetres are no thousandths of them, and geographic coordinates, times and depths are neither x nor a
+/// height; but where they are chosen.
+#[test]
+fn what_is_no_length_is_refused() {
+    let grouped = b"x [mm],height [mm]\n0,0\n\"1,500\",0\n\"1,500\",50\n\"3,000\",50\n";
+    refused(
+        grouped,
+        "",
+        &[
+            "found \"1,500\" in the column of x",
+            "without thousands separators",
+        ],
+    );
+    for header in ["lon,lat", "t,height", "x,depth", "Latitude;Longitude"] {
+        let csv = format!("{header}\n0,0.5\n1.5,-0.25\n")
+            .replace(',', if header.contains(';') { ";" } else { "," });
+        refused(
+            csv.as_bytes(),
+            "",
+            &["which is neither x nor a height in m"],
+        );
+    }
+    reads(
+        b"t,lat\n0,0.5\n1.5,-0.25\n",
+        "x_column = 't'\nheight_column = 'lat'",
+        &TWO,
+    );
+}

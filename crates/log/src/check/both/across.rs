@@ -499,6 +499,7 @@ pub(super) mod tests {
             rover: &rover,
             settings: robhaz_estimator::EstimatorSettings::kalman(),
             joint: [0.002; 2],
+            compare_from: 0.0,
         };
         let frames = turn_left(|f| (f.roll, f.pins) = (None, [Some(0.2); 2]));
         for zero in zeros(&frames, &stated) {

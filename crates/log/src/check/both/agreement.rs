@@ -7,6 +7,7 @@ use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Channels, Confirmation};
+use robhaz_score::Agreement;
 
 /// Median of the misfit of the nine equations if all that is stated holds: of chi-square with three degrees of freedom.
 const MIDDLE: f64 = 2.366;
@@ -41,11 +42,16 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let mut last = None;
     let (limited, is_at) = limited(frames);
     let mut missed = Missed::default();
+    let start = frames.first().map_or(0.0, |frame| frame.time);
+    let mut agreements = [Agreement::new(start + stated.compare_from); 2];
     for (frame, is_at) in frames.iter().zip(is_at) {
         let Ok(estimate) = estimator.update(frame) else {
             continue;
         };
         scale = Some(estimate.torque_scale);
+        for (agreement, side) in agreements.iter_mut().zip(&estimate.sides) {
+            agreement.add(frame.time, side);
+        }
         let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
         let step = turned.and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
         if !estimate.dragged {
@@ -98,10 +104,20 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
             names.join(", ")
         );
     }
+    let wrong = agreements.map(|side| side.out_of_range());
+    let is_wrong = wrong
+        .iter()
+        .any(|share| *share > Agreement::FEW_OUT_OF_RANGE);
+    if is_wrong {
+        let [left, right] = wrong.map(|share| 100.0 * share);
+        figure += &format!(
+            "; forces that neither weight nor impacts explain in {left:.1} and {right:.1} % of the frames, left and right"
+        );
+    }
     let finding = Finding::ok("agreement of both sides", "all", figure).with("misfit", mean, "-");
     // Without a frame that counts the mean is no number, and contradicts nothing.
     let is_beyond = mean > WholeEstimate::largest_misfit(rolled);
-    let agrees = first.is_none() && !is_beyond;
+    let agrees = first.is_none() && !is_beyond && !is_wrong;
     all.push(match (agrees, is_found) {
         (true, _) => finding,
         (false, true) => finding.cannot_tell("correct the faults above first"),

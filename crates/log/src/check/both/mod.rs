@@ -17,8 +17,8 @@ use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    SIDES, check_unless_stamped, delay, drive, ground, limits, links, stamps, start, torques,
-    wheels,
+    Level, SIDES, check_unless_stamped, delay, drive, ground, level, limits, links, stamps, start,
+    torques, wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -35,11 +35,12 @@ const STRAIGHT_ON: [&str; 5] = [
     drive::PAIRING,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
-const OF_BOTH: [&str; 5] = [
+const OF_BOTH: [&str; 6] = [
     SIDES,
     of_one::TEST,
     of_one::WIRING,
     of_one::TORQUE_SCALE,
+    level::TEST,
     limits::TEST,
 ];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
@@ -121,6 +122,10 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
     if !findings.iter().any(is_fault) {
         findings.push(contradiction::sizes(&wired, stated));
     }
+    let settings = &stated.settings;
+    let (side, damping) = (&stated.rover.side, settings.viscous_damping);
+    let level = Level::of_both(&wired, side, &settings.budget, damping);
+    findings.push(level.finding("body_inclination"));
     let is_found = findings.iter().any(is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
     findings
@@ -143,6 +148,7 @@ fn of_side(
         viscous_damping: stated.settings.viscous_damping,
         compression: stated.settings.compression,
         sides: stated.settings.sides,
+        compare_from: stated.compare_from,
         body: Some(BodyNoise {
             inclination: budget.inclination_noise,
             rate: budget.rate_noise,

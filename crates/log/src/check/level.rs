@@ -1,0 +1,329 @@
+//! The zero that all inclinometers have in common, by the work of the torques: on the way the torques lift the
+//! robot by as much as the inclinometers say.
+//!
+//! Over the way s in one direction, with the weight W, the work A of the torques less that of the damping, and
+//! the inclination theta of the line through the axles,
+//!
+//! ```text
+//! A/W = sum(sin(theta - e) ds) + f s
+//! ```
+//!
+//! where e is the error of theta, and f what the gears and the ground take: at least 0, and not more than the
+//! budget allows. What the inclinometers show beyond the torques is then an error of theta; what the torques do
+//! beyond it may be friction. On the way back friction changes its sign and e does not. An inclinometer shows the
+//! acceleration of the robot, too, so that work which speeds it up is no error.
+
+use crate::check::LARGEST_FROUDE;
+use crate::check::report::Finding;
+use robhaz_estimator::whole::WholeFrame;
+use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
+use robhaz_model::{Robot, Vec2, rotate};
+use std::fmt;
+
+/// Standard deviations that are a fault: a false alarm in 16 000.
+const GATE: f64 = 4.0;
+/// Shortest way that shows something, in distances from the front to the rear axle.
+const SHORTEST: f64 = 1.0;
+/// Time over which turns, torques and slopes are averaged, s: counts of an encoder are no speed.
+const SMOOTHING: f64 = 0.1;
+/// Longest step that counts, s: the estimators start anew after it.
+const LONGEST_STEP: f64 = 0.5;
+/// Relative error of the mass of a robot as people build it, -.
+const MASS: f64 = 0.01;
+/// Difference of a wheel's turn from the mean of all within [`SMOOTHING`] that is none of a drive, rad.
+const LARGEST_DIFFERENCE: f64 = 1.5;
+/// Slope on which no robot stands, rad.
+const STEEPEST: f64 = 1.0;
+/// Turn of the wheels within which a robot has not moved, rad.
+const STILL: f64 = 0.02;
+
+pub const TEST: &str = "zero by the torques";
+
+/// What the torques allow as an error that all inclinometers have in common, and what these show at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// Least and largest error, rad; `None` of a log that shows none.
+    allowed: Option<[f64; 2]>,
+    /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
+    at_rest: Option<f64>,
+    /// Largest slope that is none, rad.
+    even: f64,
+}
+
+/// A frame: time (s), sum and mean of what counts of its wheels, and the slope of the robot.
+struct Moment<const N: usize> {
+    time: f64,
+    angle: [Option<f64>; N],
+    torque: [Option<f64>; N],
+    slope: Option<f64>,
+}
+
+/// What is known of a robot with `N` wheels.
+struct Known<'a> {
+    /// One side.
+    side: &'a Robot,
+    /// N
+    weight: f64,
+    budget: &'a NoiseBudget,
+    /// Viscous damping of a wheel module, N m s.
+    damping: f64,
+}
+
+/// The ways forward and back.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ways {
+    /// Way, m.
+    way: [f64; 2],
+    /// Rise by the inclinometers, m.
+    rise: [f64; 2],
+    /// Work of the torques over the weight, m.
+    work: [f64; 2],
+    /// Largest speed, m/s.
+    speed: f64,
+    /// Slopes at the start and the end of the way, rad.
+    ends: Option<[f64; 2]>,
+    /// Sum and number of the slopes before the first motion.
+    rest: (f64, f64),
+}
+
+impl Level {
+    /// Of the frames of one side; one side of two does not carry its weight alone.
+    pub fn of_side(
+        frames: &[SensorFrame],
+        robot: &Robot,
+        budget: &NoiseBudget,
+        damping: f64,
+        sides: Sides,
+    ) -> Self {
+        let geometry = &robot.geometry;
+        let axle = |i: usize, links: [f64; 2]| -> Vec2 {
+            let angle = links[geometry.carriers[i].index()];
+            rotate(geometry.axles[i] - geometry.pins.q, angle)
+        };
+        let slope = |frame: &SensorFrame| {
+            let links = [frame.link1.inclination?, frame.link2.inclination?];
+            let line = axle(0, links) - axle(2, links);
+            Some(line.y.atan2(line.x))
+        };
+        let moment = |frame: &SensorFrame| Moment {
+            time: frame.time,
+            angle: frame.wheel_angle,
+            torque: frame.motor_torque,
+            slope: slope(frame),
+        };
+        let known = Known {
+            side: robot,
+            weight: robot.mass.total() * robot.gravity,
+            budget,
+            damping,
+        };
+        let found = Self::of(frames.iter().map(moment), &known);
+        Self {
+            allowed: found.allowed.filter(|_| sides == Sides::Plane),
+            ..found
+        }
+    }
+
+    /// Of the frames of both sides, with one side of the rover.
+    pub fn of_both(
+        frames: &[WholeFrame],
+        side: &Robot,
+        budget: &NoiseBudget,
+        damping: f64,
+    ) -> Self {
+        let moment = |frame: &WholeFrame| Moment {
+            time: frame.time,
+            angle: frame.wheel_angle,
+            torque: frame.motor_torque,
+            slope: frame.inclination,
+        };
+        let known = Known {
+            side,
+            weight: 2.0 * side.mass.total() * side.gravity,
+            budget,
+            damping,
+        };
+        Self::of(frames.iter().map(moment), &known)
+    }
+
+    fn of<const N: usize>(moments: impl Iterator<Item = Moment<N>>, known: &Known<'_>) -> Self {
+        let Some(ways) = Ways::of(moments, known) else {
+            return Self {
+                allowed: None,
+                at_rest: None,
+                even: f64::INFINITY,
+            };
+        };
+        let geometry = &known.side.geometry;
+        let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
+        let (budget, wheels) = (known.budget, N as f64);
+        let over = 1.0 / (geometry.wheel_radius * known.weight);
+        let offset = wheels.sqrt() * budget.torque_offset * over;
+        let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
+        let [first, last] = ways.ends.unwrap_or_default();
+        let mut allowed = [f64::NEG_INFINITY, f64::INFINITY];
+        for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let way = ways.way[back];
+            // On curved ground a fast robot shows slopes that are none.
+            let froude = ways.speed * ways.speed / (known.side.gravity * geometry.wheel_radius);
+            if way < SHORTEST * footprint || froude > LARGEST_FROUDE {
+                continue;
+            }
+            // The middle of the robot rises by another way than its line where the slope changes.
+            let at_ends = 0.25 * footprint * (last - first) / way;
+            let size = ways.work[back] / way * budget.torque_gain.hypot(MASS);
+            let sigma = [offset, at_ends, size, budget.inclination_bias];
+            let sigma = sigma.into_iter().fold(0.0, f64::hypot);
+            let beyond = (ways.rise[back] - ways.work[back]) / way;
+            let more = GATE * sigma.hypot(friction);
+            let [from, to] = match sign > 0.0 {
+                true => [beyond - GATE * sigma, beyond + more],
+                false => [-beyond - more, -beyond + GATE * sigma],
+            };
+            allowed = [allowed[0].max(from), allowed[1].min(to)];
+        }
+        let (sum, count) = ways.rest;
+        Self {
+            // Where both ways contradict each other it is no zero.
+            allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
+            at_rest: (count > 0.0).then(|| sum / count),
+            even: 3.0 * budget.inclination_bias
+                + GATE * budget.inclination_noise / count.sqrt().max(1.0),
+        }
+    }
+
+    /// Whether no error at all is not allowed: then the readings contradict each other.
+    pub fn contradicts(&self) -> bool {
+        self.allowed
+            .is_some_and(|[from, to]| from > 0.0 || to < 0.0)
+    }
+
+    /// What an estimate says before its forces, if the zero of the inclinometers is not known to be right.
+    pub fn warning(&self) -> Option<String> {
+        if self.contradicts() {
+            return Some(format!(
+                "READINGS CONTRADICT EACH OTHER: {self}. {PER_DEGREE}. `robhaz check` says what to do"
+            ));
+        }
+        let slope = match self.at_rest {
+            Some(slope) if slope.abs() <= self.even || slope.abs() > STEEPEST => return None,
+            Some(slope) => format!(
+                "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
+                slope.to_degrees()
+            ),
+            None => "the log has no rest on level ground, which would show whether all inclinometers err alike".to_owned(),
+        };
+        let unknown = match self.allowed {
+            Some(_) => format!("{self}"),
+            None => "the torques do not show it".to_owned(),
+        };
+        Some(format!("{slope}; {unknown}. {PER_DEGREE}"))
+    }
+
+    /// The finding of a check.
+    pub fn finding(&self, channel: &str) -> Finding {
+        let Some(_) = self.allowed else {
+            let figure = "the torques do not show an error that all inclinometers have in common";
+            let remedy =
+                "stand on level ground at the start of the log: all inclinations must be 0";
+            return Finding::ok(TEST, channel, figure).cannot_tell(remedy);
+        };
+        let finding = Finding::ok(TEST, channel, self.to_string());
+        if !self.contradicts() {
+            return finding;
+        }
+        finding.fault(
+            "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both",
+        )
+    }
+}
+
+/// How much a common error costs.
+const PER_DEGREE: &str = "Each degree is 1.7 % of the weight in the sum of T, and moves about as much of N from wheel to wheel";
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [from, to] = self.allowed.unwrap_or_default().map(f64::to_degrees);
+        write!(
+            f,
+            "by the work of the torques all inclinometers err by {from:.1} to {to:.1} deg, nose up positive"
+        )
+    }
+}
+
+impl Ways {
+    /// `None` of angles that jump: that of a turn, say.
+    fn of<const N: usize>(
+        moments: impl Iterator<Item = Moment<N>>,
+        known: &Known<'_>,
+    ) -> Option<Self> {
+        let radius = known.side.geometry.wheel_radius;
+        let mut found = Self::default();
+        let mut start = None::<[f64; N]>;
+        let mut held = (None, [None; N], [None; N]);
+        // Since a time (s) and angles: number of frames, sums of torques and slopes.
+        let mut part = None::<(f64, [f64; N], f64, [f64; N], f64)>;
+        for moment in moments {
+            // Readings that do not come at the same time are held.
+            let slope = moment.slope.filter(|slope| slope.is_finite());
+            held.0 = slope.or(held.0);
+            for (held, moment) in [(&mut held.1, &moment.angle), (&mut held.2, &moment.torque)] {
+                for (held, value) in held.iter_mut().zip(moment) {
+                    *held = value.filter(|value| value.is_finite()).or(*held);
+                }
+            }
+            let all = |x: &[Option<f64>; N]| {
+                let known = x.iter().all(Option::is_some);
+                known.then(|| x.map(Option::unwrap_or_default))
+            };
+            let (Some(slope), Some(angle), Some(torque)) = (held.0, all(&held.1), all(&held.2))
+            else {
+                continue;
+            };
+            let first = *start.get_or_insert(angle);
+            if found.ends.is_none() {
+                let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
+                if stands {
+                    found.rest = (found.rest.0 + slope, found.rest.1 + 1.0);
+                } else {
+                    found.ends = Some([slope; 2]);
+                }
+            }
+            if let Some([_, end]) = &mut found.ends {
+                *end = slope;
+            }
+            let (since, before, count, torques, slopes) =
+                part.get_or_insert((moment.time, angle, 0.0, [0.0; N], 0.0));
+            *count += 1.0;
+            *slopes += slope;
+            torques
+                .iter_mut()
+                .zip(torque)
+                .for_each(|(sum, torque)| *sum += torque);
+            let step = moment.time - *since;
+            if step < SMOOTHING {
+                continue;
+            }
+            let turns: Vec<f64> = before.iter().zip(&angle).map(|(a, b)| b - a).collect();
+            let mean = turns.iter().sum::<f64>() / N as f64;
+            let is_far = |turn: &f64| (turn - mean).abs() > LARGEST_DIFFERENCE;
+            if turns.iter().any(is_far) {
+                return None;
+            }
+            let work = turns
+                .iter()
+                .zip(&*torques)
+                .map(|(turn, torque)| turn * (torque / *count - known.damping * turn / step));
+            let way = radius * mean;
+            let back = usize::from(way < 0.0);
+            if step < LONGEST_STEP {
+                found.speed = found.speed.max(way.abs() / step);
+                found.way[back] += way.abs();
+                found.rise[back] += way * (*slopes / *count).sin();
+                found.work[back] += work.sum::<f64>() / known.weight;
+            }
+            part = Some((moment.time, angle, 1.0, torque, slope));
+        }
+        Some(found)
+    }
+}

@@ -1,0 +1,134 @@
+//! Tables that were made of several: rows of drives, and between them rows of inertial sensors, each with the cells
+//! of its own. They are channels with times of their own.
+
+use crate::channel::{Channel, Rows};
+use crate::survey::{count_gaps, period};
+use robhaz_run::ChannelReport;
+use robhaz_scene::is_wheel_angle;
+
+/// Share of the rows with all readings below which a table was made of several.
+const WHOLE: f64 = 0.5;
+/// Share of the rows in which two readings of one table may differ: single lost ones.
+const ALIKE: f64 = 0.02;
+/// Fewest rows of a part.
+const LEAST: usize = 20;
+
+/// Splits a log of one table that was made of several into their channels, and says so. That of the wheels'
+/// angles is the first.
+pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
+    let mut of_log = (0..channels.len()).filter(|i| channels[*i].truth.is_none());
+    let (Some(0), None) = (of_log.next(), of_log.next()) else {
+        return None;
+    };
+    let table = &channels[0];
+    if !matches!(table.rows, Rows::Table(..)) {
+        return None;
+    }
+    let rows: Vec<&[f64]> = table.rows().collect();
+    // Counts of rows.
+    let share = |count: usize| count as f64 / rows.len() as f64;
+    let present = |k: usize| -> Vec<bool> {
+        let (_, formula) = &table.readings[k];
+        rows.iter()
+            .map(|row| formula.value(row).is_some())
+            .collect()
+    };
+    let all: Vec<Vec<bool>> = (0..table.readings.len()).map(present).collect();
+    let read: Vec<usize> = (0..all.len()).filter(|k| all[*k].contains(&true)).collect();
+    let whole = (0..rows.len()).filter(|row| read.iter().all(|k| all[*k][*row]));
+    if share(whole.count()) >= WHOLE {
+        return None;
+    }
+    let is_alike = |a: usize, b: usize| {
+        let differ = all[a].iter().zip(&all[b]).filter(|(a, b)| a != b);
+        share(differ.count()) < ALIKE
+    };
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for k in read {
+        match parts.iter_mut().find(|part| is_alike(part[0], k)) {
+            Some(part) => part.push(k),
+            None => parts.push(vec![k]),
+        }
+    }
+    let has_wheels = |part: &Vec<usize>| {
+        part.iter()
+            .any(|k| is_wheel_angle(table.readings[*k].0.name()))
+    };
+    // Drives that are read one after the other are no tables of their own.
+    if parts.iter().filter(|part| has_wheels(part)).count() != 1 {
+        return None;
+    }
+    parts.sort_by_key(|part| !has_wheels(part));
+    // A slower sensor that is read together with the drives is of their table.
+    let apart = |a: usize, b: usize| {
+        let both = all[a]
+            .iter()
+            .zip(&all[b])
+            .filter(|(a, b)| **a && **b)
+            .count();
+        let of = |k: usize| all[k].iter().filter(|is| **is).count();
+        2 * both < of(a).min(of(b))
+    };
+    let mut others = parts.split_off(1);
+    let of_wheels = parts[0][0];
+    for part in others.extract_if(.., |part| !apart(part[0], of_wheels)) {
+        parts[0].extend(part);
+    }
+    parts.append(&mut others);
+    if parts.len() < 2 {
+        return None;
+    }
+    let mut found = Vec::new();
+    for part in &parts {
+        let channel = of_part(table, part, &rows);
+        if channel.times.len() < LEAST {
+            return None;
+        }
+        found.push(channel);
+    }
+    let notice = format!(
+        "{} was made of {} tables: the readings of each count at the times of its own rows, and the rows of the wheels are the frames",
+        table.name,
+        parts.len()
+    );
+    channels.remove(0);
+    found.append(channels);
+    *channels = found;
+    Some(notice)
+}
+
+/// The channel of some readings of a table, with the rows that have one of them.
+fn of_part(table: &Channel, part: &[usize], rows: &[&[f64]]) -> Channel {
+    let readings: Vec<_> = part.iter().map(|k| table.readings[*k]).collect();
+    let is_own = |row: &[f64]| {
+        readings
+            .iter()
+            .any(|(_, formula)| formula.value(row).is_some())
+    };
+    let own: Vec<usize> = (0..rows.len()).filter(|row| is_own(rows[*row])).collect();
+    let times: Vec<f64> = own.iter().map(|row| table.times[*row]).collect();
+    let (start, _) = readings[0];
+    let mut report = ChannelReport {
+        name: format!("{}, {}", table.name, start.name()),
+        period: period(&times).map_or(table.report.period, |(period, _)| period),
+        rows: own.len() as u64,
+        gaps: 0,
+        lost: 0,
+        longest_gap: None,
+        longest_gap_at: None,
+        ..table.report.clone()
+    };
+    count_gaps(&times, &mut report);
+    Channel {
+        name: report.name.clone(),
+        cells: own
+            .iter()
+            .flat_map(|row| rows[*row].iter().copied())
+            .collect(),
+        times,
+        readings,
+        report,
+        // What it is read from is that of the table.
+        ..table.clone()
+    }
+}

@@ -1,0 +1,76 @@
+//! Zeros of the links' sensors: at rest, and by the work of the torques.
+
+use super::level_drive::{LevelDrive, check, estimate, in_the_plane};
+use crate::support::text;
+use std::fs;
+
+/// What `check` and `estimate` say of a log with a change.
+fn said(change: impl Fn(&mut LevelDrive)) -> [String; 2] {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
+    let mut drive = LevelDrive::new(1);
+    change(&mut drive);
+    drive.write(&folder.join("log.csv"));
+    let estimated = estimate(folder);
+    let said = text(&estimated.stdout) + &text(&estimated.stderr);
+    [text(&check(folder).stdout), said]
+}
+
+fn tilted(drive: &mut LevelDrive, by: f64) {
+    for name in ["link1_inclination", "link2_inclination"] {
+        let values = drive.column(name).iter_mut();
+        values.for_each(|value| *value += by.to_radians());
+    }
+}
+
+/// Sensors that are all mounted with their nose up show a rise which no torque makes: both commands say so. Nose down may
+/// be friction: the rest shows it, with what it costs. Right ones are said to be neither.
+#[test]
+fn sensors_that_are_all_mounted_alike_are_named() {
+    const FAULT: &str = "FAULT        zero by the torques";
+    const WARNING: &str =
+        "READINGS CONTRADICT EACH OTHER: by the work of the torques all inclinometers err by";
+    let [checked, estimated] = said(|drive| tilted(drive, 5.0));
+    assert!(checked.contains(FAULT), "{checked}");
+    assert!(estimated.contains(WARNING), "{estimated}");
+    let [checked, estimated] = said(|drive| tilted(drive, -5.0));
+    assert!(!checked.contains(FAULT), "{checked}");
+    let at_rest = "at rest all inclinometers together show a slope of -5.0 deg";
+    assert!(
+        estimated.contains(at_rest) && estimated.contains("Each degree is 1.7 % of the weight"),
+        "{estimated}"
+    );
+    let [checked, estimated] = said(|_| {});
+    assert!(!checked.contains("FAULT"), "{checked}");
+    assert!(!estimated.contains("all inclinometers"), "{estimated}");
+}
+
+/// Single wrong readings of a gyroscope at rest are none of its zero; an offset is.
+#[test]
+fn spikes_are_no_zero() {
+    const FAULT: &str = "FAULT        zero at rest";
+    let [checked, _] = said(|drive| {
+        let values = drive.column("link1_rate");
+        [20, 45, 80].into_iter().for_each(|k| values[k] += 1.0);
+    });
+    assert!(!checked.contains(FAULT), "{checked}");
+    let [checked, _] = said(|drive| {
+        let values = drive.column("link1_rate").iter_mut();
+        values.for_each(|value| *value += 0.01);
+    });
+    assert!(checked.contains(FAULT), "{checked}");
+}
+
+/// Inclinations from 0 to 360 deg are those from -180 to 180 deg.
+#[test]
+fn inclinations_may_go_from_0_to_a_turn() {
+    let turned = |drive: &mut LevelDrive| {
+        for name in ["link1_inclination", "link2_inclination"] {
+            let values = drive.column(name).iter_mut();
+            values.for_each(|value| *value = value.rem_euclid(std::f64::consts::TAU));
+        }
+    };
+    let [checked, _] = said(turned);
+    assert!(!checked.contains("FAULT"), "{checked}");
+}
