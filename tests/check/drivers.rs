@@ -103,7 +103,8 @@ fn a_filter_of_the_current_is_measured() -> Result<(), Failure> {
     let late = |torque: &mut [f64]| {
         torque.copy_within(..torque.len() - 20, 20);
     };
-    let cases: [(f64, &dyn Fn(&mut [f64])); 5] = [
+    type OfDriver<'a> = &'a dyn Fn(&mut [f64]);
+    let cases: [(f64, OfDriver<'_>); 5] = [
         (0.045, &|torque| filter(torque, 5.0)),
         (0.09, &|torque| filter(torque, 9.5)),
         (0.195, &|torque| filter(torque, 20.0)),
