@@ -245,8 +245,8 @@ fn drawn(rover: &WholeRover, seed: u64) -> WholeRover {
 }
 
 /// Acceptance, 9 s at 50 Hz from `simulate_rover.py --rate 50 --seed 1`: bumps under the left side with the
-/// low-gain drive, and a turn with steered wheels on a cross slope of 10 deg. The study has 2.0 and 1.7 % of 200
-/// Hz and 14 to 18 s; a quarter more for half of the drive at a quarter of the rate, and of one seed.
+/// low-gain drive, and a turn with steered wheels on a cross slope of 10 deg. The study has 1.4 and 2.0 % at 200 Hz;
+/// 2.5 % for half of the drive at a quarter of the rate, and for one seed.
 #[test]
 fn forces_of_drives_are_estimated() {
     let drives = [
