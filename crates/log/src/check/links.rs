@@ -367,6 +367,9 @@ fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
     spins.zip(&inclination).map(speed).collect()
 }
 
+/// Rate of a link that hardly turns, in standard deviations of a gyroscope's noise.
+const HARDLY: f64 = 10.0;
+
 fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     let recording = &log.recording;
     let [gyro, inclinometer] = changes.channels[k];
@@ -394,13 +397,18 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
             "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
         )
     });
-    // Where a link turns slowly, accelerations and lags of other sensors look like a delay, which costs
+    // Where a link hardly turns, accelerations and lags of other sensors look like a delay, which costs
     // nothing there.
     let turning = rms(&recording.while_driving(&recording.rate[k]));
     let costs = found.map_or(0.0, |delay| delay.seconds.abs() * turning);
+    let budget = &log.stated.budget;
     match finding.verdict {
-        Verdict::Fault if costs < log.stated.budget.inclination_noise => finding
-            .cannot_tell("drive faster: at this speed it is less than the inclinometer's noise"),
+        Verdict::Fault
+            if turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise =>
+        {
+            finding
+                .cannot_tell("drive faster: at this speed it is less than the inclinometer's noise")
+        }
         _ => finding,
     }
 }
