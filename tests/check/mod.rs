@@ -7,6 +7,7 @@ mod drivers;
 mod fault_times;
 mod health;
 mod honest_logs;
+mod loose_soil;
 mod rovers;
 mod study;
 mod torque_scale;

@@ -210,6 +210,8 @@ fn report_out(units: &Units, report: &mut KalmanReport) {
     let ReadingErrors {
         torque_offset,
         gear_friction,
+        // A ratio.
+        rolling_resistance: _,
         contact_angle: _,
         rate_bias,
     } = reading_errors;

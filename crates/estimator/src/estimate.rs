@@ -122,6 +122,8 @@ pub struct ReadingErrors {
     pub torque_offset: [(f64, f64); 3],
     /// Dry friction in the gears, N m at the wheel.
     pub gear_friction: (f64, f64),
+    /// Coefficient of the rolling resistance, -.
+    pub rolling_resistance: (f64, f64),
     /// Errors of the given contact angles, rad; `None` where none are given.
     pub contact_angle: Option<[(f64, f64); 3]>,
     /// Biases of the gyroscopes on links 1 and 2, rad/s.

@@ -214,9 +214,8 @@ impl Estimator {
             trailing: across.trailing,
         };
         let step = filters.advance(&instant)?;
-        let budget = &self.nominal.settings.budget;
         Ok(SideStep {
-            state: filters.side_state(&self.units, budget, &self.inputs, &step),
+            state: filters.side_state(&self.units, &self.nominal, &self.inputs, &step),
             step,
             time: frame.time,
             dt,
@@ -252,8 +251,7 @@ impl Estimator {
     pub(crate) fn retake(&self, side: &mut SideStep) {
         if let Some(filters) = self.kalman_filters() {
             filters.retake(&self.nominal, &mut side.step);
-            let budget = &self.nominal.settings.budget;
-            side.state = filters.side_state(&self.units, budget, &self.inputs, &side.step);
+            side.state = filters.side_state(&self.units, &self.nominal, &self.inputs, &side.step);
         }
     }
 

@@ -68,6 +68,7 @@ mod ground;
 mod health;
 mod methods;
 mod nominal;
+mod resistance;
 mod settings;
 mod start;
 mod state;

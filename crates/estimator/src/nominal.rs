@@ -21,9 +21,6 @@ pub(crate) struct Nominal {
     pub mass_sigma: f64,
     /// The masses, placed as the settings choose.
     pub masses: PointMasses,
-    /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels
-    /// of each link, at the mean load.
-    pub by_rolling_resistance: Vector4<f64>,
     /// What the other side does, for one side of two.
     pub other_side: Option<OtherSide>,
 }
@@ -63,7 +60,6 @@ impl Nominal {
                 Masses::LumpedToWheels => mass.lumped_to_wheels(),
                 Masses::True => mass.true_points(),
             },
-            by_rolling_resistance: by_rolling_resistance(robot, &settings),
             other_side: match settings.sides {
                 Sides::Plane => None,
                 Sides::OneOfTwo => Some(OtherSide::new(robot, settings.budget.cross_slope)),
@@ -71,7 +67,8 @@ impl Nominal {
         }
     }
 
-    /// Eq. (8) for link angles (rad), loads and contact angles (rad).
+    /// Eq. (8) for link angles (rad), loads and contact angles (rad), with each N acting `ahead` (m) of
+    /// its contact by rolling resistance.
     ///
     /// # Errors
     /// [`EstimateError::Singular`].
@@ -82,11 +79,13 @@ impl Nominal {
         link_angles: [f64; 2],
         loads: Loads,
         contact_angle: &[f64; 3],
+        ahead: &[f64; 3],
     ) -> Result<Equations, EstimateError> {
         let (geometry, lever) = (&self.robot.geometry, self.settings.moment_lever);
         let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
         let equilibrium = Equilibrium::new(&arms, carriers, radius, &loads, contact_angle, lever)
-            .ok_or(EstimateError::Singular)?;
+            .ok_or(EstimateError::Singular)?
+            .rolling(ahead, carriers);
         Ok(Equations {
             arms,
             link_angles,
@@ -174,6 +173,18 @@ impl Nominal {
         r
     }
 
+    /// What rolling resistance of these `coefficients` adds to the rows of eq. (8), N: the moments f r N
+    /// of the wheels of each link, at the mean load.
+    pub fn by_rolling_resistance(&self, coefficients: &[f64; 3]) -> Vector4<f64> {
+        let geometry = &self.robot.geometry;
+        let moment = self.mean_load * geometry.wheel_radius / self.settings.moment_lever;
+        let mut rows = Vector4::zeros();
+        for (carrier, coefficient) in geometry.carriers.iter().zip(coefficients) {
+            rows[2 + carrier.index()] += coefficient * moment;
+        }
+        rows
+    }
+
     /// Flag of a linkage near an end stop, for the angles of links 1 and 2, rad.
     pub fn at_stop(&self, link_angles: [f64; 2]) -> Flags {
         let stop = &self.robot.geometry.stop;
@@ -221,17 +232,6 @@ fn mass_sigma(robot: &Robot, settings: &EstimatorSettings) -> f64 {
     robhaz_model::sqrt(variance.max(0.0)) / robot.mass.total()
 }
 
-/// See [`Nominal::by_rolling_resistance`].
-fn by_rolling_resistance(robot: &Robot, settings: &EstimatorSettings) -> Vector4<f64> {
-    let resistance = settings.budget.rolling_resistance * robot.mean_wheel_load();
-    let moment = resistance * robot.geometry.wheel_radius / settings.moment_lever;
-    let mut rows = Vector4::zeros();
-    for carrier in &robot.geometry.carriers {
-        rows[2 + carrier.index()] += moment;
-    }
-    rows
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -247,12 +247,12 @@ mod tests {
         let [x1, x2, x3] = arms.axles.map(|axle| axle.x);
         let loads = Loads::at_rest(&nominal.masses);
         let equations = nominal
-            .equations(arms, [0.0; 2], loads, &[0.0; 3])
+            .equations(arms, [0.0; 2], loads, &[0.0; 3], &[0.0; 3])
             .expect("regular");
-        let moved = equations.inverse.solve(&nominal.by_rolling_resistance);
-        let found = moved.map(f64::abs);
+        let resistance = 0.1;
+        let by_resistance = nominal.by_rolling_resistance(&[resistance; 3]);
+        let found = equations.inverse.solve(&by_resistance).map(f64::abs);
 
-        let resistance = nominal.settings.budget.rolling_resistance;
         let moment = resistance * robot.geometry.wheel_radius * robot.mean_wheel_load();
         let front = -moment / x1;
         let middle = (-2.0 * moment + x3 * front) / (x2 - x3);

@@ -54,14 +54,15 @@ pub(crate) const ACCELERATION: Block = Block {
 };
 /// Contact-angle errors, reading minus true, rad. An unknown contact angle counts as given with 0.
 pub(crate) const CONTACT_ANGLE: Block = ACCELERATION.then(WHEELS);
+/// What resists the spin of each wheel at the mean load, N m; positive opposes the spin
+/// ([`crate::resistance`]).
+pub(crate) const RESISTANCE: Block = CONTACT_ANGLE.then(ONE);
 /// Torque offsets, reading minus true, N m.
-pub(crate) const TORQUE_OFFSET: Block = CONTACT_ANGLE.then(WHEELS);
-/// Dry gear friction at the wheel, common to all wheels, N m; positive opposes the spin.
-pub(crate) const GEAR_FRICTION: Block = TORQUE_OFFSET.then(ONE);
+pub(crate) const TORQUE_OFFSET: Block = RESISTANCE.then(WHEELS);
 /// Relative errors of the torque readings, positive for readings that are too large: consider
 /// states. Only products with creep and contact angles make them observable. A linearised filter is
 /// inconsistent there: its variance would fall while its error grows.
-pub(crate) const TORQUE_GAIN: Block = GEAR_FRICTION.then(WHEELS);
+pub(crate) const TORQUE_GAIN: Block = TORQUE_OFFSET.then(WHEELS);
 /// Number of the uncertain inputs of eq. (8).
 pub(crate) const INPUTS: usize = TORQUE_GAIN.end();
 /// Velocity of Q, m/s, as wheels that roll with their unloaded radius show it. That over the ground is

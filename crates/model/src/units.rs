@@ -23,6 +23,9 @@ impl Units {
     /// Radius of a wheel, m, of the robot whose units are SI; of all robots in their own units.
     /// Definition.
     pub const RADIUS: f64 = 0.1;
+    /// Moment of the mean load of one of three wheels at the arm of its radius, N m: r m g/3, in the
+    /// robots' own units.
+    pub const MEAN_MOMENT: f64 = Self::RADIUS * MASS * GRAVITY / 3.0;
 
     /// For a robot. SI where a number is not above 0 and finite.
     pub fn of(robot: &Robot) -> Self {

@@ -76,7 +76,7 @@ impl PaperFilters {
             .map_err(EstimateError::Linkage)?;
         let contact_angle = inputs.contact_angle.map(|angle| angle.value);
         let loads = Loads::at_rest(&nominal.masses);
-        let equations = nominal.equations(arms, angles, loads, &contact_angle)?;
+        let equations = nominal.equations(arms, angles, loads, &contact_angle, &[0.0; 3])?;
 
         let right_side = equations.equilibrium.right_side(&traction);
         let mut forces = Forces {

@@ -4,6 +4,7 @@ use crate::deviation::{GATE, UNIFORM, root_sum_square};
 use crate::filters::{COUNT_SIGMA, Innovation, TorqueObserver, WheelParameters, smoothing_time};
 use crate::frame::{Held, Inputs, LONGEST_GAP};
 use crate::nominal::Nominal;
+use crate::resistance::Resistance;
 use crate::settings::NoiseBudget;
 use crate::statics::Traction;
 use robhaz_model::GRAVITY;
@@ -159,9 +160,10 @@ impl Wheel {
         (torque, root_sum_square(observed, self.unread))
     }
 
-    /// Traction, less the `error` of the torque reading (N m). Friction in a gear of unknown
-    /// direction may bear a part of it: that part counts in its standard deviation.
-    pub fn traction(&self, nominal: &Nominal, error: f64) -> Traction {
+    /// Traction, less the `error` of the torque reading (N m), of which the wheels' resistance counts by
+    /// the share `resisted`. Friction in a gear of unknown direction may bear a part of it: that part
+    /// counts in its standard deviation.
+    pub fn traction(&self, nominal: &Nominal, resisted: f64, error: f64) -> Traction {
         let settings = &nominal.settings;
         let (torque, observed) = self.ground_torque();
         let share = self.friction_share;
@@ -172,9 +174,17 @@ impl Wheel {
             value: (torque - error) * inverse,
             sigma: sigma * inverse,
             by_offset: -inverse,
-            by_friction: -share * inverse,
+            by_resistance: -resisted * inverse,
             by_gain: -self.steady_torque(settings.viscous_damping) * inverse,
         }
+    }
+
+    /// Deviation of the coefficient of rolling resistance of this wheel that the sum of the resistance
+    /// leaves, -: all of the budget's where the wheel does not turn.
+    pub fn rolling_left(&self, budget: &NoiseBudget, resistance: &Resistance) -> f64 {
+        let share = self.friction_share;
+        let rests = budget.rolling_resistance * robhaz_model::sqrt(1.0 - share * share);
+        root_sum_square(resistance.left * share, rests)
     }
 
     /// For tests: a wheel observed at `speed` (rad/s) under a motor torque (N m).

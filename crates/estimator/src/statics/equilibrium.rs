@@ -74,6 +74,20 @@ impl Equilibrium {
         })
     }
 
+    /// With each N acting `ahead` (m) of its contact along the tangent, by rolling resistance.
+    pub fn rolling(mut self, ahead: &[f64; 3], carriers: &[Carrier; 3]) -> Self {
+        for i in 0..3 {
+            self.h_n[i] += self.by_shift(ahead[i], carriers[i]);
+        }
+        self
+    }
+
+    /// What moving a normal force of 1 N of a wheel of this link by `ahead` (m) along its tangent adds to
+    /// H x'.
+    pub fn by_shift(&self, ahead: f64, carrier: Carrier) -> Vector4<f64> {
+        column(Vec2::zeros(), ahead * self.inverse_lever, carrier)
+    }
+
     /// F' and the forces in P, R and S, N, for given loads: linear in the loads. Not finite where P
     /// lies on the line RS.
     ///

@@ -19,8 +19,8 @@ pub(crate) struct Traction {
     pub sigma: f64,
     /// Derivative by the torque offset, 1/m.
     pub by_offset: f64,
-    /// Derivative by the gear friction, 1/m.
-    pub by_friction: f64,
+    /// Derivative by the wheels' resistance at the mean load, 1/m.
+    pub by_resistance: f64,
     /// Derivative by the torque gain, N.
     pub by_gain: f64,
 }
@@ -30,7 +30,7 @@ impl Traction {
     pub fn gradient(&self, i: usize) -> [(usize, f64); 3] {
         [
             (state::TORQUE_OFFSET.of(i), self.by_offset),
-            (state::GEAR_FRICTION.of(0), self.by_friction),
+            (state::RESISTANCE.of(0), self.by_resistance),
             (state::TORQUE_GAIN.of(i), self.by_gain),
         ]
     }
@@ -40,14 +40,15 @@ impl Traction {
 /// an input, in the order of [`state`]; N over the input's unit.
 pub(crate) type Sensitivity = [Vector4<f64>; state::INPUTS];
 
-/// The sensitivity at one instant, linearised at these normal forces and tractions, N. `inertial`
-/// holds the masses if the loads include inertia, else `None`; `lever` is that of the moment rows,
-/// m.
+/// The sensitivity at one instant, linearised at these normal forces and tractions, N. A resistance of
+/// 1 N m moves each N `ahead`, m; `inertial` holds the masses if the loads include inertia, else `None`;
+/// `lever` is that of the moment rows, m.
 pub(crate) fn sensitivity(
     geometry: &Geometry,
     equations: &Equations,
     tractions: &[Traction; 3],
     (normal_force, traction): (&[f64; 3], &[f64; 3]),
+    ahead: &[f64; 3],
     inertial: Option<&PointMasses>,
     lever: f64,
 ) -> Sensitivity {
@@ -63,6 +64,8 @@ pub(crate) fn sensitivity(
     for i in 0..3 {
         columns[state::CONTACT_ANGLE.of(i)] =
             equilibrium.by_contact_angle(i, geometry, [normal_force[i], traction[i]]);
+        columns[state::RESISTANCE.of(0)] -=
+            equilibrium.by_shift(ahead[i] * normal_force[i], geometry.carriers[i]);
         for (k, derivative) in tractions[i].gradient(i) {
             columns[k] += equilibrium.h_t[i] * -derivative;
         }
@@ -138,8 +141,12 @@ impl Joint {
     ) -> Self {
         let causes = causes(&right.tractions, inputs);
         let [t1, t2, t3] = equilibrium.h_t.map(|column| -column);
-        let [x, y, angle1, angle2, angle3, ..] = right.sensitivity;
-        let columns = [x, y, angle1, angle2, angle3, t1, t2, t3];
+        let [x, y, angle1, angle2, angle3, mut resistance, ..] = right.sensitivity;
+        // Less what it does through the tractions.
+        for (column, traction) in equilibrium.h_t.iter().zip(&right.tractions) {
+            resistance += column * traction.by_resistance;
+        }
+        let columns = [x, y, angle1, angle2, angle3, resistance, t1, t2, t3];
         // Covariance of each cause with the equation error.
         let mut effects = [Vector4::zeros(); CAUSES];
         for (effect, row) in effects.iter_mut().zip(&causes) {
@@ -204,9 +211,9 @@ impl Joint {
     }
 }
 
-/// Inputs that act on the equations directly: accelerations and contact angles. The others act
-/// through the tractions.
-pub(crate) const DIRECT: usize = state::CONTACT_ANGLE.end();
+/// Inputs that act on the equations directly: accelerations, contact angles and the wheels' resistance.
+/// The others act through the tractions alone.
+pub(crate) const DIRECT: usize = state::RESISTANCE.end();
 /// What errs in the equations: direct inputs and the three tractions.
 pub(crate) const CAUSES: usize = DIRECT + 3;
 
@@ -223,10 +230,10 @@ pub(crate) fn causes(
         }
     }
     for (i, ti) in tractions.iter().enumerate() {
-        let [offset, friction, gain] = ti.gradient(i);
+        let [offset, resistance, gain] = ti.gradient(i);
         let with = |a: usize| {
             let by = |(k, derivative): (usize, f64)| derivative * inputs(a, k);
-            by(offset) + by(friction) + by(gain)
+            by(offset) + by(resistance) + by(gain)
         };
         for a in 0..DIRECT {
             covariance[a][DIRECT + i] = with(a);
@@ -263,7 +270,7 @@ mod tests {
         let nominal = Nominal::new(robot, EstimatorSettings::kalman());
         let arms = Arms::new(&robot.geometry, theta[0], theta[1]).expect("inside the stops");
         let loads = Loads::at_rest(&nominal.masses);
-        let equations = nominal.equations(arms, theta, loads, slopes);
+        let equations = nominal.equations(arms, theta, loads, slopes, &[0.0; 3]);
         equations.expect("regular")
     }
 
@@ -278,11 +285,11 @@ mod tests {
             prop::array::uniform3(-5.0_f64..5.0),
         )
             .prop_map(
-                |(value, sigma, [by_offset, by_friction, by_gain])| Traction {
+                |(value, sigma, [by_offset, by_resistance, by_gain])| Traction {
                     value,
                     sigma,
                     by_offset,
-                    by_friction,
+                    by_resistance,
                     by_gain,
                 },
             )
@@ -327,7 +334,7 @@ mod tests {
             let mut g = SMatrix::<f64, 3, INPUTS>::zeros();
             for (i, t) in tractions.iter().enumerate() {
                 g[(i, state::TORQUE_OFFSET.of(i))] = t.by_offset;
-                g[(i, state::GEAR_FRICTION.of(0))] = t.by_friction;
+                g[(i, state::RESISTANCE.of(0))] = t.by_resistance;
                 g[(i, state::TORQUE_GAIN.of(i))] = t.by_gain;
             }
             let d = Matrix3::from_diagonal(&Vector3::from(tractions.map(|t| t.sigma * t.sigma)));
@@ -364,7 +371,7 @@ mod tests {
         fn without_parity_the_covariance_is_mapped(y in vector(), sigma in 0.1_f64..3.0) {
             let equations = equations(&Robot::default_a(), [0.1, -0.1], &[0.1, 0.0, 0.2]);
             let inverse = &equations.inverse;
-            let none = Traction { value: 0.0, sigma: 0.0, by_offset: 0.0, by_friction: 0.0, by_gain: 0.0 };
+            let none = Traction { value: 0.0, sigma: 0.0, by_offset: 0.0, by_resistance: 0.0, by_gain: 0.0 };
             let right = RightSide {
                 value: y,
                 sensitivity: [Vector4::zeros(); INPUTS],

@@ -28,6 +28,8 @@ pub struct WholeEquilibrium {
     pub h_a: [Rows; 6],
     /// Axial force over N of a wheel that moves sideways, -: [`Self::slide`].
     pub sliding: [f64; 6],
+    /// Distance by which N acts ahead of the contact at a coefficient of rolling resistance of 1, m.
+    pub rolling: [f64; 6],
     /// Loads, N.
     pub f: Rows,
     /// Derivatives of the loads by the specific force x, y, z, kg.
@@ -132,6 +134,7 @@ impl WholeEquilibrium {
             h_t: core::array::from_fn(|i| column(i, contacts[i].tangent)),
             h_a: core::array::from_fn(|i| column(i, contacts[i].axial)),
             sliding: [0.0; 6],
+            rolling: [0.0; 6],
             f,
             by_specific_force,
             mean_load: mass * robhaz_model::sqrt(motion.specific_force.norm_squared()) / 6.0,
@@ -168,6 +171,15 @@ impl WholeEquilibrium {
         let common = self.sliding.iter().sum::<f64>() / 6.0;
         for sliding in &mut self.sliding {
             *sliding -= common;
+        }
+    }
+
+    /// Takes the rolling resistance of the wheels, of these coefficients, signed as the spin: each N
+    /// acts ahead of its contact. `share` are the smoothed signs of the spins.
+    pub fn roll(&mut self, resistance: &[f64; 6], share: &[f64; 6]) {
+        for i in 0..6 {
+            self.h_n[i] += self.of_shift(i, resistance[i] * self.wheel_radius, 1.0);
+            self.rolling[i] = share[i] * self.wheel_radius;
         }
     }
 

@@ -19,7 +19,7 @@ use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::start::{Carried, Start};
-use crate::statics::Forces;
+use crate::statics::{DIRECT, Forces};
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Units, Vec2, WholeRover, WholeRoverError};
 
@@ -416,6 +416,7 @@ impl WholeEstimator {
         let mut equations =
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         equations.slide(&motion, inputs.speed(), &inputs.creep());
+        equations.roll(&inputs.rolling_resistance(), &inputs.friction_share());
         Ok((inputs, (posture, motion), equations))
     }
 
@@ -501,7 +502,7 @@ fn side_forces(side: usize, states: [&SideState; 2], forces: &WholeForces) -> Fo
     for i in 0..3 {
         for j in 0..3 {
             let (a, b) = (3 * side + i, 3 * side + j);
-            covariance[2 * i][2 * j] = state.covariance[5 + i][5 + j];
+            covariance[2 * i][2 * j] = state.covariance[DIRECT + i][DIRECT + j];
             covariance[2 * i + 1][2 * j + 1] = forces.covariance[(a, b)];
             let with = forces.with_inputs[(a, input::TRACTION + b)];
             covariance[2 * i + 1][2 * j] = with;

@@ -9,7 +9,7 @@ use super::{
 use crate::filters::motion::SLOPE;
 use crate::methods::SideState;
 use crate::settings::NoiseBudget;
-use crate::statics::CAUSES;
+use crate::statics::{CAUSES, DIRECT};
 use nalgebra::SVector;
 use robhaz_model::{Coupling, Vec2, WholeRover, perp};
 
@@ -129,6 +129,17 @@ impl<'a> SideInputs<'a> {
         core::array::from_fn(|i| self.states[i / 3].traction[i % 3])
     }
 
+    /// Coefficients of the rolling resistance of the wheels, signed as their spin, -.
+    pub fn rolling_resistance(&self) -> [f64; 6] {
+        let share = self.friction_share();
+        core::array::from_fn(|i| share[i] * self.states[i / 3].rolling_resistance)
+    }
+
+    /// Smoothed signs of the spins, by which friction resists: -1 to 1.
+    pub fn friction_share(&self) -> [f64; 6] {
+        core::array::from_fn(|i| self.states[i / 3].friction_share[i % 3])
+    }
+
     /// Slip speed of the wheels at T = N, m/s.
     pub fn creep(&self) -> [f64; 6] {
         core::array::from_fn(|i| self.states[i / 3].creep[i % 3])
@@ -223,8 +234,8 @@ impl<'a> SideInputs<'a> {
         covariance
     }
 
-    /// The inputs that acceleration x, y, contact angles and tractions of a side change, with the
-    /// derivatives: both sides' accelerations count by half.
+    /// The inputs that acceleration x, y, contact angles, rolling resistance and tractions of a side
+    /// change, with the derivatives: both sides' accelerations count by half.
     #[inline(always)]
     fn effect(&self, side: usize, cause: usize) -> [(usize, f64); 2] {
         let [sp, cp] = self.along;
@@ -232,7 +243,8 @@ impl<'a> SideInputs<'a> {
             0 => [(0, 0.5 * cp), (2, -0.5 * sp)],
             1 => [(0, 0.5 * sp), (2, 0.5 * cp)],
             2..5 => [(input::CONTACT_ANGLE + 3 * side + cause - 2, 1.0), (0, 0.0)],
-            _ => [(input::TRACTION + 3 * side + cause - 5, 1.0), (0, 0.0)],
+            5 => [(input::ROLLING_RESISTANCE + side, 1.0), (0, 0.0)],
+            _ => [(input::TRACTION + 3 * side + cause - DIRECT, 1.0), (0, 0.0)],
         }
     }
 
@@ -264,7 +276,7 @@ pub(super) fn level_loads(rover: &WholeRover) -> Result<[f64; 6], WholeError> {
 }
 
 /// Adds to the covariance of N what no reading shows and lasts: places and masses of the parts, and
-/// rolling resistance, by the budget; and what the bogies' angles err by.
+/// rolling resistance as far as the torques do not show it; and what the bogies' angles err by.
 pub(super) fn consider(
     rover: &WholeRover,
     posture: &WholePosture,
@@ -324,13 +336,11 @@ pub(super) fn consider(
         let total = weighed.rows()[0][0].max(0.0);
         forces.consider(&(equations.f * (robhaz_model::sqrt(total) / mass.total())));
     }
-    if budget.rolling_resistance > 0.0 {
+    let mut rows = Rows::zeros();
+    for (i, n) in forces.normal.iter().enumerate() {
         // As if N acted ahead of the axle.
-        let ahead = budget.rolling_resistance * rover.side.geometry.wheel_radius;
-        let mut rows = Rows::zeros();
-        for (i, n) in forces.normal.iter().enumerate() {
-            rows += equations.of_shift(i, ahead, *n);
-        }
-        forces.consider(&rows);
+        let ahead = inputs.states[i / 3].rolling_left[i % 3] * rover.side.geometry.wheel_radius;
+        rows += equations.of_shift(i, ahead, *n);
     }
+    forces.consider(&rows);
 }

@@ -16,10 +16,12 @@ pub mod input {
     pub const CONTACT_ANGLE: usize = 3;
     /// First of the six tractions, N.
     pub const TRACTION: usize = 9;
+    /// Coefficient of the rolling resistance, -: of the left wheels, then of the right ones.
+    pub const ROLLING_RESISTANCE: usize = 15;
 }
 
 /// Number of the uncertain inputs.
-pub const INPUTS: usize = 15;
+pub const INPUTS: usize = 17;
 
 /// Covariance of the errors of the inputs in the order of [`input`], SI.
 pub type InputCovariance = SMatrix<f64, INPUTS, INPUTS>;
@@ -229,12 +231,18 @@ impl WholeEquilibrium {
         let mut effects = [Rows::zeros(); INPUTS];
         let (direct, of_wheels) = effects.split_at_mut(input::CONTACT_ANGLE);
         direct.copy_from_slice(&self.by_specific_force);
-        let (of_angles, of_tractions) = of_wheels.split_at_mut(6);
+        let (of_angles, others) = of_wheels.split_at_mut(6);
+        let (of_tractions, of_rolling) = others.split_at_mut(6);
         for (i, effect) in of_angles.iter_mut().enumerate() {
             *effect = -self.by_contact_angle(i, normal[i], traction[i]);
         }
         for (effect, column) in of_tractions.iter_mut().zip(&self.h_t) {
             *effect = -column;
+        }
+        for (i, n) in normal.iter().enumerate() {
+            if let Some(effect) = of_rolling.get_mut(i / 3) {
+                *effect -= self.of_shift(i, self.rolling[i], *n);
+            }
         }
         effects
     }

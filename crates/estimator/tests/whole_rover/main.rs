@@ -8,6 +8,7 @@
 )]
 
 mod drives;
+mod rolling;
 mod rover;
 mod truth;
 

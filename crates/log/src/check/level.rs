@@ -44,6 +44,9 @@ pub const TEST: &str = "zero by the torques";
 pub struct Level {
     /// Least and largest error, rad; `None` of a log that shows none.
     allowed: Option<[f64; 2]>,
+    /// What the torques do beyond the rise, over weight and way, -: gear friction, rolling resistance, or
+    /// the error.
+    resisted: f64,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
     /// Largest slope that is none, rad.
@@ -150,6 +153,7 @@ impl Level {
         let Some(ways) = Ways::of(moments, known) else {
             return Self {
                 allowed: None,
+                resisted: 0.0,
                 at_rest: None,
                 even: f64::INFINITY,
             };
@@ -161,7 +165,7 @@ impl Level {
         let offset = wheels.sqrt() * budget.torque_offset * over;
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
         let [first, last] = ways.ends.unwrap_or_default();
-        let mut allowed = [f64::NEG_INFINITY, f64::INFINITY];
+        let (mut allowed, mut resisted) = ([f64::NEG_INFINITY, f64::INFINITY], 0.0_f64);
         for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
             let way = ways.way[back];
             // On curved ground a fast robot shows slopes that are none.
@@ -176,6 +180,7 @@ impl Level {
             let sigma = sigma.into_iter().fold(0.0, f64::hypot);
             let beyond = (ways.rise[back] - ways.work[back]) / way;
             let more = GATE * sigma.hypot(friction);
+            resisted = resisted.max(-beyond);
             let [from, to] = match sign > 0.0 {
                 true => [beyond - GATE * sigma, beyond + more],
                 false => [-beyond - more, -beyond + GATE * sigma],
@@ -186,6 +191,7 @@ impl Level {
         Self {
             // Where both ways contradict each other it is no zero.
             allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
+            resisted,
             at_rest: (count > 0.0).then(|| sum / count),
             even: 3.0 * budget.inclination_bias
                 + GATE * budget.inclination_noise / count.sqrt().max(1.0),
@@ -196,6 +202,11 @@ impl Level {
     pub fn contradicts(&self) -> bool {
         self.allowed
             .is_some_and(|[from, to]| from > 0.0 || to < 0.0)
+    }
+
+    /// Whether they err nose down, as far as the torques show: loose ground does the same.
+    fn nose_down(&self) -> bool {
+        self.allowed.is_some_and(|[_, to]| to < 0.0)
     }
 
     /// What an estimate says before its forces, if the zero of the inclinometers is not known to be right.
@@ -232,9 +243,14 @@ impl Level {
         if !self.contradicts() {
             return finding;
         }
-        finding.fault(
-            "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both",
-        )
+        let remedy = "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both";
+        if self.nose_down() {
+            let resisted = self.resisted;
+            return finding.fault(format!(
+                "on loose soil state budget.rolling_resistance = {resisted:.2}; on firm ground {remedy}"
+            ));
+        }
+        finding.fault(remedy)
     }
 }
 
@@ -247,7 +263,15 @@ impl fmt::Display for Level {
         write!(
             f,
             "by the work of the torques all inclinometers err by {from:.1} to {to:.1} deg, nose up positive"
-        )
+        )?;
+        if self.nose_down() {
+            return write!(
+                f,
+                ", or the ground resists the wheels by {:.2} of the weight",
+                self.resisted
+            );
+        }
+        Ok(())
     }
 }
 

@@ -30,8 +30,10 @@ const LONGEST_LOW_PASS: f64 = 0.3;
 /// Least lag and greatest delay that are tried, s, and their least step.
 const LAGS: Range<f64> = -0.1..0.3;
 const STEP: f64 = 0.005;
-/// Spin speed at which dry friction has its size, rad/s for robot A.
-const SLIDES: f64 = 0.05;
+/// Spin speeds at which friction may have its size, rad/s for robot A: gears at once, soil after a millimetre or two.
+const SLIDES: [f64; 3] = [0.05, 0.1, 0.2];
+/// Part of the friction that may come earlier or later than by that law: soil gives way, gears stick.
+const ONSET: f64 = 0.5;
 /// Part of the variance that the law leaves at most where it holds: a wheel at an obstacle leaves more.
 const LEFT: f64 = 0.02;
 /// Part that torques leave without the delay, over that with it, and by itself, from which on they are late: half of
@@ -109,7 +111,7 @@ impl Start {
         let wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
         let inertia = wheels + mass.total() * radius * radius;
         let damping = 3.0 * log.stated.viscous_damping;
-        let slides = SLIDES / Units::of(robot).time;
+        let slides = SLIDES.map(|speed| speed / Units::of(robot).time);
         let ones = vec![1.0; torque.len()];
         let allowed = LATE_TORQUE + 0.5 * recording.slowest.max(dt);
         let step = ((STEP / dt).round() as usize).max(1);
@@ -125,14 +127,22 @@ impl Start {
                 .zip(&acceleration)
                 .map(|(w, a)| inertia * a + damping * w);
             let law: Vec<f64> = law.collect();
-            let friction: Vec<f64> = speed.iter().map(|w| (w / slides).tanh()).collect();
-            let angle = again(&angle, 4);
-            let signals = [&law, &angle, &friction];
+            let friction =
+                |at: f64| -> Vec<f64> { speed.iter().map(|w| (w / at).tanh()).collect() };
+            let (frictions, angle) = (slides.map(friction), again(&angle, 4));
             for shift in (steps(LAGS.start - lag)..=longest).step_by(step) {
-                let late = |x: &&Vec<f64>| delayed(x, shift)[lead..][range.clone()].to_vec();
-                let [law, angle, friction] = [&signals[0], &signals[1], &signals[2]].map(late);
-                let Some((left, size, sigma)) = judge(torque, [&law, &angle, &ones, &friction])
-                else {
+                let late = |x: &Vec<f64>| delayed(x, shift)[lead..][range.clone()].to_vec();
+                let [law, angle] = [&law, &angle].map(late);
+                // Of means of means, that many samples err alike.
+                let alike = 8.0 * half as f64;
+                let of = |friction: &Vec<f64>| {
+                    judge(torque, [&law, &angle, &ones, &late(friction)], alike)
+                };
+                let least = frictions
+                    .iter()
+                    .filter_map(of)
+                    .min_by(|a, b| a.0.total_cmp(&b.0));
+                let Some((left, size, sigma)) = least else {
                     continue;
                 };
                 let lag = shift as f64 * dt + lag;
@@ -143,8 +153,7 @@ impl Start {
                     best = Some(Self {
                         lag,
                         size,
-                        // Of means of means, that many samples err alike.
-                        sigma: sigma * (8.0 * half as f64).sqrt(),
+                        sigma,
                         left,
                         left_in_time: in_time,
                     });
@@ -159,13 +168,19 @@ impl Start {
     }
 }
 
-/// What the law leaves of the torques' variance that it explains, their size, and its standard deviation for residuals
-/// without correlation; `None` of no law.
-fn judge(torque: &[f64], all: [&[f64]; 4]) -> Option<(f64, f64, f64)> {
+/// What the law leaves of the torques' variance that it explains, their size, and its standard deviation, if as many
+/// residuals as `alike` are one; `None` of no law.
+fn judge(torque: &[f64], all: [&[f64]; 4], alike: f64) -> Option<(f64, f64, f64)> {
     let of = |x: &[&[f64]], found: &Fit| {
         let size = found.coefficients[0];
         let left = rms(&residuals(torque, x, found)) / (size * deviation(x[0]));
-        (size > 0.0).then_some((left * left, size, found.deviations[0]))
+        let friction = found
+            .coefficients
+            .get(3)
+            .map_or(0.0, |f| f * deviation(all[3]));
+        let of_onset = ONSET * friction / deviation(all[0]);
+        let sigma = (found.deviations[0] * alike.sqrt()).hypot(of_onset);
+        (size > 0.0).then_some((left * left, size, sigma))
     };
     let found = fit(torque, &all)?;
     // Friction brakes.

@@ -82,6 +82,10 @@ impl Table {
             "body_roll", "rad", "roll of the body, left side up positive" => |e| Some(e.attitude[1]);
             "dragged", "1", "1 where wheels are dragged across, as in a skid turn: outside of the model, with large stated \
              deviations; otherwise 0" => |e| Some(f64::from(u8::from(e.dragged)));
+            "rolling_resistance", "1", "coefficient found of the rolling resistance, mean of both sides" => |e| {
+                let of_side = |k: usize| e.sides[k].kalman.as_ref().map(|k| k.reading_errors.rolling_resistance.0);
+                Some(0.5 * (of_side(0)? + of_side(1)?))
+            };
             "misfit", "1", "squared distance of the nine equations from what is stated: 3 on average if it holds" =>
                 |e| Some(e.misfit);
             "weight", "1", "the torques against the described weight: 1 confirmed, 0 unconfirmed, -1 contradicts" =>

@@ -90,6 +90,8 @@ impl Table {
         columns! { self, estimate index; "", "";
             "gear_friction", "N m", "dry friction found in the gears, common to all; empty without Kalman filters" =>
                 |e| e.kalman.map(|k| k.reading_errors.gear_friction.0);
+            "rolling_resistance", "1", "coefficient found of the rolling resistance, common to all; empty without Kalman \
+             filters" => |e| e.kalman.map(|k| k.reading_errors.rolling_resistance.0);
         }
     }
 

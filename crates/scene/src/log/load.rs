@@ -111,7 +111,7 @@ keys! {
     gear_friction ("0.3 of robot A, else in proportion to weight and wheel radius"):
         number(TORQUE, at_least(0.0).at_most(1e3)) => budget.gear_friction;
 
-    /// coefficient of the rolling resistance: its standard deviation about 0
+    /// coefficient of the rolling resistance: its standard deviation about 0; 0.1 on loose soil
     rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => budget.rolling_resistance;
 
     /// white noise of the inclinometers, of a sample

@@ -8,7 +8,7 @@ use super::filter::{Guests, MotionFilter};
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Innovation, Projection};
-use crate::state::{self, COUNT, GEAR_FRICTION, TORQUE_GAIN};
+use crate::state::{self, COUNT, RESISTANCE, TORQUE_GAIN};
 
 /// A measurement of the uncertain inputs of both sides.
 #[derive(Clone, Copy, Debug)]
@@ -42,10 +42,10 @@ impl MotionFilter {
         turned
     }
 
-    /// Couples two filters that start: dry friction in the gears is that of all six wheels.
+    /// Couples two filters that start: what resists the spin is that of all six wheels.
     pub fn couple(&mut self) {
         let mut guests = [[0.0; COUNT]; COUNT];
-        let state = GEAR_FRICTION.of(0);
+        let state = RESISTANCE.of(0);
         guests[state][state] = self.filter.p[state][state];
         self.guests = Some(guests);
     }

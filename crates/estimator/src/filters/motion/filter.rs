@@ -7,9 +7,10 @@ use crate::common::{FILTER_TIME, ROLLING_SPEED};
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Expected, Kalman, Measurement};
+use crate::resistance::Resistance;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
-    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, PENETRATION, RADIUS,
+    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, INPUTS, PENETRATION, RADIUS, RESISTANCE,
     TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use robhaz_model::Vec2;
@@ -46,7 +47,7 @@ impl MotionFilter {
         sigma[ACCELERATION.all()].fill(tuning::ACCELERATION.sigma);
         sigma[CONTACT_ANGLE.all()].fill(angle_sigma(budget, angles));
         sigma[TORQUE_OFFSET.all()].fill(budget.torque_offset);
-        sigma[GEAR_FRICTION.of(0)] = budget.gear_friction;
+        sigma[RESISTANCE.of(0)] = Resistance::prior(budget);
         sigma[TORQUE_GAIN.all()].fill(budget.torque_gain);
         let mut filter = Kalman::new(x, sigma);
         let common = tuning::COMMON_CREEP * tuning::CREEP_SIGMA * tuning::CREEP_SIGMA;
@@ -148,13 +149,11 @@ impl MotionFilter {
         self.filter.estimated(k)
     }
 
-    /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N
-    /// m), and gear friction times the smoothed sign of the spin `friction_share`, -1 to 1.
-    pub fn torque_error(&self, i: usize, torque: f64, friction_share: f64) -> f64 {
+    /// Part of the motor torque read of wheel `i` that is no traction, N m: offset, gain error of the
+    /// reading `torque` (N m), and the share `resisted` of what resists the spin.
+    pub fn torque_error(&self, i: usize, torque: f64, resisted: f64) -> f64 {
         let x = &self.filter.x;
-        x[TORQUE_OFFSET.of(i)]
-            + x[GEAR_FRICTION.of(0)] * friction_share
-            + x[TORQUE_GAIN.of(i)] * torque
+        x[TORQUE_OFFSET.of(i)] + x[RESISTANCE.of(0)] * resisted + x[TORQUE_GAIN.of(i)] * torque
     }
 
     /// The uncertain inputs of eq. (8), in the order of [`crate::state`].
@@ -324,11 +323,11 @@ impl MotionFilter {
         }
     }
 
-    /// Random walks of torque offsets, of gear friction, and of the creep along the ground, which
+    /// Random walks of torque offsets, of the wheels' resistance, and of the creep along the ground, which
     /// the wheels have in common.
     fn add_walks(&mut self, dt: f64) {
         let travelled = dt * self.speed();
-        for state in TORQUE_OFFSET.all().chain(GEAR_FRICTION.all()) {
+        for state in TORQUE_OFFSET.all().chain(RESISTANCE.all()) {
             self.filter.p[state][state] += tuning::TORQUE_WALK * tuning::TORQUE_WALK * dt;
         }
         let change = tuning::CREEP_WALK * tuning::CREEP_WALK * travelled;
@@ -348,7 +347,7 @@ impl MotionFilter {
             let sigma = angle_sigma(budget, self.angles);
             self.set(CONTACT_ANGLE.of(i), angle, sigma);
         }
-        self.set(GEAR_FRICTION.of(0), 0.0, budget.gear_friction);
+        self.set(RESISTANCE.of(0), 0.0, Resistance::prior(budget));
     }
 
     /// The robot stands at this sample: velocity and acceleration are zero.

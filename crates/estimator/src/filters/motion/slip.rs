@@ -4,7 +4,7 @@
 //! | | |
 //! |---|---|
 //! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
-//! | states | velocity of Q, creep, rolling radius, torque offset, gear friction, torque gain |
+//! | states | velocity of Q, creep, rolling radius, torque offset, resistance, torque gain |
 //! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
@@ -18,7 +18,7 @@ use crate::deviation::{GATE, root_sum_square};
 use crate::filters::GaussMarkov;
 use crate::filters::Measurement;
 use crate::settings::ContactAngles;
-use crate::state::{CREEP, GEAR_FRICTION, RADIUS, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
+use crate::state::{CREEP, RADIUS, RESISTANCE, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 
 /// Factor on the variance of the slip speed for what the linear law of creep leaves out: it grows
 /// with the fourth power of T/N.
@@ -60,7 +60,7 @@ impl MotionFilter {
                 (RADIUS.of(i), -rim),
                 (CREEP.of(i), if shows_creep { on * slip } else { 0.0 }),
                 (TORQUE_OFFSET.of(i), on * by_offset),
-                (GEAR_FRICTION.of(0), on * by_offset * wheel.friction_share),
+                (RESISTANCE.of(0), on * by_offset * wheel.resisted),
                 (TORQUE_GAIN.of(i), on * by_offset * wheel.torque),
             ],
             innovation: rim * (1.0 + self.filter.x[RADIUS.of(i)]) - velocity.speed - slip,
@@ -113,7 +113,7 @@ impl MotionFilter {
         let p = &self.filter.p;
         let (offset, gain) = (TORQUE_OFFSET.of(i), TORQUE_GAIN.of(i));
         let torque_variance = p[offset][offset]
-            + p[GEAR_FRICTION.of(0)][GEAR_FRICTION.of(0)]
+            + p[RESISTANCE.of(0)][RESISTANCE.of(0)]
             + p[gain][gain] * wheel.torque * wheel.torque;
         let of_torque = robhaz_model::sqrt(torque_variance) / wheel.moment_of_load;
         root_sum_square(of_torque, wheel.ratio * wheel.load_sigma)

@@ -7,7 +7,7 @@ use super::tuning;
 use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
-    self, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+    self, CONTACT_ANGLE, COUNT, CREEP, RESISTANCE, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use crate::testing::Random;
 use nalgebra::SMatrix;
@@ -25,7 +25,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
         moment_of_load: 4.5,
         load_sigma: 0.0,
-        friction_share: 1.0,
+        resisted: 1.0,
         torque: random.normal(),
         bias_sigma: 1e-3,
         noise_sigma: 1e-3,
@@ -123,7 +123,7 @@ fn rolling_determines_the_velocity() {
             ratio: 0.0,
             moment_of_load: 4.5,
             load_sigma: 0.0,
-            friction_share: 1.0,
+            resisted: 1.0,
             torque: 0.0,
             bias_sigma: 0.0,
             noise_sigma: 0.0,
@@ -306,7 +306,7 @@ fn creep_is_learned_from_wheels_that_surely_pull() {
     for (ratio, learns) in [(0.05, false), (0.2, true), (0.6, false)] {
         let (mut motion, mut wheel) = rolling_without_angles();
         // Known friction, so that offset and gain alone decide what is sure.
-        motion.filter.p[GEAR_FRICTION.of(0)][GEAR_FRICTION.of(0)] = 1e-6;
+        motion.filter.p[RESISTANCE.of(0)][RESISTANCE.of(0)] = 1e-6;
         wheel.ratio = ratio;
         let before = motion.filter.x[CREEP.of(0)];
         for _ in 0..100 {

@@ -211,7 +211,8 @@ impl KalmanFilters {
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let mut forces = solve(equations, weighted, right, inputs);
-        forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
+        let left = self.rolling_left(nominal);
+        forces.consider(&equations.inverse, &nominal.by_rolling_resistance(&left));
         let turning = self
             .links
             .each_ref()
@@ -312,7 +313,7 @@ impl KalmanFilters {
             covariance: forces.covariance,
             contact_angle_sigma: contact_angle_error.map(|(_, sigma)| sigma),
             angle_sigma: links.map(|link| link.angle_sigma(&settings.budget)),
-            reading_errors: self.reading_errors(contact_angle_error),
+            reading_errors: self.reading_errors(nominal, contact_angle_error),
             contact,
             friction,
             health,
@@ -437,12 +438,15 @@ impl KalmanFilters {
     }
 
     /// The estimated errors of the readings, with those of the contact angles (rad).
-    fn reading_errors(&self, contact_angle: [(f64, f64); 3]) -> ReadingErrors {
+    fn reading_errors(&self, nominal: &Nominal, contact_angle: [(f64, f64); 3]) -> ReadingErrors {
         let motion = &self.motion;
+        let sum = motion.input(state::RESISTANCE.of(0));
+        let [gear_friction, rolling_resistance] = self.resistance(nominal).parts(sum);
         let given = self.method.contact_angles == ContactAngles::Given;
         ReadingErrors {
             torque_offset: [0, 1, 2].map(|i| motion.input(state::TORQUE_OFFSET.of(i))),
-            gear_friction: motion.input(state::GEAR_FRICTION.of(0)),
+            gear_friction,
+            rolling_resistance,
             contact_angle: given.then_some(contact_angle),
             rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
         }

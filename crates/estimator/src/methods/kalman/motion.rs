@@ -167,7 +167,7 @@ impl KalmanFilters {
             ratio: (t / n).clamp(-1.0, 1.0),
             load_sigma: self.last_sigma[i] / n,
             moment_of_load: r * n,
-            friction_share: wheel.friction_share,
+            resisted: self.resisted(nominal, i),
             torque: wheel.steady_torque(settings.viscous_damping),
             torque_sigma: wheel.ground_torque().1,
             rim_sigma: r * wheel.observer.speed().1,

@@ -3,8 +3,7 @@
 use super::{KalmanFilters, Step};
 use crate::frame::Inputs;
 use crate::nominal::Nominal;
-use crate::settings::NoiseBudget;
-use crate::state::{self, ACCELERATION, CONTACT_ANGLE};
+use crate::state::{self, ACCELERATION, CONTACT_ANGLE, RESISTANCE};
 use crate::statics::{CAUSES, DIRECT, causes};
 use robhaz_model::{Units, Vec2};
 
@@ -28,18 +27,24 @@ pub(crate) struct SideState {
     /// Slip speed of the wheels at T = N, m/s, at least ten times what the gyroscope's noise makes of a
     /// wheel's sideways velocity.
     pub creep: [f64; 3],
-    /// Covariance of the errors of acceleration x, y, contact angles and tractions.
+    /// Coefficient of the rolling resistance, -.
+    pub rolling_resistance: f64,
+    /// Deviation of that of each wheel that is no error of the filters' states, -.
+    pub rolling_left: [f64; 3],
+    /// Smoothed signs of the spins, by which friction resists: -1 to 1.
+    pub friction_share: [f64; 3],
+    /// Covariance of the errors of acceleration x, y, contact angles, rolling resistance and tractions.
     pub covariance: [[f64; CAUSES]; CAUSES],
     /// Standard deviations of the observers' part of the tractions, N.
     pub observed: [f64; 3],
-    /// Derivatives of acceleration x, y, contact angles and tractions by the filters' uncertain
-    /// inputs.
+    /// Derivatives of acceleration x, y, contact angles, rolling resistance and tractions by the
+    /// filters' uncertain inputs.
     by_inputs: [[f64; state::INPUTS]; CAUSES],
 }
 
 impl SideState {
     /// Derivatives by the filters' uncertain inputs of what has these derivatives by acceleration x,
-    /// y, contact angles and tractions.
+    /// y, contact angles, rolling resistance and tractions.
     pub fn gradient(&self, by_causes: &[f64; CAUSES]) -> [f64; state::INPUTS] {
         let mut gradient = [0.0; state::INPUTS];
         for (by_inputs, by_cause) in self.by_inputs.iter().zip(by_causes) {
@@ -61,11 +66,11 @@ impl KalmanFilters {
     pub fn side_state(
         &self,
         units: &Units,
-        budget: &NoiseBudget,
+        nominal: &Nominal,
         inputs: &Inputs,
         step: &Step,
     ) -> SideState {
-        let (time, force) = (units.time, units.force());
+        let (time, force, budget) = (units.time, units.force(), &nominal.settings.budget);
         let acceleration = units.length / (time * time);
         let links = self.links.each_ref().map(|link| {
             let (rate, turning) = (link.smooth_rate / time, link.acceleration / (time * time));
@@ -74,10 +79,13 @@ impl KalmanFilters {
         let mut covariance = causes(&step.right.tractions, &|a, b| {
             self.motion.input_covariance(a, b)
         });
-        // An estimated contact angle is less the error that the filter's state has.
+        let coefficient = self.resistance(nominal).coefficient();
+        // An estimated contact angle is less the error that the filter's state has; rolling resistance
+        // is a part of the state's.
         let unit = |k: usize| match k {
             k if ACCELERATION.all().contains(&k) => acceleration,
             k if CONTACT_ANGLE.all().contains(&k) => -1.0,
+            k if RESISTANCE.all().contains(&k) => coefficient,
             _ => force,
         };
         for (a, row) in covariance.iter_mut().enumerate() {
@@ -109,6 +117,9 @@ impl KalmanFilters {
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, inputs)),
             traction: (step.right.tractions.each_ref()).map(|t| t.value * force),
             creep: [0, 1, 2].map(|i| self.motion.creep(i).max(least_creep) * units.speed()),
+            rolling_resistance: coefficient * self.motion.input(RESISTANCE.of(0)).0,
+            rolling_left: self.rolling_left(nominal),
+            friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,
             observed: (step.right.tractions.each_ref()).map(|t| t.sigma * force),
             by_inputs,

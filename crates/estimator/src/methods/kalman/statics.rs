@@ -8,6 +8,7 @@ use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
 use crate::frame::{Inputs, SHORTEST_STEP};
 use crate::nominal::{Instant, Nominal};
+use crate::resistance::Resistance;
 use crate::state;
 use crate::statics::{
     Arms, Equations, Equilibrium, Forces, LinkageMotion, Loads, OtherSide, RightSide, Sensitivity,
@@ -29,7 +30,10 @@ impl KalmanFilters {
         let loads = self.loads(nominal, &arms, accelerations);
         let angle = |i| self.contact_angle(i, inputs);
         let contact_angle = [angle(0), angle(1), angle(2)];
-        nominal.equations(arms, link_angles, loads, &contact_angle)
+        let coefficient =
+            self.resistance(nominal).coefficient() * self.motion.input(state::RESISTANCE.of(0)).0;
+        let ahead = self.rolling_arms(nominal).map(|arm| coefficient * arm);
+        nominal.equations(arms, link_angles, loads, &contact_angle, &ahead)
     }
 
     /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2,
@@ -61,10 +65,36 @@ impl KalmanFilters {
         let traction = |i: usize| {
             let wheel = &self.wheels[i];
             let torque = wheel.steady_torque(nominal.settings.viscous_damping);
-            let error = self.motion.torque_error(i, torque, wheel.friction_share);
-            wheel.traction(nominal, error)
+            let resisted = self.resisted(nominal, i);
+            let error = self.motion.torque_error(i, torque, resisted);
+            wheel.traction(nominal, resisted, error)
         };
         [traction(0), traction(1), traction(2)]
+    }
+
+    /// Gear friction and rolling resistance as of now.
+    pub(super) fn resistance(&self, nominal: &Nominal) -> Resistance {
+        let (sum, _) = self.motion.input(state::RESISTANCE.of(0));
+        Resistance::new(&nominal.settings.budget, sum)
+    }
+
+    /// Share of the wheels' resistance at the mean load that wheel `i` has, signed as its spin, -.
+    pub(super) fn resisted(&self, nominal: &Nominal, i: usize) -> f64 {
+        let load = self.last_normal_force[i].max(0.0) / nominal.mean_load;
+        self.wheels[i].friction_share * self.resistance(nominal).under(load)
+    }
+
+    /// [`Wheel::rolling_left`] of each wheel.
+    pub(super) fn rolling_left(&self, nominal: &Nominal) -> [f64; 3] {
+        let (budget, resistance) = (&nominal.settings.budget, self.resistance(nominal));
+        (self.wheels.each_ref()).map(|wheel| wheel.rolling_left(budget, &resistance))
+    }
+
+    /// Distances by which N acts ahead of the contacts at a coefficient of rolling resistance of 1, m:
+    /// the wheel radius times the smoothed sign of the spin.
+    pub(super) fn rolling_arms(&self, nominal: &Nominal) -> [f64; 3] {
+        let radius = nominal.robot.geometry.wheel_radius;
+        (self.wheels.each_ref()).map(|wheel| radius * wheel.friction_share)
     }
 
     /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the last
@@ -76,9 +106,13 @@ impl KalmanFilters {
         let geometry = &nominal.robot.geometry;
         let equilibrium = &equations.equilibrium;
         let about = (&self.last_normal_force, &self.last_traction);
+        let coefficient = self.resistance(nominal).coefficient();
+        let ahead = self.rolling_arms(nominal).map(|arm| coefficient * arm);
         RightSide {
             value: equilibrium.right_side(&tractions.map(|t| t.value)),
-            sensitivity: sensitivity(geometry, equations, &tractions, about, inertial, lever),
+            sensitivity: sensitivity(
+                geometry, equations, &tractions, about, &ahead, inertial, lever,
+            ),
             tractions,
             loads: nominal.load_noise(equations),
         }

@@ -41,15 +41,14 @@ proptest! {
         let at = |filters: &KalmanFilters| {
             let arms = Arms::new(&nominal.robot.geometry, theta[0], theta[1]).expect("inside the stops");
             let equations = filters.equations(&nominal, &inputs, arms, theta).expect("regular");
-            let mut about = *filters;
-            let value = about.right_side(&nominal, &equations).value;
-            about.last_normal_force = equations.inverse.solve(&value);
-            about.last_traction = filters.tractions(&nominal).map(|t| t.value);
-            let right = about.right_side(&nominal, &equations);
+            let right = filters.right_side(&nominal, &equations);
             (equations, right)
         };
+        // The forces of the sample before: those of these equations, nearly.
         let (equations, right) = at(&filters);
-        let normal = equations.inverse.solve(&right.value);
+        filters.last_normal_force = equations.inverse.solve(&right.value);
+        filters.last_traction = filters.tractions(&nominal).map(|t| t.value);
+        let (normal, right) = (filters.last_normal_force, at(&filters).1);
         let h = 1e-6;
         for k in 0..state::INPUTS {
             let residual = |change: f64| -> Vector4<f64> {
