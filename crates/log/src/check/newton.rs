@@ -48,7 +48,8 @@ const NO_WORSE: f64 = 1.5;
 pub struct Start {
     /// How much later than the motion they are, s.
     pub lag: f64,
-    /// The size of the torques over what the robot's inertias ask for, with that lag, and its standard deviation.
+    /// The size of the torques over what the robot's inertias ask for, and its standard deviation: the one nearest to
+    /// 1 that the start allows.
     pub size: f64,
     pub sigma: f64,
     /// Part of the variance that the law leaves, with that lag and without.
@@ -115,7 +116,7 @@ impl Start {
         let ones = vec![1.0; torque.len()];
         let allowed = LATE_TORQUE + 0.5 * recording.slowest.max(dt);
         let step = ((STEP / dt).round() as usize).max(1);
-        let (mut best, mut in_time): (Option<Self>, f64) = (None, f64::INFINITY);
+        let mut tried = Vec::new();
         for constant in LOW_PASSES {
             let (angle, lag) = low_pass(&angle, constant, dt);
             // Each as smooth as the torque.
@@ -146,24 +147,33 @@ impl Start {
                     continue;
                 };
                 let lag = shift as f64 * dt + lag;
-                if lag.abs() <= allowed + 1e-9 {
-                    in_time = in_time.min(left);
-                }
-                if best.is_none_or(|best| left < best.left) {
-                    best = Some(Self {
-                        lag,
-                        size,
-                        sigma,
-                        left,
-                        left_in_time: in_time,
-                    });
-                }
+                tried.push(Self {
+                    lag,
+                    size,
+                    sigma,
+                    left,
+                    left_in_time: f64::INFINITY,
+                });
             }
         }
-        let best = best.filter(|best| best.left < LEFT)?;
+        let least = |a: &&Self, b: &&Self| a.left.total_cmp(&b.left);
+        let best = tried.iter().min_by(least).filter(|best| best.left < LEFT)?;
+        let in_time = |tried: &&Self| tried.lag.abs() <= allowed + 1e-9;
+        // Friction that sets in and a slope hide a part of the size: the one nearest to 1 that explains as much.
+        let as_good = tried
+            .iter()
+            .filter(|tried| tried.left < NO_WORSE * best.left);
+        let wrong = |start: &&Self| start.size.ln().abs();
+        let nearest = as_good.min_by(|a, b| wrong(a).total_cmp(&wrong(b)))?;
         Some(Self {
-            left_in_time: in_time,
-            ..best
+            lag: best.lag,
+            left: best.left,
+            left_in_time: tried
+                .iter()
+                .filter(in_time)
+                .min_by(least)
+                .map_or(f64::INFINITY, |t| t.left),
+            ..*nearest
         })
     }
 }
