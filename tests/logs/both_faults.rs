@@ -2,6 +2,7 @@
 
 use super::both::{BUDGET, checked, drive, estimate, fixture, folder, rewritten, robot};
 use super::recorded::{refused, summary};
+use crate::support::{robhaz, text};
 use std::path::Path;
 
 /// A log that is not of both sides, or a robot that is not: the error says what is missing and what is allowed.
@@ -195,4 +196,31 @@ fn an_estimate_says_that_readings_contradict_each_other() {
         is_told && said.contains("turn against each other"),
         "{said}"
     );
+}
+
+/// No reading shows a zero of the roll: at rest it looks like a cross slope, which is said before the forces.
+#[test]
+fn a_roll_at_rest_is_said() {
+    let folder = folder(BUDGET);
+    let readings = fixture("readings.csv");
+    let header = std::fs::read_to_string(&readings).unwrap();
+    let mut names = header.lines().next().unwrap().split(',');
+    let roll = names.position(|name| name == "body_roll").unwrap();
+    let wrong = folder.path().join("tilted.csv");
+    rewritten(&readings, &wrong, |_, cells| {
+        let value: f64 = cells[roll].parse().unwrap();
+        cells[roll] = format!("{}", value + 5_f64.to_radians());
+        true
+    });
+    for (log, is_said) in [(&readings, false), (&wrong, true)] {
+        let mut command = robhaz(folder.path());
+        command.arg("estimate").arg(log).args(["--rerun", "off"]);
+        command.args(["--robot", &robot(), "--sensors", "mine.toml", "--force"]);
+        let said = text(&command.output().unwrap().stderr);
+        assert_eq!(
+            said.contains("at rest body_roll shows 5."),
+            is_said,
+            "{said}"
+        );
+    }
 }

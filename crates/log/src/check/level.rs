@@ -49,6 +49,8 @@ pub struct Level {
     resisted: f64,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
+    /// The same across, of a rover with both sides.
+    roll_at_rest: Option<f64>,
     /// Largest slope that is none, rad.
     even: f64,
 }
@@ -59,6 +61,8 @@ struct Moment<const N: usize> {
     angle: [Option<f64>; N],
     torque: [Option<f64>; N],
     slope: Option<f64>,
+    /// Roll of the body, rad, where it is read.
+    roll: Option<f64>,
 }
 
 /// What is known of a robot with `N` wheels.
@@ -85,8 +89,8 @@ struct Ways {
     speed: f64,
     /// Slopes at the start and the end of the way, rad.
     ends: Option<[f64; 2]>,
-    /// Sum and number of the slopes before the first motion.
-    rest: (f64, f64),
+    /// Sums and numbers of slopes and rolls before the first motion.
+    rest: [(f64, f64); 2],
 }
 
 impl Level {
@@ -113,6 +117,7 @@ impl Level {
             angle: frame.wheel_angle,
             torque: frame.motor_torque,
             slope: slope(frame),
+            roll: None,
         };
         let known = Known {
             side: robot,
@@ -139,6 +144,7 @@ impl Level {
             angle: frame.wheel_angle,
             torque: frame.motor_torque,
             slope: frame.inclination,
+            roll: frame.roll,
         };
         let known = Known {
             side,
@@ -155,6 +161,7 @@ impl Level {
                 allowed: None,
                 resisted: 0.0,
                 at_rest: None,
+                roll_at_rest: None,
                 even: f64::INFINITY,
             };
         };
@@ -187,12 +194,15 @@ impl Level {
             };
             allowed = [allowed[0].max(from), allowed[1].min(to)];
         }
-        let (sum, count) = ways.rest;
+        let [at_rest, roll_at_rest] =
+            (ways.rest).map(|(sum, count)| (count > 0.0).then(|| sum / count));
+        let [(_, count), _] = ways.rest;
         Self {
             // Where both ways contradict each other it is no zero.
             allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
             resisted,
-            at_rest: (count > 0.0).then(|| sum / count),
+            at_rest,
+            roll_at_rest,
             even: 3.0 * budget.inclination_bias
                 + GATE * budget.inclination_noise / count.sqrt().max(1.0),
         }
@@ -216,8 +226,13 @@ impl Level {
                 "READINGS CONTRADICT EACH OTHER: {self}. {PER_DEGREE}. `robhaz check` says what to do"
             ));
         }
+        let roll = self.roll_at_rest.filter(|roll| self.is_slope(*roll));
+        let roll = roll.map(|roll| format!(
+            "at rest body_roll shows {:.1} deg: if the ground was level across, it errs by that, and offset = {roll:.4} (rad) belongs to it; no other reading shows it, and it moves load from one side to the other",
+            roll.to_degrees()
+        ));
         let slope = match self.at_rest {
-            Some(slope) if slope.abs() <= self.even || slope.abs() > STEEPEST => return None,
+            Some(slope) if !self.is_slope(slope) => return roll,
             Some(slope) => format!(
                 "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
                 slope.to_degrees()
@@ -228,7 +243,16 @@ impl Level {
             Some(_) => format!("{self}"),
             None => "the torques do not show it".to_owned(),
         };
-        Some(format!("{slope}; {unknown}. {PER_DEGREE}"))
+        let along = format!("{slope}; {unknown}. {PER_DEGREE}");
+        Some(match roll {
+            Some(roll) => format!("{along}; {roll}"),
+            None => along,
+        })
+    }
+
+    /// Whether a robot at rest may stand on this slope (rad), and it is one.
+    fn is_slope(&self, slope: f64) -> bool {
+        slope.abs() > self.even && slope.abs() <= STEEPEST
     }
 
     /// The finding of a check.
@@ -308,7 +332,13 @@ impl Ways {
             if found.ends.is_none() {
                 let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
                 if stands {
-                    found.rest = (found.rest.0 + slope, found.rest.1 + 1.0);
+                    let roll = moment.roll.filter(|roll| roll.is_finite());
+                    for (rest, value) in found.rest.iter_mut().zip([Some(slope), roll]) {
+                        *rest = (
+                            rest.0 + value.unwrap_or(0.0),
+                            rest.1 + f64::from(u8::from(value.is_some())),
+                        );
+                    }
                 } else {
                     found.ends = Some([slope; 2]);
                 }
