@@ -76,21 +76,9 @@ impl Profile {
 /// Profiles of shipped scenes. Those of `sine` and `ditch` are the defaults of [`Sine`] and
 /// [`Ditch`].
 impl Profile {
-    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile",
-    /// which was not published.
+    /// Profile `smooth`: [`Bump::smooth`].
     pub fn smooth() -> Self {
-        let bump = |height, centre, width| Bump {
-            height,
-            centre,
-            width,
-        };
-        Self::Bumps(vec![
-            bump(0.050, 1.00, 0.22),
-            bump(-0.035, 1.45, 0.20),
-            bump(0.040, 1.90, 0.17),
-            bump(0.060, 2.50, 0.28),
-            bump(-0.030, 2.95, 0.16),
-        ])
+        Self::Bumps(Bump::smooth())
     }
 
     /// Profile `cosbump`: [`CosBump::default`].

@@ -19,13 +19,13 @@ type Built = (Profile, Vec<Track>);
 struct Kind {
     name: &'static str,
     /// Its own keys, in their order.
-    keys: &'static [&'static [Key<Ground>]],
+    keys: &'static [&'static [Key<TerrainChoice>]],
     /// The ground that the values of these keys give, and the files of its points.
-    profile: fn(&mut Site<'_>, Ground) -> Option<Built>,
+    profile: fn(&mut Site<'_>, &mut Ground) -> Option<Built>,
 }
 
 impl Kind {
-    fn own(&self) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
+    fn own(&self) -> impl Iterator<Item = &'static Key<TerrainChoice>> + Clone + use<> {
         self.keys.iter().copied().flatten()
     }
 }
@@ -71,18 +71,18 @@ macro_rules! from_start {
 /// course.
 const KINDS: &[Kind] = &[
     kind!("flat", &[], |_, _| Profile::Flat),
-    kind!(DEFAULT, &[], |_, _| Profile::smooth()),
-    kind!("bumps", &[BUMPS], |_, it| Profile::Bumps(it.bumps)),
+    kind!(DEFAULT, &[], |_, it| Profile::Bumps(it.bumps.clone())),
+    kind!("bumps", &[BUMPS], |_, it| Profile::Bumps(it.bumps.clone())),
     kind!("cosbump", &[COSBUMP], |_, it| Profile::CosBump(it.cosbump)),
     from_start!("ramp", RAMP, Ramp, ramp),
-    from_start!("step", STEP, Stairs, step),
+    from_start!("step", STEP, Stairs, stairs),
     from_start!("stairs", STAIRS, Stairs, stairs),
     from_start!("sine", SINE, Sine, sine),
     from_start!("ditch", DITCH, Ditch, ditch),
     kind!("rough", &[START, ROUGH], |site, it| Profile::Rough(
         Rough::new(RoughSettings {
             start: it.start,
-            seed: it.seed.unwrap_or(site.reader.seed),
+            seed: *it.seed.get_or_insert(site.reader.seed),
             ..it.rough
         })
     )),
@@ -90,7 +90,8 @@ const KINDS: &[Kind] = &[
         name: "heights",
         keys: &[HEIGHTS],
         profile: |site, it| {
-            let (points, track) = points::resolve(site.reader, site.node, site.path, &it.heights)?;
+            let (points, track) =
+                points::resolve(site.reader, site.node, site.path, &mut it.heights)?;
             if let Err(error) = check_risers(&points, it.interpolation, it.smoothing) {
                 let problem = Problem::at(&site.node.origin, site.path, error.to_string());
                 site.reader.push(problem.whole());
@@ -103,7 +104,7 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "parts",
         keys: &[PARTS],
-        profile: |_, mut it| Some(it.course()),
+        profile: |_, it| Some(it.course()),
     },
 ];
 
@@ -120,7 +121,7 @@ const NAMES: [&str; KINDS.len()] = {
 
 keys! {
     /// The key of every kind.
-    COMMON: Ground;
+    COMMON: TerrainChoice;
 
     /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline;
     /// one kerb; stairs; waves; a trench; random ground; ground through points; a sequence of other
@@ -129,11 +130,11 @@ keys! {
 }
 
 keys! {
-    PARTS: Ground;
+    PARTS: TerrainChoice;
 
     /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to
     /// front
-    part (required): Parts => parts;
+    part (required): Parts => values.parts;
 }
 
 /// A ground.
@@ -157,7 +158,10 @@ impl Terrain {
     }
 
     /// The keys of a ground: those of every kind, those of the kind.
-    fn keys(&self, kind: &Kind) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
+    fn keys(
+        &self,
+        kind: &Kind,
+    ) -> impl Iterator<Item = &'static Key<TerrainChoice>> + Clone + use<> {
         let stretches = if self.is_part { &[] } else { STRETCHES };
         COMMON.iter().chain(stretches).chain(kind.own())
     }
@@ -184,10 +188,9 @@ impl Terrain {
     }
 
     /// Writes its keys, whose heading is written.
-    fn write(&self, out: &mut Out, path: &str, choice: &TerrainChoice) {
+    fn write(&self, out: &mut Out, path: &str, choice: &mut TerrainChoice) {
         let kind = KINDS.iter().find(|kind| kind.name == choice.kind);
-        let keys = self.keys(kind.unwrap_or(&KINDS[0]));
-        out.table(keys, &mut Ground::of(choice), path);
+        out.table(self.keys(kind.unwrap_or(&KINDS[0])), choice, path);
     }
 }
 
@@ -209,7 +212,7 @@ impl Form for Terrain {
         let is_ignored = |entry: &Entry| {
             ignores_file && !entry.origin.is_override() && !owners(&entry.key).is_empty()
         };
-        let (mark, mut ground) = (reader.mark(), Ground::standard(kind.name));
+        let (mark, mut ground) = (reader.mark(), TerrainChoice::standard(kind.name));
         for entry in reader.entries(node, path) {
             match self.keys(kind).find(|key| key.name == entry.key) {
                 Some(key) => {
@@ -221,16 +224,14 @@ impl Form for Terrain {
             }
         }
         reader.require(self.keys(kind), node, path);
-        let stretches = std::mem::take(&mut ground.stretches);
         let mut site = Site { reader, node, path };
-        let Some((profile, tracks)) = (kind.profile)(&mut site, ground) else {
+        let Some((profile, tracks)) = (kind.profile)(&mut site, &mut ground.values) else {
             return;
         };
         *into = TerrainChoice {
-            kind: kind.name,
             profile,
-            stretches,
             tracks,
+            ..ground
         };
         if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
             reader.refuse(node, path, &error.to_string());
@@ -256,7 +257,10 @@ impl Form for Terrain {
                 },
             }));
             let own = self.keys(kind).skip(COMMON.len());
-            all.extend(key::properties(own, Some(&mut Ground::standard(kind.name))));
+            all.extend(key::properties(
+                own,
+                Some(&mut TerrainChoice::standard(kind.name)),
+            ));
         }
         let mut schema = object(all, &[]);
         schema["allOf"] = json!(rules);
@@ -275,7 +279,7 @@ impl Form for Terrain {
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut TerrainChoice) {
         let mut below = Vec::new();
         for kind in KINDS {
-            let mut ground = Ground::standard(kind.name);
+            let mut ground = TerrainChoice::standard(kind.name);
             for key in self.keys(kind) {
                 // Several kinds have the same key.
                 if !rows.iter().any(|r| r.key == join(path, key.name)) {
@@ -341,7 +345,7 @@ mod tests {
     fn each_kind_is_described_and_written_as_itself() {
         assert_eq!(COMMON[0].meaning.split(';').count(), KINDS.len());
         for kind in KINDS {
-            let given = |key: &&Key<Ground>| matches!(key.absent, key::Absent::Required);
+            let given = |key: &&Key<TerrainChoice>| matches!(key.absent, key::Absent::Required);
             let mut own = kind.own();
             if own.any(|key| given(&key)) || kind.name == "heights" {
                 // Without default; the tests of resolved scenes have these.
@@ -351,8 +355,7 @@ mod tests {
             let read = |text: &str| crate::Scene::parse(text, "x", std::path::Path::new(""), &[]);
             let scene = read(&text).unwrap();
             assert_eq!(read(&scene.to_toml("x")).unwrap().terrain, scene.terrain);
-            let again = Ground::of(&scene.terrain);
-            assert_eq!(again.kind, kind.name);
+            assert_eq!(scene.terrain.kind, kind.name);
         }
     }
 }

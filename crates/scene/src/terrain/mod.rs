@@ -8,6 +8,7 @@ mod points;
 pub(crate) use kinds::Terrain;
 pub use points::Track;
 
+use ground::{DEFAULT, Ground};
 use robhaz_model::Robot;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Profile, Terrain as Built};
@@ -17,22 +18,25 @@ use robhaz_terrain::{Profile, Terrain as Built};
 pub struct TerrainChoice {
     /// `flat`, `smooth`, `bumps` and so on, as in scene files.
     pub kind: &'static str,
-    /// Its shape.
+    /// Its shape, which the values of its keys give.
     pub profile: Profile,
     /// Friction stretches, from rear to front; they do not overlap.
     pub stretches: Vec<Stretch>,
     /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
     pub tracks: Vec<Track>,
+    /// The values of its keys.
+    values: Ground,
 }
 
 impl TerrainChoice {
-    /// A ground without stretches and files.
-    fn of(kind: &'static str, profile: Profile) -> Self {
+    /// The keys of a kind before a file changes them; the profile is not yet made of them.
+    fn standard(kind: &'static str) -> Self {
         Self {
             kind,
-            profile,
+            profile: Profile::Flat,
             stretches: Vec::new(),
             tracks: Vec::new(),
+            values: Ground::standard(kind),
         }
     }
 
@@ -45,6 +49,9 @@ impl TerrainChoice {
 impl Default for TerrainChoice {
     /// The smooth course.
     fn default() -> Self {
-        Self::of(ground::DEFAULT, Profile::smooth())
+        Self {
+            profile: Profile::smooth(),
+            ..Self::standard(DEFAULT)
+        }
     }
 }

@@ -118,7 +118,7 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
 };
 
 /// The values of the keys of a ground through points. SI.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PointKeys {
     pub points: Vec<Vec2>,
     pub file: String,
@@ -128,16 +128,19 @@ pub(super) struct PointKeys {
     pub sort: Option<bool>,
 }
 
-/// The points of a table whose keys are read, and the file that they come from.
+/// The points of a table whose keys are read, and the file that they come from. The keys become
+/// those of its copy.
 pub(super) fn resolve(
     reader: &mut Reader,
     node: &Node,
     path: &str,
-    keys: &PointKeys,
+    keys: &mut PointKeys,
 ) -> Option<(Vec<Vec2>, Option<Track>)> {
     match (node.get("file"), node.get("points")) {
         (Some(file), None) => {
             let (points, track) = from_file(reader, node, file, path, keys)?;
+            (keys.file, keys.file_hash) = (track.file_name(), track.hash());
+            keys.sort = Some(track.format.sort);
             Some((points, Some(track)))
         }
         (None, Some(_)) => {
