@@ -267,10 +267,6 @@ impl Form for Terrain {
         schema
     }
 
-    fn is_section(&self) -> bool {
-        true
-    }
-
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut TerrainChoice) {
         out.head(&format!("[{path}]"), meaning);
         self.write(out, path, value);
