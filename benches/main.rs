@@ -69,8 +69,16 @@ fn terrain(c: &mut Criterion) {
     for (name, profile, x) in [
         ("flat", Profile::Flat, 1.1),
         ("smooth", Profile::smooth(), 1.1),
-        ("rough", Profile::rough(0), 5.0),
-        ("stairs: tread and riser", Profile::stairs(), 0.601),
+        (
+            "rough",
+            Profile::Rough(robhaz_terrain::Rough::new(Default::default())),
+            5.0,
+        ),
+        (
+            "stairs: tread and riser",
+            Profile::Stairs(Default::default()),
+            0.601,
+        ),
     ] {
         let terrain = Terrain::new(profile);
         let [y, slope, _] = terrain.profile().eval(x);

@@ -310,9 +310,9 @@ mod tests {
     fn derivatives_match_differences() {
         for profile in [
             Profile::smooth(),
-            Profile::cosbump(),
+            Profile::CosBump(Default::default()),
             Profile::Sine(crate::Sine::default()),
-            Profile::rough(0),
+            Profile::Rough(crate::Rough::new(Default::default())),
         ] {
             for i in 0..400 {
                 let x = 0.2 + 0.008_71 * f64::from(i);

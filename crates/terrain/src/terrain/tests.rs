@@ -41,7 +41,7 @@ fn a_narrow_hollow_is_bridged_at_two_points() {
 
 #[test]
 fn a_wheel_against_a_riser_touches_riser_and_tread() {
-    let terrain = Terrain::new(Profile::step());
+    let terrain = Terrain::new(Profile::Stairs(crate::Stairs::step()));
     let found = contacts(&terrain, 0.7 - 0.085, 0.0995, 0.1);
     assert_eq!(found.len(), 2);
     // From rear to front: the tread below the centre, then the riser's upper corner at a height of
@@ -81,7 +81,7 @@ fn a_wheel_rests_on_both_corners_of_a_narrow_ditch_but_on_the_bottom_of_a_wide_o
 
 #[test]
 fn a_concave_corner_has_two_contacts_a_convex_one_has_one() {
-    let terrain = Terrain::new(Profile::ramp());
+    let terrain = Terrain::new(Profile::Ramp(Default::default()));
     // On the bisector of the corner both distances are equal.
     let half = 7.5_f64.to_radians();
     let found = contacts(&terrain, 0.7 - 0.0995 * half.tan(), 0.0995, 0.1);
@@ -102,9 +102,9 @@ fn smooth_joints_are_not_corners() {
     for (profile, has) in [
         (Profile::Flat, false),
         (Profile::smooth(), false),
-        (Profile::cosbump(), false),
-        (Profile::ramp(), true),
-        (Profile::step(), true),
+        (Profile::CosBump(Default::default()), false),
+        (Profile::Ramp(Default::default()), true),
+        (Profile::Stairs(crate::Stairs::step()), true),
     ] {
         assert_eq!(
             Terrain::new(profile.clone()).has_corners(),
@@ -161,7 +161,11 @@ fn parts_join_without_double_contacts() {
             periods: 2,
         })
     };
-    let course = crate::Course::new(vec![Profile::ramp(), waves(1.6), waves(2.6)]);
+    let course = crate::Course::new(vec![
+        Profile::Ramp(Default::default()),
+        waves(1.6),
+        waves(2.6),
+    ]);
     let course = Terrain::new(Profile::Course(course));
     let smooth = Terrain::new(Profile::smooth());
     let alone = one(&Profile::smooth());
@@ -181,7 +185,7 @@ fn parts_join_without_double_contacts() {
 
 #[test]
 fn the_outline_has_every_corner() {
-    let terrain = Terrain::new(Profile::stairs());
+    let terrain = Terrain::new(Profile::Stairs(Default::default()));
     let points = terrain.outline(0.0, 3.0, 0.01);
     // Start, four risers of two points each, end.
     assert_eq!(points.len(), 10);
@@ -206,9 +210,19 @@ fn edges_follow_their_curves() {
     };
     for (name, profile, height, slope) in [
         ("smooth", Profile::smooth(), 5e-12, 5e-9),
-        ("cosbump", Profile::cosbump(), 1e-12, 5e-10),
+        (
+            "cosbump",
+            Profile::CosBump(Default::default()),
+            1e-12,
+            5e-10,
+        ),
         ("sine", Profile::Sine(crate::Sine::default()), 3e-12, 1e-9),
-        ("rough C", Profile::rough(0), 5e-11, 2e-8),
+        (
+            "rough C",
+            Profile::Rough(crate::Rough::new(Default::default())),
+            5e-11,
+            2e-8,
+        ),
         ("rough D", rough(crate::RoughClass::D, 0.2), 1e-10, 3e-8),
         ("rough H", rough(crate::RoughClass::H, 0.05), 1e-9, 1e-6),
     ] {
@@ -378,7 +392,7 @@ proptest! {
     /// lies on its normal.
     #[test]
     fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
-        let profile = [Profile::smooth(), Profile::cosbump(), Profile::Sine(crate::Sine::default()), Profile::rough(0)][which].clone();
+        let profile = [Profile::smooth(), Profile::CosBump(Default::default()), Profile::Sine(crate::Sine::default()), Profile::Rough(crate::Rough::new(Default::default()))][which].clone();
         let terrain = Terrain::new(profile.clone());
         let [y, slope, _] = profile.eval(x);
         let up = Vec2::new(-slope, 1.0).normalize();
@@ -419,7 +433,7 @@ fn curves_are_surveyed_as_they_are() {
 
 #[test]
 fn risers_have_no_slope_and_corners_two() {
-    let points = Terrain::new(Profile::step()).survey(-1.0, 2.0, 0.005);
+    let points = Terrain::new(Profile::Stairs(crate::Stairs::step())).survey(-1.0, 2.0, 0.005);
     let rows: Vec<_> = points.iter().map(|p| (p.x, p.height, p.slope)).collect();
     let expected = [
         (-1.0, 0.0, Some(0.0)),
@@ -430,7 +444,7 @@ fn risers_have_no_slope_and_corners_two() {
         (2.0, 0.05, Some(0.0)),
     ];
     assert_eq!(rows, expected);
-    let ramp = Terrain::new(Profile::ramp()).survey(-1.0, 2.0, 0.005);
+    let ramp = Terrain::new(Profile::Ramp(Default::default())).survey(-1.0, 2.0, 0.005);
     let slopes: Vec<_> = ramp.iter().filter_map(|p| p.slope).collect();
     assert_eq!(slopes.len(), 6);
     let incline = 15.0_f64.to_radians().tan();
