@@ -1,10 +1,8 @@
 //! The values of the keys of a ground.
 
 use super::TerrainChoice;
-use super::points::{PointKeys, Track};
-use robhaz_terrain::{
-    Bump, CosBump, Course, Ditch, Interpolation, Profile, Ramp, RoughSettings, Sine, Stairs,
-};
+use super::points::PointKeys;
+use robhaz_terrain::{Bump, CosBump, Ditch, Interpolation, Ramp, RoughSettings, Sine, Stairs};
 
 /// The kind of a scene that names none.
 pub(super) const DEFAULT: &str = "smooth";
@@ -21,7 +19,6 @@ pub(super) struct Ground {
     pub sine: Sine,
     pub ditch: Ditch,
     pub rough: RoughSettings,
-    pub seed: Option<u64>,
     pub heights: PointKeys,
     pub interpolation: Interpolation,
     pub smoothing: f64,
@@ -40,25 +37,5 @@ impl Ground {
             },
             ..Self::default()
         }
-    }
-
-    /// The parts of a course as one profile, and their tracks.
-    pub fn course(&mut self) -> (Profile, Vec<Track>) {
-        let (mut profiles, mut tracks) = (Vec::new(), Vec::new());
-        for (i, part) in self.parts.iter_mut().enumerate() {
-            // Written as the kind that can describe any profile of the shape.
-            part.kind = match part.kind {
-                "smooth" => "bumps",
-                "step" => "stairs",
-                other => other,
-            };
-            for track in &mut part.tracks {
-                track.part = Some(i);
-                part.values.heights.file = track.file_name();
-            }
-            profiles.push(part.profile.clone());
-            tracks.extend_from_slice(&part.tracks);
-        }
-        (Profile::Course(Course::new(profiles)), tracks)
     }
 }

@@ -144,7 +144,7 @@ keys! {
     pub(super) ROUGH: TerrainChoice;
 
     /// kind rough only: seed of the random ground; the same seed makes the same ground
-    seed ("the scene's `seed`"): Maybe(SEED) => values.seed;
+    seed ("the scene's `seed`"): SEED => values.rough.seed;
 
     /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
     class: word(&RoughClass::ALL, RoughClass::name) => values.rough.class;
@@ -173,14 +173,14 @@ keys! {
     file ("none"): FILE => values.heights.file;
 
     /// kind heights with file only: the column of x
-    x_column ("by the first line, else the first"): COLUMN => values.heights.columns.x;
+    x_column ("by the first line, else the first"): COLUMN => values.heights.format.x;
 
     /// kind heights with file only: the column of the height
-    height_column ("by the first line, else the second"): COLUMN => values.heights.columns.height;
+    height_column ("by the first line, else the second"): COLUMN => values.heights.format.height;
 
     /// kind heights with file only: lines may be in any order; two neighbouring lines of equal x are a
     /// riser
-    sort ("off"): Maybe(SWITCH) => values.heights.sort;
+    sort ("off"): SWITCH => values.heights.format.sort if |it| !it.values.heights.file.is_empty();
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
     file_hash ("none"): HASH => values.heights.file_hash;

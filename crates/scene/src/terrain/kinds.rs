@@ -1,27 +1,22 @@
 //! `[terrain]`: the kinds of ground, and the section, whose keys are those of its kind.
 
 use super::TerrainChoice;
-use super::ground::{DEFAULT, Ground};
+use super::ground::DEFAULT;
 use super::keys::{
     BUMPS, COSBUMP, DITCH, HEIGHTS, RAMP, ROUGH, SINE, STAIRS, START, STEP, STRETCHES,
 };
-use super::points::{self, Track};
+use super::points;
 use robhaz_keys::prelude::*;
-use robhaz_terrain::{
-    Ditch, Heights, Profile, Ramp, Rough, RoughSettings, Sine, Stairs, check_risers,
-};
+use robhaz_terrain::{Ditch, Profile, Ramp, Rough, RoughSettings, Sine, Stairs};
 use serde_json::{Value as Json, json};
-
-/// A profile, and the tracks that it was read from.
-type Built = (Profile, Vec<Track>);
 
 /// A kind of ground.
 struct Kind {
     name: &'static str,
     /// Its own keys, in their order.
     keys: &'static [&'static [Key<TerrainChoice>]],
-    /// The ground that the values of these keys give, and the files of its points.
-    profile: fn(&mut Site<'_>, &mut Ground) -> Option<Built>,
+    /// Makes the profile of the values of these keys, which a table at a path states.
+    build: fn(&mut Reader, &Node, &str, &mut TerrainChoice),
 }
 
 impl Kind {
@@ -36,21 +31,16 @@ fn owners(name: &str) -> Vec<&'static str> {
     KINDS.iter().filter(has).map(|kind| kind.name).collect()
 }
 
-/// Where a ground is read.
-struct Site<'a> {
-    reader: &'a mut Reader,
-    /// The table of the ground.
-    node: &'a Node,
-    path: &'a str,
-}
-
 /// A kind whose values give its profile by themselves.
 macro_rules! kind {
-    ($name:expr, $keys:expr, |$site:pat_param, $ground:pat_param| $profile:expr) => {
+    ($name:expr, $keys:expr, |$values:pat_param| $profile:expr) => {
         Kind {
             name: $name,
             keys: $keys,
-            profile: |$site, $ground| Some(($profile, Vec::new())),
+            build: |_, _, _, it| {
+                let $values = &it.values;
+                it.profile = $profile;
+            },
         }
     };
 }
@@ -58,53 +48,40 @@ macro_rules! kind {
 /// A kind whose profile of the same type has the key `start` beside its own.
 macro_rules! from_start {
     ($name:literal, $keys:expr, $profile:ident, $field:ident) => {
-        kind!($name, &[START, $keys], |_, it| Profile::$profile(
-            $profile {
-                start: it.start,
-                ..it.$field
-            }
-        ))
+        kind!($name, &[START, $keys], |it| Profile::$profile($profile {
+            start: it.start,
+            ..it.$field
+        }))
     };
 }
 
 /// All kinds of ground, in the order of the reference. The first and the last are no parts of a
 /// course.
 const KINDS: &[Kind] = &[
-    kind!("flat", &[], |_, _| Profile::Flat),
-    kind!(DEFAULT, &[], |_, it| Profile::Bumps(it.bumps.clone())),
-    kind!("bumps", &[BUMPS], |_, it| Profile::Bumps(it.bumps.clone())),
-    kind!("cosbump", &[COSBUMP], |_, it| Profile::CosBump(it.cosbump)),
+    kind!("flat", &[], |_| Profile::Flat),
+    kind!(DEFAULT, &[], |it| Profile::Bumps(it.bumps.clone())),
+    kind!("bumps", &[BUMPS], |it| Profile::Bumps(it.bumps.clone())),
+    kind!("cosbump", &[COSBUMP], |it| Profile::CosBump(it.cosbump)),
     from_start!("ramp", RAMP, Ramp, ramp),
     from_start!("step", STEP, Stairs, stairs),
     from_start!("stairs", STAIRS, Stairs, stairs),
     from_start!("sine", SINE, Sine, sine),
     from_start!("ditch", DITCH, Ditch, ditch),
-    kind!("rough", &[START, ROUGH], |site, it| Profile::Rough(
-        Rough::new(RoughSettings {
+    kind!("rough", &[START, ROUGH], |it| Profile::Rough(Rough::new(
+        RoughSettings {
             start: it.start,
-            seed: *it.seed.get_or_insert(site.reader.seed),
             ..it.rough
-        })
-    )),
+        }
+    ))),
     Kind {
         name: "heights",
         keys: &[HEIGHTS],
-        profile: |site, it| {
-            let (points, track) =
-                points::resolve(site.reader, site.node, site.path, &mut it.heights)?;
-            if let Err(error) = check_risers(&points, it.interpolation, it.smoothing) {
-                let problem = Problem::at(&site.node.origin, site.path, error.to_string());
-                site.reader.push(problem.whole());
-                return None;
-            }
-            let heights = Heights::with_smoothing(points, it.interpolation, it.smoothing);
-            Some((Profile::Heights(heights), track.into_iter().collect()))
-        },
+        build: points::build,
     },
     Kind {
         name: "parts",
         keys: &[PARTS],
-        profile: |_, it| Some(it.course()),
+        build: |_, _, _, it| it.join_parts(),
     },
 ];
 
@@ -213,6 +190,9 @@ impl Form for Terrain {
             ignores_file && !entry.origin.is_override() && !owners(&entry.key).is_empty()
         };
         let (mark, mut ground) = (reader.mark(), TerrainChoice::standard(kind.name));
+        if kind.name == "rough" {
+            ground.values.rough.seed = reader.seed;
+        }
         for entry in reader.entries(node, path) {
             match self.keys(kind).find(|key| key.name == entry.key) {
                 Some(key) => {
@@ -224,15 +204,8 @@ impl Form for Terrain {
             }
         }
         reader.require(self.keys(kind), node, path);
-        let mut site = Site { reader, node, path };
-        let Some((profile, tracks)) = (kind.profile)(&mut site, &mut ground.values) else {
-            return;
-        };
-        *into = TerrainChoice {
-            profile,
-            tracks,
-            ..ground
-        };
+        (kind.build)(reader, node, path, &mut ground);
+        *into = ground;
         if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
             reader.refuse(node, path, &error.to_string());
         }

@@ -11,7 +11,7 @@ pub use points::Track;
 use ground::{DEFAULT, Ground};
 use robhaz_model::Robot;
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Profile, Terrain as Built};
+use robhaz_terrain::{Course, Profile, Terrain as Built};
 
 /// The ground, and the name of its kind.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +38,26 @@ impl TerrainChoice {
             tracks: Vec::new(),
             values: Ground::standard(kind),
         }
+    }
+
+    /// The parts of a course become one profile.
+    fn join_parts(&mut self) {
+        let mut profiles = Vec::new();
+        for (i, part) in self.values.parts.iter_mut().enumerate() {
+            // Written as the kind that can describe any profile of the shape.
+            part.kind = match part.kind {
+                "smooth" => "bumps",
+                "step" => "stairs",
+                other => other,
+            };
+            for track in &mut part.tracks {
+                track.part = Some(i);
+                part.values.heights.file = track.file_name();
+            }
+            profiles.push(part.profile.clone());
+            self.tracks.extend_from_slice(&part.tracks);
+        }
+        self.profile = Profile::Course(Course::new(profiles));
     }
 
     /// The ground for a robot: blunt corners are rounded for the radius of its wheels.

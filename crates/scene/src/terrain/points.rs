@@ -1,8 +1,10 @@
 //! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
+use super::TerrainChoice;
+use super::ground::Ground;
 use robhaz_keys::prelude::*;
 use robhaz_model::Vec2;
-use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
+use robhaz_terrain::{Column, Heights, Profile, TrackError, TrackFormat, check_risers, read_track};
 use serde_json::{Value as Json, json};
 use sha2::{Digest as _, Sha256};
 use std::sync::Arc;
@@ -14,7 +16,6 @@ pub struct Track {
     pub part: Option<usize>,
     /// The file's content.
     pub bytes: Arc<[u8]>,
-    pub(crate) format: TrackFormat,
 }
 
 impl Track {
@@ -123,25 +124,26 @@ pub(super) struct PointKeys {
     pub points: Vec<Vec2>,
     pub file: String,
     pub file_hash: String,
-    pub columns: TrackFormat,
-    /// Of the lines of a file; `None` without one.
-    pub sort: Option<bool>,
+    pub format: TrackFormat,
 }
 
-/// The points of a table whose keys are read, and the file that they come from. The keys become
-/// those of its copy.
-pub(super) fn resolve(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    keys: &mut PointKeys,
-) -> Option<(Vec<Vec2>, Option<Track>)> {
-    match (node.get("file"), node.get("points")) {
+/// The ground through the points that a table states, or the file that it names.
+pub(super) fn build(reader: &mut Reader, node: &Node, path: &str, ground: &mut TerrainChoice) {
+    let Ground {
+        interpolation,
+        smoothing,
+        heights,
+        ..
+    } = &mut ground.values;
+    let points = match (node.get("file"), node.get("points")) {
         (Some(file), None) => {
-            let (points, track) = from_file(reader, node, file, path, keys)?;
-            (keys.file, keys.file_hash) = (track.file_name(), track.hash());
-            keys.sort = Some(track.format.sort);
-            Some((points, Some(track)))
+            let Some((points, track)) = from_file(reader, node, file, path, heights) else {
+                return;
+            };
+            // A resolved scene names the copy.
+            (heights.file, heights.file_hash) = (track.file_name(), track.hash());
+            ground.tracks.push(track);
+            points
         }
         (None, Some(_)) => {
             for key in ["x_column", "height_column", "sort", "file_hash"] {
@@ -150,13 +152,21 @@ pub(super) fn resolve(
                     reader.refuse(given, &join(path, key), allowed);
                 }
             }
-            Some((keys.points.clone(), None))
+            heights.points.clone()
         }
         (file, _) => {
             let found = if file.is_some() { "both" } else { "neither" };
             let message = format!("found {found} of file and points, allowed: one of them");
-            reader.push(Problem::at(&node.origin, path, message).whole());
-            None
+            return reader.push(Problem::at(&node.origin, path, message).whole());
+        }
+    };
+    match check_risers(&points, *interpolation, *smoothing) {
+        Ok(()) => {
+            let heights = Heights::with_smoothing(points, *interpolation, *smoothing);
+            ground.profile = Profile::Heights(heights);
+        }
+        Err(error) => {
+            reader.push(Problem::at(&node.origin, path, error.to_string()).whole());
         }
     }
 }
@@ -184,12 +194,8 @@ fn from_file(
     let track = Track {
         part: None,
         bytes: bytes.into(),
-        format: TrackFormat {
-            sort: keys.sort == Some(true),
-            ..keys.columns.clone()
-        },
     };
-    let points = read_track(&track.bytes, &track.format);
+    let points = read_track(&track.bytes, &keys.format);
     let points = points.map_err(|error| problem(&shown, &track.bytes, &key, error));
     let points = reader.keep(points)?;
     let hash = track.hash();

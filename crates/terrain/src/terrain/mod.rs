@@ -20,13 +20,6 @@ const SAME: f64 = 1e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
 
-/// The place where the contact of one wheel was found last, for [`Terrain::contacts_near`].
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Hint {
-    /// Index of the edge.
-    edge: usize,
-}
-
 /// The ground: a chain of straight and curved edges, and a grid that finds the edges near a wheel.
 ///
 /// Clones share the data.
@@ -81,16 +74,17 @@ impl Terrain {
     /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared
     /// first; its storage is reused from call to call. The result depends on the arguments alone.
     pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        self.contacts_near(centre, radius, &mut Hint::default(), out);
+        self.contacts_near(centre, radius, &mut 0, out);
     }
 
     /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint`
-    /// keeps this place from call to call. It has no influence on the result.
+    /// keeps the index of its edge from call to call, at first any. It has no influence on the
+    /// result.
     pub fn contacts_near(
         &self,
         centre: Vec2,
         radius: f64,
-        hint: &mut Hint,
+        hint: &mut usize,
         out: &mut Vec<Contact>,
     ) {
         out.clear();
@@ -98,9 +92,9 @@ impl Terrain {
         match grid.near(centre, radius) {
             Near::Single(range) => {
                 // The usual case: the place is still on the edge of the hint.
-                if let Some(edge) = edges.get(hint.edge)
-                    && hint.edge >= range[0]
-                    && hint.edge <= range[1]
+                if let Some(edge) = edges.get(*hint)
+                    && *hint >= range[0]
+                    && *hint <= range[1]
                     && let Some(contact) = edge.foot_if_between(centre)
                 {
                     if is_within(centre, radius, &contact) {
@@ -145,11 +139,11 @@ impl Terrain {
         &self,
         [mut first, mut last]: [usize; 2],
         centre: Vec2,
-        hint: Option<&mut Hint>,
+        hint: Option<&mut usize>,
     ) -> Option<Place> {
         let Ground { edges, grid, .. } = &*self.0;
         let mut index = match &hint {
-            Some(hint) if (first..=last).contains(&hint.edge) => hint.edge,
+            Some(hint) if (first..=last).contains(*hint) => **hint,
             _ => grid.edge_at(edges, centre.x).clamp(first, last),
         };
         let mut steps = 1;
@@ -158,7 +152,7 @@ impl Terrain {
             let rates = edge.distance_rates(centre);
             if rates[0] <= 0.0 && rates[1] >= 0.0 {
                 if let Some(hint) = hint {
-                    hint.edge = index;
+                    *hint = index;
                 }
                 return Some(Place {
                     contact: edge.foot(centre, rates),
