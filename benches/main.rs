@@ -80,8 +80,8 @@ fn terrain(c: &mut Criterion) {
             0.601,
         ),
     ] {
+        let [y, slope, _] = profile.eval(x);
         let terrain = Terrain::new(profile);
-        let [y, slope, _] = terrain.profile().eval(x);
         let up = Vec2::new(-slope, 1.0).normalize();
         let centre = Vec2::new(x, y) + up * 0.0995;
         let mut found = Vec::new();

@@ -192,7 +192,7 @@ mod tests {
             start: 0.7,
             length: 0.8,
         };
-        Terrain::for_wheels(Profile::Ramp(ramp), wheel_radius)
+        Terrain::for_wheels(&Profile::Ramp(ramp), wheel_radius)
     }
 
     fn ramp(degrees: f64) -> Terrain {

@@ -62,7 +62,7 @@ impl TerrainChoice {
 
     /// The ground for a robot: blunt corners are rounded for the radius of its wheels.
     pub fn build(&self, robot: &Robot) -> Built {
-        Built::for_wheels(self.profile.clone(), robot.geometry.wheel_radius)
+        Built::for_wheels(&self.profile, robot.geometry.wheel_radius)
     }
 }
 

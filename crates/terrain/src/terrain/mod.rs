@@ -27,7 +27,6 @@ const NEWTON_STEPS: u32 = 8;
 pub struct Terrain(Arc<Ground>);
 
 struct Ground {
-    profile: Profile,
     edges: Vec<Edge>,
     grid: Grid,
 }
@@ -36,24 +35,15 @@ impl Terrain {
     /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of 0.1
     /// m radius.
     pub fn new(profile: Profile) -> Self {
-        Self::for_wheels(profile, 0.1)
+        Self::for_wheels(&profile, 0.1)
     }
 
     /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of a
     /// radius (m). Blunt concave corners, below 9 deg, are rounded with 1.25 times that radius.
-    pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
-        let edges = chain(&profile, wheel_radius);
+    pub fn for_wheels(profile: &Profile, wheel_radius: f64) -> Self {
+        let edges = chain(profile, wheel_radius);
         let grid = Grid::new(&edges, wheel_radius);
-        Self(Arc::new(Ground {
-            profile,
-            edges,
-            grid,
-        }))
-    }
-
-    /// The profile from which the terrain was built.
-    pub fn profile(&self) -> &Profile {
-        &self.0.profile
+        Self(Arc::new(Ground { edges, grid }))
     }
 
     pub(crate) fn edges(&self) -> &[Edge] {
@@ -88,7 +78,7 @@ impl Terrain {
         out: &mut Vec<Contact>,
     ) {
         out.clear();
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         match grid.near(centre, radius) {
             Near::Single(range) => {
                 // The usual case: the place is still on the edge of the hint.
@@ -113,7 +103,7 @@ impl Terrain {
     /// The contacts of a wheel of any size anywhere. `out` is empty.
     #[inline(never)]
     fn search(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         let mut found = Found::new(centre, radius, out);
         let Some(reach) = grid.within(centre, radius, edges) else {
             return;
@@ -141,7 +131,7 @@ impl Terrain {
         centre: Vec2,
         hint: Option<&mut usize>,
     ) -> Option<Place> {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         let mut index = match &hint {
             Some(hint) if (first..=last).contains(*hint) => **hint,
             _ => grid.edge_at(edges, centre.x).clamp(first, last),
@@ -203,14 +193,14 @@ impl Terrain {
 
     /// Height of the ground at x (m), m; on a riser that of one of its ends.
     pub fn height(&self, x: f64) -> f64 {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         edges[grid.edge_at(edges, x)].height(x)
     }
 
     /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None`
     /// on a riser.
     pub fn jump_at(&self, x: f64) -> Option<Jump> {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         let edge = &edges[grid.edge_at(edges, x)];
         let [height, slope, _] = edge.eval(x);
         slope.is_finite().then(|| Jump {

@@ -19,8 +19,9 @@ fn the_contact_with_level_ground_is_below_the_centre() {
 
 #[test]
 fn below_the_ground_the_distance_is_negative() {
-    let terrain = Terrain::new(Profile::smooth());
-    let y = terrain.profile().eval(1.0)[0];
+    let profile = Profile::smooth();
+    let y = profile.eval(1.0)[0];
+    let terrain = Terrain::new(profile);
     let found = contacts(&terrain, 1.0, y - 0.01, 0.1);
     assert!(found.iter().any(|c| c.distance < 0.0));
 }
@@ -126,10 +127,11 @@ fn measured_points_carry_a_wheel_as_spline_or_corners() {
     let points = points.map(|(x, y)| Vec2::new(x, y)).to_vec();
     for interpolation in crate::Interpolation::ALL {
         let heights = crate::Heights::new(points.clone(), interpolation);
-        let terrain = Terrain::new(Profile::Heights(heights));
+        let profile = Profile::Heights(heights);
+        let terrain = Terrain::new(profile.clone());
         for i in 0..100 {
             let x = 0.4 + 0.01 * f64::from(i);
-            let [y, slope, _] = terrain.profile().eval(x);
+            let [y, slope, _] = profile.eval(x);
             let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
             let found = contacts(&terrain, centre.x, centre.y, 0.1);
             // A concave corner is touched on both sides.
@@ -166,7 +168,8 @@ fn parts_join_without_double_contacts() {
         waves(1.6),
         waves(2.6),
     ]);
-    let course = Terrain::new(Profile::Course(course));
+    let profile = Profile::Course(course);
+    let course = Terrain::new(profile.clone());
     let smooth = Terrain::new(Profile::smooth());
     let alone = one(&Profile::smooth());
     for i in 0..500 {
@@ -174,7 +177,7 @@ fn parts_join_without_double_contacts() {
         let same = contacts(&alone, x, 0.09, 0.1);
         assert_eq!(same, contacts(&smooth, x, 0.09, 0.1));
         if i > 155 {
-            let [y, slope, _] = course.profile().eval(x);
+            let [y, slope, _] = profile.eval(x);
             let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
             let found = contacts(&course, centre.x, centre.y, 0.1);
             assert_eq!(found.len(), 1, "at {x}");
@@ -418,12 +421,13 @@ proptest! {
 /// are ten times what was found.
 #[test]
 fn curves_are_surveyed_as_they_are() {
-    let terrain = Terrain::new(Profile::smooth());
+    let profile = Profile::smooth();
+    let terrain = Terrain::new(profile.clone());
     let points = terrain.survey(0.0, 4.0, 0.005);
     assert!(points.len() >= 800);
     assert!(points.windows(2).all(|p| p[1].x - p[0].x <= 0.005 + 1e-12));
     for p in &points {
-        let [height, slope, bend] = terrain.profile().eval(p.x);
+        let [height, slope, bend] = profile.eval(p.x);
         assert!((p.height - height).abs() < 1e-9);
         assert!(p.slope.is_some_and(|s| (s - slope).abs() < 1e-7));
         let curvature = bend / (1.0 + slope * slope).powf(1.5);
