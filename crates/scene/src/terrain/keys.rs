@@ -1,6 +1,6 @@
 //! `[terrain]`: the keys of each kind of ground.
 
-use super::TerrainChoice;
+use super::ground::TerrainChoice;
 use super::points::{COLUMN, FILE, HASH, Points};
 use robhaz_keys::prelude::*;
 use robhaz_sim::friction::Stretch;

@@ -1,7 +1,6 @@
 //! `[terrain]`: the kinds of ground, and the section, whose keys are those of its kind.
 
-use super::TerrainChoice;
-use super::ground::DEFAULT;
+use super::ground::{DEFAULT, TerrainChoice};
 use super::keys::{
     BUMPS, COSBUMP, DITCH, HEIGHTS, RAMP, ROUGH, SINE, STAIRS, START, STEP, STRETCHES,
 };

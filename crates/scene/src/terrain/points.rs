@@ -1,37 +1,10 @@
 //! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
-use super::TerrainChoice;
-use super::ground::Ground;
+use super::ground::{Ground, PointKeys, TerrainChoice, Track};
 use robhaz_keys::prelude::*;
 use robhaz_model::Vec2;
-use robhaz_terrain::{Column, Heights, Profile, TrackError, TrackFormat, check_risers, read_track};
+use robhaz_terrain::{Column, Heights, Profile, TrackError, check_risers, read_track};
 use serde_json::{Value as Json, json};
-use sha2::{Digest as _, Sha256};
-use std::sync::Arc;
-
-/// A file of points as the scene names it, with its content: the run's folder gets a copy.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Track {
-    /// Index of the part of the ground, from 0; `None` for the whole ground.
-    pub part: Option<usize>,
-    /// The file's content.
-    pub bytes: Arc<[u8]>,
-}
-
-impl Track {
-    /// Name of the copy in a run's folder.
-    pub fn file_name(&self) -> String {
-        match self.part {
-            None => "track.csv".to_owned(),
-            Some(part) => format!("track-{part}.csv"),
-        }
-    }
-
-    /// The hash that the resolved scene states: `sha256:` and 64 digits.
-    pub fn hash(&self) -> String {
-        format!("sha256:{:x}", Sha256::digest(&self.bytes))
-    }
-}
 
 /// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
@@ -117,15 +90,6 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
         })
     },
 };
-
-/// The values of the keys of a ground through points. SI.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct PointKeys {
-    pub points: Vec<Vec2>,
-    pub file: String,
-    pub file_hash: String,
-    pub format: TrackFormat,
-}
 
 /// The ground through the points that a table states, or the file that it names.
 pub(super) fn build(reader: &mut Reader, node: &Node, path: &str, ground: &mut TerrainChoice) {
