@@ -340,7 +340,9 @@ impl RobotChoice {
     pub fn weighed_to_toml(&self, covariance: &LoadCovariance, version: &str) -> String {
         let comment =
             "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";
-        let mut out = Out(Out::file(comment, version, WEIGHED, &mut self.clone()));
+        let mut robot = self.clone();
+        let mut out = Out(Out::file(comment, version, &[], &mut robot));
+        ROBOT.tables(&mut out, "robot", "geometry and masses", &mut robot);
         let mut choice = LogChoice::default();
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
@@ -382,12 +384,4 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
         mapping::check(reader, root, mapping);
     }
     choice
-}
-
-keys! {
-    /// What a weighed robot has in its file beside the budget.
-    WEIGHED: RobotChoice;
-
-    /// geometry and masses
-    robot: ROBOT => self;
 }
