@@ -69,11 +69,19 @@ fn terrain(c: &mut Criterion) {
     for (name, profile, x) in [
         ("flat", Profile::Flat, 1.1),
         ("smooth", Profile::smooth(), 1.1),
-        ("rough", Profile::rough(0), 5.0),
-        ("stairs: tread and riser", Profile::stairs(), 0.601),
+        (
+            "rough",
+            Profile::Rough(robhaz_terrain::Rough::new(Default::default())),
+            5.0,
+        ),
+        (
+            "stairs: tread and riser",
+            Profile::Stairs(Default::default()),
+            0.601,
+        ),
     ] {
+        let [y, slope, _] = profile.eval(x);
         let terrain = Terrain::new(profile);
-        let [y, slope, _] = terrain.profile().eval(x);
         let up = Vec2::new(-slope, 1.0).normalize();
         let centre = Vec2::new(x, y) + up * 0.0995;
         let mut found = Vec::new();

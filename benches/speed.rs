@@ -62,7 +62,10 @@ pub fn table(setup: impl Fn(EngineKind, &Terrain) -> PlantSetup, duration: f64) 
     println!(
         "speed: engine  scene   simulated s/s  error of N (99 %)  simulated s per loop  with impulse and work"
     );
-    for (name, profile) in [("smooth", Profile::smooth()), ("stairs", Profile::stairs())] {
+    for (name, profile) in [
+        ("smooth", Profile::smooth()),
+        ("stairs", Profile::Stairs(Default::default())),
+    ] {
         let terrain = Terrain::new(profile);
         let exact = PlantSetup {
             tolerance: 1e-8,

@@ -197,7 +197,7 @@ fn mirrored_profiles() -> [(&'static str, Profile, Profile); 4] {
         ("sine", waves(0.7), waves(-1.7)),
         (
             "ramp",
-            Profile::ramp(),
+            Profile::Ramp(Default::default()),
             Profile::Course(Course::new(vec![up(high), down])),
         ),
         ("ditch", ditch(0.7), ditch(-0.82)),
@@ -278,7 +278,7 @@ fn shifted(profile: &Profile, by: f64) -> Profile {
 fn a_shift_in_x_changes_nothing() {
     let grounds = [
         ("smooth", Profile::smooth()),
-        ("ramp", Profile::ramp()),
+        ("ramp", Profile::Ramp(Default::default())),
         ("ditch", Profile::Ditch(Ditch::default())),
         ("heights", track(Interpolation::Corners, 1)),
     ];

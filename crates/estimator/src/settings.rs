@@ -2,17 +2,19 @@
 
 use crate::deviation::root_sum_square;
 use crate::statics::LoadCovariance;
-use robhaz_model::{Robot, Units, Vec2};
+use robhaz_model::{Robot, Units, Vec2, named};
 
-/// Where the estimator takes the linkage's mass to be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Masses {
-    /// Concentrated in the body's centre of mass (Fig. 7).
-    LumpedToBody,
-    /// Shared evenly by the wheels (Fig. 8).
-    LumpedToWheels,
-    /// At the links' own centres of mass.
-    True,
+named! {
+    /// Where the estimator takes the linkage's mass to be.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Masses {
+        /// Concentrated in the body's centre of mass (Fig. 7).
+        LumpedToBody = "body",
+        /// Shared evenly by the wheels (Fig. 8).
+        LumpedToWheels = "wheels",
+        /// At the links' own centres of mass.
+        True = "true",
+    }
 }
 
 /// What the equations of one side are of.
@@ -50,14 +52,16 @@ pub struct PaperMethod {
     pub crossover_time: f64,
 }
 
-/// Where the contact angles come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContactAngles {
-    /// They are readings, as the paper assumes: [`crate::SensorFrame::contact_angle`].
-    Given,
-    /// No frame has any: they are estimated from the other readings. Frames may still have some;
-    /// they are ignored.
-    Unknown,
+named! {
+    /// Where the contact angles come from.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ContactAngles {
+        /// They are readings, as the paper assumes: [`crate::SensorFrame::contact_angle`].
+        Given = "given",
+        /// No frame has any: they are estimated from the other readings. Frames may still have
+        /// some; they are ignored.
+        Unknown = "none",
+    }
 }
 
 /// Steps that use the Kalman filters' results. Each works without the others.

@@ -25,7 +25,8 @@ pub struct KeyReference {
 pub struct About {
     /// Allowed values in messages.
     pub allowed: String,
-    /// The same in tables of keys, which have a column for units.
+    /// The same in tables of keys, which have a column for units; empty for a section, of which they
+    /// list the keys alone.
     pub values: String,
     /// The units that the value may have, SI first.
     pub units: &'static [&'static str],
@@ -39,6 +40,15 @@ impl About {
             values: allowed.clone(),
             allowed,
             units,
+        }
+    }
+
+    /// A table of which tables of keys list the keys alone.
+    pub fn section() -> Self {
+        let values = String::new();
+        Self {
+            values,
+            ..Self::new("a table")
         }
     }
 }
@@ -56,7 +66,7 @@ pub trait Form: Sync {
 
     /// What is allowed.
     fn about(&self) -> About {
-        About::new("a table")
+        About::section()
     }
 
     /// Allowed values in messages.
@@ -67,11 +77,6 @@ pub trait Form: Sync {
     /// The value in TOML; `None` where no line is written for it.
     fn text(&self, _value: &mut Self::Value) -> Option<String> {
         None
-    }
-
-    /// Whether tables of keys list the keys below alone.
-    fn is_section(&self) -> bool {
-        false
     }
 
     /// Writes what has headings of its own.
@@ -201,10 +206,6 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
         self.0.schema(None)
-    }
-
-    fn is_section(&self) -> bool {
-        self.0.is_section()
     }
 
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut Self::Value) {

@@ -113,10 +113,6 @@ impl<T, F: Form> Form for At<T, F> {
         (self.is_written)(of).then(|| self.form.text((self.at)(of)))?
     }
 
-    fn is_section(&self) -> bool {
-        self.form.is_section()
-    }
-
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T) {
         if (self.is_written)(of) {
             self.form.tables(out, path, meaning, (self.at)(of));
@@ -219,9 +215,8 @@ pub fn names<'k, T: 'static>(keys: impl Keys<'k, T>) -> Vec<&'static str> {
 /// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the
 /// defaults.
 pub fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str, of: &mut T) {
-    for key in keys.iter().filter(|k| !k.field.is_section()) {
-        rows.push(row(key, path, of));
-    }
+    let own = keys.iter().map(|key| row(key, path, of));
+    rows.extend(own.filter(|row| !row.allowed.is_empty()));
     for key in keys {
         key.field.rows(rows, &join(path, key.name), of);
     }
@@ -329,19 +324,14 @@ impl<T> Form for Table<T> {
     }
 
     fn about(&self) -> About {
-        About::new(if self.is_section() {
-            "a table"
-        } else {
-            self.words
-        })
+        match self.words {
+            "" => About::section(),
+            words => About::new(words),
+        }
     }
 
     fn schema(&self, defaults: Option<&mut T>) -> Json {
         schema(self.keys, defaults)
-    }
-
-    fn is_section(&self) -> bool {
-        self.words.is_empty()
     }
 
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut T) {
@@ -358,7 +348,7 @@ impl<T> Form for Table<T> {
 pub struct List<T: 'static> {
     /// The keys of an item.
     pub keys: &'static [Key<T>],
-    /// In words; empty for a list of which tables of keys list the keys alone.
+    /// In words.
     pub words: &'static str,
     /// Least number of items.
     pub least: usize,

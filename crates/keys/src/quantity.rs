@@ -296,15 +296,12 @@ pub fn with_unit(unit: &Dimension) -> Json {
 
 /// The name of a unit as a regular expression; any blanks between its parts.
 fn escaped(unit: &str) -> String {
-    let mut out = String::new();
-    for c in unit.chars() {
-        match c {
-            ' ' => out += r"\s+",
-            c if c.is_ascii_alphanumeric() => out.push(c),
-            c => out.extend(['\\', c]),
-        }
-    }
-    out
+    let escape = |c: char| match c {
+        ' ' => r"\s+".to_owned(),
+        c if c.is_ascii_alphanumeric() => c.to_string(),
+        c => format!("\\{c}"),
+    };
+    unit.chars().map(escape).collect()
 }
 
 /// A number in its range.

@@ -36,17 +36,15 @@ impl Reader {
         }
     }
 
-    /// Reads a file with `parse`, which gets its text, its name and its folder; `allowed` says what
-    /// it must be.
-    pub fn load<T>(
-        path: &Path,
+    /// Text, name and folder of a file; `allowed` says what it must be.
+    pub fn load<'p>(
+        path: &'p Path,
         allowed: &str,
-        parse: impl FnOnce(&str, &str, &Path) -> Result<T, FileError>,
-    ) -> Result<T, FileError> {
+    ) -> Result<(String, String, &'p Path), FileError> {
         let shown = path.display().to_string();
         let text = source::read_toml(path)
             .map_err(|error| FileError::unread(&shown, format!("{error}; allowed: {allowed}")))?;
-        parse(&text, &shown, path.parent().unwrap_or(Path::new("")))
+        Ok((text, shown, path.parent().unwrap_or(Path::new(""))))
     }
 
     /// Parses a text as TOML and reads it with `read`; the error has all problems.
@@ -59,13 +57,13 @@ impl Reader {
         source::check_toml(text).map_err(|error| FileError::unread(name, error))?;
         let root = self.document(&Source::file(name, text));
         let value = root.map(|root| read(&mut self, root));
-        let mut problems = self.problems;
-        let count = problems.len() + self.hidden;
+        let count = self.mark();
         // Nothing was read only after a problem.
-        match value {
-            Some(value) if count == 0 => return Ok(value),
-            _ => problems.sort_by_cached_key(|p| (p.line.is_none(), p.file.clone(), p.line)),
+        if let (Some(value), 0) = (value, count) {
+            return Ok(value);
         }
+        let mut problems = self.problems;
+        problems.sort_by_cached_key(|p| (p.line.is_none(), p.file.clone(), p.line));
         problems.truncate(SHOWN);
         if count > SHOWN {
             let message = format!("and {} more problems", grouped(count - SHOWN));

@@ -5,6 +5,7 @@ use miette::NamedSource;
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
+use std::iter::once;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -81,7 +82,7 @@ pub struct Source {
 impl Source {
     fn new(is_override: bool, name: &str, text: &str) -> Arc<Self> {
         let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
-        let starts = std::iter::once(0).chain(breaks.map(|(i, _)| i + 1));
+        let starts = once(0).chain(breaks.map(|(i, _)| i + 1));
         Arc::new(Self {
             is_override,
             line_starts: starts.collect(),
@@ -167,22 +168,13 @@ impl Origin {
 /// A text on one line and cut after 60 characters. Reads no more of the text than it needs.
 fn shortened(text: &str) -> String {
     const LONGEST: usize = 60;
-    let mut line = String::new();
-    let mut count = 0;
-    for word in text.split_whitespace() {
-        if count > 0 {
-            line.push(' ');
-            count += 1;
-        }
-        for c in word.chars() {
-            if count >= LONGEST {
-                return line.trim_end().to_owned() + " ...";
-            }
-            line.push(c);
-            count += 1;
-        }
+    let words = text.split_whitespace();
+    let mut rest = words.flat_map(|word| once(' ').chain(word.chars())).skip(1);
+    let line: String = rest.by_ref().take(LONGEST).collect();
+    match rest.next() {
+        Some(_) => line.trim_end().to_owned() + " ...",
+        None => line,
     }
-    line
 }
 
 /// A value and where it was written.
@@ -399,12 +391,9 @@ fn whole(integer: &DeInteger<'_>) -> Value {
 /// A count with a space between groups of three digits.
 pub fn grouped(count: usize) -> String {
     let digits = count.to_string();
-    let mut out = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(' ');
-        }
-        out.push(digit);
-    }
-    out
+    let groups = digits.as_bytes().rchunks(3).rev();
+    groups
+        .map(String::from_utf8_lossy)
+        .collect::<Vec<_>>()
+        .join(" ")
 }

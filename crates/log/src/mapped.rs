@@ -135,7 +135,7 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
     let name = choice.map_or("", |c| c.time.as_str());
     TimeColumn {
         name: if name.is_empty() { "time" } else { name }.to_owned(),
-        unit: TimeUnit(choice.map_or(1, ChannelChoice::time_units_per_second)),
+        unit: TimeUnit(choice.map_or(1, |choice| choice.time_unit.1)),
         nanoseconds: choice
             .map(|c| c.nanoseconds.clone())
             .filter(|name| !name.is_empty()),
@@ -371,7 +371,7 @@ fn check(
     }
     let column = of_name(&time.name).filter(|_| time.nanoseconds.is_none());
     if let Some(column) = column.filter(|column| !column.is_time_stamp) {
-        let name = choice.map_or("s", ChannelChoice::time_unit);
+        let name = choice.map_or("s", |choice| choice.time_unit.0);
         let stated = Unit::of(name);
         let is_other = |unit: &Unit| {
             let same = |stated: &Unit| stated.factor.to_bits() == unit.factor.to_bits();

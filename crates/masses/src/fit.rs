@@ -106,14 +106,6 @@ impl Normal {
         self.sum += residual.dot(&(weight * residual));
         Some(residual)
     }
-
-    /// Adds a reading of the whole weight: `residual` in N, `by` its derivatives, `sigma` in N.
-    fn add_weight(&mut self, residual: f64, by: &Unknowns, sigma: f64) {
-        let weight = 1.0 / (sigma * sigma);
-        self.information += by * by.transpose() * weight;
-        self.right += by * (residual * weight);
-        self.sum += residual * residual * weight;
-    }
 }
 
 /// Masses, centres of mass and pins from readings of scales, with the nominal values as prior.
@@ -199,7 +191,10 @@ fn normal_equations(
             by[i] = GRAVITY * parts * prior.deviations[i];
         }
         let residual = weight - prior.robot(unknowns).mass.total() * GRAVITY;
-        normal.add_weight(residual, &by, prior.accuracy.scale);
+        let weight = 1.0 / (prior.accuracy.scale * prior.accuracy.scale);
+        normal.information += by * by.transpose() * weight;
+        normal.right += by * (residual * weight);
+        normal.sum += residual * residual * weight;
     }
     Ok((normal, residuals))
 }

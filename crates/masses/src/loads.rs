@@ -9,9 +9,9 @@
 use crate::error::WeighError;
 use crate::measurements::Accuracy;
 use crate::parameters::{CENTRES, PARAMETERS, Tolerances, Values, WHEEL, values, with_values};
-use crate::prior::{Prior, slope};
+use crate::prior::{Prior, derivatives};
 use crate::statics::{imbalance, plate_forces};
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 use robhaz_estimator::statics::{
     Arms, LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, by_load_parameters,
     load_parameters,
@@ -118,22 +118,16 @@ impl Tolerances {
 
 /// Derivatives of a function of the robot by the unknowns over their prior deviations, about
 /// `robot`.
-fn derivatives<const ROWS: usize>(
+fn by_parameters<const ROWS: usize>(
     prior: &Prior<'_>,
     robot: &Robot,
-    of: impl Fn(&Robot) -> Result<SMatrix<f64, ROWS, 1>, WeighError>,
+    of: impl Fn(&Robot) -> Result<SVector<f64, ROWS>, WeighError>,
 ) -> Result<ByParameters<ROWS>, WeighError> {
     let values = values(robot);
-    let mut found = ByParameters::zeros();
-    for i in 0..PARAMETERS {
-        let column = slope(DIFFERENCE, |change| {
-            let mut there = values;
-            there[i] += change * prior.deviations[i];
-            of(&with_values(robot, &there))
-        });
-        found.set_column(i, &column?);
-    }
-    Ok(found)
+    derivatives(DIFFERENCE, |change: &Values| {
+        let there = values + change.component_mul(&prior.deviations);
+        of(&with_values(robot, &there))
+    })
 }
 
 /// The load parameters' change for a change of each unknown: exact for masses and centres of mass,
@@ -150,7 +144,7 @@ fn projection(
         let by_loads = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&columns);
         let forces = plate_forces(robot, angles, [0.0; 3])?;
         let of = |robot: &Robot| imbalance(robot, angles, &forces, LEVER);
-        let by_unknowns = derivatives(prior, robot, of)?;
+        let by_unknowns = by_parameters(prior, robot, of)?;
         normal += by_loads.transpose() * by_loads;
         right += by_loads.transpose() * by_unknowns;
     }
@@ -169,7 +163,7 @@ pub(crate) fn forces_by_unknowns(
     robot: &Robot,
 ) -> Result<Vec<ByParameters<3>>, WeighError> {
     let of = |angles| move |robot: &Robot| plate_forces(robot, angles, [0.0; 3]).map(Into::into);
-    let at = |angles| derivatives(prior, robot, of(angles));
+    let at = |angles| by_parameters(prior, robot, of(angles));
     drive_postures(robot).into_iter().map(at).collect()
 }
 

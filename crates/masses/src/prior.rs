@@ -4,7 +4,7 @@ use crate::error::WeighError;
 use crate::measurements::Accuracy;
 use crate::parameters::{PARAMETERS, Tolerances, Values, values, with_values};
 use crate::statics::plate_forces;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use robhaz_model::Robot;
 
 /// Number of unknowns with the two offsets of inclinations.
@@ -25,12 +25,18 @@ pub(crate) struct Predicted {
     pub covariance: Matrix3<f64>,
 }
 
-/// Derivative at 0 of a function, by a difference of two steps.
-pub(crate) fn slope<const N: usize>(
+/// Derivatives at 0 of a function of several changes, by differences of two steps.
+pub(crate) fn derivatives<const OF: usize, const BY: usize>(
     step: f64,
-    of: impl Fn(f64) -> Result<SVector<f64, N>, WeighError>,
-) -> Result<SVector<f64, N>, WeighError> {
-    Ok((of(step)? - of(-step)?) / (2.0 * step))
+    of: impl Fn(&SVector<f64, BY>) -> Result<SVector<f64, OF>, WeighError>,
+) -> Result<SMatrix<f64, OF, BY>, WeighError> {
+    let mut found = SMatrix::<f64, OF, BY>::zeros();
+    for i in 0..BY {
+        let mut change = SVector::zeros();
+        change[i] = step;
+        found.set_column(i, &((of(&change)? - of(&-change)?) / (2.0 * step)));
+    }
+    Ok(found)
 }
 
 /// Drawings, tolerances and accuracy: what is known before the readings.
@@ -102,27 +108,19 @@ impl<'a> Prior<'a> {
         unknowns: &Unknowns,
         inclinations: [f64; 2],
     ) -> Result<Predicted, WeighError> {
-        let mut by_unknowns = SMatrix::<f64, 3, UNKNOWNS>::zeros();
-        for i in 0..UNKNOWNS {
-            let column = slope(DIFFERENCE, |change| {
-                let mut there = *unknowns;
-                there[i] += change;
-                self.forces(&there, inclinations)
-            });
-            by_unknowns.set_column(i, &column?);
-        }
+        let by_unknowns = derivatives(DIFFERENCE, |change: &Unknowns| {
+            self.forces(&(unknowns + change), inclinations)
+        })?;
         let forces = self.forces(unknowns, inclinations)?;
         let accuracy = &self.accuracy;
         let mut covariance = Matrix3::from_diagonal_element(accuracy.scale * accuracy.scale);
         let mut add =
             |by: Vector3<f64>, sigma: f64| covariance += by * by.transpose() * (sigma * sigma);
-        for i in 0..2 {
-            let by = slope(1e-5, |change| {
-                let mut there = inclinations;
-                there[i] += change;
-                self.forces(unknowns, there)
-            });
-            add(by?, accuracy.inclination);
+        let by_inclinations = derivatives(1e-5, |change: &Vector2<f64>| {
+            self.forces(unknowns, (Vector2::from(inclinations) + change).into())
+        })?;
+        for by in by_inclinations.column_iter() {
+            add(by.into(), accuracy.inclination);
         }
         let robot = self.robot(unknowns);
         let on_plates = |horizontal| plate_forces(&robot, inclinations, horizontal);

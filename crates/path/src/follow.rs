@@ -45,14 +45,6 @@ fn share_after(share: f64, slides: bool, time: f64) -> f64 {
 /// Slowest speed with which the time between two places is computed, m/s.
 const SLOWEST: f64 = 1e-3;
 
-/// Drives along a path with a limit of the tractions.
-pub struct Follower<'a> {
-    /// Robot, control and set speed.
-    pub setup: &'a PathSetup,
-    /// Largest traction of a wheel, N: that of the setup, or none.
-    pub traction: f64,
-}
-
 /// Where a robot gets stuck.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stuck {
@@ -62,71 +54,64 @@ pub struct Stuck {
     pub tips: bool,
 }
 
-impl Follower<'_> {
-    /// Drives along the places with `shift` added to every friction coefficient. Speeds (m/s) at
-    /// the places go to `speeds`.
-    pub fn follow(&self, places: &[Passed], shift: f64, speeds: &mut Vec<f64>) -> Option<Stuck> {
-        speeds.clear();
-        let (setup, unit_of_time) = (self.setup, Units::of(&self.setup.robot).time);
-        let (mut speed, mut share) = (setup.speed, 1.0);
-        speeds.push(speed);
-        for (place, pair) in places.windows(2).enumerate() {
-            let (from, to) = (&pair[0], &pair[1]);
-            let (Some(motion), Some(next)) = (&from.motion, &to.motion) else {
-                return Some(Stuck { place, tips: true });
-            };
-            let set = share * setup.speed;
-            let friction = |slip: f64| {
-                let factor = setup.sliding(slip);
-                move |mean: f64| ((mean + shift) * factor).max(0.0)
-            };
-            if to.impact {
-                // The rims keep their speed while the impact takes that of the robot.
-                speed = next.after_impact(motion, speed, &friction(set));
-                speeds.push(speed);
-                continue;
-            }
-            let mu = friction((set - speed).abs());
-            let square = |a: f64| speed * speed + 2.0 * (to.sigma - from.sigma) * a;
-            // A wheel that lifts at speed is no obstacle; one that lifts at rest is.
-            let most = motion
-                .thrust(1.0, &mu, speed, self.traction)
-                .or_else(|| motion.thrust(1.0, &mu, 0.0, self.traction));
-            let Some(most) = most.map(square) else {
-                return Some(Stuck { place, tips: true });
-            };
-            let slowest = self.slowest(motion, &mu, (speed, set), &square);
-            let reached = (set * set).max(slowest).min(most);
-            if reached <= 0.0 {
-                return Some(Stuck { place, tips: false });
-            }
-            // The shared control slows down while wheels slide.
-            if setup.options.drive == DriveKind::Shared {
-                let mean = 0.5 * (speed + reached.sqrt());
-                let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
-                let slides = most < set * set || slowest > set * set;
-                share = share_after(share, slides, time / unit_of_time);
-            }
-            speed = reached.sqrt();
+/// Drives along the places with the robot, control and set speed of a setup, no traction of a wheel
+/// above `traction` (N), and `shift` added to every friction coefficient. Speeds (m/s) at the places
+/// go to `speeds`.
+pub fn follow(
+    setup: &PathSetup,
+    traction: f64,
+    places: &[Passed],
+    shift: f64,
+    speeds: &mut Vec<f64>,
+) -> Option<Stuck> {
+    speeds.clear();
+    let unit_of_time = Units::of(&setup.robot).time;
+    let (mut speed, mut share) = (setup.speed, 1.0);
+    speeds.push(speed);
+    for (place, pair) in places.windows(2).enumerate() {
+        let (from, to) = (&pair[0], &pair[1]);
+        let (Some(motion), Some(next)) = (&from.motion, &to.motion) else {
+            return Some(Stuck { place, tips: true });
+        };
+        let set = share * setup.speed;
+        let friction = |slip: f64| {
+            let factor = setup.sliding(slip);
+            move |mean: f64| ((mean + shift) * factor).max(0.0)
+        };
+        if to.impact {
+            // The rims keep their speed while the impact takes that of the robot.
+            speed = next.after_impact(motion, speed, &friction(set));
             speeds.push(speed);
+            continue;
         }
-        None
-    }
-
-    /// Square of the least speed at the next place; 0 where the robot does not get faster without
-    /// brakes.
-    fn slowest(
-        &self,
-        motion: &Motion,
-        mu: &dyn Fn(f64) -> f64,
-        (speed, set): (f64, f64),
-        square: &dyn Fn(f64) -> f64,
-    ) -> f64 {
-        let coasts = motion.coasting(speed);
-        if coasts.is_some_and(|a| square(a) <= set * set) {
-            return 0.0;
+        let mu = friction((set - speed).abs());
+        let square = |a: f64| speed * speed + 2.0 * (to.sigma - from.sigma) * a;
+        // A wheel that lifts at speed is no obstacle; one that lifts at rest is.
+        let most = motion
+            .thrust(1.0, &mu, speed, traction)
+            .or_else(|| motion.thrust(1.0, &mu, 0.0, traction));
+        let Some(most) = most.map(square) else {
+            return Some(Stuck { place, tips: true });
+        };
+        // Square of the least speed at the next place; 0 where the robot does not get faster without
+        // brakes.
+        let slowest = match motion.coasting(speed) {
+            Some(coasts) if square(coasts) <= set * set => 0.0,
+            _ => (motion.thrust(-1.0, &mu, speed, traction)).map_or(0.0, square),
+        };
+        let reached = (set * set).max(slowest).min(most);
+        if reached <= 0.0 {
+            return Some(Stuck { place, tips: false });
         }
-        let brakes = motion.thrust(-1.0, mu, speed, self.traction);
-        brakes.map_or(0.0, square)
+        // The shared control slows down while wheels slide.
+        if setup.options.drive == DriveKind::Shared {
+            let mean = 0.5 * (speed + reached.sqrt());
+            let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
+            let slides = most < set * set || slowest > set * set;
+            share = share_after(share, slides, time / unit_of_time);
+        }
+        speed = reached.sqrt();
+        speeds.push(speed);
     }
+    None
 }

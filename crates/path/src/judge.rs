@@ -1,7 +1,7 @@
 //! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::follow::{Follower, Passed, Stuck};
+use crate::follow::{Passed, follow};
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
@@ -45,14 +45,13 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
 /// Drives along the places, and notes where the robot gets stuck. Returns how far all friction
 /// coefficients can fall before it does, -; `None` where no friction helps.
 fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f64> {
-    let follower = |traction| Follower { setup, traction };
-    let limits = follower(setup.traction_limit());
+    let limit = setup.traction_limit();
     let mut speeds = Vec::with_capacity(passed.len());
-    let stuck = limits.follow(passed, 0.0, &mut speeds);
+    let stuck = follow(setup, limit, passed, 0.0, &mut speeds);
     for (place, speed) in places.iter_mut().zip(&speeds) {
         place.speed = Some(*speed);
     }
-    let mut passes = |shift: f64| limits.follow(passed, shift, &mut speeds).is_none();
+    let mut passes = |shift: f64| follow(setup, limit, passed, shift, &mut speeds).is_none();
     let margin = bracket(&mut passes).map(|(mut fails, mut holds)| {
         while holds - fails > MARGIN {
             let middle = 0.5 * (fails + holds);
@@ -67,9 +66,14 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
     });
     if let Some(stuck) = stuck {
         let place = &mut places[stuck.place];
-        let without_limit = follower(f64::INFINITY);
-        let torque = || (without_limit.follow(passed, 0.0, &mut speeds)).is_none();
-        place.failure = Some(why(stuck, place.x(), margin, torque));
+        let (reason, by) = if stuck.tips {
+            (Reason::Tipping, None)
+        } else if follow(setup, f64::INFINITY, passed, 0.0, &mut speeds).is_none() {
+            (Reason::Torque, None)
+        } else {
+            (Reason::Friction, margin.map(|m| -m))
+        };
+        place.failure = Some(Failure::new(place.x(), reason, by));
     }
     margin
 }
@@ -96,17 +100,6 @@ fn bracket(passes: &mut dyn FnMut(f64) -> bool) -> Option<(f64, f64)> {
             return (sign < 0.0).then_some((next, next));
         }
         (at, step) = (next, 2.0 * step);
-    }
-}
-
-/// Why a driven robot is stuck at x (m).
-fn why(stuck: Stuck, x: f64, margin: Option<f64>, torque: impl FnOnce() -> bool) -> Failure {
-    if stuck.tips {
-        Failure::new(x, Reason::Tipping, None)
-    } else if torque() {
-        Failure::new(x, Reason::Torque, None)
-    } else {
-        Failure::new(x, Reason::Friction, margin.map(|m| -m))
     }
 }
 
@@ -149,13 +142,13 @@ fn with_control(
         from = first_guess(setup);
         controlled(setup, motion, &mut from)
     });
-    if let Some(found) = found {
+    if let Some((forced, needed)) = found {
         guesses.1 = from;
         let least = posed.contacts.iter().map(|c| c.mu);
-        place.needed_mu = Some(found.needed);
-        place.margin = Some(least.fold(f64::INFINITY, f64::min) - found.needed);
-        place.normal_force = Some(found.forced.normal_force);
-        place.traction = Some(found.forced.traction);
+        place.needed_mu = Some(needed);
+        place.margin = Some(least.fold(f64::INFINITY, f64::min) - needed);
+        place.normal_force = Some(forced.normal_force);
+        place.traction = Some(forced.traction);
     }
     if posed.clearances.touches() {
         place.failure = Some(Failure::new(place.x(), Reason::Clearance, None));

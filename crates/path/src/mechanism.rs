@@ -67,10 +67,11 @@ pub struct Tangent {
     pub centres: [f64; 3],
 }
 
-/// The two links with their wheels.
-#[derive(Clone, Debug)]
-pub struct Mechanism {
-    geometry: Geometry,
+/// The two links, with their wheels on a curve.
+pub struct Mechanism<'a> {
+    geometry: &'a Geometry,
+    /// The curve of the wheels' centres.
+    pub curve: &'a CentreCurve,
     /// The wheels on one link, and the other one.
     pair: [usize; 2],
     single: usize,
@@ -80,9 +81,9 @@ pub struct Mechanism {
     distances: [f64; 2],
 }
 
-impl Mechanism {
+impl<'a> Mechanism<'a> {
     /// The links of a checked geometry: both carry wheels.
-    pub fn new(geometry: &Geometry) -> Self {
+    pub fn new(geometry: &'a Geometry, curve: &'a CentreCurve) -> Self {
         let carriers = geometry.carriers;
         let alone = |i: usize| (0..3).filter(|j| carriers[*j] == carriers[i]).count() == 1;
         let single = (0..3).find(|i| alone(*i)).unwrap_or(0);
@@ -95,8 +96,13 @@ impl Mechanism {
             single,
             q: turned(inverse, q),
             distances: [base.norm(), (c - geometry.pins.q).norm()],
-            geometry: geometry.clone(),
+            geometry,
+            curve,
         }
+    }
+
+    fn at(&self, piece: [usize; 3], s: [f64; 3]) -> [OnCurve; 3] {
+        [0, 1, 2].map(|i| self.curve.at(piece[i], s[i]))
     }
 
     fn pin_q(&self, a: Vec2, b: Vec2) -> Vec2 {
@@ -104,11 +110,11 @@ impl Mechanism {
     }
 
     /// Positions and link angles of wheels that meet the two distances.
-    pub fn on_ground(&self, curve: &CentreCurve, wheels: &Wheels) -> OnGround {
-        let axles = [0, 1, 2].map(|i| curve.at(wheels.piece[i], wheels.s[i]).centre);
+    pub fn on_ground(&self, wheels: &Wheels) -> OnGround {
+        let axles = self.at(wheels.piece, wheels.s).map(|at| at.centre);
         let ([a, b], c) = (self.pair, self.single);
         let q = self.pin_q(axles[a], axles[b]);
-        let nominal = &self.geometry;
+        let nominal = self.geometry;
         let mut angles = [angle(nominal.axles[b] - nominal.axles[a], axles[b] - axles[a]); 2];
         angles[nominal.carriers[c].index()] =
             angle(nominal.axles[c] - nominal.pins.q, axles[c] - q);
@@ -136,15 +142,13 @@ impl Mechanism {
     /// Newton's method from `s`, with `row . s = value` as the third equation.
     fn solve(
         &self,
-        curve: &CentreCurve,
         piece: [usize; 3],
         mut s: Vector3<f64>,
         row: Vector3<f64>,
         value: f64,
     ) -> Option<Vector3<f64>> {
         for _ in 0..20 {
-            let at = [0, 1, 2].map(|i| curve.at(piece[i], s[i]));
-            let (errors, rows) = self.errors(&at);
+            let (errors, rows) = self.errors(&self.at(piece, s.into()));
             let third = row.dot(&s) - value;
             let matrix =
                 Matrix3::from_rows(&[rows[0].transpose(), rows[1].transpose(), row.transpose()]);
@@ -162,8 +166,8 @@ impl Mechanism {
     }
 
     /// The place near the nominal pose with the middle wheel at x (m).
-    pub fn start(&self, curve: &CentreCurve, x: f64) -> Option<Wheels> {
-        let axles = &self.geometry.axles;
+    pub fn start(&self, x: f64) -> Option<Wheels> {
+        let (axles, curve) = (&self.geometry.axles, self.curve);
         let shift = x - axles[1].x;
         let mut wheels = Wheels::default();
         for (i, axle) in axles.iter().enumerate() {
@@ -172,7 +176,7 @@ impl Mechanism {
         // Beyond the end of a piece Newton's method goes on from the neighbouring one.
         for _ in 0..10 {
             let row = Vector3::y();
-            let found = self.solve(curve, wheels.piece, wheels.s.into(), row, wheels.s[1])?;
+            let found = self.solve(wheels.piece, wheels.s.into(), row, wheels.s[1])?;
             let before = wheels.piece;
             for i in 0..3 {
                 let (low, high) = curve.ends(wheels.piece[i]);
@@ -192,9 +196,9 @@ impl Mechanism {
 
     /// Velocities of the links where the wheels move along the curve with the rates of `along`,
     /// for a mean of 1.
-    fn velocities(&self, curve: &CentreCurve, wheels: &Wheels, along: &Vector3<f64>) -> Tangent {
+    fn velocities(&self, wheels: &Wheels, along: &Vector3<f64>) -> Tangent {
         let direction = along / along.abs().mean();
-        let at = [0, 1, 2].map(|i| curve.at(wheels.piece[i], wheels.s[i]));
+        let at = self.at(wheels.piece, wheels.s);
         let velocity = [0, 1, 2].map(|i| at[i].slope * direction[i]);
         let ([a, b], c) = (self.pair, self.single);
         let base = at[b].centre - at[a].centre;
@@ -212,9 +216,8 @@ impl Mechanism {
     }
 
     /// Direction of the line of postures, with its largest component 1.
-    fn tangent(&self, curve: &CentreCurve, wheels: &Wheels) -> Option<Vector3<f64>> {
-        let at = [0, 1, 2].map(|i| curve.at(wheels.piece[i], wheels.s[i]));
-        let (_, rows) = self.errors(&at);
+    fn tangent(&self, wheels: &Wheels) -> Option<Vector3<f64>> {
+        let (_, rows) = self.errors(&self.at(wheels.piece, wheels.s));
         let direction = rows[0].cross(&rows[1]);
         let largest = direction.amax();
         (largest > 1e-9).then(|| direction / largest)
@@ -243,9 +246,7 @@ pub enum Reached {
 /// The robot on its way along the curve.
 pub struct Walk<'a> {
     /// The links.
-    pub mechanism: &'a Mechanism,
-    /// The curve of the wheels' centres.
-    pub curve: &'a CentreCurve,
+    pub mechanism: &'a Mechanism<'a>,
     /// The present places.
     pub wheels: Wheels,
     direction: Vector3<f64>,
@@ -255,11 +256,10 @@ pub struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     /// A walk forward from a place; `None` where no direction is defined.
-    pub fn new(mechanism: &'a Mechanism, curve: &'a CentreCurve, wheels: Wheels) -> Option<Self> {
-        let direction = mechanism.tangent(curve, &wheels)?;
+    pub fn new(mechanism: &'a Mechanism<'a>, wheels: Wheels) -> Option<Self> {
+        let direction = mechanism.tangent(&wheels)?;
         Some(Self {
             mechanism,
-            curve,
             wheels,
             direction: direction * direction[1].signum(),
             approach: None,
@@ -269,9 +269,10 @@ impl<'a> Walk<'a> {
     /// Pieces whose contacts a wheel has: its own and, at a kink, the neighbouring one.
     pub fn pieces_of(&self, wheel: usize) -> (usize, Option<usize>) {
         let (piece, s) = (self.wheels.piece[wheel], self.wheels.s[wheel]);
-        let (low, high) = self.curve.ends(piece);
+        let curve = self.mechanism.curve;
+        let (low, high) = curve.ends(piece);
         let other = if high - s < AT_KINK {
-            Some(piece + 1).filter(|p| *p < self.curve.pieces())
+            Some(piece + 1).filter(|p| *p < curve.pieces())
         } else if s - low < AT_KINK {
             piece.checked_sub(1)
         } else {
@@ -282,7 +283,7 @@ impl<'a> Walk<'a> {
 
     /// Velocities of the links onward from the present place.
     pub fn tangent(&self) -> Tangent {
-        (self.mechanism).velocities(self.curve, &self.wheels, &self.direction)
+        (self.mechanism).velocities(&self.wheels, &self.direction)
     }
 
     /// One step forward. At a kink the wheel is already on the piece behind it.
@@ -305,24 +306,21 @@ impl<'a> Walk<'a> {
         let predicted = from + row * length;
         let piece = self.wheels.piece;
         let (mechanism, along) = (self.mechanism, row.dot(&predicted));
-        let s = mechanism.solve(self.curve, piece, predicted, row, along)?;
+        let s = mechanism.solve(piece, predicted, row, along)?;
         if (s - predicted).amax() > 0.5 * length {
             return None;
         }
         if let Some((wheel, end)) = self.first_beyond(from, s) {
             return self.land(wheel, end, from, s);
         }
-        let turns = (0..3).map(|i| {
-            let slope = |s: f64| self.curve.at(piece[i], s).slope;
-            let (a, b) = (slope(from[i]), slope(s[i]));
-            angle(a, b).abs()
-        });
+        let [before, after] = [from, s].map(|s| mechanism.at(piece, s.into()));
+        let turns = (0..3).map(|i| angle(before[i].slope, after[i].slope).abs());
         let turn = turns.fold(0.0, f64::max);
         if turn > LARGEST_TURN && length > 1e3 * SHORTEST_STEP {
             return None;
         }
         self.wheels.s = s.into();
-        let tangent = self.mechanism.tangent(self.curve, &self.wheels)?;
+        let tangent = mechanism.tangent(&self.wheels)?;
         self.direction = tangent * tangent.dot(&row).signum();
         Some(Reached::Place)
     }
@@ -332,7 +330,7 @@ impl<'a> Walk<'a> {
     fn first_beyond(&self, from: Vector3<f64>, to: Vector3<f64>) -> Option<(usize, f64)> {
         let mut first: Option<(usize, f64, f64)> = None;
         for i in 0..3 {
-            let (low, high) = self.curve.ends(self.wheels.piece[i]);
+            let (low, high) = self.mechanism.curve.ends(self.wheels.piece[i]);
             let end = if to[i] > high { high } else { low };
             if to[i] > high || to[i] < low {
                 let share = (end - from[i]) / (to[i] - from[i]);
@@ -355,12 +353,13 @@ impl<'a> Walk<'a> {
         let share = ((end - from[wheel]) / (to[wheel] - from[wheel])).clamp(0.0, 1.0);
         let mut row = Vector3::zeros();
         row[wheel] = 1.0;
-        let piece = self.wheels.piece;
+        let (mechanism, piece) = (self.mechanism, self.wheels.piece);
+        let curve = mechanism.curve;
         let guess = from + (to - from) * share;
-        let s = self.mechanism.solve(self.curve, piece, guess, row, end)?;
+        let s = mechanism.solve(piece, guess, row, end)?;
         // Another wheel may be beyond its piece by rounding, when both reach a kink at once.
         let inside = (0..3).all(|i| {
-            let (low, high) = self.curve.ends(piece[i]);
+            let (low, high) = curve.ends(piece[i]);
             s[i] > low - AT_KINK && s[i] < high + AT_KINK
         });
         if !inside {
@@ -368,7 +367,7 @@ impl<'a> Walk<'a> {
         }
         let sign = (to[wheel] - from[wheel]).signum();
         let next = if sign > 0.0 {
-            Some(piece[wheel] + 1).filter(|p| *p < self.curve.pieces())
+            Some(piece[wheel] + 1).filter(|p| *p < curve.pieces())
         } else {
             piece[wheel].checked_sub(1)
         };
@@ -376,16 +375,15 @@ impl<'a> Walk<'a> {
             return Some(Reached::End);
         };
         self.wheels.s = s.into();
-        if let Some(tangent) = self.mechanism.tangent(self.curve, &self.wheels) {
+        if let Some(tangent) = mechanism.tangent(&self.wheels) {
             let direction = tangent * tangent.dot(&self.direction).signum();
-            let mechanism = self.mechanism;
-            self.approach = Some(mechanism.velocities(self.curve, &self.wheels, &direction));
+            self.approach = Some(mechanism.velocities(&self.wheels, &direction));
         }
         self.wheels.piece[wheel] = next;
         // The pieces meet within the accuracy to which a kink is found.
-        let (low, high) = self.curve.ends(next);
+        let (low, high) = curve.ends(next);
         self.wheels.s[wheel] = self.wheels.s[wheel].clamp(low, high);
-        let Some(tangent) = self.mechanism.tangent(self.curve, &self.wheels) else {
+        let Some(tangent) = mechanism.tangent(&self.wheels) else {
             return Some(Reached::End);
         };
         let along = if tangent[wheel].abs() > 1e-6 {

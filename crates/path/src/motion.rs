@@ -133,15 +133,6 @@ impl Motion {
         found.map_or(0.0, |after| after.max(0.0).min(speed))
     }
 
-    /// T/N of each wheel that slides.
-    fn ratios(&self, sign: f64, mu: &dyn Fn(f64) -> f64) -> [f64; 3] {
-        let of_wheel = |i: usize| {
-            let contact = self.contacts.iter().find(|c| c.wheel == i);
-            contact.map_or(0.0, |c| sign * mu(c.mu))
-        };
-        [0, 1, 2].map(of_wheel)
-    }
-
     /// Four equations for three N and the acceleration, at given T/N. `None` with more than three
     /// contacts, or where a wheel would be pulled down.
     fn forced(&self, ratios: [f64; 3], right: &Vector4<f64>, traction: f64) -> Option<Forced> {
@@ -209,7 +200,11 @@ impl Motion {
         right: &Vector4<f64>,
         traction: f64,
     ) -> Option<f64> {
-        if let Some(forced) = self.forced(self.ratios(sign, mu), right, traction) {
+        let ratios = [0, 1, 2].map(|i| {
+            let contact = self.contacts.iter().find(|c| c.wheel == i);
+            contact.map_or(0.0, |c| sign * mu(c.mu))
+        });
+        if let Some(forced) = self.forced(ratios, right, traction) {
             return Some(forced.acceleration);
         }
         let mut problem = Problem::new(match sign > 0.0 {

@@ -46,16 +46,16 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     let (beside, ahead) = (BESIDE * wheelbase, setup.distance);
     let (from, to) = (axles[2].x - beside, axles[0].x + ahead + beside);
     let curve = CentreCurve::new(&setup.terrain, geometry.wheel_radius, from, to);
-    let mechanism = Mechanism::new(geometry);
+    let mechanism = Mechanism::new(geometry, &curve);
     let no_start = || {
         PathError(format!(
             "at the start, with the middle wheel at x = {start} m, there is no posture in which all wheels touch the ground: \
              [terrain] must be smooth and not too steep there"
         ))
     };
-    let wheels = mechanism.start(&curve, start).ok_or_else(no_start)?;
-    check_stops(setup, start, mechanism.on_ground(&curve, &wheels).opening())?;
-    let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or_else(no_start)?;
+    let wheels = mechanism.start(start).ok_or_else(no_start)?;
+    check_stops(setup, start, mechanism.on_ground(&wheels).opening())?;
+    let mut walk = Walk::new(&mechanism, wheels).ok_or_else(no_start)?;
     let mut meter = ClearanceMeter::new(geometry, setup.terrain.clone());
     let mut pose = |walk: &Walk<'_>, alone| pose(setup, walk, alone, &mut meter);
     let mut posed = vec![pose(&walk, None)];
@@ -67,7 +67,7 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
         let reached = walk.step();
         let alone = match reached {
             Reached::End => {
-                let x = mechanism.on_ground(&curve, &before).axles[1].x;
+                let x = mechanism.on_ground(&before).axles[1].x;
                 return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
             }
             Reached::Place => None,
@@ -88,7 +88,7 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
             return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
         }
     }
-    let x = mechanism.on_ground(&curve, &walk.wheels).axles[1].x;
+    let x = mechanism.on_ground(&walk.wheels).axles[1].x;
     Ok((posed, Some(Failure::new(x, Reason::Posture, None))))
 }
 
@@ -111,14 +111,14 @@ fn pose(
     alone: Option<usize>,
     meter: &mut ClearanceMeter,
 ) -> Posed {
-    let on_ground = walk.mechanism.on_ground(walk.curve, &walk.wheels);
+    let on_ground = walk.mechanism.on_ground(&walk.wheels);
     let radius = setup.robot.geometry.wheel_radius;
     let mut contacts = Vec::with_capacity(4);
     for wheel in 0..3 {
         let (piece, other) = walk.pieces_of(wheel);
         let other = other.filter(|_| alone != Some(wheel));
         for piece in [Some(piece), other].into_iter().flatten() {
-            let at = walk.curve.at(piece, walk.wheels.s[wheel]);
+            let at = walk.mechanism.curve.at(piece, walk.wheels.s[wheel]);
             let tangent = at.slope / at.slope.norm();
             let point = on_ground.axles[wheel] - perp(tangent) * radius;
             contacts.push(GroundContact {

@@ -8,21 +8,13 @@ const MOST_STEPS: u32 = 40;
 /// Acceleration below which the robot counts as balanced, m/s^2: 1e-11 of gravity.
 const BALANCED: f64 = 1e-10;
 
-/// Forces at rest, and the largest |T|/N of the wheels.
-pub struct Controlled {
-    /// Largest T/N, -.
-    pub needed: f64,
-    /// The forces.
-    pub forced: Forced,
-}
-
-/// Tractions of the control of a setup at a place; `None` where they do not balance the robot with
+/// Tractions of the control of a setup at a place, and the largest |T|/N of the wheels; `None` where they do not balance the robot with
 /// all N >= 0, where a wheel has two contacts, and for the ideal control, which has no law.
 ///
 /// - `shared`: T = m N at every wheel, with one m.
 /// - `speed`: all wheels turn with the set speed. Each creeps, `T = N (slip speed)/c`, and the
 ///   speed of the robot is the one at which the sum of the tractions holds it.
-pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option<Controlled> {
+pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option<(Forced, f64)> {
     let (speed, creep) = (setup.speed, setup.creep_speed);
     let equal = |m: f64| [m; 3];
     let rates = motion.rates;
@@ -32,14 +24,11 @@ pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option
         DriveKind::Shared => (&equal, 0.05),
         DriveKind::Speed => (&by_slip, 0.05 * creep),
     };
-    let found = balanced(setup, motion, ratios, *guess, step)?;
-    *guess = found.0;
-    let loaded = (0..3).filter(|i| found.1.normal_force[*i] > 0.0);
-    let ratio = loaded.map(|i| (found.1.traction[i] / found.1.normal_force[i]).abs());
-    Some(Controlled {
-        needed: ratio.fold(0.0, f64::max),
-        forced: found.1,
-    })
+    let (root, forced) = balanced(setup, motion, ratios, *guess, step)?;
+    *guess = root;
+    let loaded = (0..3).filter(|i| forced.normal_force[*i] > 0.0);
+    let ratio = loaded.map(|i| (forced.traction[i] / forced.normal_force[i]).abs());
+    Some((forced, ratio.fold(0.0, f64::max)))
 }
 
 /// The first guess of the quantity that is searched for: m, or the speed of the robot (m/s).

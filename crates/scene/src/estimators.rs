@@ -4,13 +4,12 @@ use robhaz_estimator::{
     ContactAngles, EstimatorSettings, KalmanMethod, Masses, Method, PaperMethod,
 };
 use robhaz_keys::prelude::*;
+use robhaz_model::named;
 use serde_json::Value as Json;
 use std::path::PathBuf;
 
 /// Key of the list of estimators.
 pub(crate) const PATH: &str = "estimator";
-/// Key of an estimator's damping.
-const DAMPING: &str = "viscous_damping";
 /// Largest number of estimators of a scene.
 const MOST: usize = 100;
 
@@ -42,55 +41,51 @@ pub(crate) const PRESETS: [Preset; 4] = [
 pub(crate) struct Keys {
     preset: Preset,
     label: String,
-    method: FilterChoice,
+    filters: Filters,
     paper: PaperMethod,
     kalman: KalmanMethod,
+    damping: Option<f64>,
     /// All but the method.
     settings: EstimatorSettings,
 }
 
-/// The word of the key `filters`, and the method that the keys give then.
-type FilterChoice = (&'static str, fn(&Keys) -> Method);
-
-const METHODS: [FilterChoice; 2] = [
-    ("paper", |keys| Method::Paper(keys.paper)),
-    ("kalman", |keys| Method::Kalman(keys.kalman)),
-];
+named! {
+    /// The method.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum Filters {
+        /// Traction by eq. (3), link angles by a complementary filter.
+        Paper = "paper",
+        /// Both by Kalman filters.
+        Kalman = "kalman",
+    }
+}
 
 impl Keys {
     /// The keys that give these settings. Those of the other method are at their defaults.
     pub fn of(label: &str, settings: &EstimatorSettings) -> Self {
-        let (method, paper, kalman) = match settings.method {
-            Method::Paper(paper) => (METHODS[0], paper, KalmanMethod::FILTERS_ONLY),
-            Method::Kalman(kalman) => (METHODS[1], PaperMethod::DEFAULT, kalman),
+        let (filters, paper, kalman) = match settings.method {
+            Method::Paper(paper) => (Filters::Paper, paper, KalmanMethod::FILTERS_ONLY),
+            Method::Kalman(kalman) => (Filters::Kalman, PaperMethod::DEFAULT, kalman),
         };
         Self {
             preset: preset_of(settings),
             label: label.to_owned(),
-            method,
+            filters,
             paper,
             kalman,
+            damping: None,
             settings: *settings,
         }
     }
 
     fn settings(&self) -> EstimatorSettings {
         EstimatorSettings {
-            method: (self.method.1)(self),
+            method: match self.filters {
+                Filters::Paper => Method::Paper(self.paper),
+                Filters::Kalman => Method::Kalman(self.kalman),
+            },
+            viscous_damping: self.damping.unwrap_or(self.settings.viscous_damping),
             ..self.settings
-        }
-    }
-
-    /// These keys with those that `method` does not have at their defaults.
-    fn kept_by(&self, method: FilterChoice) -> Self {
-        let settings = Self {
-            method,
-            ..self.clone()
-        }
-        .settings();
-        Self {
-            preset: self.preset,
-            ..Self::of(&self.label, &settings)
         }
     }
 }
@@ -114,27 +109,20 @@ keys! {
     crossover_time: number(TIME, above(0.0).at_most(1e6)) => paper.crossover_time;
 
     /// nominal damping B; [model_error] adds its error
-    viscous_damping ("that of the drive"): number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => settings.viscous_damping;
+    viscous_damping ("that of the drive"): Maybe(number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))) => damping;
 
     /// place of the linkage's mass
-    masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], |masses| match masses {
-        Masses::LumpedToBody => "body",
-        Masses::LumpedToWheels => "wheels",
-        Masses::True => "true",
-    }) => settings.masses;
+    masses: word(&Masses::ALL, Masses::name) => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
-    filters: word(&METHODS, |method| method.0) => method;
+    filters: word(&Filters::ALL, Filters::name) => filters;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
     moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
 
     /// whether the estimator reads the contact angles, as the paper does, or finds them itself;
     /// none needs rolling = "on"
-    contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], |angles| match angles {
-        ContactAngles::Given => "given",
-        ContactAngles::Unknown => "none",
-    }) => kalman.contact_angles;
+    contact_angles: word(&ContactAngles::ALL, ContactAngles::name) => kalman.contact_angles;
 
     /// inertial loads in addition to gravity; needs filters = "kalman"
     inertia: SWITCH => kalman.inertia;
@@ -218,29 +206,24 @@ impl Form for Estimators {
     }
 
     fn about(&self) -> About {
-        About::new("an array of tables, each headed [[estimator]]")
+        About {
+            allowed: "an array of tables, each headed [[estimator]]".to_owned(),
+            ..About::section()
+        }
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
         items(key::schema(KEYS, None), 0, MOST)
     }
 
-    fn is_section(&self) -> bool {
-        true
-    }
-
     fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
         for estimator in value {
             out.head(&format!("[[{path}]]"), "");
-            let mut keys = Keys::of(&estimator.name, &estimator.settings);
-            // With the common damping the settings stay those of a preset, whose figure has its own
-            // name.
-            let is_common = estimator.damping.is_none();
-            if let Some(damping) = estimator.damping {
-                keys.settings.viscous_damping = damping;
-            }
-            let is_written = |key: &&Key<Keys>| !(is_common && key.name == DAMPING);
-            out.fields(KEYS.iter().filter(is_written), &mut keys);
+            let mut keys = Keys {
+                damping: estimator.damping,
+                ..Keys::of(&estimator.name, &estimator.settings)
+            };
+            out.fields(KEYS, &mut keys);
         }
     }
 
@@ -260,12 +243,11 @@ impl Estimators {
         let mut keys = Keys::of(name, &settings);
         reader.table(KEYS, node, path, &mut keys);
         refuse_other_method(reader, node, path, &keys);
-        let has_damping = node.get(DAMPING).is_some();
         EstimatorChoice {
-            // Empty after a problem only.
-            name: keys.label.clone(),
             settings: keys.settings(),
-            damping: has_damping.then_some(keys.settings.viscous_damping),
+            // Empty after a problem only.
+            name: keys.label,
+            damping: keys.damping,
         }
     }
 }
@@ -282,14 +264,22 @@ fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys
         reader.refuse_key(node, path, ANGLES, allowed);
         others.retain(|key| key.name != ANGLES);
     }
+    let (mut given, mut kept) = (keys.clone(), keys.clone());
+    let other = match keys.filters {
+        Filters::Paper => {
+            kept.kalman = KalmanMethod::FILTERS_ONLY;
+            Filters::Kalman
+        }
+        Filters::Kalman => {
+            kept.paper = PaperMethod::DEFAULT;
+            Filters::Paper
+        }
+    };
     for key in others {
-        let found = key.field.text(&mut keys.clone());
-        let kept = |method| key.field.text(&mut keys.kept_by(method));
-        let default = kept(keys.method).filter(|kept| found.as_ref() != Some(kept));
-        let has = |method: &FilterChoice| kept(*method) == found;
-        if let (Some(default), Some(other)) = (default, METHODS.into_iter().find(has)) {
+        let (found, default) = (key.field.text(&mut given), key.field.text(&mut kept));
+        if let Some(default) = default.filter(|default| found.as_ref() != Some(default)) {
             let default = default.parse().map(short).unwrap_or(default);
-            let allowed = format!("{default} unless filters = \"{}\"", other.0);
+            let allowed = format!("{default} unless filters = \"{}\"", other.name());
             reader.refuse_key(node, path, key.name, &allowed);
         }
     }

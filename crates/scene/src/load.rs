@@ -221,11 +221,8 @@ impl Scene {
     /// # Errors
     /// [`FileError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, FileError> {
-        Reader::load(
-            path,
-            "a scene file in TOML, UTF-8",
-            |text, shown, folder| Self::parse(text, shown, folder, overrides),
-        )
+        let (text, shown, folder) = Reader::load(path, "a scene file in TOML, UTF-8")?;
+        Self::parse(&text, &shown, folder, overrides)
     }
 
     /// Reads the text of a scene file.

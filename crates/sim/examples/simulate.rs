@@ -18,8 +18,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let profile = match course.as_str() {
         "smooth" => Profile::smooth(),
-        "stairs" => Profile::stairs(),
-        "cosbump" => Profile::cosbump(),
+        "stairs" => Profile::Stairs(Default::default()),
+        "cosbump" => Profile::CosBump(Default::default()),
         "flat" => Profile::Flat,
         other => {
             return Err(format!("course {other} is not smooth, stairs, cosbump or flat").into());

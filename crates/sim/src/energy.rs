@@ -127,7 +127,10 @@ mod tests {
     #[test]
     fn correct_runs_pass() {
         for engine in EngineKind::ALL {
-            for (profile, ramp) in [(Profile::step(), 1e-4), (Profile::stairs(), 0.0)] {
+            for (profile, ramp) in [
+                (Profile::Stairs(robhaz_terrain::Stairs::step()), 1e-4),
+                (Profile::Stairs(Default::default()), 0.0),
+            ] {
                 let mut setup = setup(engine, profile);
                 setup.contact.damping_ramp = ramp;
                 setup.start = StartKind::Raw;

@@ -111,7 +111,11 @@ fn a_kerb_under_the_linkage_is_seen() {
 /// nearest contact, on smooth ground and at corners, within the sag of the polyline's chords.
 #[test]
 fn contacts_of_wheels_are_those_of_parry() {
-    let profiles = [Profile::cosbump(), Profile::ramp(), Profile::stairs()];
+    let profiles = [
+        Profile::CosBump(Default::default()),
+        Profile::Ramp(Default::default()),
+        Profile::Stairs(Default::default()),
+    ];
     for profile in profiles {
         let terrain = Terrain::new(profile);
         let points = terrain.outline(-1.0, 4.0, 0.001);

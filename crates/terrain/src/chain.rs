@@ -103,39 +103,21 @@ const RADIUS: f64 = 1.25;
 /// Replaces each blunt concave corner of a chain by a parabola tangent to both sides, for wheels of
 /// a radius (m). A chain without such corners stays as it is.
 fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
-    let cuts = cuts(&edges, RADIUS * wheel_radius);
-    if cuts.is_empty() {
-        return edges;
-    }
     let mut rounded = Vec::new();
-    let mut cuts = cuts.into_iter().peekable();
-    // Start of what is left of the current edge, m.
-    let mut from = f64::NEG_INFINITY;
-    let mut entry = None;
-    for edge in &edges {
-        loop {
-            let Some(&[start, end]) = cuts.peek() else {
-                part(&mut rounded, edge, from, f64::INFINITY);
-                break;
-            };
-            if entry.is_none() {
-                if start >= edge.to.x {
-                    part(&mut rounded, edge, from, f64::INFINITY);
-                    break;
-                }
-                part(&mut rounded, edge, from, start);
-                entry = Some(knot(edge, start));
-            }
-            if end > edge.to.x {
-                // The parabola ends on a later edge.
-                break;
-            }
-            if let Some(entry) = entry.take() {
-                append(&mut rounded, parabola(entry, knot(edge, end)));
-            }
-            from = end;
-            cuts.next();
+    // Index of the edge at the end of the last parabola, and x there, m.
+    let (mut first, mut from) = (0, f64::NEG_INFINITY);
+    for [start, end] in cuts(&edges, RADIUS * wheel_radius) {
+        let before = edges.partition_point(|edge| edge.to.x <= start);
+        let after = edges.partition_point(|edge| edge.to.x < end);
+        for edge in &edges[first..=before] {
+            part(&mut rounded, edge, from, start);
         }
+        let ends = [knot(&edges[before], start), knot(&edges[after], end)];
+        append(&mut rounded, parabola(ends));
+        (first, from) = (after, end);
+    }
+    for edge in &edges[first..] {
+        part(&mut rounded, edge, from, f64::INFINITY);
     }
     rounded
 }
@@ -194,7 +176,7 @@ fn part(rounded: &mut Vec<Edge>, edge: &Edge, from: f64, to: f64) {
 }
 
 /// The parabola between two knots: its second derivative is constant.
-fn parabola((from, [y0, m0, _]): Knot, (to, [y1, m1, _]): Knot) -> Edge {
+fn parabola([(from, [y0, m0, _]), (to, [y1, m1, _])]: [Knot; 2]) -> Edge {
     let second = (m1 - m0) / (to - from);
     Edge::curve((from, [y0, m0, second]), (to, [y1, m1, second]))
 }
@@ -210,7 +192,7 @@ mod tests {
             start: 0.7,
             length: 0.8,
         };
-        Terrain::for_wheels(Profile::Ramp(ramp), wheel_radius)
+        Terrain::for_wheels(&Profile::Ramp(ramp), wheel_radius)
     }
 
     fn ramp(degrees: f64) -> Terrain {
@@ -267,9 +249,9 @@ mod tests {
     #[test]
     fn other_corners_stay() {
         for profile in [
-            Profile::ramp(),
-            Profile::step(),
-            Profile::stairs(),
+            Profile::Ramp(Default::default()),
+            Profile::Stairs(crate::Stairs::step()),
+            Profile::Stairs(Default::default()),
             Profile::Ditch(crate::Ditch::default()),
             Profile::smooth(),
         ] {

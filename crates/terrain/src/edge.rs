@@ -227,14 +227,8 @@ impl Edge {
             let foot = Vec2::new(s, s * slope);
             return Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), 0.0, -(arm + foot));
         }
-        self.foot_on_curve(arm, rates)
-    }
-
-    /// [`Self::foot`] on a curve; `arm` goes from the centre to `from`, m.
-    #[inline(always)]
-    fn foot_on_curve(&self, arm: Vec2, [at_from, at_to]: [f64; 2]) -> Contact {
         let (mut low, mut high) = (0.0, self.to.x - self.from.x);
-        let mut s = self.first_guess(arm, [at_from, at_to]);
+        let mut s = self.first_guess(arm, rates);
         let [mut y, mut slope, mut half_second, mut sixth_third] = self.series(s);
         // One step usually suffices. 60 bisections would exhaust the precision.
         for _ in 0..60 {

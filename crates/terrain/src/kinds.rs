@@ -21,6 +21,26 @@ pub struct Bump {
     pub width: f64,
 }
 
+impl Bump {
+    /// Five bumps: they replace the paper's "relatively smooth geometric profile", which was not
+    /// published.
+    pub fn smooth() -> Vec<Self> {
+        let bump = |(height, centre, width)| Self {
+            height,
+            centre,
+            width,
+        };
+        let bumps = [
+            (0.050, 1.00, 0.22),
+            (-0.035, 1.45, 0.20),
+            (0.040, 1.90, 0.17),
+            (0.060, 2.50, 0.28),
+            (-0.030, 2.95, 0.16),
+        ];
+        bumps.map(bump).to_vec()
+    }
+}
+
 impl Shape for Vec<Bump> {
     fn eval(&self, x: f64) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -290,9 +310,9 @@ mod tests {
     fn derivatives_match_differences() {
         for profile in [
             Profile::smooth(),
-            Profile::cosbump(),
+            Profile::CosBump(Default::default()),
             Profile::Sine(crate::Sine::default()),
-            Profile::rough(0),
+            Profile::Rough(crate::Rough::new(Default::default())),
         ] {
             for i in 0..400 {
                 let x = 0.2 + 0.008_71 * f64::from(i);

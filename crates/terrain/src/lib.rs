@@ -29,5 +29,5 @@ pub use risers::check_risers;
 pub use robhaz_model::Vec2;
 pub use rough::{Rough, RoughClass, RoughSettings};
 pub use shape::ProfileError;
-pub use terrain::{Hint, Surveyed, Terrain};
+pub use terrain::{Surveyed, Terrain};
 pub use track::{Column, TrackError, TrackFormat, read_track};

@@ -4,7 +4,7 @@
 //! [`Profile`] and [`Course`] contain each other and therefore share a module.
 
 use crate::shape::{Piece, ProfileError, Shape};
-use crate::{Bump, CosBump, Ditch, Heights, Ramp, Rough, RoughSettings, Sine, Stairs, Vec2};
+use crate::{Bump, CosBump, Ditch, Heights, Ramp, Rough, Sine, Stairs, Vec2};
 
 /// Overlap of two parts that counts as rounding, m.
 const TOLERANCE: f64 = 1e-9;
@@ -71,52 +71,10 @@ impl Profile {
     pub(crate) fn pieces(&self) -> (Vec2, Vec<Piece>) {
         self.shape().pieces()
     }
-}
 
-/// Profiles of shipped scenes. Those of `sine` and `ditch` are the defaults of [`Sine`] and
-/// [`Ditch`].
-impl Profile {
-    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile",
-    /// which was not published.
+    /// The ground of the scene `smooth`: [`Bump::smooth`].
     pub fn smooth() -> Self {
-        let bump = |height, centre, width| Bump {
-            height,
-            centre,
-            width,
-        };
-        Self::Bumps(vec![
-            bump(0.050, 1.00, 0.22),
-            bump(-0.035, 1.45, 0.20),
-            bump(0.040, 1.90, 0.17),
-            bump(0.060, 2.50, 0.28),
-            bump(-0.030, 2.95, 0.16),
-        ])
-    }
-
-    /// Profile `cosbump`: [`CosBump::default`].
-    pub fn cosbump() -> Self {
-        Self::CosBump(CosBump::default())
-    }
-
-    /// Profile `ramp`: [`Ramp::default`].
-    pub fn ramp() -> Self {
-        Self::Ramp(Ramp::default())
-    }
-
-    /// Profile `step`: [`Stairs::step`].
-    pub fn step() -> Self {
-        Self::Stairs(Stairs::step())
-    }
-
-    /// Profile `stairs`: [`Stairs::default`].
-    pub fn stairs() -> Self {
-        Self::Stairs(Stairs::default())
-    }
-
-    /// Profile `rough`: [`RoughSettings::default`] with a seed.
-    pub fn rough(seed: u64) -> Self {
-        let settings = RoughSettings::default();
-        Self::Rough(Rough::new(RoughSettings { seed, ..settings }))
+        Self::Bumps(Bump::smooth())
     }
 }
 
@@ -231,7 +189,11 @@ mod tests {
 
     #[test]
     fn each_part_starts_where_the_last_one_ended() {
-        let course = Course::new(vec![Profile::step(), waves(1.0), waves(2.0)]);
+        let course = Course::new(vec![
+            Profile::Stairs(crate::Stairs::step()),
+            waves(1.0),
+            waves(2.0),
+        ]);
         assert_eq!(course.check(), Ok(()));
         for (x, y) in [
             (0.0, 0.0),

@@ -36,14 +36,13 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
     let (byte, separator) = table.separator;
     let (mut points, mut columns) = (Vec::<Vec2>::new(), None);
     let mut row = TextRow::default();
-    let mut numbers = Numbers::default();
     let mut falls = None;
     while table.read(&mut row).map_err(unread)? {
         let refused = |message: String| TrackError {
             line: Some(row.line),
             message,
         };
-        let columns = match &columns {
+        let columns = match &mut columns {
             Some(columns) => columns,
             None => match Columns::of(&row, format) {
                 Ok(found) if found.is_header => {
@@ -67,7 +66,7 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
             let message = "found more points, allowed: at most 2 000 000";
             return Err(refused(message.to_owned()));
         }
-        let point = point(columns, &mut numbers, &row, separator).map_err(refused)?;
+        let point = columns.point(&row, separator).map_err(refused)?;
         let before = points.last().filter(|before| before.x > point.x);
         if let (Some(before), None) = (before, &falls) {
             falls = Some(refused(format!(
@@ -80,13 +79,10 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
             points.push(point);
         }
     }
-    let units = columns
-        .as_ref()
-        .map_or([None; 2], |columns| columns.per_metre);
-    let columns = numbers.columns.iter().zip(units);
-    for ((grouping, unit), name) in columns.zip(["x", "the height"]) {
-        let is_fine = unit.is_some_and(|per_metre| per_metre > 1.0);
-        if let Some((line, cell)) = grouping.thousands(is_fine) {
+    let columns = columns.iter().flat_map(|columns| &columns.of);
+    for (column, name) in columns.zip(["x", "the height"]) {
+        let is_fine = column.per_metre.is_some_and(|per_metre| per_metre > 1.0);
+        if let Some((line, cell)) = column.grouping.thousands(is_fine) {
             return Err(TrackError {
                 line: Some(line),
                 message: format!(
@@ -126,63 +122,6 @@ fn has_commented_header(bytes: &[u8], separator: char) -> bool {
         .map(<[u8]>::trim_ascii)
         .take_while(|line| line.is_empty() || line.starts_with(b"#") || line.starts_with(b"sep="));
     above.any(|line| is_header_with_units(&String::from_utf8_lossy(line), separator))
-}
-
-/// What the numbers of a track show of its decimal mark: of x and of the height.
-#[derive(Default)]
-struct Numbers {
-    decimals: Decimals,
-    columns: [Grouping; 2],
-}
-
-impl Numbers {
-    /// The length in a cell, m.
-    fn length(&mut self, columns: &Columns, index: usize, row: &TextRow) -> Result<f64, String> {
-        let range = || format!("{NUMBER}, from -1000 m to 1000 m");
-        let cell = row.text(index);
-        let is_height = usize::from(index == columns.height);
-        let (number, per_metre) = match columns.per_metre[is_height] {
-            Some(per_metre) => (&*cell, per_metre),
-            None => with_unit(&cell).unwrap_or((&cell, 1.0)),
-        };
-        let read = self.decimals.read(number, row.line);
-        let value = read.map_err(|allowed| match allowed == NUMBER {
-            true => range(),
-            false => allowed,
-        })?;
-        self.columns[is_height].take(number, value, row.line);
-        let length = value / per_metre;
-        let is_near = length.is_finite() && length.abs() <= FARTHEST;
-        is_near.then_some(length).ok_or_else(range)
-    }
-}
-
-fn point(
-    columns: &Columns,
-    numbers: &mut Numbers,
-    row: &TextRow,
-    separator: &str,
-) -> Result<Vec2, String> {
-    let (count, allowed) = (row.filled(), columns.count);
-    if count > allowed {
-        return Err(format!(
-            "found {count} columns with the separator {separator}, allowed: {allowed} as in the first line; a decimal comma needs \
-             another separator or quotes"
-        ));
-    }
-    let mut coordinate = |index: usize| {
-        numbers.length(columns, index, row).map_err(|allowed| {
-            let cell = row.text(index);
-            let found = match cell.is_empty() {
-                true => "nothing".to_owned(),
-                false => format!("\"{}\"", cell.chars().take(60).collect::<String>()),
-            };
-            let name = columns.name(index);
-            format!("found {found} in {name}, allowed: {allowed} (separator {separator})")
-        })
-    };
-    let x = coordinate(columns.x)?;
-    Ok(Vec2::new(x, coordinate(columns.height)?))
 }
 
 /// Format of a track, for messages.
@@ -231,24 +170,29 @@ pub enum Column {
     Number(usize),
 }
 
-/// The columns of a track.
+/// The columns of a track, and what its numbers show of its decimal mark.
 struct Columns {
     /// Whether the first line names them.
-    pub is_header: bool,
+    is_header: bool,
     /// How many there are.
-    pub count: usize,
-    /// Index of the column of x.
-    pub x: usize,
-    /// Index of the column of the height.
-    pub height: usize,
+    count: usize,
     names: Vec<String>,
-    /// Units of `x` and `height` in a metre, where the header gives them.
-    per_metre: [Option<f64>; 2],
+    /// Those of x and of the height.
+    of: [Coordinate; 2],
+    decimals: Decimals,
+}
+
+/// The column of x or of the height.
+struct Coordinate {
+    index: usize,
+    /// Units in a metre, where the header gives them.
+    per_metre: Option<f64>,
+    grouping: Grouping,
 }
 
 impl Columns {
     /// From the first line; the error describes what was found.
-    pub fn of(first: &TextRow, format: &TrackFormat) -> Result<Self, String> {
+    fn of(first: &TextRow, format: &TrackFormat) -> Result<Self, String> {
         let cells = first.texts();
         // `nan` and `inf` are lost values, not names.
         let is_number = |cell: &String| decimal(cell).is_some() || with_unit(cell).is_some();
@@ -278,23 +222,73 @@ impl Columns {
         if x == height {
             return Err(format!("column {} for both x and height", x + 1));
         }
-        let unit = |index: usize| names.get(index).map_or(Ok(None), |name| unit_of(name));
+        let coordinate = |index: usize| -> Result<Coordinate, String> {
+            Ok(Coordinate {
+                index,
+                per_metre: names.get(index).map_or(Ok(None), |name| unit_of(name))?,
+                grouping: Grouping::default(),
+            })
+        };
         Ok(Self {
             is_header,
             count,
-            x,
-            height,
-            per_metre: [unit(x)?, unit(height)?],
+            of: [coordinate(x)?, coordinate(height)?],
             names,
+            decimals: Decimals::default(),
         })
     }
 
-    /// The column's name in messages.
-    pub fn name(&self, index: usize) -> String {
-        match self.names.get(index) {
-            Some(name) => format!("column \"{}\"", short(name)),
-            None => format!("column {}", index + 1),
+    /// The point of a row, m.
+    fn point(&mut self, row: &TextRow, separator: &str) -> Result<Vec2, String> {
+        let (count, allowed) = (row.filled(), self.count);
+        if count > allowed {
+            return Err(format!(
+                "found {count} columns with the separator {separator}, allowed: {allowed} as in the first line; a decimal comma needs \
+                 another separator or quotes"
+            ));
         }
+        let mut point = Vec2::zeros();
+        for (coordinate, column) in point.iter_mut().zip(&mut self.of) {
+            let cell = row.text(column.index);
+            *coordinate =
+                column
+                    .length(&mut self.decimals, &cell, row.line)
+                    .map_err(|allowed| {
+                        let found = match cell.is_empty() {
+                            true => "nothing".to_owned(),
+                            false => format!("\"{}\"", cell.chars().take(60).collect::<String>()),
+                        };
+                        let name = match self.names.get(column.index) {
+                            Some(name) => format!("column \"{}\"", short(name)),
+                            None => format!("column {}", column.index + 1),
+                        };
+                        format!(
+                            "found {found} in {name}, allowed: {allowed} (separator {separator})"
+                        )
+                    })?;
+        }
+        Ok(point)
+    }
+}
+
+impl Coordinate {
+    /// The length in a cell, m.
+    fn length(&mut self, decimals: &mut Decimals, cell: &str, line: u64) -> Result<f64, String> {
+        let range = || format!("{NUMBER}, from -1000 m to 1000 m");
+        let (number, per_metre) = match self.per_metre {
+            Some(per_metre) => (cell, per_metre),
+            None => with_unit(cell).unwrap_or((cell, 1.0)),
+        };
+        let value = decimals
+            .read(number, line)
+            .map_err(|allowed| match allowed == NUMBER {
+                true => range(),
+                false => allowed,
+            })?;
+        self.grouping.take(number, value, line);
+        let length = value / per_metre;
+        let is_near = length.is_finite() && length.abs() <= FARTHEST;
+        is_near.then_some(length).ok_or_else(range)
     }
 }
 

@@ -53,7 +53,7 @@ fn errors(run: &RunDescription) -> [Option<GroundErrors>; 2] {
 #[test]
 fn the_truth_is_that_of_the_place() {
     let mut scene = scene();
-    scene.terrain.profile = Profile::step();
+    scene.terrain.profile = Profile::Stairs(robhaz_terrain::Stairs::step());
     let run = described(&scene);
     let [found, none] = errors(&run);
     let found = found.expect("two points");

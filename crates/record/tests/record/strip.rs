@@ -4,13 +4,16 @@ use crate::drawn::{lines, svg};
 use plotters::style::RED;
 use robhaz_record::figures::style::{SURFACE, line};
 use robhaz_record::figures::{Axis, Layer, SPACING, Scale, Strip};
-use robhaz_terrain::{Profile, Terrain};
+use robhaz_terrain::{Profile, Rough, RoughSettings, Terrain};
 
 /// Property: the ground of a short path keeps its points, that of a long one its ends and its
 /// highest point.
 #[test]
 fn the_ground_of_a_long_path_is_reduced() {
-    let terrain = Terrain::new(Profile::rough(1));
+    let terrain = Terrain::new(Profile::Rough(Rough::new(RoughSettings {
+        seed: 1,
+        ..RoughSettings::default()
+    })));
     for (to, is_reduced) in [(5.0, false), (40.0, true)] {
         let mut strip = Strip::new(&terrain, &(3.0..to), -1.0..1.0, 1e9);
         let ground = terrain.outline(strip.x.start, strip.x.end, SPACING);

@@ -12,7 +12,7 @@ use std::fs::File;
 fn the_ground_is_in_the_table() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut scene = crate::testing::scene();
-    scene.terrain.profile = Profile::step();
+    scene.terrain.profile = Profile::Stairs(robhaz_terrain::Stairs::step());
     scene.record.duration = 20.0;
     let run = crate::testing::described(&scene);
     for format in [TableFormat::Csv, TableFormat::Parquet] {
@@ -28,7 +28,7 @@ fn the_ground_is_in_the_table() {
         .collect();
     // Every 5 mm, and 1 m on beyond the front wheels.
     let far = scene.robot.robot.geometry.axles[0].x + 20.0 * scene.drive.speed + 1.0;
-    let terrain = Terrain::new(Profile::step());
+    let terrain = Terrain::new(Profile::Stairs(robhaz_terrain::Stairs::step()));
     let expected = terrain.survey(rows[0][0].expect("a place"), far, 0.005);
     let row = |p: &Surveyed| vec![Some(p.x), Some(p.height), p.slope, p.curvature];
     let expected_rows: Vec<Vec<_>> = expected.iter().map(row).collect();

@@ -58,15 +58,12 @@ pub fn scene() -> Scene {
         settings,
         damping: None,
     };
+    let mut terrain = TerrainChoice::default();
+    (terrain.kind, terrain.profile) = ("flat", Profile::Flat);
     Scene {
         name: "trial".to_owned(),
         seed: 7,
-        terrain: TerrainChoice {
-            kind: "flat",
-            profile: Profile::Flat,
-            stretches: Vec::new(),
-            tracks: Vec::new(),
-        },
+        terrain,
         estimators: vec![
             estimator("paper-body", EstimatorSettings::paper_body()),
             estimator("true-mass", EstimatorSettings::true_mass()),

@@ -221,24 +221,21 @@ impl LogChoice {
     /// [`EstimatorError`] where an estimator cannot be converted, or none is left.
     pub fn without_contact_angles(&mut self, convert: bool) -> Result<Vec<String>, EstimatorError> {
         let such = self.such_as_kalman();
-        let mut left_out = Vec::new();
-        for mut estimator in std::mem::take(&mut self.estimators) {
-            let settings = &mut estimator.settings;
-            if let (true, Method::Kalman(method)) = (convert, &mut settings.method)
+        for estimator in self.estimators.iter_mut().filter(|_| convert) {
+            if let Method::Kalman(method) = &mut estimator.settings.method
                 && method.rolling
             {
                 method.contact_angles = ContactAngles::Unknown;
             }
-            if !settings.needs_contact_angles() {
-                self.estimators.push(estimator);
-            } else if convert {
-                return Err(needs_contact_angles(&estimator.name, such));
-            } else {
-                left_out.push(estimator.name);
-            }
         }
-        match (self.estimators.as_slice(), left_out.as_slice()) {
-            ([], [_, ..]) => Err(needs_contact_angles(&left_out.join(", "), such)),
+        let left_out: Vec<String> =
+            (self.needing_contact_angles().into_iter().map(str::to_owned)).collect();
+        (self.estimators).retain(|estimator| !estimator.settings.needs_contact_angles());
+        match left_out.as_slice() {
+            [first, ..] if convert => Err(needs_contact_angles(first, such)),
+            [_, ..] if self.estimators.is_empty() => {
+                Err(needs_contact_angles(&left_out.join(", "), such))
+            }
             _ => Ok(left_out),
         }
     }

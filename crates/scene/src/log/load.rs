@@ -180,10 +180,8 @@ impl LogChoice {
     /// # Errors
     /// [`FileError`] with all problems of the file and of robot files that it names.
     pub fn load(path: &Path, base: Self) -> Result<Self, FileError> {
-        let allowed = "a log description in TOML, UTF-8";
-        Reader::load(path, allowed, |text, shown, folder| {
-            Self::parse(text, shown, folder, base)
-        })
+        let (text, shown, folder) = Reader::load(path, "a log description in TOML, UTF-8")?;
+        Self::parse(&text, &shown, folder, base)
     }
 
     /// Reads the text of a log description. `source_name` is the file's name in messages; paths of
@@ -307,10 +305,9 @@ impl LogChoice {
 const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a scene, such as the lines `[robot]`, `geometry = \"A\"` (or a file with a geometry), `mass = \"caption\"`";
 /// Reads a file of a robot.
 fn read_robot<T>(path: &Path, read: impl FnOnce(&mut Reader, &Node) -> T) -> Result<T, FileError> {
-    Reader::load(path, ROBOT_FILE, |text, shown, folder| {
-        let reader = Reader::new(folder.to_owned(), |_| None);
-        reader.read(shown, text, |reader, root| read(reader, &root))
-    })
+    let (text, shown, folder) = Reader::load(path, ROBOT_FILE)?;
+    let reader = Reader::new(folder.to_owned(), |_| None);
+    reader.read(&shown, &text, |reader, root| read(reader, &root))
 }
 
 /// The keys of `[budget]` that belong to the robot, not to its sensors.
@@ -343,7 +340,9 @@ impl RobotChoice {
     pub fn weighed_to_toml(&self, covariance: &LoadCovariance, version: &str) -> String {
         let comment =
             "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";
-        let mut out = Out(Out::file(comment, version, WEIGHED, &mut self.clone()));
+        let mut robot = self.clone();
+        let mut out = Out(Out::file(comment, version, &[], &mut robot));
+        ROBOT.tables(&mut out, "robot", "geometry and masses", &mut robot);
         let mut choice = LogChoice::default();
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
@@ -385,12 +384,4 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
         mapping::check(reader, root, mapping);
     }
     choice
-}
-
-keys! {
-    /// What a weighed robot has in its file beside the budget.
-    WEIGHED: RobotChoice;
-
-    /// geometry and masses
-    robot: ROBOT => self;
 }

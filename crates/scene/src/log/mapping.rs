@@ -34,28 +34,23 @@ pub struct ChannelChoice {
     pub time: String,
     /// The column of the nanoseconds that are added to the whole seconds of `time`. Empty without one.
     pub nanoseconds: String,
-    /// Index of the unit in [`TIME_UNITS`].
-    time_unit: usize,
+    /// The unit of the time column, and how many of it a second has.
+    pub time_unit: (&'static str, i64),
     /// Added to the time stamps, s.
     pub offset: f64,
 }
 
-/// Units of a time column: `s`, `ms`, `us`, `ns`.
-const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
+/// Units of a time column, and how many of each a second has.
+const TIME_UNITS: [(&str, i64); 4] = [
+    ("s", 1),
+    ("ms", 1_000),
+    ("us", 1_000_000),
+    ("ns", 1_000_000_000),
+];
 
 impl ChannelChoice {
     /// Name of the channel that states the clock of the table of the truth.
     pub const TRUTH: &str = "truth";
-
-    /// The unit of the time column.
-    pub fn time_unit(&self) -> &'static str {
-        TIME_UNITS[self.time_unit]
-    }
-
-    /// Units of the time column in a second.
-    pub fn time_units_per_second(&self) -> i64 {
-        [1, 1_000, 1_000_000, 1_000_000_000][self.time_unit]
-    }
 }
 
 keys! {
@@ -79,7 +74,7 @@ keys! {
     nanoseconds ("none"): text("a text") => nanoseconds;
 
     /// unit of a time column of plain numbers
-    time_unit: word(&[0, 1, 2, 3], |unit| TIME_UNITS[unit]) => time_unit;
+    time_unit: word(&TIME_UNITS, |unit| unit.0) => time_unit;
 
     /// added to the time stamps: of a clock that is slow, or minus the delay of the sensor
     offset: number(TIME, ANY) => offset;
@@ -91,7 +86,10 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
     words: "an array of tables, each headed [[channel]]",
     least: 0,
     most: 1000,
-    start: ChannelChoice::default,
+    start: || ChannelChoice {
+        time_unit: TIME_UNITS[0],
+        ..ChannelChoice::default()
+    },
     check: |reader, node, path, channel, others| {
         if others.iter().any(|other| other.name == channel.name) {
             reader.refuse_key(node, path, "name", "a name that no other channel has");
@@ -99,7 +97,9 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
         if let (Some(table), false) = (node.get("table"), channel.topic.is_empty()) {
             reader.refuse(table, &join(path, "table"), "a table or a topic, not both");
         }
-        let unit = node.get("time_unit").filter(|_| channel.time_unit > 0);
+        let unit = node
+            .get("time_unit")
+            .filter(|_| channel.time_unit != TIME_UNITS[0]);
         if let (Some(unit), false) = (unit, channel.nanoseconds.is_empty()) {
             let allowed = "\"s\" beside nanoseconds, which are added to whole seconds";
             reader.refuse(unit, &join(path, "time_unit"), allowed);

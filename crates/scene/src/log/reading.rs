@@ -44,10 +44,6 @@ impl<C> Form for ByName<C> {
         object(self.names.iter().map(table).collect(), &[])
     }
 
-    fn is_section(&self) -> bool {
-        true
-    }
-
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<C>) {
         let path = join(path, self.placeholder);
         key::rows(rows, self.keys, &path, &mut (self.start)(""));

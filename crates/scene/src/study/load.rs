@@ -78,9 +78,8 @@ impl StudyChoice {
     /// [`FileError`] with all problems of the file. The base scene is not read: see
     /// [`super::BaseScene`].
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        Reader::load(path, "a study file in TOML, UTF-8", |text, shown, _| {
-            Self::parse(text, shown)
-        })
+        let (text, shown, _) = Reader::load(path, "a study file in TOML, UTF-8")?;
+        Self::parse(&text, &shown)
     }
 
     /// Reads the text of a study file. `source_name` is the file's name in messages.

@@ -1,121 +1,142 @@
-//! The values of the keys of a ground, and the ground that they give.
+//! A ground: the values of its keys, and the profile that they give.
 
-use super::TerrainChoice;
-use super::points::{PointKeys, Track};
+use robhaz_model::{Robot, Vec2};
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{
     Bump, CosBump, Course, Ditch, Interpolation, Profile, Ramp, RoughSettings, Sine, Stairs,
+    Terrain, TrackFormat,
 };
+use sha2::{Digest as _, Sha256};
+use std::sync::Arc;
+
+/// The ground, and the name of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TerrainChoice {
+    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
+    pub kind: &'static str,
+    /// Its shape, which the values of its keys give.
+    pub profile: Profile,
+    /// Friction stretches, from rear to front; they do not overlap.
+    pub stretches: Vec<Stretch>,
+    /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
+    pub tracks: Vec<Track>,
+    /// The values of its keys.
+    pub(super) values: Ground,
+}
+
+impl TerrainChoice {
+    /// The keys of a kind before a file changes them; the profile is not yet made of them.
+    pub(super) fn standard(kind: &'static str) -> Self {
+        Self {
+            kind,
+            profile: Profile::Flat,
+            stretches: Vec::new(),
+            tracks: Vec::new(),
+            values: Ground::standard(kind),
+        }
+    }
+
+    /// The parts of a course become one profile.
+    pub(super) fn join_parts(&mut self) {
+        let mut profiles = Vec::new();
+        for (i, part) in self.values.parts.iter_mut().enumerate() {
+            // Written as the kind that can describe any profile of the shape.
+            part.kind = match part.kind {
+                "smooth" => "bumps",
+                "step" => "stairs",
+                other => other,
+            };
+            for track in &mut part.tracks {
+                track.part = Some(i);
+                part.values.heights.file = track.file_name();
+            }
+            profiles.push(part.profile.clone());
+            self.tracks.extend_from_slice(&part.tracks);
+        }
+        self.profile = Profile::Course(Course::new(profiles));
+    }
+
+    /// The ground for a robot: blunt corners are rounded for the radius of its wheels.
+    pub fn build(&self, robot: &Robot) -> Terrain {
+        Terrain::for_wheels(&self.profile, robot.geometry.wheel_radius)
+    }
+}
+
+impl Default for TerrainChoice {
+    /// The smooth course.
+    fn default() -> Self {
+        Self {
+            profile: Profile::smooth(),
+            ..Self::standard(DEFAULT)
+        }
+    }
+}
+
+/// A file of points as the scene names it, with its content: the run's folder gets a copy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Track {
+    /// Index of the part of the ground, from 0; `None` for the whole ground.
+    pub part: Option<usize>,
+    /// The file's content.
+    pub bytes: Arc<[u8]>,
+}
+
+impl Track {
+    /// Name of the copy in a run's folder.
+    pub fn file_name(&self) -> String {
+        match self.part {
+            None => "track.csv".to_owned(),
+            Some(part) => format!("track-{part}.csv"),
+        }
+    }
+
+    /// The hash that the resolved scene states: `sha256:` and 64 digits.
+    pub fn hash(&self) -> String {
+        format!("sha256:{:x}", Sha256::digest(&self.bytes))
+    }
+}
 
 /// The kind of a scene that names none.
 pub(super) const DEFAULT: &str = "smooth";
 
 /// The values of the keys of a ground, those of all kinds; a ground is made of those of its kind
 /// alone. SI.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Ground {
-    pub kind: &'static str,
     pub start: f64,
     pub bumps: Vec<Bump>,
     pub cosbump: CosBump,
     pub ramp: Ramp,
-    pub step: Stairs,
     pub stairs: Stairs,
     pub sine: Sine,
     pub ditch: Ditch,
     pub rough: RoughSettings,
-    pub seed: Option<u64>,
     pub heights: PointKeys,
     pub interpolation: Interpolation,
     pub smoothing: f64,
     pub parts: Vec<TerrainChoice>,
-    pub stretches: Vec<Stretch>,
 }
 
 impl Ground {
     /// The values before a file changes them: those of the standard profile of a kind.
-    pub fn standard(kind: &'static str) -> Self {
+    pub fn standard(kind: &str) -> Self {
         Self {
-            kind,
             start: Ramp::default().start,
-            step: Stairs::step(),
+            bumps: Bump::smooth(),
+            stairs: match kind {
+                "step" => Stairs::step(),
+                _ => Stairs::default(),
+            },
             ..Self::default()
         }
     }
-
-    /// The values that give a ground.
-    pub fn of(choice: &TerrainChoice) -> Self {
-        let mut ground = Self::standard(choice.kind);
-        ground.stretches.clone_from(&choice.stretches);
-        match &choice.profile {
-            Profile::Flat => {}
-            Profile::Bumps(bumps) => ground.bumps.clone_from(bumps),
-            Profile::CosBump(bump) => ground.cosbump = *bump,
-            Profile::Ramp(ramp) => (ground.ramp, ground.start) = (*ramp, ramp.start),
-            Profile::Stairs(stairs) => {
-                (ground.step, ground.stairs, ground.start) = (*stairs, *stairs, stairs.start);
-            }
-            Profile::Sine(sine) => (ground.sine, ground.start) = (*sine, sine.start),
-            Profile::Ditch(ditch) => (ground.ditch, ground.start) = (*ditch, ditch.start),
-            Profile::Rough(rough) => {
-                let rough = *rough.settings();
-                (ground.rough, ground.start, ground.seed) = (rough, rough.start, Some(rough.seed));
-            }
-            Profile::Heights(heights) => {
-                ground.interpolation = heights.interpolation();
-                ground.smoothing = heights.smoothing();
-                match choice.tracks.first() {
-                    None => ground.heights.points = heights.points().to_vec(),
-                    Some(track) => {
-                        (ground.heights.file, ground.heights.file_hash) =
-                            (track.file_name(), track.hash());
-                        ground.heights.sort = Some(track.format.sort);
-                        ground.heights.columns = track.format.clone();
-                    }
-                }
-            }
-            Profile::Course(course) => {
-                let parts = course.profiles().enumerate();
-                let part = |(i, profile): (usize, &Profile)| TerrainChoice {
-                    tracks: (choice.tracks.iter())
-                        .filter(|track| track.part == Some(i))
-                        .cloned()
-                        .collect(),
-                    ..TerrainChoice::of(kind_of(profile), profile.clone())
-                };
-                ground.parts = parts.map(part).collect();
-            }
-        }
-        ground
-    }
-
-    /// The parts of a course as one profile, and their tracks.
-    pub fn course(&mut self) -> (Profile, Vec<Track>) {
-        let (mut profiles, mut tracks) = (Vec::new(), Vec::new());
-        for (i, part) in self.parts.drain(..).enumerate() {
-            let of_part = |track| Track {
-                part: Some(i),
-                ..track
-            };
-            tracks.extend(part.tracks.into_iter().map(of_part));
-            profiles.push(part.profile);
-        }
-        (Profile::Course(Course::new(profiles)), tracks)
-    }
 }
 
-/// The kind that can describe any profile of a shape: of `step` and `stairs`, `stairs`.
-fn kind_of(profile: &Profile) -> &'static str {
-    match profile {
-        Profile::Flat => "flat",
-        Profile::Bumps(_) => "bumps",
-        Profile::CosBump(_) => "cosbump",
-        Profile::Ramp(_) => "ramp",
-        Profile::Stairs(_) => "stairs",
-        Profile::Sine(_) => "sine",
-        Profile::Ditch(_) => "ditch",
-        Profile::Rough(_) => "rough",
-        Profile::Heights(_) => "heights",
-        Profile::Course(_) => "parts",
-    }
+/// The values of the keys of a ground through points. SI.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct PointKeys {
+    pub points: Vec<Vec2>,
+    pub file: String,
+    pub file_hash: String,
+    pub format: TrackFormat,
 }

@@ -1,6 +1,6 @@
 //! `[terrain]`: the keys of each kind of ground.
 
-use super::ground::Ground;
+use super::ground::TerrainChoice;
 use super::points::{COLUMN, FILE, HASH, Points};
 use robhaz_keys::prelude::*;
 use robhaz_sim::friction::Stretch;
@@ -8,7 +8,7 @@ use robhaz_terrain::{Bump, Interpolation, RoughClass};
 
 keys! {
     /// The key of every kind, in the section itself only: parts of a course do not have it.
-    pub(super) STRETCHES: Ground;
+    pub(super) STRETCHES: TerrainChoice;
 
     /// friction stretches, from rear to front; they must not overlap
     stretch ("none"): STRETCH_LIST => stretches;
@@ -36,7 +36,7 @@ const PLACE: Number = number(LENGTH, at_least(-1000.0).at_most(1000.0));
 const HEIGHT: Number = number(LENGTH, at_least(-10.0).at_most(10.0));
 
 keys! {
-    pub(super) BUMPS: Ground;
+    pub(super) BUMPS: TerrainChoice;
 
     /// kind bumps only: Gaussian bumps that add up
     bumps (required): List {
@@ -46,7 +46,7 @@ keys! {
         most: 1000,
         start: || Bump { height: 0.0, centre: 0.0, width: 1.0 },
         check: |_, _, _, _, _| {},
-    } => bumps;
+    } => values.bumps;
 }
 
 keys! {
@@ -64,134 +64,134 @@ keys! {
 }
 
 keys! {
-    pub(super) COSBUMP: Ground;
+    pub(super) COSBUMP: TerrainChoice;
 
     /// kind cosbump only: height of the summit; negative for a hollow
-    height: HEIGHT => cosbump.height;
+    height: HEIGHT => values.cosbump.height;
 
     /// kind cosbump only: where the summit is
-    centre: PLACE => cosbump.centre;
+    centre: PLACE => values.cosbump.centre;
 
     /// kind cosbump only: half of the bump's length
-    half_width: number(LENGTH, at_least(0.005).at_most(100.0)) => cosbump.half_width;
+    half_width: number(LENGTH, at_least(0.005).at_most(100.0)) => values.cosbump.half_width;
 }
 
 keys! {
-    pub(super) START: Ground;
+    pub(super) START: TerrainChoice;
 
     /// kinds ramp, step, stairs, sine, ditch and rough: where the level ground ends; the middle
     /// wheel starts at 0
-    start: PLACE => start;
+    start: PLACE => values.start;
 }
 
 keys! {
-    pub(super) RAMP: Ground;
+    pub(super) RAMP: TerrainChoice;
 
     /// kind ramp only: slope of the incline; negative downhill
     // 80 deg: steeper ground is a riser.
-    angle: number(ANGLE, at_least(-1.396).at_most(1.396)) => ramp.angle;
+    angle: number(ANGLE, at_least(-1.396).at_most(1.396)) => values.ramp.angle;
 
     /// kind ramp only: length along the incline
-    length: number(LENGTH, above(0.0).at_most(1000.0)) => ramp.length;
+    length: number(LENGTH, above(0.0).at_most(1000.0)) => values.ramp.length;
 }
 
 keys! {
     /// Stairs of one riser.
-    pub(super) STEP: Ground;
+    pub(super) STEP: TerrainChoice;
 
     /// kind step only: height of the kerb, other than 0; negative for a kerb down
-    kerb: HEIGHT => step.rise;
+    kerb: HEIGHT => values.stairs.rise;
 }
 
 keys! {
-    pub(super) STAIRS: Ground;
+    pub(super) STAIRS: TerrainChoice;
 
     /// kind stairs only: height of each riser, other than 0; negative for stairs down
-    rise: HEIGHT => stairs.rise;
+    rise: HEIGHT => values.stairs.rise;
 
     /// kind stairs only: length of each tread
-    run: number(LENGTH, above(0.0).at_most(100.0)) => stairs.run;
+    run: number(LENGTH, above(0.0).at_most(100.0)) => values.stairs.run;
 
     /// kind stairs only: number of risers, a whole number
-    count: COUNT => stairs.count;
+    count: COUNT => values.stairs.count;
 }
 
 keys! {
-    pub(super) SINE: Ground;
+    pub(super) SINE: TerrainChoice;
 
     /// kind sine only: half of the height from trough to crest; negative for waves below the level
     /// ground
-    amplitude: HEIGHT => sine.amplitude;
+    amplitude: HEIGHT => values.sine.amplitude;
 
     /// kind sine only: from crest to crest
-    wavelength: number(LENGTH, at_least(0.02).at_most(100.0)) => sine.wavelength;
+    wavelength: number(LENGTH, at_least(0.02).at_most(100.0)) => values.sine.wavelength;
 
     /// kind sine only: number of waves, a whole number; at most 1000 m of them
-    periods: COUNT => sine.periods;
+    periods: COUNT => values.sine.periods;
 }
 
 keys! {
-    pub(super) DITCH: Ground;
+    pub(super) DITCH: TerrainChoice;
 
     /// kind ditch only: depth of the bottom
-    depth: number(LENGTH, above(0.0).at_most(10.0)) => ditch.depth;
+    depth: number(LENGTH, above(0.0).at_most(10.0)) => values.ditch.depth;
 
     /// kind ditch only: from wall to wall
-    width: number(LENGTH, above(0.0).at_most(100.0)) => ditch.width;
+    width: number(LENGTH, above(0.0).at_most(100.0)) => values.ditch.width;
 }
 
 keys! {
-    pub(super) ROUGH: Ground;
+    pub(super) ROUGH: TerrainChoice;
 
     /// kind rough only: seed of the random ground; the same seed makes the same ground
-    seed ("the scene's `seed`"): Maybe(SEED) => seed;
+    seed ("the scene's `seed`"): SEED => values.rough.seed;
 
     /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
-    class: word(&RoughClass::ALL, RoughClass::name) => rough.class;
+    class: word(&RoughClass::ALL, RoughClass::name) => values.rough.class;
 
     /// kind rough only: shortest wavelength
-    shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => rough.shortest;
+    shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => values.rough.shortest;
 
     /// kind rough only: longest wavelength, above shortest
-    longest: number(LENGTH, above(0.05).at_most(1000.0)) => rough.longest;
+    longest: number(LENGTH, above(0.05).at_most(1000.0)) => values.rough.longest;
 
     /// kind rough only: length along x, both fades included
-    extent: number(LENGTH, above(0.0).at_most(1000.0)) => rough.extent;
+    extent: number(LENGTH, above(0.0).at_most(1000.0)) => values.rough.extent;
 
     /// kind rough only: length over which the height rises from zero at the start and falls to zero
     /// at the end, at most half of extent
-    fade: number(LENGTH, above(0.0).at_most(500.0)) => rough.fade;
+    fade: number(LENGTH, above(0.0).at_most(500.0)) => values.rough.fade;
 }
 
 keys! {
-    pub(super) HEIGHTS: Ground;
+    pub(super) HEIGHTS: TerrainChoice;
 
     /// kind heights only: points that the ground goes through, m; heights count from the first
-    points ("none"): Points => heights.points;
+    points ("none"): Points => values.heights.points;
 
     /// kind heights only: points from a file, instead of points
-    file ("none"): FILE => heights.file;
+    file ("none"): FILE => values.heights.file;
 
     /// kind heights with file only: the column of x
-    x_column ("by the first line, else the first"): COLUMN => heights.columns.x;
+    x_column ("by the first line, else the first"): COLUMN => values.heights.format.x;
 
     /// kind heights with file only: the column of the height
-    height_column ("by the first line, else the second"): COLUMN => heights.columns.height;
+    height_column ("by the first line, else the second"): COLUMN => values.heights.format.height;
 
     /// kind heights with file only: lines may be in any order; two neighbouring lines of equal x are a
     /// riser
-    sort ("off"): Maybe(SWITCH) => heights.sort;
+    sort ("off"): SWITCH => values.heights.format.sort if |it| !it.values.heights.file.is_empty();
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
-    file_hash ("none"): HASH => heights.file_hash;
+    file_hash ("none"): HASH => values.heights.file_hash;
 
     /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or
     /// straight pieces with corners
-    interpolation: word(&Interpolation::ALL, Interpolation::name) => interpolation;
+    interpolation: word(&Interpolation::ALL, Interpolation::name) => values.interpolation;
 
     /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no
     /// smoothing
-    smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => smoothing;
+    smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => values.smoothing;
 }
 
 /// `[[terrain.stretch]]`

@@ -1,31 +1,25 @@
 //! `[terrain]`: the kinds of ground, and the section, whose keys are those of its kind.
 
-use super::TerrainChoice;
-use super::ground::{DEFAULT, Ground};
+use super::ground::{DEFAULT, TerrainChoice};
 use super::keys::{
     BUMPS, COSBUMP, DITCH, HEIGHTS, RAMP, ROUGH, SINE, STAIRS, START, STEP, STRETCHES,
 };
-use super::points::{self, Track};
+use super::points;
 use robhaz_keys::prelude::*;
-use robhaz_terrain::{
-    Ditch, Heights, Profile, Ramp, Rough, RoughSettings, Sine, Stairs, check_risers,
-};
+use robhaz_terrain::{Ditch, Profile, Ramp, Rough, RoughSettings, Sine, Stairs};
 use serde_json::{Value as Json, json};
-
-/// A profile, and the tracks that it was read from.
-type Built = (Profile, Vec<Track>);
 
 /// A kind of ground.
 struct Kind {
     name: &'static str,
     /// Its own keys, in their order.
-    keys: &'static [&'static [Key<Ground>]],
-    /// The ground that the values of these keys give, and the files of its points.
-    profile: fn(&mut Site<'_>, Ground) -> Option<Built>,
+    keys: &'static [&'static [Key<TerrainChoice>]],
+    /// Makes the profile of the values of these keys, which a table at a path states.
+    build: fn(&mut Reader, &Node, &str, &mut TerrainChoice),
 }
 
 impl Kind {
-    fn own(&self) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
+    fn own(&self) -> impl Iterator<Item = &'static Key<TerrainChoice>> + Clone + use<> {
         self.keys.iter().copied().flatten()
     }
 }
@@ -36,21 +30,16 @@ fn owners(name: &str) -> Vec<&'static str> {
     KINDS.iter().filter(has).map(|kind| kind.name).collect()
 }
 
-/// Where a ground is read.
-struct Site<'a> {
-    reader: &'a mut Reader,
-    /// The table of the ground.
-    node: &'a Node,
-    path: &'a str,
-}
-
 /// A kind whose values give its profile by themselves.
 macro_rules! kind {
-    ($name:expr, $keys:expr, |$site:pat_param, $ground:pat_param| $profile:expr) => {
+    ($name:expr, $keys:expr, |$values:pat_param| $profile:expr) => {
         Kind {
             name: $name,
             keys: $keys,
-            profile: |$site, $ground| Some(($profile, Vec::new())),
+            build: |_, _, _, it| {
+                let $values = &it.values;
+                it.profile = $profile;
+            },
         }
     };
 }
@@ -58,52 +47,40 @@ macro_rules! kind {
 /// A kind whose profile of the same type has the key `start` beside its own.
 macro_rules! from_start {
     ($name:literal, $keys:expr, $profile:ident, $field:ident) => {
-        kind!($name, &[START, $keys], |_, it| Profile::$profile(
-            $profile {
-                start: it.start,
-                ..it.$field
-            }
-        ))
+        kind!($name, &[START, $keys], |it| Profile::$profile($profile {
+            start: it.start,
+            ..it.$field
+        }))
     };
 }
 
 /// All kinds of ground, in the order of the reference. The first and the last are no parts of a
 /// course.
 const KINDS: &[Kind] = &[
-    kind!("flat", &[], |_, _| Profile::Flat),
-    kind!(DEFAULT, &[], |_, _| Profile::smooth()),
-    kind!("bumps", &[BUMPS], |_, it| Profile::Bumps(it.bumps)),
-    kind!("cosbump", &[COSBUMP], |_, it| Profile::CosBump(it.cosbump)),
+    kind!("flat", &[], |_| Profile::Flat),
+    kind!(DEFAULT, &[], |it| Profile::Bumps(it.bumps.clone())),
+    kind!("bumps", &[BUMPS], |it| Profile::Bumps(it.bumps.clone())),
+    kind!("cosbump", &[COSBUMP], |it| Profile::CosBump(it.cosbump)),
     from_start!("ramp", RAMP, Ramp, ramp),
-    from_start!("step", STEP, Stairs, step),
+    from_start!("step", STEP, Stairs, stairs),
     from_start!("stairs", STAIRS, Stairs, stairs),
     from_start!("sine", SINE, Sine, sine),
     from_start!("ditch", DITCH, Ditch, ditch),
-    kind!("rough", &[START, ROUGH], |site, it| Profile::Rough(
-        Rough::new(RoughSettings {
+    kind!("rough", &[START, ROUGH], |it| Profile::Rough(Rough::new(
+        RoughSettings {
             start: it.start,
-            seed: it.seed.unwrap_or(site.reader.seed),
             ..it.rough
-        })
-    )),
+        }
+    ))),
     Kind {
         name: "heights",
         keys: &[HEIGHTS],
-        profile: |site, it| {
-            let (points, track) = points::resolve(site.reader, site.node, site.path, &it.heights)?;
-            if let Err(error) = check_risers(&points, it.interpolation, it.smoothing) {
-                let problem = Problem::at(&site.node.origin, site.path, error.to_string());
-                site.reader.push(problem.whole());
-                return None;
-            }
-            let heights = Heights::with_smoothing(points, it.interpolation, it.smoothing);
-            Some((Profile::Heights(heights), track.into_iter().collect()))
-        },
+        build: points::build,
     },
     Kind {
         name: "parts",
         keys: &[PARTS],
-        profile: |_, mut it| Some(it.course()),
+        build: |_, _, _, it| it.join_parts(),
     },
 ];
 
@@ -120,7 +97,7 @@ const NAMES: [&str; KINDS.len()] = {
 
 keys! {
     /// The key of every kind.
-    COMMON: Ground;
+    COMMON: TerrainChoice;
 
     /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline;
     /// one kerb; stairs; waves; a trench; random ground; ground through points; a sequence of other
@@ -129,11 +106,11 @@ keys! {
 }
 
 keys! {
-    PARTS: Ground;
+    PARTS: TerrainChoice;
 
     /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to
     /// front
-    part (required): Parts => parts;
+    part (required): Parts => values.parts;
 }
 
 /// A ground.
@@ -157,7 +134,10 @@ impl Terrain {
     }
 
     /// The keys of a ground: those of every kind, those of the kind.
-    fn keys(&self, kind: &Kind) -> impl Iterator<Item = &'static Key<Ground>> + Clone + use<> {
+    fn keys(
+        &self,
+        kind: &Kind,
+    ) -> impl Iterator<Item = &'static Key<TerrainChoice>> + Clone + use<> {
         let stretches = if self.is_part { &[] } else { STRETCHES };
         COMMON.iter().chain(stretches).chain(kind.own())
     }
@@ -184,10 +164,9 @@ impl Terrain {
     }
 
     /// Writes its keys, whose heading is written.
-    fn write(&self, out: &mut Out, path: &str, choice: &TerrainChoice) {
+    fn write(&self, out: &mut Out, path: &str, choice: &mut TerrainChoice) {
         let kind = KINDS.iter().find(|kind| kind.name == choice.kind);
-        let keys = self.keys(kind.unwrap_or(&KINDS[0]));
-        out.table(keys, &mut Ground::of(choice), path);
+        out.table(self.keys(kind.unwrap_or(&KINDS[0])), choice, path);
     }
 }
 
@@ -209,7 +188,10 @@ impl Form for Terrain {
         let is_ignored = |entry: &Entry| {
             ignores_file && !entry.origin.is_override() && !owners(&entry.key).is_empty()
         };
-        let (mark, mut ground) = (reader.mark(), Ground::standard(kind.name));
+        let (mark, mut ground) = (reader.mark(), TerrainChoice::standard(kind.name));
+        if kind.name == "rough" {
+            ground.values.rough.seed = reader.seed;
+        }
         for entry in reader.entries(node, path) {
             match self.keys(kind).find(|key| key.name == entry.key) {
                 Some(key) => {
@@ -221,17 +203,8 @@ impl Form for Terrain {
             }
         }
         reader.require(self.keys(kind), node, path);
-        let stretches = std::mem::take(&mut ground.stretches);
-        let mut site = Site { reader, node, path };
-        let Some((profile, tracks)) = (kind.profile)(&mut site, ground) else {
-            return;
-        };
-        *into = TerrainChoice {
-            kind: kind.name,
-            profile,
-            stretches,
-            tracks,
-        };
+        (kind.build)(reader, node, path, &mut ground);
+        *into = ground;
         if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
             reader.refuse(node, path, &error.to_string());
         }
@@ -256,15 +229,14 @@ impl Form for Terrain {
                 },
             }));
             let own = self.keys(kind).skip(COMMON.len());
-            all.extend(key::properties(own, Some(&mut Ground::standard(kind.name))));
+            all.extend(key::properties(
+                own,
+                Some(&mut TerrainChoice::standard(kind.name)),
+            ));
         }
         let mut schema = object(all, &[]);
         schema["allOf"] = json!(rules);
         schema
-    }
-
-    fn is_section(&self) -> bool {
-        true
     }
 
     fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut TerrainChoice) {
@@ -275,7 +247,7 @@ impl Form for Terrain {
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut TerrainChoice) {
         let mut below = Vec::new();
         for kind in KINDS {
-            let mut ground = Ground::standard(kind.name);
+            let mut ground = TerrainChoice::standard(kind.name);
             for key in self.keys(kind) {
                 // Several kinds have the same key.
                 if !rows.iter().any(|r| r.key == join(path, key.name)) {
@@ -341,7 +313,7 @@ mod tests {
     fn each_kind_is_described_and_written_as_itself() {
         assert_eq!(COMMON[0].meaning.split(';').count(), KINDS.len());
         for kind in KINDS {
-            let given = |key: &&Key<Ground>| matches!(key.absent, key::Absent::Required);
+            let given = |key: &&Key<TerrainChoice>| matches!(key.absent, key::Absent::Required);
             let mut own = kind.own();
             if own.any(|key| given(&key)) || kind.name == "heights" {
                 // Without default; the tests of resolved scenes have these.
@@ -351,8 +323,7 @@ mod tests {
             let read = |text: &str| crate::Scene::parse(text, "x", std::path::Path::new(""), &[]);
             let scene = read(&text).unwrap();
             assert_eq!(read(&scene.to_toml("x")).unwrap().terrain, scene.terrain);
-            let again = Ground::of(&scene.terrain);
-            assert_eq!(again.kind, kind.name);
+            assert_eq!(scene.terrain.kind, kind.name);
         }
     }
 }

@@ -5,46 +5,5 @@ mod keys;
 mod kinds;
 mod points;
 
+pub use ground::{TerrainChoice, Track};
 pub(crate) use kinds::Terrain;
-pub use points::Track;
-
-use robhaz_model::Robot;
-use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Profile, Terrain as Built};
-
-/// The ground, and the name of its kind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TerrainChoice {
-    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
-    pub kind: &'static str,
-    /// Its shape.
-    pub profile: Profile,
-    /// Friction stretches, from rear to front; they do not overlap.
-    pub stretches: Vec<Stretch>,
-    /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
-    pub tracks: Vec<Track>,
-}
-
-impl TerrainChoice {
-    /// A ground without stretches and files.
-    fn of(kind: &'static str, profile: Profile) -> Self {
-        Self {
-            kind,
-            profile,
-            stretches: Vec::new(),
-            tracks: Vec::new(),
-        }
-    }
-
-    /// The ground for a robot: blunt corners are rounded for the radius of its wheels.
-    pub fn build(&self, robot: &Robot) -> Built {
-        Built::for_wheels(self.profile.clone(), robot.geometry.wheel_radius)
-    }
-}
-
-impl Default for TerrainChoice {
-    /// The smooth course.
-    fn default() -> Self {
-        Self::of(ground::DEFAULT, Profile::smooth())
-    }
-}

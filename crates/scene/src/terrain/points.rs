@@ -1,36 +1,10 @@
 //! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
+use super::ground::{Ground, PointKeys, TerrainChoice, Track};
 use robhaz_keys::prelude::*;
 use robhaz_model::Vec2;
-use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
+use robhaz_terrain::{Column, Heights, Profile, TrackError, check_risers, read_track};
 use serde_json::{Value as Json, json};
-use sha2::{Digest as _, Sha256};
-use std::sync::Arc;
-
-/// A file of points as the scene names it, with its content: the run's folder gets a copy.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Track {
-    /// Index of the part of the ground, from 0; `None` for the whole ground.
-    pub part: Option<usize>,
-    /// The file's content.
-    pub bytes: Arc<[u8]>,
-    pub(crate) format: TrackFormat,
-}
-
-impl Track {
-    /// Name of the copy in a run's folder.
-    pub fn file_name(&self) -> String {
-        match self.part {
-            None => "track.csv".to_owned(),
-            Some(part) => format!("track-{part}.csv"),
-        }
-    }
-
-    /// The hash that the resolved scene states: `sha256:` and 64 digits.
-    pub fn hash(&self) -> String {
-        format!("sha256:{:x}", Sha256::digest(&self.bytes))
-    }
-}
 
 /// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
@@ -117,28 +91,23 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
     },
 };
 
-/// The values of the keys of a ground through points. SI.
-#[derive(Clone, Default)]
-pub(super) struct PointKeys {
-    pub points: Vec<Vec2>,
-    pub file: String,
-    pub file_hash: String,
-    pub columns: TrackFormat,
-    /// Of the lines of a file; `None` without one.
-    pub sort: Option<bool>,
-}
-
-/// The points of a table whose keys are read, and the file that they come from.
-pub(super) fn resolve(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    keys: &PointKeys,
-) -> Option<(Vec<Vec2>, Option<Track>)> {
-    match (node.get("file"), node.get("points")) {
+/// The ground through the points that a table states, or the file that it names.
+pub(super) fn build(reader: &mut Reader, node: &Node, path: &str, ground: &mut TerrainChoice) {
+    let Ground {
+        interpolation,
+        smoothing,
+        heights,
+        ..
+    } = &mut ground.values;
+    let points = match (node.get("file"), node.get("points")) {
         (Some(file), None) => {
-            let (points, track) = from_file(reader, node, file, path, keys)?;
-            Some((points, Some(track)))
+            let Some((points, track)) = from_file(reader, node, file, path, heights) else {
+                return;
+            };
+            // A resolved scene names the copy.
+            (heights.file, heights.file_hash) = (track.file_name(), track.hash());
+            ground.tracks.push(track);
+            points
         }
         (None, Some(_)) => {
             for key in ["x_column", "height_column", "sort", "file_hash"] {
@@ -147,13 +116,21 @@ pub(super) fn resolve(
                     reader.refuse(given, &join(path, key), allowed);
                 }
             }
-            Some((keys.points.clone(), None))
+            heights.points.clone()
         }
         (file, _) => {
             let found = if file.is_some() { "both" } else { "neither" };
             let message = format!("found {found} of file and points, allowed: one of them");
-            reader.push(Problem::at(&node.origin, path, message).whole());
-            None
+            return reader.push(Problem::at(&node.origin, path, message).whole());
+        }
+    };
+    match check_risers(&points, *interpolation, *smoothing) {
+        Ok(()) => {
+            let heights = Heights::with_smoothing(points, *interpolation, *smoothing);
+            ground.profile = Profile::Heights(heights);
+        }
+        Err(error) => {
+            reader.push(Problem::at(&node.origin, path, error.to_string()).whole());
         }
     }
 }
@@ -181,12 +158,8 @@ fn from_file(
     let track = Track {
         part: None,
         bytes: bytes.into(),
-        format: TrackFormat {
-            sort: keys.sort == Some(true),
-            ..keys.columns.clone()
-        },
     };
-    let points = read_track(&track.bytes, &track.format);
+    let points = read_track(&track.bytes, &keys.format);
     let points = points.map_err(|error| problem(&shown, &track.bytes, &key, error));
     let points = reader.keep(points)?;
     let hash = track.hash();

@@ -38,12 +38,12 @@ fn the_work_is_known() {
         ),
         (
             "stairs",
-            Profile::stairs(),
+            Profile::Stairs(Default::default()),
             [936, 323, 8363, 635, 1123, 57_000],
         ),
         (
             "cosbump",
-            Profile::cosbump(),
+            Profile::CosBump(Default::default()),
             [340, 55, 2725, 205, 342, 38_796],
         ),
     ] {
@@ -77,7 +77,10 @@ fn no_record_errs_where_the_ground_jumps() {
         start: 2.0,
         periods: 3,
     };
-    let parts = Profile::Course(Course::new(vec![Profile::cosbump(), Profile::Sine(waves)]));
+    let parts = Profile::Course(Course::new(vec![
+        Profile::CosBump(Default::default()),
+        Profile::Sine(waves),
+    ]));
     let blunt = Profile::Ramp(Ramp {
         angle: 0.07,
         start: 0.9,
@@ -91,7 +94,7 @@ fn no_record_errs_where_the_ground_jumps() {
     };
     let mut largest = 0.0_f64;
     for (name, profile) in [
-        ("cosbump", Profile::cosbump()),
+        ("cosbump", Profile::CosBump(Default::default())),
         ("parts", parts),
         ("blunt", blunt),
         ("smooth", Profile::smooth()),

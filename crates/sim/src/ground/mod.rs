@@ -8,7 +8,7 @@ use crate::rolling::RollingResistance;
 use crate::setup::PlantSetup;
 use crate::truth::{ContactTruth, WheelTruth};
 use robhaz_model::{Vec2, direction, perp};
-use robhaz_terrain::{Contact, Hint, Terrain};
+use robhaz_terrain::{Contact, Terrain};
 
 /// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
@@ -23,7 +23,7 @@ pub(crate) struct Ground {
     /// Contacts of each wheel at the last call of [`Ground::act`].
     pub found: [Vec<Contact>; 3],
     /// Where each wheel was last.
-    hints: [Hint; 3],
+    hints: [usize; 3],
     has_corners: bool,
     /// Contacts at the last call of [`Ground::meets`].
     ahead: Vec<Contact>,

@@ -89,7 +89,10 @@ fn a_thin_wall_has_no_far_side() {
 /// but touches an edge within it.
 #[test]
 fn each_contact_has_the_friction_of_its_place() {
-    let mut ground = ground(Profile::step(), &[(0.7, 9.0, 0.0)]);
+    let mut ground = ground(
+        Profile::Stairs(robhaz_terrain::Stairs::step()),
+        &[(0.7, 9.0, 0.0)],
+    );
     let centre_x = 0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt();
     let forces = act(&mut ground, &spinning(centre_x, 0.0995)).unwrap();
     assert_eq!(forces.contacts, 2);
@@ -139,7 +142,7 @@ fn each_contact_has_the_friction_of_its_place() {
 /// A wheel that climbs a riser without slip grips, although its contact with the tread slides.
 #[test]
 fn a_wheel_grips_while_one_of_its_contacts_grips() {
-    let mut ground = ground(Profile::step(), &[]);
+    let mut ground = ground(Profile::Stairs(robhaz_terrain::Stairs::step()), &[]);
     // The wheel is 0.5 mm deep in the level ground and in the edge of the kerb.
     let centre = Vec2::new(
         0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt(),

@@ -40,11 +40,8 @@ pub struct Heights(Arc<Data>);
 
 #[derive(Clone, Debug, PartialEq)]
 struct Data {
-    given: Vec<Vec2>,
+    points: Vec<Vec2>,
     interpolation: Interpolation,
-    smoothing: f64,
-    /// The points after smoothing, where there is any.
-    smooth: Option<Vec<Vec2>>,
     curve: Curve,
 }
 
@@ -79,40 +76,30 @@ impl Heights {
     /// Ground through the means of points (m) over windows about them: waves of the length
     /// `smoothing` (m) are halved, shorter ones taken out. 0 for none.
     pub fn with_smoothing(points: Vec<Vec2>, interpolation: Interpolation, smoothing: f64) -> Self {
-        let smooth = (smoothing > 0.0).then(|| smoothed(&points, smoothing));
-        let through = smooth.as_ref().unwrap_or(&points);
+        let points = match smoothing > 0.0 {
+            true => smoothed(&points, smoothing),
+            false => points,
+        };
         let curve = match interpolation {
-            Interpolation::Monotone => Curve::Quintic(monotone(through)),
-            Interpolation::Spline => Curve::Cubic(natural_bends(through)),
+            Interpolation::Monotone => Curve::Quintic(monotone(&points)),
+            Interpolation::Spline => Curve::Cubic(natural_bends(&points)),
             Interpolation::Corners => Curve::Straight,
         };
         Self(Arc::new(Data {
-            given: points,
+            points,
             interpolation,
-            smoothing,
-            smooth,
             curve,
         }))
     }
 
-    /// The points as they were given, m.
+    /// The points that the ground goes through, m.
     pub fn points(&self) -> &[Vec2] {
-        &self.0.given
+        &self.0.points
     }
 
     /// How the ground goes from point to point.
     pub fn interpolation(&self) -> Interpolation {
         self.0.interpolation
-    }
-
-    /// Length of the waves that the smoothing halves, m; 0 for none.
-    pub fn smoothing(&self) -> f64 {
-        self.0.smoothing
-    }
-
-    /// The points that the ground goes through, m.
-    fn through(&self) -> &[Vec2] {
-        self.0.smooth.as_ref().unwrap_or(&self.0.given)
     }
 
     /// Where the curve leaves the heights of two neighbouring points most; `None` where it never
@@ -121,7 +108,7 @@ impl Heights {
         let Curve::Cubic(bends) = &self.0.curve else {
             return None;
         };
-        let points = self.through();
+        let points = self.points();
         let heights = points.iter().map(|p| p.y);
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
             (low.min(y), high.max(y))
@@ -160,7 +147,7 @@ fn turning_points(a: Vec2, b: Vec2, bend_a: f64, bend_b: f64) -> impl Iterator<I
 impl Shape for Heights {
     /// Level outside of the points.
     fn eval(&self, x: f64) -> [f64; 3] {
-        let points = self.through();
+        let points = self.points();
         let Some((first, last)) = points.first().zip(points.last()) else {
             return [0.0; 3];
         };
@@ -198,7 +185,7 @@ impl Shape for Heights {
     }
 
     fn pieces(&self) -> (Vec2, Vec<Piece>) {
-        let points = self.through();
+        let points = self.points();
         let Some(first) = points.first() else {
             return (Vec2::zeros(), Vec::new());
         };

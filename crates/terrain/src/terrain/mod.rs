@@ -20,13 +20,6 @@ const SAME: f64 = 1e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
 
-/// The place where the contact of one wheel was found last, for [`Terrain::contacts_near`].
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Hint {
-    /// Index of the edge.
-    edge: usize,
-}
-
 /// The ground: a chain of straight and curved edges, and a grid that finds the edges near a wheel.
 ///
 /// Clones share the data.
@@ -34,7 +27,6 @@ pub struct Hint {
 pub struct Terrain(Arc<Ground>);
 
 struct Ground {
-    profile: Profile,
     edges: Vec<Edge>,
     grid: Grid,
 }
@@ -43,24 +35,15 @@ impl Terrain {
     /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of 0.1
     /// m radius.
     pub fn new(profile: Profile) -> Self {
-        Self::for_wheels(profile, 0.1)
+        Self::for_wheels(&profile, 0.1)
     }
 
     /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of a
     /// radius (m). Blunt concave corners, below 9 deg, are rounded with 1.25 times that radius.
-    pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
-        let edges = chain(&profile, wheel_radius);
+    pub fn for_wheels(profile: &Profile, wheel_radius: f64) -> Self {
+        let edges = chain(profile, wheel_radius);
         let grid = Grid::new(&edges, wheel_radius);
-        Self(Arc::new(Ground {
-            profile,
-            edges,
-            grid,
-        }))
-    }
-
-    /// The profile from which the terrain was built.
-    pub fn profile(&self) -> &Profile {
-        &self.0.profile
+        Self(Arc::new(Ground { edges, grid }))
     }
 
     pub(crate) fn edges(&self) -> &[Edge] {
@@ -81,26 +64,27 @@ impl Terrain {
     /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared
     /// first; its storage is reused from call to call. The result depends on the arguments alone.
     pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        self.contacts_near(centre, radius, &mut Hint::default(), out);
+        self.contacts_near(centre, radius, &mut 0, out);
     }
 
     /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint`
-    /// keeps this place from call to call. It has no influence on the result.
+    /// keeps the index of its edge from call to call, at first any. It has no influence on the
+    /// result.
     pub fn contacts_near(
         &self,
         centre: Vec2,
         radius: f64,
-        hint: &mut Hint,
+        hint: &mut usize,
         out: &mut Vec<Contact>,
     ) {
         out.clear();
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         match grid.near(centre, radius) {
             Near::Single(range) => {
                 // The usual case: the place is still on the edge of the hint.
-                if let Some(edge) = edges.get(hint.edge)
-                    && hint.edge >= range[0]
-                    && hint.edge <= range[1]
+                if let Some(edge) = edges.get(*hint)
+                    && *hint >= range[0]
+                    && *hint <= range[1]
                     && let Some(contact) = edge.foot_if_between(centre)
                 {
                     if is_within(centre, radius, &contact) {
@@ -119,7 +103,7 @@ impl Terrain {
     /// The contacts of a wheel of any size anywhere. `out` is empty.
     #[inline(never)]
     fn search(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         let mut found = Found::new(centre, radius, out);
         let Some(reach) = grid.within(centre, radius, edges) else {
             return;
@@ -145,11 +129,11 @@ impl Terrain {
         &self,
         [mut first, mut last]: [usize; 2],
         centre: Vec2,
-        hint: Option<&mut Hint>,
+        hint: Option<&mut usize>,
     ) -> Option<Place> {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         let mut index = match &hint {
-            Some(hint) if (first..=last).contains(&hint.edge) => hint.edge,
+            Some(hint) if (first..=last).contains(*hint) => **hint,
             _ => grid.edge_at(edges, centre.x).clamp(first, last),
         };
         let mut steps = 1;
@@ -158,7 +142,7 @@ impl Terrain {
             let rates = edge.distance_rates(centre);
             if rates[0] <= 0.0 && rates[1] >= 0.0 {
                 if let Some(hint) = hint {
-                    hint.edge = index;
+                    *hint = index;
                 }
                 return Some(Place {
                     contact: edge.foot(centre, rates),
@@ -209,14 +193,14 @@ impl Terrain {
 
     /// Height of the ground at x (m), m; on a riser that of one of its ends.
     pub fn height(&self, x: f64) -> f64 {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         edges[grid.edge_at(edges, x)].height(x)
     }
 
     /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None`
     /// on a riser.
     pub fn jump_at(&self, x: f64) -> Option<Jump> {
-        let Ground { edges, grid, .. } = &*self.0;
+        let Ground { edges, grid } = &*self.0;
         let edge = &edges[grid.edge_at(edges, x)];
         let [height, slope, _] = edge.eval(x);
         slope.is_finite().then(|| Jump {

@@ -19,8 +19,9 @@ fn the_contact_with_level_ground_is_below_the_centre() {
 
 #[test]
 fn below_the_ground_the_distance_is_negative() {
-    let terrain = Terrain::new(Profile::smooth());
-    let y = terrain.profile().eval(1.0)[0];
+    let profile = Profile::smooth();
+    let y = profile.eval(1.0)[0];
+    let terrain = Terrain::new(profile);
     let found = contacts(&terrain, 1.0, y - 0.01, 0.1);
     assert!(found.iter().any(|c| c.distance < 0.0));
 }
@@ -41,7 +42,7 @@ fn a_narrow_hollow_is_bridged_at_two_points() {
 
 #[test]
 fn a_wheel_against_a_riser_touches_riser_and_tread() {
-    let terrain = Terrain::new(Profile::step());
+    let terrain = Terrain::new(Profile::Stairs(crate::Stairs::step()));
     let found = contacts(&terrain, 0.7 - 0.085, 0.0995, 0.1);
     assert_eq!(found.len(), 2);
     // From rear to front: the tread below the centre, then the riser's upper corner at a height of
@@ -81,7 +82,7 @@ fn a_wheel_rests_on_both_corners_of_a_narrow_ditch_but_on_the_bottom_of_a_wide_o
 
 #[test]
 fn a_concave_corner_has_two_contacts_a_convex_one_has_one() {
-    let terrain = Terrain::new(Profile::ramp());
+    let terrain = Terrain::new(Profile::Ramp(Default::default()));
     // On the bisector of the corner both distances are equal.
     let half = 7.5_f64.to_radians();
     let found = contacts(&terrain, 0.7 - 0.0995 * half.tan(), 0.0995, 0.1);
@@ -102,9 +103,9 @@ fn smooth_joints_are_not_corners() {
     for (profile, has) in [
         (Profile::Flat, false),
         (Profile::smooth(), false),
-        (Profile::cosbump(), false),
-        (Profile::ramp(), true),
-        (Profile::step(), true),
+        (Profile::CosBump(Default::default()), false),
+        (Profile::Ramp(Default::default()), true),
+        (Profile::Stairs(crate::Stairs::step()), true),
     ] {
         assert_eq!(
             Terrain::new(profile.clone()).has_corners(),
@@ -126,10 +127,11 @@ fn measured_points_carry_a_wheel_as_spline_or_corners() {
     let points = points.map(|(x, y)| Vec2::new(x, y)).to_vec();
     for interpolation in crate::Interpolation::ALL {
         let heights = crate::Heights::new(points.clone(), interpolation);
-        let terrain = Terrain::new(Profile::Heights(heights));
+        let profile = Profile::Heights(heights);
+        let terrain = Terrain::new(profile.clone());
         for i in 0..100 {
             let x = 0.4 + 0.01 * f64::from(i);
-            let [y, slope, _] = terrain.profile().eval(x);
+            let [y, slope, _] = profile.eval(x);
             let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
             let found = contacts(&terrain, centre.x, centre.y, 0.1);
             // A concave corner is touched on both sides.
@@ -161,8 +163,13 @@ fn parts_join_without_double_contacts() {
             periods: 2,
         })
     };
-    let course = crate::Course::new(vec![Profile::ramp(), waves(1.6), waves(2.6)]);
-    let course = Terrain::new(Profile::Course(course));
+    let course = crate::Course::new(vec![
+        Profile::Ramp(Default::default()),
+        waves(1.6),
+        waves(2.6),
+    ]);
+    let profile = Profile::Course(course);
+    let course = Terrain::new(profile.clone());
     let smooth = Terrain::new(Profile::smooth());
     let alone = one(&Profile::smooth());
     for i in 0..500 {
@@ -170,7 +177,7 @@ fn parts_join_without_double_contacts() {
         let same = contacts(&alone, x, 0.09, 0.1);
         assert_eq!(same, contacts(&smooth, x, 0.09, 0.1));
         if i > 155 {
-            let [y, slope, _] = course.profile().eval(x);
+            let [y, slope, _] = profile.eval(x);
             let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
             let found = contacts(&course, centre.x, centre.y, 0.1);
             assert_eq!(found.len(), 1, "at {x}");
@@ -181,7 +188,7 @@ fn parts_join_without_double_contacts() {
 
 #[test]
 fn the_outline_has_every_corner() {
-    let terrain = Terrain::new(Profile::stairs());
+    let terrain = Terrain::new(Profile::Stairs(Default::default()));
     let points = terrain.outline(0.0, 3.0, 0.01);
     // Start, four risers of two points each, end.
     assert_eq!(points.len(), 10);
@@ -206,9 +213,19 @@ fn edges_follow_their_curves() {
     };
     for (name, profile, height, slope) in [
         ("smooth", Profile::smooth(), 5e-12, 5e-9),
-        ("cosbump", Profile::cosbump(), 1e-12, 5e-10),
+        (
+            "cosbump",
+            Profile::CosBump(Default::default()),
+            1e-12,
+            5e-10,
+        ),
         ("sine", Profile::Sine(crate::Sine::default()), 3e-12, 1e-9),
-        ("rough C", Profile::rough(0), 5e-11, 2e-8),
+        (
+            "rough C",
+            Profile::Rough(crate::Rough::new(Default::default())),
+            5e-11,
+            2e-8,
+        ),
         ("rough D", rough(crate::RoughClass::D, 0.2), 1e-10, 3e-8),
         ("rough H", rough(crate::RoughClass::H, 0.05), 1e-9, 1e-6),
     ] {
@@ -378,7 +395,7 @@ proptest! {
     /// lies on its normal.
     #[test]
     fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
-        let profile = [Profile::smooth(), Profile::cosbump(), Profile::Sine(crate::Sine::default()), Profile::rough(0)][which].clone();
+        let profile = [Profile::smooth(), Profile::CosBump(Default::default()), Profile::Sine(crate::Sine::default()), Profile::Rough(crate::Rough::new(Default::default()))][which].clone();
         let terrain = Terrain::new(profile.clone());
         let [y, slope, _] = profile.eval(x);
         let up = Vec2::new(-slope, 1.0).normalize();
@@ -404,12 +421,13 @@ proptest! {
 /// are ten times what was found.
 #[test]
 fn curves_are_surveyed_as_they_are() {
-    let terrain = Terrain::new(Profile::smooth());
+    let profile = Profile::smooth();
+    let terrain = Terrain::new(profile.clone());
     let points = terrain.survey(0.0, 4.0, 0.005);
     assert!(points.len() >= 800);
     assert!(points.windows(2).all(|p| p[1].x - p[0].x <= 0.005 + 1e-12));
     for p in &points {
-        let [height, slope, bend] = terrain.profile().eval(p.x);
+        let [height, slope, bend] = profile.eval(p.x);
         assert!((p.height - height).abs() < 1e-9);
         assert!(p.slope.is_some_and(|s| (s - slope).abs() < 1e-7));
         let curvature = bend / (1.0 + slope * slope).powf(1.5);
@@ -419,7 +437,7 @@ fn curves_are_surveyed_as_they_are() {
 
 #[test]
 fn risers_have_no_slope_and_corners_two() {
-    let points = Terrain::new(Profile::step()).survey(-1.0, 2.0, 0.005);
+    let points = Terrain::new(Profile::Stairs(crate::Stairs::step())).survey(-1.0, 2.0, 0.005);
     let rows: Vec<_> = points.iter().map(|p| (p.x, p.height, p.slope)).collect();
     let expected = [
         (-1.0, 0.0, Some(0.0)),
@@ -430,7 +448,7 @@ fn risers_have_no_slope_and_corners_two() {
         (2.0, 0.05, Some(0.0)),
     ];
     assert_eq!(rows, expected);
-    let ramp = Terrain::new(Profile::ramp()).survey(-1.0, 2.0, 0.005);
+    let ramp = Terrain::new(Profile::Ramp(Default::default())).survey(-1.0, 2.0, 0.005);
     let slopes: Vec<_> = ramp.iter().filter_map(|p| p.slope).collect();
     assert_eq!(slopes.len(), 6);
     let incline = 15.0_f64.to_radians().tan();
