@@ -7,7 +7,7 @@
 //! under the right one), for all others together in at most their number times as many. The sums are
 //! those of one sample for each [`WholeEstimate::INDEPENDENT`] turn of the wheels.
 //!
-//! The same evidence says whether the sizes of torques and of the coupling's angle are confirmed, and
+//! The same evidence says whether the sizes of torques and of the joints' angles are confirmed, and
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
 //! by more than what is stated.
 
@@ -34,11 +34,13 @@ const LONGEST_STEP: f64 = 0.1;
 
 /// Other sizes and signs that are tried, by what they change. A size of torques shows in the work on
 /// slopes, too.
-const SIZES: [(&str, Change); 6] = [
+const SIZES: [(&str, Change); 8] = [
     ("size of the torques", Change::Torques(2.0 / 3.0)),
     ("size of the torques", Change::Torques(1.5)),
     ("size of the coupling's angle", Change::CouplingSize(0.5)),
     ("size of the coupling's angle", Change::CouplingSize(2.0)),
+    ("size of the pins' angles", Change::PinsSize(0.5)),
+    ("size of the pins' angles", Change::PinsSize(2.0)),
     ("sign of body_roll", Change::Roll),
     ("axes of the body", Change::Axes),
 ];
@@ -290,7 +292,7 @@ impl<'a> Compared<'a> {
         })
     }
 
-    /// Sizes of torques and of the coupling's angle, and the sign of the roll.
+    /// Sizes of torques and of the joints' angles, and the sign of the roll.
     fn sizes(&self) -> Agreement {
         let others = SIZES.len() as f64;
         let least = (others / CHANCE).ln();

@@ -52,6 +52,8 @@ pub(super) enum Change {
     Torques(f64),
     /// The coupling's angle is so many times as large.
     CouplingSize(f64),
+    /// The angles of both pins are so many times as large.
+    PinsSize(f64),
 }
 
 use Change::{Angle, Axes, Pins, Roll, Torque, Turned};
@@ -89,6 +91,9 @@ impl Change {
                 frame.motor_torque = frame.motor_torque.map(|torque| torque.map(|x| size * x));
             }
             Self::CouplingSize(size) => frame.coupling = frame.coupling.map(|angle| size * angle),
+            Self::PinsSize(size) => {
+                frame.pins = frame.pins.map(|pin| pin.map(|angle| size * angle))
+            }
             Self::Coupling => frame.coupling = frame.coupling.map(|angle| -angle),
             Axes => {
                 std::mem::swap(&mut frame.roll, &mut frame.inclination);
@@ -134,6 +139,7 @@ impl Change {
             Self::CouplingSize(size) => {
                 format!("take {size:.2} of {}", coupling_angle(coupling))
             }
+            Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
         }
     }
 }
