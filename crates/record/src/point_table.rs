@@ -4,7 +4,7 @@
 use crate::batch::{array, field, schema};
 use crate::columns::Kind;
 use crate::error::RecordError;
-use crate::estimated_terrain::{ComparedPoint, EstimatedTerrains};
+use crate::estimated_terrain::{ComparedPoint, compared};
 use crate::quantile::extremes;
 use crate::table_file::{TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
@@ -116,7 +116,6 @@ const GROUND: &[PointColumn<ComparedPoint>] = point_columns! {
 /// estimator that has found ground.
 pub fn ground_tables(
     run: &RunDescription,
-    grounds: &EstimatedTerrains,
     end: Option<&RunEnd>,
     metadata: &[(&str, String)],
 ) -> Result<Vec<(String, RecordBatch)>, RecordError> {
@@ -129,7 +128,8 @@ pub fn ground_tables(
         tables.push(("terrain".to_owned(), batch));
     }
     for (k, estimator) in run.estimators.iter().enumerate() {
-        let points = grounds.compared(end, k, terrain.as_ref());
+        let points = end.map(|end| compared(run, end, k, terrain.as_ref()));
+        let points = points.unwrap_or_default();
         if !points.is_empty() {
             let batch = batch_of_points(GROUND, &points, metadata)?;
             tables.push((format!("ground-{}", estimator.label), batch));

@@ -77,8 +77,8 @@ pub struct Run {
     on_threads: bool,
     /// Time spent without the sinks.
     wall: Duration,
-    /// Time of the last record, s. `None` before the first.
-    time: Option<f64>,
+    /// Truth of the first record, where it has one, and time of the last, s.
+    records: Option<(Option<Truth>, f64)>,
 }
 
 impl Run {
@@ -147,7 +147,7 @@ impl Run {
             driver: None,
             on_threads: false,
             wall: start.elapsed(),
-            time: None,
+            records: None,
         }
     }
 
@@ -201,12 +201,12 @@ impl Run {
         sinks: &mut [&mut dyn Sink],
         stop: Stop<'_>,
     ) -> Result<(), RunError> {
-        let (time, completed) = (&mut self.time, &mut self.ground);
+        let (records, completed) = (&mut self.records, &mut self.ground);
         let hand_on = |frames: &[Frame<'_>]| {
             let stopped = (0..frames.len()).find_map(|k| stop().map(|cause| (k, cause)));
             let frames = stopped.map_or(frames, |(k, _)| &frames[..k]);
-            if let Some(last) = frames.last() {
-                *time = Some(last.time);
+            for frame in frames {
+                note(records, frame);
             }
             for sink in sinks.iter_mut() {
                 sink.frames(frames).map_err(RunError::Sink)?;
@@ -260,14 +260,14 @@ impl Run {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
             add_completed(&mut self.ground, &frame.ground);
+            note(&mut self.records, &frame);
             self.estimators.completed.iter_mut().for_each(Vec::clear);
-            self.time = Some(sample.time);
         }
     }
 
     /// How the run ended. `None` without a record.
     fn end(&mut self, error: Option<&RunError>) -> Option<RunEnd> {
-        let last = self.time?;
+        let (start, last) = self.records?;
         let rest = self.estimators.ground();
         let whole = |(k, mut points): (usize, Vec<GroundPoint>)| {
             points.extend_from_slice(rest.completed(k));
@@ -278,6 +278,7 @@ impl Run {
         let friction_tests = self.driver.iter().flat_map(Driver::friction_tests);
         Some(RunEnd {
             ground: completed.into_iter().enumerate().map(whole).collect(),
+            start,
             duration: match error {
                 None => self.description.record.duration,
                 Some(_) => last,
@@ -289,6 +290,11 @@ impl Run {
             log: self.source.log_report(),
         })
     }
+}
+
+/// Keeps the truth of the first record and the time of the last.
+fn note(records: &mut Option<(Option<Truth>, f64)>, frame: &Frame<'_>) {
+    records.get_or_insert((frame.truth.copied(), 0.0)).1 = frame.time;
 }
 
 /// Adds the points that the estimators have completed for a record.

@@ -30,7 +30,7 @@ pub(crate) const ROOM: f64 = 0.55;
 
 /// The ground of a run.
 pub(crate) struct Ground {
-    terrain: Terrain,
+    pub(crate) terrain: Terrain,
     stretches: Vec<Stretch>,
     /// Static coefficient outside of friction stretches, -.
     mu_s: f64,

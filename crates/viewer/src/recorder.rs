@@ -4,7 +4,7 @@ use crate::ViewerError;
 use crate::estimated_terrain::Terrain;
 use crate::events::Events;
 use crate::explain::{log_key, page, rates};
-use crate::friction_tests::{self, TestPlaces};
+use crate::friction_tests;
 use crate::layout;
 use crate::scene_view::SceneView;
 use crate::series::Series;
@@ -43,7 +43,7 @@ pub(crate) struct Recorder {
     series: Series,
     events: Events,
     estimated_terrain: Terrain,
-    tests: TestPlaces,
+
     next_frame: Ticker,
     next_row: Ticker,
     next_ground: Ticker,
@@ -68,7 +68,7 @@ impl Recorder {
             series: Series::new(run, chosen),
             events: Events::new(run),
             estimated_terrain: Terrain::new(run, chosen),
-            tests: TestPlaces::new(run),
+
             next_frame: Ticker::new(1.0 / frames),
             next_row: Ticker::new(1.0 / series),
             next_ground: Ticker::new(thinning / GROUND_RATE),
@@ -92,11 +92,8 @@ impl Recording for Recorder {
         let is_ground = self.next_ground.is_due(time);
         self.estimated_terrain.sample(frame, is_ground);
         let is_frame = self.next_frame.is_due(time);
-        if let Some(truth) = frame.truth {
-            self.tests.sample(truth);
-            if let Some(view) = self.view.as_mut().filter(|_| is_frame) {
-                view.push(frame, truth);
-            }
+        if let (Some(view), Some(truth), true) = (&mut self.view, frame.truth, is_frame) {
+            view.push(frame, truth);
         }
         if self.next_row.is_due(time) {
             self.series.push(frame);
@@ -117,8 +114,10 @@ impl Recording for Recorder {
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
         self.events.end(end);
         self.flush()?;
-        let results = end.map_or(&[][..], |end| &end.friction_tests);
-        friction_tests::log(&mut self.out, &self.tests.marks(results))?;
+        if let Some((view, end)) = self.view.as_ref().zip(end) {
+            let radius = view.robot.geometry.wheel_radius;
+            friction_tests::log(&mut self.out, &view.ground.terrain, radius, end)?;
+        }
         self.out.finish()
     }
 }

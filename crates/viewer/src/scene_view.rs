@@ -29,8 +29,8 @@ pub(crate) const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
 
 /// The animation of a run, with what is not logged yet.
 pub(crate) struct SceneView {
-    robot: Robot,
-    ground: Ground,
+    pub(crate) robot: Robot,
+    pub(crate) ground: Ground,
     forces: Forces,
     frames: u32,
     trail_ends: Option<Vec<Vec2>>,
