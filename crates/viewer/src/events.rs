@@ -2,13 +2,13 @@
 //! detected at every record.
 
 use crate::ViewerError;
-use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
+use crate::colours::{NEUTRAL, WHEELS, by_index, light, rgb};
 use crate::draw::rounded;
 use crate::friction_tests;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{StateChange, StateConfiguration, TextLog};
-use re_sdk_types::components::TextLogLevel;
+use re_sdk_types::components::{Color, TextLogLevel};
 use robhaz_estimator::{Confirmation, ContactState, Estimate, Flags};
 use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
@@ -16,13 +16,13 @@ use robhaz_sim::Truth;
 use robhaz_sim::clearance::Clearances;
 
 /// A normal state, drawn inconspicuously.
-const CALM: Colour = Colour([0x30, 0x30, 0x30]);
+const CALM: Color = rgb(0x303030);
 /// A state with flags.
-const WARNING: Colour = Colour([0xE6, 0x9F, 0x00]);
+const WARNING: Color = rgb(0xE69F00);
 /// Two contacts.
-const TWO_CONTACTS: Colour = Colour([0x80, 0x80, 0x80]);
+const TWO_CONTACTS: Color = rgb(0x808080);
 /// No contact, or no estimate.
-const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
+const ABSENT: Color = rgb(0xF0F0F0);
 /// State of an estimator without flags, and of one without an estimate.
 const TRUSTED: &str = "trusted";
 const NO_ESTIMATE: &str = "no estimate";
@@ -35,7 +35,7 @@ struct Event {
     /// Severity, one of the viewer's levels.
     level: &'static str,
     /// Colour of the wheel or estimator.
-    colour: Colour,
+    colour: Color,
 }
 
 /// The state of a wheel, true or estimated, or of an estimator: its changes that are not logged
@@ -142,7 +142,7 @@ impl Events {
                     (wheel_state(WheelState::Grips, false), CALM),
                     (wheel_state(WheelState::Slips, false), colour),
                     (wheel_state(WheelState::Grips, true), TWO_CONTACTS),
-                    (wheel_state(WheelState::Slips, true), colour.light()),
+                    (wheel_state(WheelState::Slips, true), light(colour)),
                     (wheel_state(WheelState::InTheAir, false), ABSENT),
                 ];
                 let configuration = StateConfiguration::new()
@@ -259,7 +259,7 @@ impl Events {
         (self.wheels.iter_mut().chain(lanes)).try_for_each(|lane| lane.flush(out))
     }
 
-    fn add(&mut self, time: f64, text: String, level: &'static str, colour: Colour) {
+    fn add(&mut self, time: f64, text: String, level: &'static str, colour: Color) {
         self.events.push(Event {
             time,
             text,

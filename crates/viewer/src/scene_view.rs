@@ -4,13 +4,13 @@
 //! forces as points and arrows.
 
 use crate::ViewerError;
-use crate::colours::{self, Colour};
+use crate::colours;
 use crate::draw::{Strips, deep, flat, lines, narrow, turn};
 use crate::forces::Forces;
 use crate::ground::{Ground, log_axis};
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{Ellipses2D, Points2D, Transform3D};
-use re_sdk_types::components::Radius;
+use re_sdk_types::components::{Color, Radius};
 use robhaz_model::{Bar, Geometry, MassSet, PinStop, Robot, Vec2};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::Scene;
@@ -40,7 +40,7 @@ pub(crate) struct SceneView {
     poses: [Vec<(Vec2, f64)>; 7],
     pins: Vec<[f32; 2]>,
     /// Contact points, m, with the colours of the wheels, and their number in each frame.
-    contacts: Vec<(Vec2, Colour)>,
+    contacts: Vec<(Vec2, Color)>,
     contact_counts: Vec<usize>,
     trails: Strips,
 }
