@@ -10,7 +10,7 @@ pub mod style;
 mod trace;
 
 pub use crate::quantile::extremes;
-pub use page::{Column, Entry, Header, Mark, Page, Scale, write_figure};
+pub use page::{Column, Entry, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
