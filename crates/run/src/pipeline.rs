@@ -13,7 +13,7 @@ use crate::both::BothFrame;
 use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
-use crate::ground::{EstimatedTerrain, Memory};
+use crate::ground::EstimatedTerrain;
 use crate::sink::Frame;
 use crate::source::{Sample, Source};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -211,7 +211,8 @@ fn records(
     keep(left, &mut batch.completed);
     let mut clearances = batch.clearances.iter();
     let ground = EstimatedTerrain {
-        memory: Memory::Copied(&batch.memory),
+        estimators: &[],
+        copies: &batch.memory,
         completed: left,
     };
     let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);

@@ -16,27 +16,17 @@ use crate::{RunError, Stop, TruthClearance};
 use robhaz_model::Bar;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
+use serde::Serialize;
 
 /// Result of one check.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// Name of the check.
     pub check: String,
     /// The measured value with its unit and limit, or the reason why the check does not apply.
     pub finding: String,
-    /// Passed, failed or not judged.
-    pub outcome: Outcome,
-}
-
-/// Outcome of a check.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// The value is within its limit.
-    Passed,
-    /// The value is beyond its limit.
-    Failed,
-    /// The check does not apply to this scene.
-    NotJudged,
+    /// Whether the value is within its limit; `None` where the check does not apply to this scene.
+    pub passed: Option<bool>,
 }
 
 /// Limit without impacts: RMS difference of N between two runs, relative to the mean of N.
@@ -233,19 +223,16 @@ fn not_judged(check: String, why: &str) -> Verdict {
     Verdict {
         check,
         finding: why.to_owned(),
-        outcome: Outcome::NotJudged,
+        passed: None,
     }
 }
 
 fn judged(check: String, finding: String, holds: bool) -> Verdict {
-    let outcome = match holds {
-        true => Outcome::Passed,
-        false => Outcome::Failed,
-    };
+    let passed = Some(holds);
     Verdict {
         check,
         finding,
-        outcome,
+        passed,
     }
 }
 
