@@ -1,5 +1,6 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
+use crate::choice::{Choice, choice, choices};
 use crate::estimate::shown as shown_place;
 use crate::interrupt;
 use crate::output_file::OutputFile;
@@ -16,8 +17,8 @@ pub struct Args {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Format of the log.
-    #[arg(long, value_enum, value_name = "FORMAT")]
-    to: To,
+    #[arg(long, value_parser = choice(FORMATS), value_name = "FORMAT")]
+    to: ExportFormat,
     /// The file; by default the folder's name with the extension of the format, beside the folder.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -27,19 +28,16 @@ pub struct Args {
 }
 
 /// Format of the log.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum To {
-    /// MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry.
-    Mcap,
-    /// One table of readings and forces.
-    Csv,
-}
+const FORMATS: &[Choice<ExportFormat>] = choices! {
+    "mcap", "MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry" => ExportFormat::Mcap;
+    "csv", "One table of readings and forces" => ExportFormat::Csv;
+};
 
 /// Writes the log and prints what is in it.
 pub fn run(args: &Args) -> Result<()> {
-    let (format, extension) = match args.to {
-        To::Mcap => (ExportFormat::Mcap, "mcap"),
-        To::Csv => (ExportFormat::Csv, "csv"),
+    let extension = match args.to {
+        ExportFormat::Mcap => "mcap",
+        ExportFormat::Csv => "csv",
     };
     if !args.run.is_dir() {
         bail!(
@@ -56,7 +54,7 @@ pub fn run(args: &Args) -> Result<()> {
     let place = LogPlace::find(&args.run).map_err(shown_place)?;
     let what = ("such logs", extension);
     let file = OutputFile::create(&target, what, &[], args.force)?;
-    let exported = export(&place, format, file.path(), &interrupt::cause);
+    let exported = export(&place, args.to, file.path(), &interrupt::cause);
     let exported = exported.map_err(|error| match error {
         // The user knows the file by its own name.
         LogError::Write { source, .. } => LogError::Write {
