@@ -215,7 +215,7 @@ fn energy_balances() {
         let robot = scene(name, &[]).robot.robot;
         for ((engine, bound), run) in ENGINES.into_iter().zip(bounds).zip(whole_runs(ground)) {
             let energy = energy(&robot, &run.truth, &run.balance);
-            let error = energy.relative_error();
+            let error = energy.relative_error;
             println!("{name}, {engine}: {energy:.4?}, left {error:.1e}");
             assert!(energy.motors > 10.0);
             assert!(error < bound, "{name}, {engine}: {error}");
@@ -233,7 +233,7 @@ fn gear_friction_is_in_both_engines_and_in_the_balance() {
         let robot = &scene.robot.robot;
         let mut run = Run::of(&scene).unwrap();
         let balance = energy(robot, &run.truth, &run.balance);
-        let error = balance.relative_error();
+        let error = balance.relative_error;
         println!("{engine}: {balance:.4?}, left {error:.1e}");
         // Ten times the measured error of rapier.
         assert!(error < 1e-4, "{engine}: {error}");
@@ -251,7 +251,7 @@ fn gear_friction_is_in_both_engines_and_in_the_balance() {
             })
             .sum();
         run.balance.last_mut().unwrap().gear_loss = viscous;
-        assert!(energy(robot, &run.truth, &run.balance).relative_error() > 0.1);
+        assert!(energy(robot, &run.truth, &run.balance).relative_error > 0.1);
         run.truth
     });
     let apart = agreement(&kept[0], &kept[1]);
@@ -333,7 +333,7 @@ fn wrong_forces_are_detected() {
     let robot = &scene.robot.robot;
     let Run { truth, balance, .. } = Run::of(&scene).unwrap();
     let momentum = momentum_error(robot, &truth, &balance);
-    let energy_left = energy(robot, &truth, &balance).relative_error();
+    let energy_left = energy(robot, &truth, &balance).relative_error;
     assert!(
         momentum < 1e-6 && energy_left < 1e-5,
         "{momentum} {energy_left}"
@@ -352,13 +352,13 @@ fn wrong_forces_are_detected() {
     for b in &mut wrong {
         b.motor_work *= 1.01;
     }
-    assert!(energy(robot, &truth, &wrong).relative_error() > 5e-3);
+    assert!(energy(robot, &truth, &wrong).relative_error > 5e-3);
 
     // NaN in the middle of the run counts, although the values at its end are correct.
     let mut wrong = balance.clone();
     wrong[4000].ground_work = f64::NAN;
     wrong[4000].impulse[2].x = f64::NAN;
-    assert!(energy(robot, &truth, &wrong).relative_error().is_nan());
+    assert!(energy(robot, &truth, &wrong).relative_error.is_nan());
     assert!(momentum_error(robot, &truth, &wrong).is_nan());
 
     let late = agreement(&truth[..truth.len() - 1], &truth[1..]);

@@ -162,7 +162,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     let outside = format!("{beyond} of {} records outside", truth.len());
     let momentum = momentum_error(robot, truth, &run.balance);
     let (of_momentum, of_energy) = ("relative to weight times time", "relative to its scale");
-    let energy = energy(robot, truth, &run.balance).relative_error();
+    let energy = energy(robot, truth, &run.balance).relative_error;
     let gap_limit = gap_allowed(scene.engine.kind);
     let energy_limit = match has_corners || leaves_the_ground(run) {
         true => ENERGY_OF_IMPACTS,
