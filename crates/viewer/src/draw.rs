@@ -1,7 +1,7 @@
 //! What all parts of the animation draw with: the viewer's types, contact points, and rows that are
 //! not logged yet.
 
-use crate::ViewerError;
+use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D};
 use re_sdk_types::components::{Color, Radius};
@@ -80,7 +80,7 @@ impl Strips {
     }
 
     /// Logs all of it.
-    pub(crate) fn log(self, out: &mut Writer, entity: &str) -> Result<(), ViewerError> {
+    pub(crate) fn log(self, out: &mut Writer, entity: &str) -> Result {
         let columns = LineStrips2D::update_fields().with_strips(self.strips);
         out.columns(entity, &self.times, columns.columns(self.counts))
     }
@@ -101,12 +101,7 @@ impl Arrows {
     }
 
     /// Logs all of them, at their times (s).
-    pub(crate) fn log(
-        self,
-        out: &mut Writer,
-        entity: &str,
-        times: &[f64],
-    ) -> Result<(), ViewerError> {
+    pub(crate) fn log(self, out: &mut Writer, entity: &str, times: &[f64]) -> Result {
         let arrows = self.arrows.iter();
         let columns = Arrows2D::update_fields()
             .with_colors(arrows.clone().map(|(colour, ..)| *colour))

@@ -1,9 +1,9 @@
 //! Events as messages, and lanes with the state of each wheel and estimator over time. They are
 //! detected at every record.
 
-use crate::ViewerError;
 use crate::colours::{NEUTRAL, WHEELS, by_index, light, rgb};
 use crate::draw::rounded;
+use crate::error::Result;
 use crate::friction_tests;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
@@ -65,7 +65,7 @@ impl Lane {
         }
     }
 
-    fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn flush(&mut self, out: &mut Writer) -> Result {
         let (times, states) = (std::mem::take(&mut self.times), self.states.drain(..));
         let states = StateChange::update_fields().with_state(states);
         let entity = self.entity.as_str();
@@ -133,7 +133,7 @@ impl Events {
     }
 
     /// Logs the colours of the lanes.
-    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result {
         let truth = self.detector.as_ref().map(|_| &self.wheels);
         let estimated = self.estimators.iter().filter_map(|e| e.wheels.as_ref());
         for lanes in truth.into_iter().chain(estimated) {
@@ -155,7 +155,7 @@ impl Events {
     }
 
     /// Logs the colours of the lanes of estimators.
-    fn declare_trust(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn declare_trust(&self, out: &mut Writer) -> Result {
         let colours = [CALM, ABSENT].into_iter().chain(std::iter::repeat(WARNING));
         let configuration = StateConfiguration::new()
             .with_values(self.seen.iter().map(String::as_str))
@@ -236,7 +236,7 @@ impl Events {
     }
 
     /// Logs the events and changes since the last call.
-    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result {
         let events = std::mem::take(&mut self.events);
         let times: Vec<f64> = events.iter().map(|e| e.time).collect();
         let columns = TextLog::update_fields()

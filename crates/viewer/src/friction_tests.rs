@@ -1,8 +1,8 @@
 //! Friction tests: their results in words, and marks on the ground where they were made.
 
-use crate::ViewerError;
 use crate::colours::WHEELS;
 use crate::draw::flat;
+use crate::error::Result;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::Points2D;
@@ -53,12 +53,7 @@ pub(crate) fn in_words(result: &FrictionTestResult) -> String {
 }
 
 /// Marks the tests that found mu_max on the ground. Each mark is visible from the time of its test on.
-pub(crate) fn log(
-    out: &mut Writer,
-    ground: &Terrain,
-    wheel_radius: f64,
-    end: &RunEnd,
-) -> Result<(), ViewerError> {
+pub(crate) fn log(out: &mut Writer, ground: &Terrain, wheel_radius: f64, end: &RunEnd) -> Result {
     let found = end.friction_tests.iter().filter(|result| result.ramps > 0);
     let placed =
         found.filter_map(|r| Some((r, place(ground, end.start.as_ref()?, wheel_radius, r)?)));

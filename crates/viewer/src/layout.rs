@@ -3,8 +3,8 @@
 //!
 //! The SDK's builders give every part a random name, and cannot set ranges, legends and bounds.
 
-use crate::ViewerError;
 use crate::draw::narrow;
+use crate::error::Result;
 use crate::estimated_terrain::{LEFT, bounds_of};
 use crate::explain::{KEY_HEIGHT, key_width};
 use crate::ground::{Ground, ROOM};
@@ -34,18 +34,18 @@ use uuid::Uuid;
 /// Number of a part of the layout, and its entity in the layout's store.
 type Part = (Uuid, String);
 /// A part that is logged.
-type Logged = Result<Part, ViewerError>;
+type Logged = Result<Part>;
 
 /// Logs the layout of a run and makes it the active one. The cursor of a live run stays at the
 /// newest record; that of a finished run plays from the start, repeatedly.
-pub(crate) fn log(out: &mut Writer, run: &RunDescription) -> Result<(), ViewerError> {
+pub(crate) fn log(out: &mut Writer, run: &RunDescription) -> Result {
     let mut layout = Layout { out, parts: 0 };
     let sides = vec![layout.left(run)?, layout.right(run)?];
     layout.finish(sides)
 }
 
 /// Logs the layout of a rover with both sides: the drive in 3-D at the left, plots at the right.
-pub(crate) fn log_whole(out: &mut Writer, rover: &WholeRover) -> Result<(), ViewerError> {
+pub(crate) fn log_whole(out: &mut Writer, rover: &WholeRover) -> Result {
     let mut layout = Layout { out, parts: 0 };
     let rows = vec![(layout.drive(rover)?, 4.0), (layout.about()?, 1.0)];
     let left = layout.container(ContainerKind::Vertical, "Scene", rows)?;
@@ -105,17 +105,12 @@ impl Layout<'_> {
     }
 
     /// A property of a view, by its name in the layout's store.
-    fn property(
-        &mut self,
-        (_, path): &Part,
-        name: &str,
-        value: &dyn AsComponents,
-    ) -> Result<(), ViewerError> {
+    fn property(&mut self, (_, path): &Part, name: &str, value: &dyn AsComponents) -> Result {
         self.out.layout(format!("{path}/{name}"), value)
     }
 
     /// A view shows all rows of an entity up to the cursor, instead of the newest row alone.
-    fn show_past(&mut self, (id, _): &Part, entity: &str) -> Result<(), ViewerError> {
+    fn show_past(&mut self, (id, _): &Part, entity: &str) -> Result {
         let entity = EntityPath::from(entity);
         let entity = ViewContents::blueprint_base_visualizer_path_for_entity(*id, &entity);
         let until_now = VisibleTimeRange {
@@ -154,7 +149,7 @@ impl Layout<'_> {
     }
 
     /// Puts the sides of the window together, and makes the layout the active one.
-    fn finish(mut self, sides: Vec<Part>) -> Result<(), ViewerError> {
+    fn finish(mut self, sides: Vec<Part>) -> Result {
         let (root, _) = self.equal(ContainerKind::Horizontal, "robhaz", sides)?;
         let viewport = ViewportBlueprint::new()
             .with_root_container(root)
@@ -363,7 +358,7 @@ impl Layout<'_> {
 }
 
 /// Collapses the panels around the views, and sets the movement of the cursor.
-fn panels(out: &mut Writer) -> Result<(), ViewerError> {
+fn panels(out: &mut Writer) -> Result {
     for panel in ["blueprint_panel", "selection_panel"] {
         let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
         out.layout(panel, &collapsed)?;

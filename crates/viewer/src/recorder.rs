@@ -1,6 +1,6 @@
 //! Turns the records of a run into a recording: selects the records to keep, and logs them.
 
-use crate::ViewerError;
+use crate::error::Result;
 use crate::estimated_terrain::Terrain;
 use crate::events::Events;
 use crate::explain::{log_key, page, rates};
@@ -29,10 +29,10 @@ pub(crate) trait Recording: Send {
     fn push(&mut self, frame: &Frame<'_>);
 
     /// Sends what was kept since the last call.
-    fn flush(&mut self) -> Result<(), ViewerError>;
+    fn flush(&mut self) -> Result;
 
     /// Logs the rest, and closes the recording.
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError>;
+    fn end(&mut self, end: Option<&RunEnd>) -> Result;
 }
 
 /// Writes the recording of one run.
@@ -52,11 +52,7 @@ pub(crate) struct Recorder {
 impl Recorder {
     /// Starts a recording, with its layout, explanations, and everything that does not move. All
     /// rates are divided by `thinning`.
-    pub(crate) fn begin(
-        mut out: Writer,
-        run: &RunDescription,
-        thinning: f64,
-    ) -> Result<Self, ViewerError> {
+    pub(crate) fn begin(mut out: Writer, run: &RunDescription, thinning: f64) -> Result<Self> {
         let chosen = chosen(run);
         layout::log(&mut out, run)?;
         out.about(page(run, chosen, thinning))?;
@@ -100,7 +96,7 @@ impl Recording for Recorder {
         }
     }
 
-    fn flush(&mut self) -> Result<(), ViewerError> {
+    fn flush(&mut self) -> Result {
         let out = &mut self.out;
         if let Some(view) = &mut self.view {
             view.flush(out)?;
@@ -111,7 +107,7 @@ impl Recording for Recorder {
     }
 
     /// Logs the results of the friction tests, too.
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
+    fn end(&mut self, end: Option<&RunEnd>) -> Result {
         self.events.end(end);
         self.flush()?;
         if let Some((view, end)) = self.view.as_ref().zip(end) {

@@ -1,9 +1,9 @@
 //! Time series: forces, errors with bands of two standard deviations, contact angles, friction,
 //! residuals.
 
-use crate::ViewerError;
 use crate::colours::{WHEELS, by_index, dark, light};
 use crate::draw::contact_point;
+use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{Scalars, SeriesLines};
 use re_sdk_types::components::Color;
@@ -62,7 +62,7 @@ impl Plot {
 
     /// Logs the values that were added since the last call. The style of the lines is logged before
     /// the first values, so that a plot without values is not in the recording.
-    fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn flush(&mut self, out: &mut Writer) -> Result {
         let (entity, lines) = (self.entity.as_str(), &self.lines);
         let times = std::mem::take(&mut self.times);
         if !times.is_empty() && !std::mem::replace(&mut self.declared, true) {
@@ -119,7 +119,7 @@ impl Series {
     }
 
     /// Logs the records that were added since the last call.
-    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result {
         self.0.iter_mut().try_for_each(|plot| plot.flush(out))
     }
 

@@ -5,8 +5,8 @@ mod plots;
 mod pose;
 mod still;
 
-use crate::ViewerError;
 use crate::draw::narrow;
+use crate::error::Result;
 use crate::explain::rates;
 use crate::layout;
 use crate::recorder::{Recording, Ticker};
@@ -76,7 +76,7 @@ impl WholeRecorder {
         rover: WholeRover,
         run: &RunDescription,
         thinning: f64,
-    ) -> Result<Self, ViewerError> {
+    ) -> Result<Self> {
         layout::log_whole(&mut out, &rover)?;
         still::declare(&mut out, &rover, run.has_truth)?;
         out.about(still::page(&rover, run))?;
@@ -152,7 +152,7 @@ impl Recording for WholeRecorder {
         }
     }
 
-    fn flush(&mut self) -> Result<(), ViewerError> {
+    fn flush(&mut self) -> Result {
         let (rows, out) = (std::mem::take(&mut self.rows), &mut self.out);
         let times = &rows.times;
         let wheels = rows.wheels.iter().enumerate();
@@ -188,7 +188,7 @@ impl Recording for WholeRecorder {
         self.plots.flush(out)
     }
 
-    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), ViewerError> {
+    fn end(&mut self, _: Option<&RunEnd>) -> Result {
         self.flush()?;
         self.out.finish()
     }

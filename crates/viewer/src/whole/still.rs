@@ -1,9 +1,9 @@
 //! What does not move in the recording of a rover with both sides.
 
 use super::{HALF_WIDTH, MEAN_LOAD_LENGTH, point, quaternion, sign, wheel_entity};
-use crate::ViewerError;
 use crate::colours::{self, WHEELS, dark, light};
 use crate::draw::narrow;
+use crate::error::Result;
 use crate::writer::Writer;
 use nalgebra::UnitQuaternion;
 use re_sdk_types::archetypes::{Arrows3D, Boxes3D, Cylinders3D, LineStrips3D, ViewCoordinates};
@@ -16,11 +16,7 @@ use robhaz_run::RunDescription;
 const SPOKES: usize = 5;
 
 /// Logs everything that does not move.
-pub(super) fn declare(
-    out: &mut Writer,
-    rover: &WholeRover,
-    has_truth: bool,
-) -> Result<(), ViewerError> {
+pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> Result {
     let thin = |points| [Radius::new_ui_points(points)];
     out.constant("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
     let outline = &rover.side.geometry.outline;
