@@ -35,9 +35,9 @@ impl Dataset {
     /// [`RecordError`] if it cannot be read or is no dataset of a study.
     pub fn read(path: &Path) -> Result<Self, RecordError> {
         let file = File::open(path).map_err(io_error("read", path))?;
-        let not = |reason: &dyn Display| RecordError::NotADataset {
-            path: path.to_path_buf(),
-            reason: reason.to_string(),
+        let shown = path.display();
+        let not = |reason: &dyn Display| {
+            RecordError::Refused(format!("{shown} is not the dataset of a study: {reason}"))
         };
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
         let schema = reader.schema().clone();

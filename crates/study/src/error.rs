@@ -13,19 +13,9 @@ pub enum StudyError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] FileError),
-    /// A scene without estimators.
-    #[error(
-        "{0} has no estimator to study: leave out `estimator = []`, or study the --ladder (in Python ladder=True)"
-    )]
-    NoEstimator(String),
-    /// Seeds that a study cannot count.
-    #[error("{seeds} seeds from {first} on: the last seed must be below 2^63")]
-    Seeds {
-        /// Their number.
-        seeds: u64,
-        /// The first.
-        first: u64,
-    },
+    /// A scene without estimators, or seeds that a study cannot count: in words.
+    #[error("{0}")]
+    Refused(String),
     /// A run of a scene failed: none of the others says more.
     #[error("cannot study {scene}: {reason}")]
     Failed {
@@ -34,25 +24,10 @@ pub enum StudyError {
         /// The reason of the first run that failed.
         reason: String,
     },
-    /// The folder holds the runs of another study, or of another version of this one.
-    #[error("{folder} holds runs of another study: {difference}")]
-    #[diagnostic(help(
-        "write elsewhere with --out DIR, or remove the folder; runs of two studies never mix"
-    ))]
-    OtherStudy {
-        /// The folder.
-        folder: PathBuf,
-        /// What differs, found and wanted.
-        difference: String,
-    },
-    /// The folder holds something, but no study.
-    #[error("{0} is not empty and holds no study: it is left alone")]
-    #[diagnostic(help("write elsewhere with --out DIR"))]
-    NotAStudy(PathBuf),
-    /// Another process computes runs of this shard.
-    #[error("another process is writing {0}")]
-    #[diagnostic(help("wait for its end"))]
-    InUse(PathBuf),
+    /// The folder holds something else, or another process is writing into it: in words, and what to do.
+    #[error("{0}")]
+    #[diagnostic(help("{1}"))]
+    Folder(String, &'static str),
     /// A manifest of a study that cannot be read.
     #[error("{path} is no description of a study")]
     Manifest {

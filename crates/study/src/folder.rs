@@ -132,7 +132,13 @@ fn check_only_begun(path: &Path) -> Result<(), StudyError> {
     let names = names_in(path)?;
     match names.iter().all(|name| name.starts_with(&partial)) {
         true => Ok(()),
-        false => Err(StudyError::NotAStudy(path.to_path_buf())),
+        false => Err(StudyError::Folder(
+            format!(
+                "{} is not empty and holds no study: it is left alone",
+                path.display()
+            ),
+            "write elsewhere with --out DIR",
+        )),
     }
 }
 
@@ -152,10 +158,13 @@ fn check_same(folder: &Path, found: &Identity, wanted: &Identity) -> Result<(), 
     };
     let short = |identity: &Identity| identity.sha256.chars().take(12).collect::<String>();
     let (found, wanted) = (short(found), short(wanted));
-    Err(StudyError::OtherStudy {
-        folder: folder.to_path_buf(),
-        difference: format!("{difference} (SHA-256 {found}..., now {wanted}...)"),
-    })
+    let shown = folder.display();
+    Err(StudyError::Folder(
+        format!(
+            "{shown} holds runs of another study: {difference} (SHA-256 {found}..., now {wanted}...)"
+        ),
+        "write elsewhere with --out DIR, or remove the folder; runs of two studies never mix",
+    ))
 }
 
 /// Writes a small file. It has its name only when all of it is on the disk. Several processes may

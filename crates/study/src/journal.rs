@@ -138,7 +138,7 @@ impl Journal {
     /// Opens a journal, and hands its runs to `each`. A torn last line is cut off.
     ///
     /// # Errors
-    /// [`StudyError::InUse`]: another process has it open.
+    /// [`StudyError::Folder`]: another process has it open.
     pub fn open(
         path: &Path,
         study: &str,
@@ -149,7 +149,8 @@ impl Journal {
         let mut file = options.open(path).map_err(io_error("open", path))?;
         // A file system without locks: the study goes on without that protection.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-            return Err(StudyError::InUse(path.to_path_buf()));
+            let why = format!("another process is writing {}", path.display());
+            return Err(StudyError::Folder(why, "wait for its end"));
         }
         let scanned = scan(path, study, each)?;
         file.set_len(scanned.length)

@@ -86,12 +86,17 @@ impl Study {
             observing.estimators = ladder()?;
         }
         if observing.estimators.is_empty() {
-            return Err(StudyError::NoEstimator(driven.name.clone()));
+            return Err(StudyError::Refused(format!(
+                "{} has no estimator to study: leave out `estimator = []`, or study the --ladder (in Python ladder=True)",
+                driven.name
+            )));
         }
         let (first, name) = (driven.seed, &driven.name);
         let last = first.checked_add(seeds.max(1) - 1);
         if last.is_none_or(|last| i64::try_from(last).is_err()) {
-            return Err(StudyError::Seeds { seeds, first });
+            return Err(StudyError::Refused(format!(
+                "{seeds} seeds from {first} on: the last seed must be below 2^63"
+            )));
         }
         let set = match with_ladder {
             true => format!("set = ['''{LADDER}''']\n"),

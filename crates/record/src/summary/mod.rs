@@ -83,13 +83,15 @@ impl Summary {
     /// The text of `summary.json`.
     ///
     /// # Errors
-    /// [`RecordError::NotFinite`]: JSON has no such numbers, and none is put in their place.
+    /// [`RecordError::Refused`]: JSON has no numbers that are not finite, and none is put in their place.
     pub fn to_json(&self) -> Result<String, RecordError> {
-        let text = serde_json::to_string_pretty(self).map_err(|_| RecordError::NotFinite)?;
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
         // A number that is not finite becomes null, and NaN does not equal itself.
         match serde_json::from_str::<Self>(&text) {
             Ok(read) if read == *self => Ok(text + "\n"),
-            _ => Err(RecordError::NotFinite),
+            _ => Err(RecordError::Refused(
+                "a number of the summary is not finite".to_owned(),
+            )),
         }
     }
 
@@ -111,11 +113,17 @@ impl Summary {
     /// is no summary.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         if !folder.is_dir() {
-            return Err(RecordError::NoFolder(folder.to_path_buf()));
+            return Err(RecordError::Refused(format!(
+                "there is no folder {}",
+                folder.display()
+            )));
         }
         let path = folder.join(FILE);
         let text = std::fs::read_to_string(&path).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => RecordError::NoSummary(folder.to_path_buf()),
+            io::ErrorKind::NotFound => RecordError::Refused(format!(
+                "{} holds no summary.json: the run in it was killed or has no record, or it is not the folder of a run",
+                folder.display()
+            )),
             _ => io_error("read", &path)(error),
         })?;
         serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })

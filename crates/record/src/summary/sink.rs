@@ -137,10 +137,11 @@ impl SummarySink {
     /// The summary of the run, marked when it broke off.
     ///
     /// # Errors
-    /// [`RecordError::Unfinished`] when the run goes on, or has no record.
+    /// [`RecordError::Refused`] when the run goes on, or has no record.
     pub fn summary(&self) -> Result<Summary, RecordError> {
         let (Some(run), Some(end)) = (&self.run, &self.end) else {
-            return Err(RecordError::Unfinished);
+            let why = "the run has no summary: it goes on, or it has no record";
+            return Err(RecordError::Refused(why.to_owned()));
         };
         let world = run.world.as_deref();
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
