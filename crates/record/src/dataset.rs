@@ -1,6 +1,6 @@
 //! The dataset of a study, read back: one row a run and estimator.
 
-use crate::error::{RecordError, io_error};
+use crate::error::{RecordError, Result, io_error};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
 use arrow_array::{ArrayRef, RecordBatch};
@@ -33,7 +33,7 @@ impl Dataset {
     ///
     /// # Errors
     /// [`RecordError`] if it cannot be read or is no dataset of a study.
-    pub fn read(path: &Path) -> Result<Self, RecordError> {
+    pub fn read(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(io_error("read", path))?;
         let shown = path.display();
         let not = |reason: &dyn Display| {

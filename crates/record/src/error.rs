@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 /// An error of the file system or of a library.
 type Cause = Box<dyn Error + Send + Sync>;
 
+/// What a function of this crate returns: nothing, where no other type is stated.
+pub type Result<T = (), E = RecordError> = std::result::Result<T, E>;
+
 /// Why a run cannot be recorded or read back.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
@@ -54,13 +57,13 @@ pub fn io_error<E: Into<Cause>>(
 ///
 /// # Errors
 /// [`RecordError::Io`].
-pub fn create_folder(folder: &Path) -> Result<(), RecordError> {
+pub fn create_folder(folder: &Path) -> Result {
     std::fs::create_dir_all(folder).map_err(io_error("create", folder))
 }
 
 /// Creates the folder of a run's files. Refuses estimators whose names would lead out of it, or that
 /// some file system cannot hold.
-pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result<(), RecordError> {
+pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     let is_bad = |name: &&String| name.is_empty() || !name.chars().all(allowed);
     match run.estimators.iter().map(|e| &e.label).find(is_bad) {
@@ -76,7 +79,7 @@ pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result<()
 ///
 /// # Errors
 /// [`RecordError::Io`].
-pub fn names_in(folder: &Path) -> Result<Vec<String>, RecordError> {
+pub fn names_in(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
         let name = entry.map_err(io_error("read", folder))?.file_name();

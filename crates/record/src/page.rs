@@ -1,6 +1,6 @@
 //! The results of a run as one page of HTML that needs no other file.
 
-use crate::error::{RecordError, io_error};
+use crate::error::{Result, io_error};
 use crate::figures::NAMES;
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, health, means};
@@ -33,7 +33,7 @@ figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { c
 ///
 /// # Errors
 /// [`RecordError`] if the summary or a figure cannot be read.
-pub fn page(folder: &Path) -> Result<String, RecordError> {
+pub fn page(folder: &Path) -> Result<String> {
     let summary = Summary::read(folder)?;
     let figures = figures(&folder.join("figures"))?;
     let [scene, log] = ["scene.toml", "log.toml"].map(|name| text_if_any(&folder.join(name)));
@@ -181,7 +181,7 @@ fn contacts(runs: &[(&str, &Summary)]) -> Markup {
 
 /// Name and picture of each SVG in a folder, in the order of the page; none where there is no
 /// folder.
-fn figures(folder: &Path) -> Result<Vec<(String, String)>, RecordError> {
+fn figures(folder: &Path) -> Result<Vec<(String, String)>> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(io_error("read", folder))?,
@@ -202,7 +202,7 @@ fn figures(folder: &Path) -> Result<Vec<(String, String)>, RecordError> {
 }
 
 /// The text of a file, `None` where it does not exist.
-fn text_if_any(path: &Path) -> Result<Option<String>, RecordError> {
+fn text_if_any(path: &Path) -> Result<Option<String>> {
     match std::fs::read_to_string(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         text => text.map(Some).map_err(io_error("read", path)),

@@ -3,7 +3,7 @@
 
 use crate::batch::{array, field, schema};
 use crate::columns::Kind;
-use crate::error::RecordError;
+use crate::error::Result;
 use crate::estimated_terrain::{ComparedPoint, compared};
 use crate::quantile::extremes;
 use crate::table_file::{TableFormat, start_columns, write_table};
@@ -56,7 +56,7 @@ fn batch_of_points<T>(
     columns: &[PointColumn<T>],
     points: &[T],
     metadata: &[(&str, String)],
-) -> Result<RecordBatch, RecordError> {
+) -> Result<RecordBatch> {
     let fields = columns.iter();
     let fields = fields.map(|c| field(c.name, c.unit, c.description, c.kind.values()));
     let values = |column: &PointColumn<T>| {
@@ -80,7 +80,7 @@ pub fn write_points<T>(
     columns: &[PointColumn<T>],
     points: &[T],
     metadata: &[(&str, String)],
-) -> Result<(), RecordError> {
+) -> Result {
     start_columns(folder, format)?;
     let batch = batch_of_points(columns, points, metadata)?;
     write_table(folder, format, name, &batch)
@@ -118,7 +118,7 @@ pub fn ground_tables(
     run: &RunDescription,
     end: Option<&RunEnd>,
     metadata: &[(&str, String)],
-) -> Result<Vec<(String, RecordBatch)>, RecordError> {
+) -> Result<Vec<(String, RecordBatch)>> {
     let world = run.world.as_ref();
     let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
     let mut tables = Vec::new();

@@ -2,7 +2,7 @@
 
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::error::{RecordError, create_folder_of};
+use crate::error::{Result, create_folder_of};
 
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
@@ -40,7 +40,7 @@ struct RowTable {
 }
 
 impl RowTable {
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         self.rows.push_all(frames);
         match &mut self.file {
             Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
@@ -49,7 +49,7 @@ impl RowTable {
     }
 
     /// Completes its file, or returns what is in memory.
-    fn finish(mut self) -> Result<Option<(String, RecordBatch)>, RecordError> {
+    fn finish(mut self) -> Result<Option<(String, RecordBatch)>> {
         let Some(mut file) = self.file else {
             let batch = self.rows.take()?;
             return Ok(Some((self.rows.table.name, batch)));
@@ -85,7 +85,7 @@ impl TableSink {
 
     /// Adds the rows of records to all tables, on all cores. A table that cannot be written is
     /// completed with the rows before.
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
         let written: Vec<_> = written.collect();
         let tables = std::mem::take(&mut self.tables);

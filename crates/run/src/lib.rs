@@ -35,7 +35,7 @@ pub use both::{BothFrame, BothSides, BothTruth};
 pub use clearance::TruthClearance;
 pub use description::{BothDescription, EstimatorDescription, RunDescription};
 pub use driver::{DrivenPlant, Driver};
-pub use error::{MOST_KEPT, RunError, in_one_line};
+pub use error::{MOST_KEPT, Result, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
@@ -58,7 +58,7 @@ pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 ///
 /// # Errors
 /// As [`Run::new`] and [`Run::until`].
-pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd> {
     Run::new(scene)?.until(sinks, &|| None)
 }
 
@@ -87,7 +87,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
-    pub fn new(scene: &Scene) -> Result<Self, RunError> {
+    pub fn new(scene: &Scene) -> Result<Self> {
         let start = Instant::now();
         let source = Box::new(Simulation::new(scene)?);
         let mut run = Self::ready(RunDescription::of(scene)?, source);
@@ -102,7 +102,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError::ModelError`].
-    pub fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Result<Self, RunError> {
+    pub fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Result<Self> {
         let source = Box::new(Simulation::observing(scene, truth));
         Ok(Self::ready(RunDescription::of(scene)?, source))
     }
@@ -156,11 +156,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
-    pub fn until(
-        mut self,
-        sinks: &mut [&mut dyn Sink],
-        stop: Stop<'_>,
-    ) -> Result<RunEnd, RunError> {
+    pub fn until(mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<RunEnd> {
         begin(&self.description, sinks)?;
         if let Some(clearance) = &mut self.clearance {
             let needs = sinks.iter().map(|sink| sink.clearance_need());
@@ -196,11 +192,7 @@ impl Run {
         }
     }
 
-    fn on_several_threads(
-        &mut self,
-        sinks: &mut [&mut dyn Sink],
-        stop: Stop<'_>,
-    ) -> Result<(), RunError> {
+    fn on_several_threads(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
         let (records, completed) = (&mut self.records, &mut self.ground);
         let hand_on = |frames: &[Frame<'_>]| {
             let stopped = (0..frames.len()).find_map(|k| stop().map(|cause| (k, cause)));
@@ -224,7 +216,7 @@ impl Run {
         pipeline::run(source, estimators, clearance, wall, hand_on)
     }
 
-    fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+    fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
         loop {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
@@ -305,7 +297,7 @@ fn add_completed(to: &mut [Vec<GroundPoint>], ground: &EstimatedTerrain<'_>) {
 }
 
 /// Lets every sink begin. When one fails, those that have begun end.
-fn begin(run: &RunDescription, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
+fn begin(run: &RunDescription, sinks: &mut [&mut dyn Sink]) -> Result {
     for i in 0..sinks.len() {
         if let Err(error) = sinks[i].begin(run) {
             for sink in &mut sinks[..i] {

@@ -11,7 +11,7 @@
 
 use crate::both::BothFrame;
 use crate::clearance::TruthClearance;
-use crate::error::RunError;
+use crate::error::{Result, RunError};
 use crate::estimators::Estimators;
 use crate::ground::EstimatedTerrain;
 use crate::sink::Frame;
@@ -68,8 +68,8 @@ pub(crate) fn run(
     estimators: &mut Estimators,
     clearance: Option<&mut TruthClearance>,
     wall: &mut Duration,
-    mut hand_on: impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
-) -> Result<(), RunError> {
+    mut hand_on: impl FnMut(&[Frame<'_>]) -> Result,
+) -> Result {
     let count = estimators.count();
     // Its own threads: those of a study may all wait for runs like this one.
     let pool = ThreadPoolBuilder::new().build()?;
@@ -203,9 +203,9 @@ fn estimate_all(
 fn records(
     batch: &mut Batch,
     count: usize,
-    hand_on: &mut impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
+    hand_on: &mut impl FnMut(&[Frame<'_>]) -> Result,
     left: &mut [Vec<GroundPoint>],
-) -> Result<(), RunError> {
+) -> Result {
     let samples = &batch.samples;
     let last = samples.iter().rposition(|sample| sample.is_record);
     keep(left, &mut batch.completed);

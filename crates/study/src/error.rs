@@ -5,6 +5,9 @@ use robhaz_scene::FileError;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// What a function of this crate returns: nothing, where no other type is stated.
+pub type Result<T = (), E = StudyError> = std::result::Result<T, E>;
+
 /// Why a study cannot go on. A run that fails is no such error: it is a row of the dataset with its
 /// reason.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

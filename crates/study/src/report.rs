@@ -1,6 +1,6 @@
 //! The result of a study, as a table and as JSON.
 
-use crate::error::StudyError;
+use crate::error::{Result, StudyError};
 use crate::statistics::{Consistency, CovarianceVerdict, LEAST_RUNS, Mean};
 use crate::study::Study;
 use robhaz_record::{Dataset, Grid};
@@ -132,7 +132,7 @@ impl Report {
     ///
     /// # Errors
     /// [`StudyError::Failed`] where a run of a scene failed, or has no sample that counts.
-    pub fn of(study: &Study, data: &Dataset) -> Result<Self, StudyError> {
+    pub fn of(study: &Study, data: &Dataset) -> Result<Self> {
         let failures = data.failures();
         let only_seeds = study.driven().is_some();
         let labels = data.estimators().into_iter();

@@ -2,7 +2,7 @@
 //! identifies it.
 
 use crate::ablation::{LADDER, ladder};
-use crate::error::StudyError;
+use crate::error::{Result, StudyError};
 use crate::plan::Plan;
 use robhaz_record::ScoreColumn;
 use robhaz_scene::{BaseScene, EngineKind, FileError, Scene, Setting, StudyChoice};
@@ -66,7 +66,7 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError::Scene`] with all problems of one of these scenes.
-    pub fn load(path: &Path) -> Result<Self, StudyError> {
+    pub fn load(path: &Path) -> Result<Self> {
         let choice = StudyChoice::load(path)?;
         let base = BaseScene::load(&choice, path.parent().unwrap_or(Path::new("")))?;
         let text = base.text.clone();
@@ -79,7 +79,7 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError`]: no estimator, or no such seeds.
-    pub fn of_scene(driven: &Scene, seeds: u64, with_ladder: bool) -> Result<Self, StudyError> {
+    pub fn of_scene(driven: &Scene, seeds: u64, with_ladder: bool) -> Result<Self> {
         let mut observing = driven.clone();
         observing.record.rate = driven.sensors.rate;
         if with_ladder {
@@ -115,7 +115,7 @@ impl Study {
         Self::new(choice, base, text)
     }
 
-    fn new(choice: StudyChoice, base: Base, scene: String) -> Result<Self, StudyError> {
+    fn new(choice: StudyChoice, base: Base, scene: String) -> Result<Self> {
         let plan = Plan::new(&choice);
         let mut study = Self {
             identity: Identity {

@@ -2,7 +2,7 @@
 
 use super::panel::{Axis, PANEL_TITLE, Panel, TAIL, X_LABELS};
 use super::style::{Area, Drawn, SCALE, line, path, text, units, write};
-use crate::error::{RecordError, io_error};
+use crate::error::{Result, io_error};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use std::error::Error;
@@ -228,7 +228,7 @@ impl Page {
 ///
 /// # Errors
 /// [`RecordError`] of the file system and of the drawing library.
-pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result<(), RecordError> {
+pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result {
     let path = folder.join(format!("{stem}.svg"));
     let text = svg(page).map_err(|error| io_error("draw", &path)(error.to_string()))?;
     std::fs::write(&path, text).map_err(io_error("write", &path))

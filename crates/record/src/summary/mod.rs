@@ -13,7 +13,7 @@ pub use parts::{
 };
 pub use sink::SummarySink;
 
-use crate::error::{RecordError, io_error};
+use crate::error::{RecordError, Result, io_error};
 use robhaz_run::LogReport;
 use robhaz_score::Progress;
 use robhaz_score::events::EventCounts;
@@ -84,7 +84,7 @@ impl Summary {
     ///
     /// # Errors
     /// [`RecordError::Refused`]: JSON has no numbers that are not finite, and none is put in their place.
-    pub fn to_json(&self) -> Result<String, RecordError> {
+    pub fn to_json(&self) -> Result<String> {
         let text = serde_json::to_string_pretty(self).unwrap_or_default();
         // A number that is not finite becomes null, and NaN does not equal itself.
         match serde_json::from_str::<Self>(&text) {
@@ -99,7 +99,7 @@ impl Summary {
     ///
     /// # Errors
     /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
-    pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
+    pub fn write(&self, folder: &Path) -> Result {
         let path = folder.join(FILE);
         let partial = folder.join(format!("{FILE}.partial"));
         std::fs::write(&partial, self.to_json()?).map_err(io_error("write", &path))?;
@@ -111,7 +111,7 @@ impl Summary {
     /// # Errors
     /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file
     /// is no summary.
-    pub fn read(folder: &Path) -> Result<Self, RecordError> {
+    pub fn read(folder: &Path) -> Result<Self> {
         if !folder.is_dir() {
             return Err(RecordError::Refused(format!(
                 "there is no folder {}",

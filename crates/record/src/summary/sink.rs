@@ -7,7 +7,7 @@ use super::parts::{
     BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FaultyChannels,
     FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors, TorqueScaleSummary,
 };
-use crate::error::RecordError;
+use crate::error::{RecordError, Result};
 use crate::estimated_terrain::compared;
 use robhaz_estimator::{Channels, Estimate, TorqueScale};
 use robhaz_run::{
@@ -138,7 +138,7 @@ impl SummarySink {
     ///
     /// # Errors
     /// [`RecordError::Refused`] when the run goes on, or has no record.
-    pub fn summary(&self) -> Result<Summary, RecordError> {
+    pub fn summary(&self) -> Result<Summary> {
         let (Some(run), Some(end)) = (&self.run, &self.end) else {
             let why = "the run has no summary: it goes on, or it has no record";
             return Err(RecordError::Refused(why.to_owned()));

@@ -12,7 +12,7 @@ mod run;
 pub use balance::{Agreement, Energy, agreement, energy, impulse_difference, momentum_error};
 pub use run::Run;
 
-use crate::{RunError, Stop, TruthClearance};
+use crate::{Result, Stop, TruthClearance};
 use robhaz_model::Bar;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
@@ -63,11 +63,7 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 ///
 /// # Errors
 /// [`RunError`] if there is no run to judge, or `stop` names a cause.
-pub fn verify(
-    scene: &Scene,
-    step: &mut dyn FnMut(&str),
-    stop: Stop<'_>,
-) -> Result<Vec<Verdict>, RunError> {
+pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str), stop: Stop<'_>) -> Result<Vec<Verdict>> {
     let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
     let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts, stop);
@@ -114,7 +110,7 @@ fn of_engine(
     step: &mut dyn FnMut(&str),
     verdicts: &mut Vec<Verdict>,
     stop: Stop<'_>,
-) -> Result<Run, RunError> {
+) -> Result<Run> {
     let name = kind.name();
     step(&format!("engine {name}"));
     let scene = with(scene, kind);
