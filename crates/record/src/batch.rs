@@ -51,7 +51,7 @@ impl BatchBuilder {
     /// The rows since the last batch.
     ///
     /// # Errors
-    /// [`RecordError::Batch`] where columns have different lengths.
+    /// [`RecordError::Batch`](crate::RecordError::Batch) where columns have different lengths.
     pub fn take(&mut self) -> Result<RecordBatch> {
         let rows = self.rows();
         let columns = self.values.iter_mut().zip(&self.table.columns);

@@ -72,7 +72,7 @@ fn batch_of_points<T>(
 /// are keys and values of the table as a whole.
 ///
 /// # Errors
-/// [`RecordError`] of the file system.
+/// [`RecordError`](crate::RecordError) of the file system.
 pub fn write_points<T>(
     folder: &Path,
     format: TableFormat,

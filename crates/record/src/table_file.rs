@@ -97,7 +97,7 @@ impl TableFile {
     /// begun. Parquet makes it small if `values_repeat` from row to row.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system.
+    /// [`RecordError`](crate::RecordError) of the file system.
     pub fn create(
         folder: &Path,
         format: TableFormat,
@@ -138,7 +138,7 @@ impl TableFile {
     /// Writes rows; of Parquet they are a row group. Of CSV they are numbers alone.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system, or for values of another type.
+    /// [`RecordError`](crate::RecordError) of the file system, or for values of another type.
     pub fn write(&mut self, batch: &RecordBatch) -> Result {
         let path = &self.path;
         match &mut self.out {
@@ -160,7 +160,7 @@ impl TableFile {
     /// Completes the file and gives it its name; `on_disk`: when all of it is on the disk.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system.
+    /// [`RecordError`](crate::RecordError) of the file system.
     pub fn finish(mut self, on_disk: bool) -> Result {
         if let Out::Parquet(writer, _) = &mut self.out {
             writer.finish().map_err(io_error("write", &self.path))?;
@@ -179,7 +179,7 @@ impl TableFile {
     /// Without rows it keeps the name of an incomplete file.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system.
+    /// [`RecordError`](crate::RecordError) of the file system.
     pub fn cut_off(mut self) -> Result {
         self.out.buffer().get_mut().has_failed = true;
         let file = OpenOptions::new().write(true).open(&self.partial);

@@ -117,8 +117,8 @@ pub fn compute(
 pub fn compute_dataset(study: &Study, jobs: usize, watch: &Watch<'_>) -> Result<Dataset> {
     let folder = tempfile::tempdir().map_err(io_error("create", &std::env::temp_dir()))?;
     let mut done = compute(study, folder.path(), Shard::ALL, jobs, watch);
-    if let Err(StudyError::Stopped { kept, .. }) = &mut done {
-        *kept = false;
+    if let Err(StudyError::Stopped { after, .. }) = &mut done {
+        *after = "nothing was written; with --out DIR the same command goes on where it stopped";
     }
     done?;
     Ok(Dataset::read(&folder.path().join(DATASET))?)
@@ -154,7 +154,7 @@ impl Work<'_> {
                 cause,
                 done: runs - left + computed,
                 runs,
-                kept: true,
+                after: "the same command goes on where it stopped",
             }),
         }
     }

@@ -132,7 +132,7 @@ impl RowBuilder {
     fn new(plan: &Plan, notes: &[(&str, String)]) -> Self {
         let index = (DataType::UInt64, false);
         let mut fields = vec![field("index", "", "index of the run", index)];
-        for axis in plan.axes() {
+        for axis in &plan.axes {
             for (i, key) in axis.keys.iter().enumerate() {
                 let kind = type_of(axis, i);
                 let unit = match kind {

@@ -44,7 +44,7 @@ pub enum StudyError {
     Record(#[from] RecordError),
     /// A signal stopped the study.
     #[error("stopped by {cause}; {done} of {runs} runs are done")]
-    #[diagnostic(help("{}", after_a_stop(*kept)))]
+    #[diagnostic(help("{after}"))]
     Stopped {
         /// The signal.
         cause: &'static str,
@@ -52,19 +52,12 @@ pub enum StudyError {
         done: u64,
         /// Runs of this shard.
         runs: u64,
-        /// Whether the finished runs are in a folder.
-        kept: bool,
+        /// What became of the finished runs.
+        after: &'static str,
     },
     /// The threads cannot be started.
     #[error("cannot start the threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
-const fn after_a_stop(kept: bool) -> &'static str {
-    match kept {
-        true => "the same command goes on where it stopped",
-        false => "nothing was written; with --out DIR the same command goes on where it stopped",
-    }
 }
 
 /// An error of the file system at a path.

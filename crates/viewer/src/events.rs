@@ -293,13 +293,15 @@ impl Events {
                 lane.note(truth.time, wheel_state(state, two_contacts));
             }
         }
-        let messages = events.iter().map(|event| message(event, truth));
-        self.events.extend(messages);
+        for event in events {
+            let (text, level, colour) = message(&event, truth);
+            self.add(event.time, text, level, colour);
+        }
     }
 }
 
-/// The message about a detected event.
-fn message(event: &events::Event, truth: &Truth) -> Event {
+/// The message about a detected event, its severity and its colour.
+fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Color) {
     let (info, warn) = (TextLogLevel::INFO, TextLogLevel::WARN);
     let wheel = |i: usize, what: &str, level| {
         let x = rounded(truth.wheels[i].position.x, 1e3);
@@ -317,7 +319,7 @@ fn message(event: &events::Event, truth: &Truth) -> Event {
         let text = format!("{name} {what}, with its centre of mass at x = {x:.3} m");
         (text, level, NEUTRAL)
     };
-    let (text, level, colour) = match event.kind {
+    match event.kind {
         EventKind::ContactLost(i) => wheel(i, "leaves the ground", warn),
         EventKind::ContactRegained(i) => wheel(i, "touches the ground again", info),
         EventKind::TwoContacts(i) => wheel(i, "touches at two places", info),
@@ -332,12 +334,6 @@ fn message(event: &events::Event, truth: &Truth) -> Event {
             bar(which, what, TextLogLevel::ERROR)
         }
         EventKind::BarClear(which) => bar(which, "is clear of the ground again", info),
-    };
-    Event {
-        time: event.time,
-        text,
-        level,
-        colour,
     }
 }
 

@@ -227,7 +227,7 @@ impl Page {
 /// Writes a figure into a folder as `stem.svg`.
 ///
 /// # Errors
-/// [`RecordError`] of the file system and of the drawing library.
+/// [`RecordError`](crate::RecordError) of the file system and of the drawing library.
 pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result {
     let path = folder.join(format!("{stem}.svg"));
     let text = svg(page).map_err(|error| io_error("draw", &path)(error.to_string()))?;

@@ -62,7 +62,7 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 /// second run at a tenth of the tolerance.
 ///
 /// # Errors
-/// [`RunError`] if there is no run to judge, or `stop` names a cause.
+/// [`RunError`](crate::RunError) if there is no run to judge, or `stop` names a cause.
 pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str), stop: Stop<'_>) -> Result<Vec<Verdict>> {
     let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
