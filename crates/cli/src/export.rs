@@ -18,7 +18,7 @@ pub struct Args {
     run: PathBuf,
     /// Format of the log.
     #[arg(long, value_parser = choice(FORMATS), value_name = "FORMAT")]
-    to: ExportFormat,
+    to: To,
     /// The file; by default the folder's name with the extension of the format, beside the folder.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -27,18 +27,17 @@ pub struct Args {
     force: bool,
 }
 
-/// Format of the log.
-const FORMATS: &[Choice<ExportFormat>] = choices! {
-    "mcap", "MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry" => ExportFormat::Mcap;
-    "csv", "One table of readings and forces" => ExportFormat::Csv;
+/// Format of the log, and extension of its file.
+type To = (ExportFormat, &'static str);
+
+const FORMATS: &[Choice<To>] = choices! {
+    "mcap", "MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry" => (ExportFormat::Mcap, "mcap");
+    "csv", "One table of readings and forces" => (ExportFormat::Csv, "csv");
 };
 
 /// Writes the log and prints what is in it.
 pub fn run(args: &Args) -> Result<()> {
-    let extension = match args.to {
-        ExportFormat::Mcap => "mcap",
-        ExportFormat::Csv => "csv",
-    };
+    let (format, extension) = args.to;
     if !args.run.is_dir() {
         bail!(
             "there is no folder {}: export takes the folder of a run or of an estimate",
@@ -54,7 +53,7 @@ pub fn run(args: &Args) -> Result<()> {
     let place = LogPlace::find(&args.run).map_err(shown_place)?;
     let what = ("such logs", extension);
     let file = OutputFile::create(&target, what, &[], args.force)?;
-    let exported = export(&place, args.to, file.path(), &interrupt::cause);
+    let exported = export(&place, format, file.path(), &interrupt::cause);
     let exported = exported.map_err(|error| match error {
         // The user knows the file by its own name.
         LogError::Write { source, .. } => LogError::Write {
