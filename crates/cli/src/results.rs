@@ -4,7 +4,7 @@ use crate::choice::{Choice, choice, choices};
 use crate::interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
-use crate::progress::{Pace, PaceSink, Progress};
+use crate::progress::{Pace, Progress, pace};
 use crate::terminal::{say, shown};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
@@ -151,7 +151,7 @@ fn record(
     let mut tables = TableSink::new(folder.path(), args.format);
     let mut figures = FigureSink::new(&folder.path().join("figures"));
     let mut progress = Progress::new();
-    let mut pace = PaceSink::new(args.pace);
+    let mut pace = pace(args.pace);
     let mut sinks: Vec<&mut dyn Sink> = vec![summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut tables);

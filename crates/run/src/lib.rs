@@ -29,6 +29,7 @@ mod log_report;
 mod pipeline;
 mod sink;
 mod source;
+mod ticker;
 pub mod verify;
 
 pub use both::{BothFrame, BothSides, BothTruth};
@@ -41,6 +42,7 @@ pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
 pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
+pub use ticker::Ticker;
 
 use robhaz_estimator::GroundPoint;
 use robhaz_estimator::whole::WholeEstimator;

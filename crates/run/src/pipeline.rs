@@ -16,6 +16,7 @@ use crate::estimators::Estimators;
 use crate::ground::EstimatedTerrain;
 use crate::sink::Frame;
 use crate::source::{Sample, Source};
+use crate::ticker::Ticker;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use robhaz_estimator::whole::WholeEstimate;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
@@ -114,7 +115,7 @@ fn read_all(
     is_over: &AtomicBool,
 ) -> Duration {
     let mut time = Duration::ZERO;
-    let mut next_ground = 0.0;
+    let mut next_ground = Ticker::new(GROUND_PERIOD);
     while !is_over.load(Ordering::Relaxed) {
         let start = Instant::now();
         let mut batch = spare.try_recv().unwrap_or_default();
@@ -127,21 +128,14 @@ fn read_all(
     time
 }
 
-/// Puts the next samples of a source into a batch. Returns whether they are the last. `next_ground`
-/// counts the periods of [`GROUND_PERIOD`].
-fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut f64) -> bool {
+/// Puts the next samples of a source into a batch. Returns whether they are the last.
+fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut Ticker) -> bool {
     batch.samples.clear();
     batch.ends_with_ground = false;
     while batch.samples.len() < BATCH && !batch.ends_with_ground {
         match source.next_sample() {
             Ok(Some(sample)) => {
-                // Times are sums of steps: a rounding error must not postpone the ground to the
-                // next record.
-                let periods = (sample.time / GROUND_PERIOD + 1e-6).floor();
-                if sample.is_record && periods >= *next_ground {
-                    *next_ground = periods + 1.0;
-                    batch.ends_with_ground = true;
-                }
+                batch.ends_with_ground = sample.is_record && next_ground.is_due(sample.time);
                 batch.samples.push(sample);
             }
             Ok(None) => return true,

@@ -140,3 +140,10 @@ pub trait Sink {
         Ok(())
     }
 }
+
+/// A function of the records alone.
+impl<F: FnMut(&Frame<'_>) -> Result<(), SinkError>> Sink for F {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        self(frame)
+    }
+}

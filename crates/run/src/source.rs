@@ -72,8 +72,7 @@ impl Simulation {
     /// # Errors
     /// [`RunError::Start`] where the robot cannot stand on its ground.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let plant = Plant::new(&scene.plant_setup())
-            .map_err(|cause| RunError::Start(PlantFailure::from(cause)))?;
+        let plant = Plant::new(&scene.plant_setup()).map_err(|e| RunError::Start(e.into()))?;
         let samples = (scene.record.count() - 1) * scene.samples_per_record() + 1;
         Ok(Self::of(scene, Origin::Plant(Box::new(plant)), samples))
     }

@@ -3,11 +3,11 @@
 use crate::error::{Result, ViewerError};
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
-use crate::recorder::{Recorder, Recording, Ticker};
+use crate::recorder::{Recorder, Recording};
 use crate::target::Target;
 use crate::whole::WholeRecorder;
 use crate::writer::Writer;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError, Ticker};
 use std::error::Error as _;
 use std::ffi::OsStr;
 use std::path::Path;

@@ -9,7 +9,7 @@ use crate::draw::narrow;
 use crate::error::Result;
 use crate::explain::rates;
 use crate::layout;
-use crate::recorder::{Recording, Ticker};
+use crate::recorder::Recording;
 use crate::series::Series;
 use crate::writer::Writer;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -18,7 +18,7 @@ use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
 use re_sdk_types::datatypes::Quaternion;
 use robhaz_estimator::whole::{Vec3, WholeEstimate};
 use robhaz_model::WholeRover;
-use robhaz_run::{BothTruth, Frame, RunDescription, RunEnd};
+use robhaz_run::{BothTruth, Frame, RunDescription, RunEnd, Ticker};
 use std::iter::repeat_n;
 
 /// Length of the arrow of the mean static wheel load, m.
