@@ -1,5 +1,6 @@
 //! `robhaz estimate`: the estimators on a recorded log.
 
+use crate::choice::{Choice, choice, choices};
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
@@ -36,8 +37,8 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     estimator: Vec<String>,
     /// Whether contact angles of the log are used; by default where the log has them.
-    #[arg(long, value_enum)]
-    contact_angles: Option<ContactAngles>,
+    #[arg(long, value_parser = choice(CONTACT_ANGLES))]
+    contact_angles: Option<bool>,
     /// A table of true forces to compare with, such as the table `truth` of a run.
     #[arg(long, value_name = "TABLE")]
     truth: Option<PathBuf>,
@@ -46,13 +47,10 @@ pub struct Args {
 }
 
 /// Whether contact angles are used.
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum ContactAngles {
-    /// Those of the log.
-    Given,
-    /// None: only estimators that need none run.
-    None,
-}
+const CONTACT_ANGLES: &[Choice<bool>] = choices! {
+    "given", "Those of the log" => true;
+    "none", "None: only estimators that need none run" => false;
+};
 
 /// Runs the estimators on the log, writes the results, prints the table.
 pub fn run(args: &Args) -> Result<()> {
@@ -67,7 +65,7 @@ pub fn run(args: &Args) -> Result<()> {
     let folder = format!("{}-estimate", place.file_name);
     let options = LogOptions {
         truth: args.truth.clone(),
-        contact_angles: args.contact_angles.map(|c| c == ContactAngles::Given),
+        contact_angles: args.contact_angles,
         named_estimators: !args.estimator.is_empty(),
         allows_empty: false,
     };

@@ -1,5 +1,6 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
+use crate::choice::{Choice, choice, choices};
 use crate::estimate::shown as shown_place;
 use crate::interrupt;
 use crate::output_file::OutputFile;
@@ -16,7 +17,7 @@ pub struct Args {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Format of the log.
-    #[arg(long, value_enum, value_name = "FORMAT")]
+    #[arg(long, value_parser = choice(FORMATS), value_name = "FORMAT")]
     to: To,
     /// The file; by default the folder's name with the extension of the format, beside the folder.
     #[arg(long, value_name = "FILE")]
@@ -26,21 +27,17 @@ pub struct Args {
     force: bool,
 }
 
-/// Format of the log.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum To {
-    /// MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry.
-    Mcap,
-    /// One table of readings and forces.
-    Csv,
-}
+/// Format of the log, and extension of its file.
+type To = (ExportFormat, &'static str);
+
+const FORMATS: &[Choice<To>] = choices! {
+    "mcap", "MCAP with messages of ROS 2: joint states, IMUs, readings, forces, wrenches, odometry" => (ExportFormat::Mcap, "mcap");
+    "csv", "One table of readings and forces" => (ExportFormat::Csv, "csv");
+};
 
 /// Writes the log and prints what is in it.
 pub fn run(args: &Args) -> Result<()> {
-    let (format, extension) = match args.to {
-        To::Mcap => (ExportFormat::Mcap, "mcap"),
-        To::Csv => (ExportFormat::Csv, "csv"),
-    };
+    let (format, extension) = args.to;
     if !args.run.is_dir() {
         bail!(
             "there is no folder {}: export takes the folder of a run or of an estimate",

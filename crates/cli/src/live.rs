@@ -1,13 +1,13 @@
 //! `--rerun`: how a run is recorded for the viewer and shown live.
 
 #[cfg(feature = "viewer")]
-use crate::terminal::{note, remark, say, word};
+use crate::terminal::{Output, remark, say, word};
 #[cfg(feature = "viewer")]
 use miette::IntoDiagnostic;
 use miette::Result;
 use robhaz_run::Sink;
 #[cfg(feature = "viewer")]
-use robhaz_viewer::INSTALL;
+use robhaz_viewer::{INSTALL, RecordingSink};
 use std::path::Path;
 
 /// Why there is no viewer, and what helps.
@@ -50,15 +50,14 @@ impl Rerun {
 #[cfg(feature = "viewer")]
 pub struct Viewing {
     choice: Rerun,
-    recording: Option<robhaz_viewer::RecordingSink>,
-    live: Option<robhaz_viewer::RecordingSink>,
+    recording: Option<RecordingSink>,
+    live: Option<RecordingSink>,
 }
 
 #[cfg(feature = "viewer")]
 impl Viewing {
     /// Opens the connection to a viewer where the choice needs one.
     pub fn open(choice: &Rerun) -> Result<Self> {
-        use robhaz_viewer::RecordingSink;
         let live = match choice {
             Rerun::Off | Rerun::Save => None,
             Rerun::Live(None) => Some(RecordingSink::live()),
@@ -74,7 +73,7 @@ impl Viewing {
     /// Starts the recording in the run's folder, unless that is off.
     pub fn record(&mut self, folder: &Path) -> Result<()> {
         if self.choice != Rerun::Off {
-            let recording = robhaz_viewer::RecordingSink::save(&folder.join("run.rrd"));
+            let recording = RecordingSink::save(&folder.join("run.rrd"));
             self.recording = Some(recording.into_diagnostic()?);
         }
         Ok(())
@@ -91,10 +90,14 @@ impl Viewing {
     pub fn finish(self, folder: Option<&Path>) -> Result<()> {
         let rates = self.recording.as_ref().and_then(|r| r.reduced_rates());
         if let Some([series, frames]) = rates {
-            note(&format!(
+            let note = format!(
                 "The run is long: run.rrd has only {series:.1} Hz of its time series and {frames:.1} Hz of its animation; \
                  the tables have all records."
-            ))?;
+            );
+            match Output::get().json {
+                true => remark(&note),
+                false => say(&note)?,
+            }
         }
         if let Some((address, why)) = self.live.as_ref().and_then(|live| live.lost()) {
             remark(&format!(

@@ -1,6 +1,7 @@
 //! The `robhaz` command.
 
 mod check;
+mod choice;
 mod compare;
 mod errors;
 mod estimate;

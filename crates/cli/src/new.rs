@@ -1,5 +1,6 @@
 //! `robhaz new`: a scene to edit.
 
+use crate::choice::{Choice, choice, choices};
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::{shown, tell, word};
 use miette::{Result, bail};
@@ -8,31 +9,13 @@ use std::path::PathBuf;
 
 const SCENE: Format = ("scenes", "toml");
 
-/// The robot of the scene.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Robot {
-    /// A four-bar linkage on each side, as ROBHAZ-6WHEEL: geometry A
-    FourBar,
-    /// A rocker, fixed to the body by the differential, with the rear wheel, and a bogie with two
-    /// in front: with the dimensions of the Open Source Rover
-    RockerBogie,
-    /// The same with the bogie at the rear: with the dimensions of Curiosity
-    RockerBogieRear,
-    /// A bogie with two wheels on each side, and one across the rear: with the dimensions of ExoMy
-    TripleBogie,
-}
-
-impl Robot {
-    /// The text of the scene.
-    const fn text(self) -> &'static str {
-        match self {
-            Self::FourBar => include_str!("new_scene.toml"),
-            Self::RockerBogie => include_str!("../../../robots/open-source-rover.toml"),
-            Self::RockerBogieRear => include_str!("../../../robots/curiosity.toml"),
-            Self::TripleBogie => include_str!("../../../robots/exomy.toml"),
-        }
-    }
-}
+/// The robots, each with the text of its scene.
+const ROBOTS: &[Choice<&str>] = choices! {
+    "four-bar", "A four-bar linkage on each side, as ROBHAZ-6WHEEL: geometry A" => include_str!("new_scene.toml");
+    "rocker-bogie", "A rocker, fixed to the body by the differential, with the rear wheel, and a bogie with two in front: with the dimensions of the Open Source Rover" => include_str!("../../../robots/open-source-rover.toml");
+    "rocker-bogie-rear", "The same with the bogie at the rear: with the dimensions of Curiosity" => include_str!("../../../robots/curiosity.toml");
+    "triple-bogie", "A bogie with two wheels on each side, and one across the rear: with the dimensions of ExoMy" => include_str!("../../../robots/exomy.toml");
+};
 
 /// Arguments of `robhaz new`.
 #[derive(clap::Args)]
@@ -40,8 +23,8 @@ pub struct Args {
     /// Name of the scene; its file is NAME.toml. A path puts it elsewhere.
     name: PathBuf,
     /// Its robot; each number of a rover has its source beside it, to be replaced by your own
-    #[arg(long, value_enum, default_value_t = Robot::FourBar)]
-    robot: Robot,
+    #[arg(long, value_parser = choice(ROBOTS), default_value = "four-bar")]
+    robot: &'static str,
     /// Replaces an existing file.
     #[arg(long)]
     force: bool,
@@ -62,7 +45,7 @@ pub fn run(args: &Args) -> Result<()> {
         target.as_mut_os_string().push(".toml");
     }
     let file = OutputFile::create(&target, SCENE, &[], args.force)?;
-    file.write(args.robot.text())?;
+    file.write(args.robot)?;
     let path = file.finish()?;
     let (shown, word) = (shown(&path), word(&path));
     let text =

@@ -181,30 +181,18 @@ fn check_replaceable(path: &Path) -> Result<()> {
     let estimators: Vec<&str> = estimators.iter().map(String::as_str).collect();
     // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a
     // run.
-    let figures = path.join(FIGURES);
-    if figures.symlink_metadata().is_ok_and(|m| m.is_dir()) {
+    let kind = |name: &str| path.join(name).symlink_metadata().map(|m| m.file_type());
+    if kind(FIGURES).is_ok_and(|kind| kind.is_dir()) {
         files.retain(|name| name != FIGURES);
-        files.extend(
-            names_in(&figures)
-                .into_diagnostic()?
-                .iter()
-                .map(|n| format!("{FIGURES}/{n}")),
-        );
+        let figures = names_in(&path.join(FIGURES)).into_diagnostic()?;
+        files.extend(figures.iter().map(|name| format!("{FIGURES}/{name}")));
     }
-    let is_ours = |name: &String| {
-        let is_file = path
-            .join(name)
-            .symlink_metadata()
-            .is_ok_and(|m| m.is_file());
-        let figure = name.strip_prefix(FIGURES).and_then(|n| n.strip_prefix('/'));
-        is_file
-            && figure.map_or_else(
-                || is_of_a_run(name, &scene),
-                |f| FigureSink::can_write(f, &estimators),
-            )
+    let is_ours = |name: &String| match name.split_once('/') {
+        Some((_, figure)) => FigureSink::can_write(figure, &estimators),
+        None => is_of_a_run(name, &scene),
     };
-    let found = files.iter().find(|name| !is_ours(name));
-    if let Some(found) = found {
+    let is_file = |name: &String| kind(name).is_ok_and(|kind| kind.is_file());
+    if let Some(found) = files.iter().find(|name| !is_file(name) || !is_ours(name)) {
         let found = harmless(found);
         bail!(
             help = format!("move {found} elsewhere, or write elsewhere with --out DIR"),

@@ -1,6 +1,7 @@
 //! `robhaz path`: a path judged from its geometry before it is driven.
 
-use crate::results::Format;
+use crate::choice::{Choice, choice, choices};
+use crate::results::FORMATS;
 use crate::terminal::{tell, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_path::{DriveKind, Options, PathSetup, judge, path_files, write_path};
@@ -26,8 +27,8 @@ pub struct Args {
     )]
     mu_sigma: f64,
     /// How the tractions are distributed over the wheels.
-    #[arg(long, value_enum, default_value_t = Drive::Ideal)]
-    drive: Drive,
+    #[arg(long, value_parser = choice(DRIVES), default_value = "ideal")]
+    drive: DriveKind,
     /// Distance that the middle wheel travels, m; by default until the rear wheel has passed the
     /// profile.
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
@@ -39,23 +40,19 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Format of the table.
-    #[arg(long, value_enum, default_value_t = Format::Parquet)]
-    format: Format,
+    #[arg(long, value_parser = choice(FORMATS), default_value = "parquet")]
+    format: TableFormat,
     /// Replaces the files of an earlier judgement.
     #[arg(long)]
     force: bool,
 }
 
 /// Distribution of the tractions.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Drive {
-    /// The best one: with the least needed friction.
-    Ideal,
-    /// That of drive.kind = "shared": the same T/N at every wheel; driven along the path.
-    Shared,
-    /// That of drive.kind = "speed": every wheel turns with the set speed; driven along the path.
-    Speed,
-}
+const DRIVES: &[Choice<DriveKind>] = choices! {
+    "ideal", "The best one: with the least needed friction" => DriveKind::Ideal;
+    "shared", "That of drive.kind = \"shared\": the same T/N at every wheel; driven along the path" => DriveKind::Shared;
+    "speed", "That of drive.kind = \"speed\": every wheel turns with the set speed; driven along the path" => DriveKind::Speed;
+};
 
 /// Judges the path and prints the result. An error if the robot cannot pass.
 pub fn run(args: &Args) -> Result<()> {
@@ -64,16 +61,11 @@ pub fn run(args: &Args) -> Result<()> {
     let options = Options {
         mu: args.mu,
         mu_sigma: args.mu_sigma,
-        drive: match args.drive {
-            Drive::Ideal => DriveKind::Ideal,
-            Drive::Shared => DriveKind::Shared,
-            Drive::Speed => DriveKind::Speed,
-        },
+        drive: args.drive,
         distance: args.distance,
     };
-    let format = args.format.into();
     if let Some(folder) = &args.out {
-        check_folder(folder, format, args.force)?;
+        check_folder(folder, args.format, args.force)?;
     }
     let cannot = || format!("cannot judge the path of {}", args.scene.display());
     let setup = PathSetup::new(&scene, options)
@@ -81,7 +73,7 @@ pub fn run(args: &Args) -> Result<()> {
         .wrap_err_with(cannot)?;
     let report = judge(&setup).into_diagnostic().wrap_err_with(cannot)?;
     if let Some(folder) = &args.out {
-        write_path(folder, format, &setup, &report).into_diagnostic()?;
+        write_path(folder, args.format, &setup, &report).into_diagnostic()?;
     }
     let document = serde_json::to_value(&report).into_diagnostic()?;
     tell(&report.text(), &document)?;

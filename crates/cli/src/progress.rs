@@ -69,39 +69,22 @@ pub enum Pace {
     RealTime,
 }
 
-/// A sink that delays a run until the real time of each record.
-pub struct PaceSink {
-    pace: Pace,
-    start: Instant,
-}
-
-impl PaceSink {
-    /// A sink whose clock starts with the run. An interrupt ends the delay.
-    pub fn new(pace: Pace) -> Self {
-        Self {
-            pace,
-            start: Instant::now(),
-        }
-    }
-}
-
-impl Sink for PaceSink {
-    fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
-        self.start = Instant::now();
-        Ok(())
-    }
-
-    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        if self.pace == Pace::RealTime {
-            let due = Duration::from_secs_f64(frame.time);
-            loop {
-                let left = due.saturating_sub(self.start.elapsed());
-                if left.is_zero() || interrupt::cause().is_some() {
-                    break;
-                }
-                std::thread::sleep(left.min(POLL_TIME));
+/// A sink that delays a run until the real time of each record, from the first one on. An interrupt
+/// ends the delay.
+pub fn pace(pace: Pace) -> impl FnMut(&Frame<'_>) -> Result<(), SinkError> {
+    let mut start = None;
+    move |frame| {
+        let start = *start.get_or_insert_with(Instant::now);
+        let due = match pace {
+            Pace::Fast => Duration::ZERO,
+            Pace::RealTime => Duration::from_secs_f64(frame.time),
+        };
+        loop {
+            let left = due.saturating_sub(start.elapsed());
+            if left.is_zero() || interrupt::cause().is_some() {
+                return Ok(());
             }
+            std::thread::sleep(left.min(POLL_TIME));
         }
-        Ok(())
     }
 }

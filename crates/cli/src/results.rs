@@ -1,9 +1,10 @@
 //! A run, simulated or of a log, from its start to its folder and the table on the terminal.
 
+use crate::choice::{Choice, choice, choices};
 use crate::interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
-use crate::progress::{Pace, PaceSink, Progress};
+use crate::progress::{Pace, Progress, pace};
 use crate::terminal::{say, shown};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
@@ -21,8 +22,8 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Format of the tables.
-    #[arg(long, value_enum, default_value_t = Format::Parquet)]
-    format: Format,
+    #[arg(long, value_parser = choice(FORMATS), default_value = "parquet")]
+    format: TableFormat,
     /// Output for the Rerun viewer: `off` none; `save` the file run.rrd; `live` this file, and the
     /// run is shown while it goes on, in the viewer on this machine, which is started if need be;
     /// `live=HOST:PORT` the same in a viewer that listens there.
@@ -37,22 +38,10 @@ pub struct Args {
 }
 
 /// Format of the tables.
-#[derive(Clone, Copy, clap::ValueEnum)]
-pub enum Format {
-    /// Apache Parquet, units in the field metadata.
-    Parquet,
-    /// Comma-separated text.
-    Csv,
-}
-
-impl From<Format> for TableFormat {
-    fn from(format: Format) -> Self {
-        match format {
-            Format::Parquet => Self::Parquet,
-            Format::Csv => Self::Csv,
-        }
-    }
-}
+pub const FORMATS: &[Choice<TableFormat>] = choices! {
+    "parquet", "Apache Parquet, units in the field metadata" => TableFormat::Parquet;
+    "csv", "Comma-separated text" => TableFormat::Csv;
+};
 
 /// What a command writes beside the results of its run.
 pub struct Job<'a> {
@@ -159,10 +148,10 @@ fn record(
     summary: &mut SummarySink,
     viewing: &mut Viewing,
 ) -> Result<RunEnd, RunError> {
-    let mut tables = TableSink::new(folder.path(), args.format.into());
+    let mut tables = TableSink::new(folder.path(), args.format);
     let mut figures = FigureSink::new(&folder.path().join("figures"));
     let mut progress = Progress::new();
-    let mut pace = PaceSink::new(args.pace);
+    let mut pace = pace(args.pace);
     let mut sinks: Vec<&mut dyn Sink> = vec![summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut tables);

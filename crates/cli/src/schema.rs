@@ -1,5 +1,6 @@
 //! `robhaz schema`: JSON Schema of the files that people write.
 
+use crate::choice::{Choice, choice, choices};
 use crate::terminal::print_json;
 use miette::Result;
 use robhaz_scene::{SchemaKind, schema};
@@ -8,31 +9,19 @@ use robhaz_scene::{SchemaKind, schema};
 #[derive(clap::Args)]
 pub struct Args {
     /// Kind of file.
-    kind: Kind,
+    #[arg(value_parser = choice(KINDS))]
+    kind: SchemaKind,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Kind {
-    /// Scenes, and files with the section robot of a scene.
-    Scene,
-    /// Studies of `robhaz study`.
-    Study,
-    /// Geometries of robots, as in robots/geometry-a.toml.
-    Geometry,
-    /// Masses of robots, as in robots/mass-caption.toml.
-    Mass,
-    /// Descriptions of logs, as in examples/logs/SENSORS.toml.
-    Sensors,
-}
+const KINDS: &[Choice<SchemaKind>] = choices! {
+    "scene", "Scenes, and files with the section robot of a scene" => SchemaKind::Scene;
+    "study", "Studies of `robhaz study`" => SchemaKind::Study;
+    "geometry", "Geometries of robots, as in robots/geometry-a.toml" => SchemaKind::Geometry;
+    "mass", "Masses of robots, as in robots/mass-caption.toml" => SchemaKind::Mass;
+    "sensors", "Descriptions of logs, as in examples/logs/SENSORS.toml" => SchemaKind::Sensors;
+};
 
 /// Prints the schema.
 pub fn run(args: &Args) -> Result<()> {
-    let kind = match args.kind {
-        Kind::Scene => SchemaKind::Scene,
-        Kind::Study => SchemaKind::Study,
-        Kind::Geometry => SchemaKind::Geometry,
-        Kind::Mass => SchemaKind::Mass,
-        Kind::Sensors => SchemaKind::Sensors,
-    };
-    print_json(&schema(kind))
+    print_json(&schema(args.kind))
 }

@@ -1,9 +1,9 @@
 //! `robhaz completions`: what a shell reads.
 
+use crate::terminal::print;
 use clap::Command;
 use clap_complete::Shell;
-use miette::{IntoDiagnostic, Result};
-use std::io::{self, Write};
+use miette::Result;
 
 /// Arguments of `robhaz completions`.
 #[derive(clap::Args)]
@@ -12,12 +12,9 @@ pub struct Args {
     shell: Shell,
 }
 
-/// Prints the completions of a shell. A closed pipe is no error: its reader needs no more.
+/// Prints the completions of a shell.
 pub fn completions(args: &Args, mut command: Command) -> Result<()> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut command, "robhaz", &mut text);
-    match io::stdout().lock().write_all(&text) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
-        _ => Ok(()),
-    }
+    print(String::from_utf8_lossy(&text).trim_end_matches('\n'))
 }

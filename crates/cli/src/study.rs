@@ -2,14 +2,15 @@
 //! report.
 
 use crate::interrupt;
+use crate::progress::bar;
 use crate::terminal::{Output, print, print_json, shown, tell, warn_of};
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
 use robhaz_study::{Done, Report, RunRecord, Shard, Study, Watch, compute_dataset};
 use serde_json::{Value, json};
-use std::fmt::Write as _;
+
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -157,7 +158,7 @@ pub fn run(args: &Args) -> Result<()> {
     document["wall_s"] = json!(wall);
     let mut lines: Vec<String> = report.iter().map(Report::text).collect();
     if let (Some(done), Some(folder)) = (&done, &folder) {
-        lines.push(summary(done, folder, failed, jobs, wall));
+        lines.extend(summary(done, folder, failed, jobs, wall));
     }
     tell(&lines.join("\n"), &document)
 }
@@ -173,35 +174,31 @@ fn add_call(document: &mut Value, study: &Study, folder: Option<&Path>, done: Op
 }
 
 /// What was computed, and where it is.
-fn summary(done: &Done, folder: &Path, failed: u64, jobs: usize, wall: f64) -> String {
-    let mut text = match done.computed {
-        0 => format!("All {} runs are done.", done.runs),
+fn summary(done: &Done, folder: &Path, failed: u64, jobs: usize, wall: f64) -> Vec<String> {
+    let (runs, damaged) = (done.runs, done.damaged);
+    let mut lines = vec![match done.computed {
+        0 => format!("All {runs} runs are done."),
         computed => format!(
-            "{computed} of {} runs computed in {wall:.1} s on {jobs} threads, {:.2} runs a second.",
-            done.runs,
+            "{computed} of {runs} runs computed in {wall:.1} s on {jobs} threads, {:.2} runs a second.",
             computed as f64 / wall
         ),
-    };
-    // Writing into a text cannot fail.
-    if done.damaged > 0 {
-        let _ = write!(
-            text,
-            "\nLines of runs*.jsonl with a wrong checksum (damaged, or of another study): {}. Their runs were computed again.",
-            done.damaged
-        );
+    }];
+    if damaged > 0 {
+        lines.push(format!(
+            "Lines of runs*.jsonl with a wrong checksum (damaged, or of another study): {damaged}. Their runs were computed again."
+        ));
     }
     if failed > 0 {
-        let _ = write!(text, "\n{failed} of them failed: see the column error.");
+        lines.push(format!("{failed} of them failed: see the column error."));
     }
-    let _ = match &done.dataset {
-        Some(dataset) => write!(text, "\nDataset: {}", dataset.display()),
-        None => write!(
-            text,
-            "\nThis part is complete. With all parts in {} the same command without --shard makes the dataset.",
+    lines.push(match &done.dataset {
+        Some(dataset) => format!("Dataset: {}", dataset.display()),
+        None => format!(
+            "This part is complete. With all parts in {} the same command without --shard makes the dataset.",
             folder.display()
         ),
-    };
-    text
+    });
+    lines
 }
 
 /// Lists the runs, how many there are, and the time that they simulate.
@@ -213,14 +210,11 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
     };
     let listed = runs.take(LISTED as usize).map(|run| (run, overrides(run)));
     let listed: Vec<(u64, Vec<String>)> = listed.collect();
-    let mut text = String::new();
-    for (run, overrides) in &listed {
-        // Writing into a text cannot fail.
-        let _ = writeln!(text, "run {run}: {}", overrides.join(" "));
-    }
+    let line = |(run, set): &(u64, Vec<String>)| format!("run {run}: {}", set.join(" "));
+    let mut lines: Vec<String> = listed.iter().map(line).collect();
     let count = shard.count(study.runs());
     if count > LISTED {
-        let _ = writeln!(text, "... and {} more", count - LISTED);
+        lines.push(format!("... and {} more", count - LISTED));
     }
     let durations = study.scenes.iter().map(|scene| scene.record.duration);
     let shortest = durations.clone().fold(f64::INFINITY, f64::min);
@@ -234,7 +228,7 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
         true => format!("{truths} simulated, the others observe one of these"),
         false => "each simulated".to_owned(),
     };
-    let _ = write!(text, "{count} runs of {each}; {shared}.");
+    lines.push(format!("{count} runs of {each}; {shared}."));
     // A plan is what was asked for: also with --quiet.
     match Output::get().json {
         true => print_json(&json!({
@@ -244,7 +238,7 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
             "longest_s": longest,
             "first": listed.iter().map(|(run, set)| json!({"run": run, "set": set})).collect::<Vec<_>>(),
         })),
-        false => print(&text),
+        false => print(&lines.join("\n")),
     }
 }
 
@@ -258,15 +252,11 @@ struct Progress {
 
 impl Progress {
     fn new() -> Self {
-        let bar = ProgressBar::hidden();
-        let (terminal, quiet) = (std::io::stderr().is_terminal(), Output::get().quiet);
-        if terminal && !quiet {
-            bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
+        let has_lines = !std::io::stderr().is_terminal() && !Output::get().quiet;
         Self {
-            bar,
+            bar: bar(ProgressBar::new(0)),
             failed: AtomicU64::new(0),
-            line: Mutex::new((!terminal && !quiet).then(Instant::now)),
+            line: Mutex::new(has_lines.then(Instant::now)),
         }
     }
 

@@ -46,16 +46,6 @@ pub fn say(text: &str) -> Result<()> {
     }
 }
 
-/// Prints what the user needs to know while the command runs: with `--json` on standard error.
-#[cfg(feature = "viewer")]
-pub fn note(text: &str) -> Result<()> {
-    if Output::get().json {
-        remark(text);
-        return Ok(());
-    }
-    say(text)
-}
-
 /// Prints the result of a command: as text, or with `--json` as the document.
 pub fn tell(text: &str, document: &Value) -> Result<()> {
     match Output::get().json {

@@ -5,9 +5,9 @@ use crate::progress::bar;
 use crate::terminal::{say, tell_json, warn};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_run::verify::{Outcome, Verdict, verify};
+use robhaz_run::verify::verify;
 use robhaz_scene::Scene;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -39,46 +39,22 @@ pub fn run(args: &Args) -> Result<()> {
         None => verdicts?,
     };
     let width = verdicts.iter().map(|v| v.check.chars().count()).max();
-    tell_json(|| Ok(document(&scene.name, &verdicts)))?;
+    let width = width.unwrap_or(0);
+    tell_json(|| Ok(json!({"scene": scene.name, "checks": verdicts})))?;
     for verdict in &verdicts {
-        let word = match verdict.outcome {
-            Outcome::Passed => "passed    ",
-            Outcome::Failed => "FAILED    ",
-            Outcome::NotJudged => "not judged",
+        let word = match verdict.passed {
+            Some(true) => "passed",
+            Some(false) => "FAILED",
+            None => "not judged",
         };
-        let width = width.unwrap_or(0);
-        say(&format!(
-            "{word}  {:width$}  {}",
-            verdict.check, verdict.finding
-        ))?;
+        let (check, finding) = (&verdict.check, &verdict.finding);
+        say(&format!("{word:10}  {check:width$}  {finding}"))?;
     }
-    let failed = verdicts
-        .iter()
-        .filter(|v| v.outcome == Outcome::Failed)
-        .count();
-    if failed > 0 {
-        bail!(
-            "{failed} of {} checks failed for {}",
-            verdicts.len(),
-            scene.name
-        );
+    let (all, name) = (verdicts.len(), &scene.name);
+    match verdicts.iter().filter(|v| v.passed == Some(false)).count() {
+        0 => say(&format!(
+            "{name}: the truth holds in every check that applies."
+        )),
+        failed => bail!("{failed} of {all} checks failed for {name}"),
     }
-    say(&format!(
-        "{}: the truth holds in every check that applies.",
-        scene.name
-    ))
-}
-
-/// The verdicts as a document; `passed` is null where a check was not judged.
-fn document(scene: &str, verdicts: &[Verdict]) -> Value {
-    let check = |v: &Verdict| {
-        let passed = match v.outcome {
-            Outcome::Passed => Some(true),
-            Outcome::Failed => Some(false),
-            Outcome::NotJudged => None,
-        };
-        json!({"check": v.check, "passed": passed, "finding": v.finding})
-    };
-    let checks: Vec<Value> = verdicts.iter().map(check).collect();
-    json!({"scene": scene, "checks": checks})
 }

@@ -3,7 +3,7 @@
 use crate::interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
-use crate::progress::{Pace, PaceSink, Progress};
+use crate::progress::{self, Pace, Progress};
 use crate::terminal::{remark, say, warn, word};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};
@@ -96,7 +96,7 @@ fn check(args: &Args) -> Result<()> {
 fn live(scene: &Scene, pace: Pace) -> Result<()> {
     let mut viewing = Viewing::open(&Rerun::Live(None))?;
     interrupt::listen()?;
-    let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace));
+    let (mut progress, mut pace) = (Progress::new(), progress::pace(pace));
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);
     sinks.push(&mut pace);

@@ -4,7 +4,7 @@ use crate::report::{PathReport, Place};
 use crate::setup::PathSetup;
 use robhaz_record::figures::style::{LINKAGE, SURFACE, TRUTH, WHEELS, line};
 use robhaz_record::figures::{
-    Axis, Column, Entry, Header, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes,
+    Axis, Column, Entry, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes,
     write_figure,
 };
 use robhaz_record::{PointColumn, RecordError, TableFormat, create_folder, write_points};
@@ -130,7 +130,9 @@ fn write_needed_friction(
     ];
     let panel = |title: &str, y_label, layers| Panel::new(title, y_label, (0.1, PANEL), layers);
     let page = Page {
-        header: header(report, std::ptr::eq(first, decisive)),
+        title: format!("Needed friction along the path, drive {}", report.drive),
+        subtitle: verdict(report),
+        key: key(std::ptr::eq(first, decisive)),
         axis: Axis::of_places("x of the middle wheel (m)", strip.x.clone()),
         // A single place decides: its peak is not cut.
         columns: vec![Column::new(
@@ -149,14 +151,19 @@ fn write_needed_friction(
     write_figure(folder, "needed_friction", &page)
 }
 
-fn header(report: &PathReport, at_start: bool) -> Header {
-    let verdict = match &report.first_failure {
+/// The verdict in words.
+fn verdict(report: &PathReport) -> String {
+    match &report.first_failure {
         Some(failure) => {
             let (x, reason) = (failure.x, failure.reason.words());
             format!("no-go at x = {x:.3} m: {reason}")
         }
         None => "go".to_owned(),
-    };
+    }
+}
+
+/// The key to the lines; whether the start is the decisive place.
+fn key(at_start: bool) -> Vec<Entry> {
     let circles = if at_start {
         "wheels at the start"
     } else {
@@ -164,19 +171,15 @@ fn header(report: &PathReport, at_start: bool) -> Header {
     };
     let needed = Mark::line(line(LINKAGE, 1.4));
     let available = Mark::dashed(line(SURFACE, 1.2));
-    Header {
-        title: format!("Needed friction along the path, drive {}", report.drive),
-        subtitle: verdict,
-        key: vec![
-            Entry::new(needed, "needed friction mu_n, margin"),
-            Entry::new(available, "available friction mu"),
-            Entry::new(Mark::line(line(TRUTH, 3.2)), "margin zero"),
-            Entry {
-                marks: WHEELS.map(|c| Mark::line(line(c, 1.6))).to_vec(),
-                label: circles.to_owned(),
-            },
-        ],
-    }
+    vec![
+        Entry::new(needed, "needed friction mu_n, margin"),
+        Entry::new(available, "available friction mu"),
+        Entry::new(Mark::line(line(TRUTH, 3.2)), "margin zero"),
+        Entry {
+            marks: WHEELS.map(|c| Mark::line(line(c, 1.6))).to_vec(),
+            label: circles.to_owned(),
+        },
+    ]
 }
 
 /// The place of the first failure, otherwise that of the least margin.

@@ -1,16 +1,16 @@
 //! An estimator, for one frame at a time or a whole table.
 
-use crate::error::{EstimateError, of_scene};
+use crate::error::{invalid, of_frame, of_scene, warn};
 use crate::estimate::Estimate;
-use crate::readings::Readings;
+use crate::readings::{Readings, known};
 use crate::table::Table;
-use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_record::{BatchBuilder, Table as Columns};
 use robhaz_run::{EstimatedTerrain, Frame};
 use robhaz_scene::LogChoice;
-use std::ffi::CString;
+
 use std::path::PathBuf;
 
 /// See the stub `_robhaz.pyi`.
@@ -26,21 +26,19 @@ pub struct Estimator {
 impl Estimator {
     /// The estimator of a name, in a description of sensors and robot.
     pub fn of(mut choice: LogChoice, name: &str, angles: Option<&str>) -> PyResult<Self> {
-        let invalid = |e: &dyn ToString| PyValueError::new_err(e.to_string());
-        choice.select(&[name.to_owned()]).map_err(|e| invalid(&e))?;
+        choice.select(&[name.to_owned()]).map_err(invalid)?;
         match angles {
             None | Some("given") => {}
             Some("none") => {
-                let without = choice.without_contact_angles(true);
-                without.map_err(|e| invalid(&e))?;
+                choice.without_contact_angles(true).map_err(invalid)?;
             }
             Some(other) => {
                 let text = format!("contact_angles: found {other:?}, allowed: \"given\", \"none\"");
-                return Err(PyValueError::new_err(text));
+                return Err(invalid(text));
             }
         }
         let Some(estimator) = choice.estimators.first() else {
-            return Err(PyValueError::new_err(format!("no estimator {name:?}")));
+            return Err(invalid(format!("no estimator {name:?}")));
         };
         let settings = choice.settings(estimator);
         Ok(Self {
@@ -66,8 +64,7 @@ impl Estimator {
         let (choice, notice) = described.map_err(of_scene)?;
         let estimator = Self::of(choice, name, contact_angles)?;
         if let Some(notice) = notice {
-            let text = CString::new(format!("{name}: {notice}"))?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+            warn(py, format!("{name}: {notice}"))?;
         }
         Ok(estimator)
     }
@@ -88,7 +85,6 @@ impl Estimator {
         rate_error: Option<[f64; 2]>,
     ) -> PyResult<Estimate> {
         let time = seconds(time)?;
-        let known = |value: Option<f64>| value.filter(|v| !v.is_nan());
         let link = |i: usize| LinkReading {
             inclination: known(inclination[i]),
             rate: known(rate[i]),
@@ -102,9 +98,7 @@ impl Estimator {
             link2: link(1),
             contact_angle: contact_angle.unwrap_or_default().map(known),
         };
-        let estimate = self.inner.update(&frame);
-        let estimate = estimate.map_err(|e| EstimateError::new_err(e.to_string()))?;
-        Ok(estimate.into())
+        Ok(self.inner.update(&frame).map_err(of_frame)?.into())
     }
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
@@ -156,7 +150,7 @@ fn estimate_rows(
             if let Some(Err(error @ robhaz_estimator::EstimateError::Time { .. })) =
                 estimates.last()
             {
-                return Err(EstimateError::new_err(format!("row {row}: {error}")));
+                return Err(of_frame(format!("row {row}: {error}")));
             }
         }
         let rows_made = sensors.iter().zip(estimates.chunks(1));

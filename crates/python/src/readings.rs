@@ -6,6 +6,7 @@
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use robhaz_estimator::{LinkReading, SensorFrame};
 
 /// The columns of the table `sensors` of a run.
@@ -22,28 +23,25 @@ impl Readings {
     /// pyarrow. Contact angles may be missing unless `with_angles`.
     pub fn of(readings: &Bound<'_, PyAny>, with_angles: bool) -> PyResult<Self> {
         let source = Source::of(readings)?;
-        let wheel = |i: usize| {
-            let angle = format!("wheel{}_contact_angle", i + 1);
-            let contact_angle = match with_angles {
-                true => source.column(&angle),
-                false => source.column_if_there(&angle),
+        let mut wheels: [[Vec<f64>; 3]; 3] = Default::default();
+        for (i, [angle, torque, contact_angle]) in (1..).zip(&mut wheels) {
+            *angle = source.column(&format!("wheel{i}_angle"))?;
+            *torque = source.column(&format!("wheel{i}_motor_torque"))?;
+            let name = format!("wheel{i}_contact_angle");
+            *contact_angle = match with_angles {
+                true => source.column(&name)?,
+                false => source.column_if_there(&name)?,
             };
-            Ok::<_, PyErr>([
-                source.column(&format!("wheel{}_angle", i + 1))?,
-                source.column(&format!("wheel{}_motor_torque", i + 1))?,
-                contact_angle?,
-            ])
-        };
-        let link = |i: usize| {
-            Ok::<_, PyErr>([
-                source.column(&format!("link{}_inclination", i + 1))?,
-                source.column(&format!("link{}_rate", i + 1))?,
-                source.column_if_there(&format!("link{}_rate_error", i + 1))?,
-            ])
-        };
+        }
+        let mut links: [[Vec<f64>; 3]; 2] = Default::default();
+        for (i, [inclination, rate, rate_error]) in (1..).zip(&mut links) {
+            *inclination = source.column(&format!("link{i}_inclination"))?;
+            *rate = source.column(&format!("link{i}_rate"))?;
+            *rate_error = source.column_if_there(&format!("link{i}_rate_error"))?;
+        }
         Ok(Self {
-            wheels: [wheel(0)?, wheel(1)?, wheel(2)?],
-            links: [link(0)?, link(1)?],
+            wheels,
+            links,
             time: source.time,
         })
     }
@@ -55,7 +53,7 @@ impl Readings {
 
     /// The readings of a row; NaN is a missing reading.
     pub fn frame(&self, row: usize) -> SensorFrame {
-        let value = |column: &Vec<f64>| column.get(row).copied().filter(|v| !v.is_nan());
+        let value = |column: &Vec<f64>| known(column.get(row).copied());
         let wheels = |part: usize| [0, 1, 2].map(|i| value(&self.wheels[i][part]));
         let link = |i: usize| LinkReading {
             inclination: value(&self.links[i][0]),
@@ -71,6 +69,11 @@ impl Readings {
             contact_angle: wheels(2),
         }
     }
+}
+
+/// A reading that is there.
+pub fn known(value: Option<f64>) -> Option<f64> {
+    value.filter(|v| !v.is_nan())
 }
 
 /// A table of readings of any library.
@@ -109,6 +112,15 @@ impl<'a, 'py> Source<'a, 'py> {
         Ok(column)
     }
 
+    /// The numbers of several columns.
+    pub fn columns<const N: usize>(&self, names: [&str; N]) -> PyResult<[Vec<f64>; N]> {
+        let mut columns = [const { Vec::new() }; N];
+        for (column, name) in columns.iter_mut().zip(names) {
+            *column = self.column(name)?;
+        }
+        Ok(columns)
+    }
+
     /// The same, empty where there is no such column.
     pub fn column_if_there(&self, name: &str) -> PyResult<Vec<f64>> {
         let there = self.has(name).then(|| self.column(name));
@@ -119,13 +131,9 @@ impl<'a, 'py> Source<'a, 'py> {
 /// Names of the columns: `column_names` of pyarrow, `keys()` of dictionaries, pandas and robhaz,
 /// `columns` of polars.
 fn names(readings: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
-    let names = if let Ok(names) = readings.getattr("column_names") {
-        names
-    } else if let Ok(names) = readings.call_method0("keys") {
-        names
-    } else {
-        readings.getattr("columns")?
-    };
+    let names = readings.getattr("column_names");
+    let names = names.or_else(|_| readings.call_method0("keys"));
+    let names = names.or_else(|_| readings.getattr("columns"))?;
     names.try_iter()?.map(|name| name?.extract()).collect()
 }
 
@@ -233,28 +241,22 @@ fn of_objects<'py>(array: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         .try_iter()?
         .collect::<PyResult<_>>()?;
     let are = |of: &Bound<'_, PyAny>| -> PyResult<bool> {
-        let mut any = false;
-        for item in &items {
-            any |= item.is_instance(of)?;
-        }
-        Ok(any)
+        let mut found = items.iter().map(|item| item.is_instance(of));
+        found.try_fold(false, |any, is_it| Ok(any | is_it?))
     };
     let numpy = array.py().import("numpy")?;
     if are(&date)? {
         // Stamps without a zone count as UTC, as in the command.
-        let mut plain = Vec::with_capacity(items.len());
-        for item in &items {
-            let zone = item.getattr("tzinfo");
-            plain.push(match zone {
-                Ok(zone) if !zone.is_none() => {
-                    let at = item.call_method1("astimezone", (&utc,))?;
-                    let none = pyo3::types::PyDict::new(array.py());
-                    none.set_item("tzinfo", array.py().None())?;
-                    at.call_method("replace", (), Some(&none))?
-                }
-                _ => item.clone(),
-            });
-        }
+        let no_zone = PyDict::new(array.py());
+        no_zone.set_item("tzinfo", array.py().None())?;
+        let plain = |item: &Bound<'py, PyAny>| match item.getattr("tzinfo") {
+            Ok(zone) if !zone.is_none() => {
+                let at = item.call_method1("astimezone", (&utc,))?;
+                at.call_method("replace", (), Some(&no_zone))
+            }
+            _ => Ok(item.clone()),
+        };
+        let plain: Vec<_> = items.iter().map(plain).collect::<PyResult<_>>()?;
         return numpy.call_method1("array", (plain, "datetime64[ns]"));
     }
     if are(&span)? {

@@ -1,13 +1,13 @@
 //! Scenes, with overrides.
 
-use crate::error::{of_run, of_scene};
+use crate::error::{of_run, of_scene, warn};
 use crate::estimator::Estimator;
 use crate::run::Run;
-use pyo3::exceptions::{PyTypeError, PyUserWarning};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use robhaz_scene::{LogChoice, Scene as Checked};
-use std::ffi::CString;
+
 use std::path::PathBuf;
 
 /// See the stub `_robhaz.pyi`.
@@ -83,8 +83,7 @@ impl Scene {
     /// Raises the warnings of the scene as Python's.
     pub fn warn(&self, py: Python<'_>) -> PyResult<()> {
         for warning in self.checked.warnings() {
-            let text = CString::new(format!("{}: {warning}", self.checked.name))?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+            warn(py, format!("{}: {warning}", self.checked.name))?;
         }
         Ok(())
     }

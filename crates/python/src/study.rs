@@ -40,9 +40,7 @@ pub fn study(py: Python<'_>, scene: &Scene, seeds: u64, ladder: bool) -> PyResul
         return Err(PyValueError::new_err(text));
     }
     let refused = |error: StudyError| match error {
-        StudyError::NoEstimator(_) | StudyError::Seeds { .. } => {
-            PyValueError::new_err(error.to_string())
-        }
+        StudyError::Refused(why) => PyValueError::new_err(why),
         error => of_run(&format!("cannot study {}", scene.checked.name), &error),
     };
     let report = py.detach(|| {

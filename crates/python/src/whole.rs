@@ -1,17 +1,17 @@
 //! An estimator of a rover with both sides, for one frame at a time or a whole table.
 
-use crate::error::{EstimateError, of_scene};
+use crate::error::{invalid, of_frame, of_scene, warn};
 use crate::estimator::{frame, seconds};
-use crate::readings::Source;
+use crate::readings::{Source, known};
 use crate::table::Table;
-use pyo3::exceptions::{PyUserWarning, PyValueError};
+
 use pyo3::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{WholeEstimate as Found, WholeFrame};
 use robhaz_record::Table as Columns;
 use robhaz_run::{BothFrame, BothSides, Frame};
 use robhaz_scene::LogChoice;
-use std::ffi::CString;
+
 use std::path::PathBuf;
 
 type Six = (f64, f64, f64, f64, f64, f64);
@@ -29,12 +29,10 @@ impl WholeEstimator {
     fn new(py: Python<'_>, robot: PathBuf, sensors: Option<PathBuf>) -> PyResult<Self> {
         let described = LogChoice::default().described(sensors.as_deref(), Some(&robot));
         let (mut choice, notice) = described.map_err(of_scene)?;
-        let invalid = |e: &dyn ToString| PyValueError::new_err(e.to_string());
-        let selected = choice.select(&["kalman".to_owned()]);
-        selected.map_err(|e| invalid(&e))?;
+        choice.select(&["kalman".to_owned()]).map_err(invalid)?;
         let (Some(rover), Some(kalman)) = (choice.robot.whole_rover(), choice.estimators.first())
         else {
-            return Err(PyValueError::new_err(format!(
+            return Err(invalid(format!(
                 "robot: found {} without [robot.across], allowed: a robot file that states what lies across",
                 robot.display()
             )));
@@ -42,10 +40,9 @@ impl WholeEstimator {
         let settings = choice.settings(kalman);
         let inner = robhaz_estimator::whole::WholeEstimator::new(&rover, settings, choice.pin);
         if let Some(notice) = notice {
-            let text = CString::new(notice)?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+            warn(py, notice)?;
         }
-        inner.map(|inner| Self { inner }).map_err(|e| invalid(&e))
+        inner.map(|inner| Self { inner }).map_err(invalid)
     }
 
     #[pyo3(signature = (time, wheel_angle, motor_torque, pins, coupling, inclination, roll, rates, steering=None))]
@@ -76,9 +73,7 @@ impl WholeEstimator {
             roll: known(roll),
             rates: rates.map(known),
         };
-        let estimate = self.inner.update(&frame);
-        let estimate = estimate.map_err(|e| EstimateError::new_err(e.to_string()))?;
-        Ok(estimate.into())
+        Ok(self.inner.update(&frame).map_err(of_frame)?.into())
     }
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
@@ -90,7 +85,7 @@ impl WholeEstimator {
                     let readings = readings.frame(row);
                     let found = inner.update(&readings);
                     if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = found {
-                        return Err(EstimateError::new_err(format!("row {row}: {error}")));
+                        return Err(of_frame(format!("row {row}: {error}")));
                     }
                     let time = readings.time;
                     let sides = BothSides {
@@ -116,11 +111,6 @@ impl WholeEstimator {
     }
 }
 
-/// A reading that is there.
-fn known(value: Option<f64>) -> Option<f64> {
-    value.filter(|v| !v.is_nan())
-}
-
 /// The columns of readings of both sides, empty without the column.
 struct Readings {
     time: Vec<f64>,
@@ -142,28 +132,14 @@ impl Readings {
             *torque = source.column(&format!("{wheel}_motor_torque"))?;
             *steering = source.column_if_there(&format!("{wheel}_steering"))?;
         }
-        let rear = "rear_bogie_angle";
-        let coupling = if source.has(rear) {
-            rear
-        } else {
-            "differential_angle"
-        };
+        let rear = Some("rear_bogie_angle").filter(|rear| source.has(rear));
+        let coupling = rear.unwrap_or("differential_angle");
         Ok(Self {
             wheels,
-            pins: [
-                source.column("left_pin_angle")?,
-                source.column("right_pin_angle")?,
-            ],
+            pins: source.columns(["left_pin_angle", "right_pin_angle"])?,
             coupling: source.column(coupling)?,
-            attitude: [
-                source.column("body_inclination")?,
-                source.column("body_roll")?,
-            ],
-            rates: [
-                source.column("body_roll_rate")?,
-                source.column("body_rate")?,
-                source.column("body_yaw_rate")?,
-            ],
+            attitude: source.columns(["body_inclination", "body_roll"])?,
+            rates: source.columns(["body_roll_rate", "body_rate", "body_yaw_rate"])?,
             time: source.time,
         })
     }

@@ -1,7 +1,7 @@
 //! Rows of a table as Arrow batches.
 
 use crate::columns::{Kind, Table};
-use crate::error::RecordError;
+use crate::error::Result;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
 use arrow_buffer::{BooleanBuffer, NullBuffer};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
@@ -51,8 +51,8 @@ impl BatchBuilder {
     /// The rows since the last batch.
     ///
     /// # Errors
-    /// [`RecordError::Batch`] where columns have different lengths.
-    pub fn take(&mut self) -> Result<RecordBatch, RecordError> {
+    /// [`RecordError::Batch`](crate::RecordError::Batch) where columns have different lengths.
+    pub fn take(&mut self) -> Result<RecordBatch> {
         let rows = self.rows();
         let columns = self.values.iter_mut().zip(&self.table.columns);
         // The next batch is about as long.

@@ -1,10 +1,10 @@
 //! The dataset of a study, read back: one row a run and estimator.
 
-use crate::error::{RecordError, io_error};
+use crate::error::{RecordError, Result, io_error};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
-use arrow_array::{Array, RecordBatch};
-use arrow_schema::{DataType, Field, SchemaRef};
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::DataType;
 use indexmap::IndexSet;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use robhaz_scene::StudyChoice;
@@ -16,8 +16,8 @@ use std::path::Path;
 /// The dataset of a study, in memory: 8 bytes a number.
 #[derive(Clone, Debug)]
 pub struct Dataset {
-    /// All columns, each with one value a row.
-    pub columns: Vec<DatasetColumn>,
+    /// All rows. Unit and description of a column are in the metadata of its field.
+    pub rows: Vec<RecordBatch>,
     /// The study that it was made from.
     pub study: StudyChoice,
     /// Number of runs.
@@ -28,43 +28,24 @@ pub struct Dataset {
     pub scene: String,
 }
 
-/// A column of a dataset.
-#[derive(Clone, Debug)]
-pub struct DatasetColumn {
-    /// Its name: that of a score, or a key of the scene.
-    pub name: String,
-    /// SI unit; empty for counts, shares and words.
-    pub unit: String,
-    /// Its meaning.
-    pub description: String,
-    /// One value a row.
-    pub values: DatasetValues,
-}
-
-/// The values of a column; `None` where a row has none.
-#[derive(Clone, Debug)]
-pub enum DatasetValues {
-    /// Numbers, in the unit of the column.
-    Numbers(Vec<Option<f64>>),
-    /// Texts; true and false, too.
-    Words(Vec<Option<String>>),
-}
-
 impl Dataset {
     /// Reads the Parquet file of a finished study.
     ///
     /// # Errors
     /// [`RecordError`] if it cannot be read or is no dataset of a study.
-    pub fn read(path: &Path) -> Result<Self, RecordError> {
+    pub fn read(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(io_error("read", path))?;
-        let not = |reason: &dyn Display| RecordError::NotADataset {
-            path: path.to_path_buf(),
-            reason: reason.to_string(),
+        let shown = path.display();
+        let not = |reason: &dyn Display| {
+            RecordError::Refused(format!("{shown} is not the dataset of a study: {reason}"))
         };
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
         let schema = reader.schema().clone();
-        let batches = reader.build().map_err(|e| not(&e))?;
-        let batches: Vec<RecordBatch> = batches.collect::<Result<_, _>>().map_err(|e| not(&e))?;
+        if let Some(field) = schema.fields().iter().find(|f| !is_known(f.data_type())) {
+            let (name, other) = (field.name(), field.data_type());
+            return Err(not(&format!("column {name} has the type {other}")));
+        }
+        let rows = reader.build().map_err(|e| not(&e))?;
         let text = |key: &str| {
             let note = schema.metadata().get(key).cloned();
             note.ok_or_else(|| not(&format!("its metadata have no {key}")))
@@ -73,7 +54,7 @@ impl Dataset {
         let mut study = StudyChoice::parse(&study, "its study file").map_err(|e| not(&e))?;
         study.name = text("robhaz.name")?;
         Ok(Self {
-            columns: columns(&schema, &batches).map_err(|e| not(&e))?,
+            rows: rows.collect::<Result<_, _>>().map_err(|e| not(&e))?,
             study,
             runs: text("robhaz.runs")?.parse().map_err(|e| not(&e))?,
             version: text("robhaz.version")?,
@@ -81,31 +62,40 @@ impl Dataset {
         })
     }
 
-    /// A column by its name.
-    pub fn column(&self, name: &str) -> Option<&DatasetColumn> {
-        self.columns.iter().find(|column| column.name == name)
+    fn arrays(&self, name: &str) -> impl Iterator<Item = &ArrayRef> {
+        self.rows
+            .iter()
+            .filter_map(move |rows| rows.column_by_name(name))
     }
 
-    /// The numbers of a column; none if it holds words or does not exist.
-    pub fn numbers(&self, name: &str) -> &[Option<f64>] {
-        match self.column(name).map(|column| &column.values) {
-            Some(DatasetValues::Numbers(values)) => values,
-            _ => &[],
-        }
+    /// The numbers of a column, one a row; none if it holds words or does not exist.
+    pub fn numbers(&self, name: &str) -> Vec<Option<f64>> {
+        // Whole numbers up to 2^53 are exact: seeds of scenes are smaller.
+        let of = |array: &ArrayRef| -> Vec<Option<f64>> {
+            if let Some(array) = array.as_primitive_opt::<Float64Type>() {
+                array.iter().collect()
+            } else if let Some(array) = array.as_primitive_opt::<Int64Type>() {
+                array.iter().map(|n| n.map(|n| n as f64)).collect()
+            } else if let Some(array) = array.as_primitive_opt::<UInt64Type>() {
+                array.iter().map(|n| n.map(|n| n as f64)).collect()
+            } else {
+                Vec::new()
+            }
+        };
+        self.arrays(name).flat_map(of).collect()
     }
 
-    /// The words of a column; none if it holds numbers or does not exist.
-    pub fn words(&self, name: &str) -> &[Option<String>] {
-        match self.column(name).map(|column| &column.values) {
-            Some(DatasetValues::Words(values)) => values,
-            _ => &[],
-        }
+    /// The words of a column of texts, one a row; none if it holds others or does not exist.
+    pub fn words(&self, name: &str) -> impl Iterator<Item = Option<&str>> {
+        let texts = self
+            .arrays(name)
+            .filter_map(|array| array.as_string_opt::<i32>());
+        texts.flat_map(|array| array.iter())
     }
 
     /// Labels of the estimators, in the order of the rows.
     pub fn estimators(&self) -> Vec<&str> {
-        let labels = self.words("estimator").iter().flatten();
-        let distinct: IndexSet<&str> = labels.map(String::as_str).collect();
+        let distinct: IndexSet<&str> = self.words("estimator").flatten().collect();
         distinct.into_iter().collect()
     }
 
@@ -113,9 +103,9 @@ impl Dataset {
     /// frequent first.
     pub fn failures(&self) -> Vec<(&str, u64, u64)> {
         let mut found: BTreeMap<&str, (u64, u64)> = BTreeMap::new();
-        for (error, index) in self.words("error").iter().zip(self.numbers("index")) {
+        for (error, index) in self.words("error").zip(self.numbers("index")) {
             if let (Some(error), Some(index)) = (error, index) {
-                found.entry(error).or_insert((0, *index as u64)).0 += 1;
+                found.entry(error).or_insert((0, index as u64)).0 += 1;
             }
         }
         let mut list: Vec<_> = found.into_iter().map(|(e, (n, i))| (e, n, i)).collect();
@@ -124,47 +114,8 @@ impl Dataset {
     }
 }
 
-fn columns(schema: &SchemaRef, batches: &[RecordBatch]) -> Result<Vec<DatasetColumn>, String> {
-    let column = |(place, field): (usize, &std::sync::Arc<Field>)| {
-        let note = |key: &str| field.metadata().get(key).cloned().unwrap_or_default();
-        let arrays = batches.iter().filter_map(|b| b.columns().get(place));
-        Ok(DatasetColumn {
-            name: field.name().clone(),
-            unit: note("unit"),
-            description: note("description"),
-            values: values(field, arrays.map(AsRef::as_ref))?,
-        })
-    };
-    schema.fields().iter().enumerate().map(column).collect()
-}
-
-fn values<'a>(
-    field: &Field,
-    arrays: impl Iterator<Item = &'a dyn Array>,
-) -> Result<DatasetValues, String> {
-    use DatasetValues::{Numbers, Words};
-    // Whole numbers up to 2^53 are exact: seeds of scenes are smaller.
-    Ok(match field.data_type() {
-        DataType::Float64 => {
-            let numbers = arrays.flat_map(|a| a.as_primitive::<Float64Type>());
-            Numbers(numbers.collect())
-        }
-        DataType::Int64 => {
-            let numbers = arrays.flat_map(|a| a.as_primitive::<Int64Type>());
-            Numbers(numbers.map(|n| n.map(|n| n as f64)).collect())
-        }
-        DataType::UInt64 => {
-            let numbers = arrays.flat_map(|a| a.as_primitive::<UInt64Type>());
-            Numbers(numbers.map(|n| n.map(|n| n as f64)).collect())
-        }
-        DataType::Boolean => {
-            let flags = arrays.flat_map(|a| a.as_boolean());
-            Words(flags.map(|f| f.map(|f| f.to_string())).collect())
-        }
-        DataType::Utf8 => {
-            let words = arrays.flat_map(|a| a.as_string::<i32>());
-            Words(words.map(|w| w.map(str::to_owned)).collect())
-        }
-        other => return Err(format!("column {} has the type {other}", field.name())),
-    })
+/// The types of columns that datasets have.
+fn is_known(kind: &DataType) -> bool {
+    use DataType::{Boolean, Float64, Int64, UInt64, Utf8};
+    matches!(kind, Float64 | Int64 | UInt64 | Boolean | Utf8)
 }

@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 /// An error of the file system or of a library.
 type Cause = Box<dyn Error + Send + Sync>;
 
+/// What a function of this crate returns: nothing, where no other type is stated.
+pub type Result<T = (), E = RecordError> = std::result::Result<T, E>;
+
 /// Why a run cannot be recorded or read back.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
@@ -23,26 +26,6 @@ pub enum RecordError {
     /// Columns of a table do not go together: a mistake of the program.
     #[error("cannot make a table")]
     Batch(#[from] arrow_schema::ArrowError),
-    /// An estimator's name cannot be part of a file name.
-    #[error(
-        "the estimator {name:?} cannot have files in {folder}: use letters, digits, `-`, `_` and `.` in its name",
-        folder = folder.display()
-    )]
-    Name {
-        /// The name.
-        name: String,
-        /// Where its files would be.
-        folder: PathBuf,
-    },
-    /// No such folder.
-    #[error("there is no folder {}", .0.display())]
-    NoFolder(PathBuf),
-    /// A folder without a summary.
-    #[error(
-        "{} holds no summary.json: the run in it was killed or has no record, or it is not the folder of a run",
-        .0.display()
-    )]
-    NoSummary(PathBuf),
     /// A file that is no summary.
     #[error("{path} is not the summary of a run", path = path.display())]
     NotASummary {
@@ -51,20 +34,10 @@ pub enum RecordError {
         /// The first difference.
         source: serde_json::Error,
     },
-    /// A file that is no dataset of a study.
-    #[error("{path} is not the dataset of a study: {reason}", path = path.display())]
-    NotADataset {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A summary was asked for before the run's end, or of a run without a record.
-    #[error("the run has no summary: it goes on, or it has no record")]
-    Unfinished,
-    /// A number of the summary cannot be written as JSON.
-    #[error("a number of the summary is not finite")]
-    NotFinite,
+    /// A folder or file that is not what it is taken for, an estimator whose name cannot be part of a
+    /// file name, a summary that cannot be: in words.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Adds the path to a failure of the file system, or of a library that makes the file.
@@ -84,20 +57,20 @@ pub fn io_error<E: Into<Cause>>(
 ///
 /// # Errors
 /// [`RecordError::Io`].
-pub fn create_folder(folder: &Path) -> Result<(), RecordError> {
+pub fn create_folder(folder: &Path) -> Result {
     std::fs::create_dir_all(folder).map_err(io_error("create", folder))
 }
 
 /// Creates the folder of a run's files. Refuses estimators whose names would lead out of it, or that
 /// some file system cannot hold.
-pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result<(), RecordError> {
+pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     let is_bad = |name: &&String| name.is_empty() || !name.chars().all(allowed);
     match run.estimators.iter().map(|e| &e.label).find(is_bad) {
-        Some(name) => Err(RecordError::Name {
-            name: name.clone(),
-            folder: folder.to_path_buf(),
-        }),
+        Some(name) => Err(RecordError::Refused(format!(
+            "the estimator {name:?} cannot have files in {}: use letters, digits, `-`, `_` and `.` in its name",
+            folder.display()
+        ))),
         None => create_folder(folder),
     }
 }
@@ -106,7 +79,7 @@ pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result<()
 ///
 /// # Errors
 /// [`RecordError::Io`].
-pub fn names_in(folder: &Path) -> Result<Vec<String>, RecordError> {
+pub fn names_in(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
         let name = entry.map_err(io_error("read", folder))?.file_name();

@@ -3,7 +3,7 @@
 use crate::quantile::extremes;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
-use robhaz_run::{Frame, RunDescription, RunEnd};
+use robhaz_run::{RunDescription, RunEnd};
 use robhaz_score::{TrueGround, ground_origin};
 use robhaz_terrain::{Surveyed, Terrain};
 
@@ -13,62 +13,37 @@ const SPACING: f64 = 1e-3;
 /// Points whose ground is computed together: some 10 m. That of an hour's path would take 30 MB.
 const SURVEYED_AT_ONCE: usize = 1024;
 
-/// Compares the ground of every estimator.
-#[derive(Clone, Debug, Default)]
-pub struct EstimatedTerrains {
-    wheel_radius: f64,
-    /// True place of the origin of the first section, m.
-    origin: Option<Vec2>,
-}
-
 /// A point and the true ground there; `None` where it is not known.
 pub type ComparedPoint = (GroundPoint, Option<TrueGround>);
 
-impl EstimatedTerrains {
-    /// Before the first record of a run.
-    pub fn new(run: &RunDescription) -> Self {
-        Self {
-            wheel_radius: run.robot.robot.geometry.wheel_radius,
-            origin: None,
-        }
-    }
-
-    /// Takes the origin from the first record.
-    pub fn add(&mut self, frame: &Frame<'_>) {
-        if self.origin.is_none() {
-            let radius = self.wheel_radius;
-            self.origin = frame.truth.map(|truth| ground_origin(truth, radius));
-        }
-    }
-
-    /// The points of an estimator at the end of the run, in the order in which it completed them,
-    /// with the true ground, which a simulation has. Only the origin of the first section is known:
-    /// later sections have no truth.
-    pub fn compared(
-        &self,
-        end: Option<&RunEnd>,
-        estimator: usize,
-        terrain: Option<&Terrain>,
-    ) -> Vec<ComparedPoint> {
-        let points = end.and_then(|end| end.ground.get(estimator));
-        let points = points.map_or(&[][..], |points| points);
-        let chunks = points.chunks(SURVEYED_AT_ONCE);
-        let with_truth = chunks.flat_map(|points| {
-            let places = points.iter().filter(|p| p.section == 0).map(|p| p.x);
-            let (low, high) = extremes(places);
-            let truth = terrain.zip(self.origin).filter(|_| low <= high);
-            let truth = truth.map(|(terrain, origin)| {
-                let (from, to) = (origin.x + low - SPACING, origin.x + high + SPACING);
-                (origin, terrain.survey(from, to, SPACING))
-            });
-            points.iter().map(move |point| {
-                let known = truth.as_ref().filter(|_| point.section == 0);
-                let truth = known.and_then(|(origin, s)| true_at(s, *origin, point.x));
-                (*point, truth)
-            })
+/// The points of an estimator at the end of the run, in the order in which it completed them, with the
+/// true ground, which a simulation has. Only the origin of the first section is known: later sections
+/// have no truth.
+pub fn compared(
+    run: &RunDescription,
+    end: &RunEnd,
+    estimator: usize,
+    terrain: Option<&Terrain>,
+) -> Vec<ComparedPoint> {
+    let radius = run.robot.robot.geometry.wheel_radius;
+    let origin = end.start.as_ref().map(|truth| ground_origin(truth, radius));
+    let points = end.ground.get(estimator).map_or(&[][..], |points| points);
+    let chunks = points.chunks(SURVEYED_AT_ONCE);
+    let with_truth = chunks.flat_map(|points| {
+        let places = points.iter().filter(|p| p.section == 0).map(|p| p.x);
+        let (low, high) = extremes(places);
+        let truth = terrain.zip(origin).filter(|_| low <= high);
+        let truth = truth.map(|(terrain, origin)| {
+            let (from, to) = (origin.x + low - SPACING, origin.x + high + SPACING);
+            (origin, terrain.survey(from, to, SPACING))
         });
-        with_truth.collect()
-    }
+        points.iter().map(move |point| {
+            let known = truth.as_ref().filter(|_| point.section == 0);
+            let truth = known.and_then(|(origin, s)| true_at(s, *origin, point.x));
+            (*point, truth)
+        })
+    });
+    with_truth.collect()
 }
 
 /// The true ground at a place `x` (m) relative to the origin, between two points of a survey.

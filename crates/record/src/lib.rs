@@ -36,8 +36,8 @@ mod table_file;
 
 pub use batch::{BatchBuilder, field, schema};
 pub use columns::{Column, Kind, Table};
-pub use dataset::{Dataset, DatasetColumn, DatasetValues};
-pub use error::{RecordError, create_folder, io_error, names_in};
+pub use dataset::Dataset;
+pub use error::{RecordError, Result, create_folder, io_error, names_in};
 pub use figures::FigureSink;
 pub use grid::Grid;
 pub use log_lines::{TimeLine, time_lines};

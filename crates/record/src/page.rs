@@ -1,6 +1,6 @@
 //! The results of a run as one page of HTML that needs no other file.
 
-use crate::error::{RecordError, io_error};
+use crate::error::{Result, io_error, names_in};
 use crate::figures::NAMES;
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, health, means};
@@ -32,8 +32,8 @@ figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { c
 /// it was made.
 ///
 /// # Errors
-/// [`RecordError`] if the summary or a figure cannot be read.
-pub fn page(folder: &Path) -> Result<String, RecordError> {
+/// [`RecordError`](crate::RecordError) if the summary or a figure cannot be read.
+pub fn page(folder: &Path) -> Result<String> {
     let summary = Summary::read(folder)?;
     let figures = figures(&folder.join("figures"))?;
     let [scene, log] = ["scene.toml", "log.toml"].map(|name| text_if_any(&folder.join(name)));
@@ -181,28 +181,27 @@ fn contacts(runs: &[(&str, &Summary)]) -> Markup {
 
 /// Name and picture of each SVG in a folder, in the order of the page; none where there is no
 /// folder.
-fn figures(folder: &Path) -> Result<Vec<(String, String)>, RecordError> {
-    let entries = match std::fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries.map_err(io_error("read", folder))?,
-    };
-    let mut found = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(io_error("read", folder))?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if let Some(stem) = name.strip_suffix(".svg") {
-            let place = NAMES.iter().position(|start| stem.starts_with(start));
-            let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
-            found.push((place.unwrap_or(NAMES.len()), stem.to_owned(), image(&bytes)));
-        }
+fn figures(folder: &Path) -> Result<Vec<(String, String)>> {
+    if !folder.exists() {
+        return Ok(Vec::new());
     }
-    found.sort();
-    let figures = found.into_iter().map(|(_, stem, image)| (stem, image));
-    Ok(figures.collect())
+    let names = names_in(folder)?;
+    let mut stems: Vec<&str> = names
+        .iter()
+        .filter_map(|n| n.strip_suffix(".svg"))
+        .collect();
+    let place = |stem: &str| NAMES.iter().position(|start| stem.starts_with(start));
+    stems.sort_by_key(|stem| (place(stem).unwrap_or(NAMES.len()), *stem));
+    let figure = |stem: &str| {
+        let path = folder.join(format!("{stem}.svg"));
+        let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
+        Ok((stem.to_owned(), image(&bytes)))
+    };
+    stems.into_iter().map(figure).collect()
 }
 
 /// The text of a file, `None` where it does not exist.
-fn text_if_any(path: &Path) -> Result<Option<String>, RecordError> {
+fn text_if_any(path: &Path) -> Result<Option<String>> {
     match std::fs::read_to_string(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         text => text.map(Some).map_err(io_error("read", path)),

@@ -3,8 +3,8 @@
 
 use crate::batch::{array, field, schema};
 use crate::columns::Kind;
-use crate::error::RecordError;
-use crate::estimated_terrain::{ComparedPoint, EstimatedTerrains};
+use crate::error::Result;
+use crate::estimated_terrain::{ComparedPoint, compared};
 use crate::quantile::extremes;
 use crate::table_file::{TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
@@ -56,7 +56,7 @@ fn batch_of_points<T>(
     columns: &[PointColumn<T>],
     points: &[T],
     metadata: &[(&str, String)],
-) -> Result<RecordBatch, RecordError> {
+) -> Result<RecordBatch> {
     let fields = columns.iter();
     let fields = fields.map(|c| field(c.name, c.unit, c.description, c.kind.values()));
     let values = |column: &PointColumn<T>| {
@@ -72,7 +72,7 @@ fn batch_of_points<T>(
 /// are keys and values of the table as a whole.
 ///
 /// # Errors
-/// [`RecordError`] of the file system.
+/// [`RecordError`](crate::RecordError) of the file system.
 pub fn write_points<T>(
     folder: &Path,
     format: TableFormat,
@@ -80,7 +80,7 @@ pub fn write_points<T>(
     columns: &[PointColumn<T>],
     points: &[T],
     metadata: &[(&str, String)],
-) -> Result<(), RecordError> {
+) -> Result {
     start_columns(folder, format)?;
     let batch = batch_of_points(columns, points, metadata)?;
     write_table(folder, format, name, &batch)
@@ -116,10 +116,9 @@ const GROUND: &[PointColumn<ComparedPoint>] = point_columns! {
 /// estimator that has found ground.
 pub fn ground_tables(
     run: &RunDescription,
-    grounds: &EstimatedTerrains,
     end: Option<&RunEnd>,
     metadata: &[(&str, String)],
-) -> Result<Vec<(String, RecordBatch)>, RecordError> {
+) -> Result<Vec<(String, RecordBatch)>> {
     let world = run.world.as_ref();
     let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
     let mut tables = Vec::new();
@@ -129,7 +128,8 @@ pub fn ground_tables(
         tables.push(("terrain".to_owned(), batch));
     }
     for (k, estimator) in run.estimators.iter().enumerate() {
-        let points = grounds.compared(end, k, terrain.as_ref());
+        let points = end.map(|end| compared(run, end, k, terrain.as_ref()));
+        let points = points.unwrap_or_default();
         if !points.is_empty() {
             let batch = batch_of_points(GROUND, &points, metadata)?;
             tables.push((format!("ground-{}", estimator.label), batch));

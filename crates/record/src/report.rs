@@ -83,20 +83,12 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
     let of = |e: &EstimatorSummary| {
         let all = f64::from(u8::from(e.samples > 0));
-        let share = e
-            .means
-            .as_ref()
-            .map_or(all, |m| m.share(m.flags.out_of_range));
-        let (words, why) = match e.excuse_of_forces {
-            None => (
-                "WRONG FORCES",
-                ". `robhaz check` looks for the cause".to_owned(),
-            ),
-            Some(excuse) => (
-                "forces that may be wrong",
-                format!(": {}", excuse.in_words()),
-            ),
-        };
+        let means = e.means.as_ref();
+        let share = means.map_or(all, |m| m.share(m.flags.out_of_range));
+        let excuse = e.excuse_of_forces.map(|excuse| excuse.in_words());
+        let words = excuse.map_or("WRONG FORCES", |_| "forces that may be wrong");
+        let check = || ". `robhaz check` looks for the cause".to_owned();
+        let why = excuse.map_or_else(check, |why| format!(": {why}"));
         (summary.log.is_some() && share > Agreement::FEW_OUT_OF_RANGE).then(|| {
             format!(
                 "{label}, {}: {words} in {:.1} % of the records: parity beyond five deviations, or a force \
@@ -197,10 +189,10 @@ fn faulty_channels(estimator: &EstimatorSummary) -> Option<String> {
 /// How many records have a wheel with two contacts, and how many are left out, the same for all
 /// estimators of a run.
 fn two_contacts(summary: &Summary) -> Vec<String> {
-    let mut lines = Vec::new();
     let Some(first) = summary.estimators.first() else {
-        return lines;
+        return Vec::new();
     };
+    let mut lines = Vec::new();
     let (two, samples, left_out) = (first.two_contacts, first.samples, first.no_equivalent);
     if two > 0 {
         lines.push(format!(
@@ -234,14 +226,12 @@ fn trouble(progress: &Progress) -> Option<String> {
         "the wheels spun for {front:.1}, {middle:.1} and {rear:.1} s (front, middle, rear)"
     );
     let (came, asked) = (progress.distance, progress.asked);
+    let came = format!("came {came:.2} m of the {asked:.2} m that the drive asked for");
     match progress.stuck_since {
-        Some(since) => Some(format!(
-            "the robot is STUCK since {since:.1} s: it came {came:.2} m of the {asked:.2} m that the drive asked for; {wheels}."
+        Some(s) => Some(format!(
+            "the robot is STUCK since {s:.1} s: it {came}; {wheels}."
         )),
-        None if spins => Some(format!(
-            "{wheels}; the robot came {came:.2} m of the {asked:.2} m that the drive asked for."
-        )),
-        None => None,
+        None => spins.then(|| format!("{wheels}; the robot {came}.")),
     }
 }
 

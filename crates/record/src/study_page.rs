@@ -1,9 +1,10 @@
 //! The results of a study as one page of HTML that needs no other file.
 
-use crate::dataset::{Dataset, DatasetColumn, DatasetValues};
+use crate::dataset::Dataset;
 use crate::grid::wide;
 use crate::page::document;
 use crate::quantile::quantiles;
+use arrow_schema::Field;
 use maud::{Markup, html};
 
 /// The page of a study: scores of each estimator, failures with their reasons, study file and base
@@ -53,23 +54,26 @@ fn number(value: f64) -> String {
 
 /// A row for each score with a value, a column for each estimator.
 fn scores(dataset: &Dataset) -> Markup {
-    let columns = dataset.columns.iter();
-    let scores = columns.skip_while(|c| c.name != "estimator");
-    let scores: Vec<(&DatasetColumn, Vec<Option<[f64; 3]>>)> = scores
-        .filter_map(|column| Some((column, of_estimators(dataset, column)?)))
+    let fields = dataset.rows.first().map(|rows| rows.schema_ref().fields());
+    let scores = fields.into_iter().flatten();
+    let scores = scores.skip_while(|field| field.name() != "estimator");
+    let scores: Vec<_> = scores
+        .filter_map(|field| Some((field, of_estimators(dataset, field.name())?)))
         .collect();
+    let note = |field: &Field, key: &str| field.metadata().get(key).cloned().unwrap_or_default();
     html! {
         @if scores.is_empty() { p { "No run has scores." } }
         @else {
             (wide(&html! {
                 tr { th { "score" } @for label in dataset.estimators() { th { (label) } } th { "meaning" } }
-                @for (column, cells) in &scores {
+                @for (field, cells) in &scores {
+                    @let unit = note(field, "unit");
                     tr {
-                        td { code { (column.name) } @if !column.unit.is_empty() { ", " (column.unit) } }
+                        td { code { (field.name()) } @if !unit.is_empty() { ", " (unit) } }
                         @for cell in cells {
                             td { @if let Some([low, median, high]) = cell { (number(*median)) " (" (number(*low)) " to " (number(*high)) ")" } }
                         }
-                        td style="text-align: left; white-space: normal; min-width: 16rem" { (column.description) }
+                        td style="text-align: left; white-space: normal; min-width: 16rem" { (note(field, "description")) }
                     }
                 }
             }))
@@ -78,13 +82,11 @@ fn scores(dataset: &Dataset) -> Markup {
 }
 
 /// 5 %, median and 95 % of a column for each estimator; `None` of words, or where none has a value.
-fn of_estimators(dataset: &Dataset, column: &DatasetColumn) -> Option<Vec<Option<[f64; 3]>>> {
-    let DatasetValues::Numbers(values) = &column.values else {
-        return None;
-    };
-    let rows = || dataset.words("estimator").iter().zip(values);
+fn of_estimators(dataset: &Dataset, column: &str) -> Option<Vec<Option<[f64; 3]>>> {
+    let values = dataset.numbers(column);
     let of = |label: &str| {
-        let own = rows().filter(|(estimator, _)| estimator.as_deref() == Some(label));
+        let rows = dataset.words("estimator").zip(&values);
+        let own = rows.filter(|(estimator, _)| *estimator == Some(label));
         quantiles(own.filter_map(|(_, value)| *value), [0.05, 0.5, 0.95])
     };
     let cells: Vec<_> = dataset.estimators().into_iter().map(of).collect();

@@ -2,8 +2,8 @@
 
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::error::{RecordError, create_folder_of};
-use crate::estimated_terrain::EstimatedTerrains;
+use crate::error::{Result, create_folder_of};
+
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
@@ -25,8 +25,8 @@ pub struct TableSink {
     /// Where the files are; `None` in memory.
     folder: Option<(PathBuf, TableFormat)>,
     tables: Vec<RowTable>,
-    /// The ground that the estimators find.
-    grounds: Option<(RunDescription, EstimatedTerrains)>,
+    /// The run, from its start to its end.
+    run: Option<RunDescription>,
     /// A row could not be written.
     failed: bool,
     in_memory: Vec<(String, RecordBatch)>,
@@ -40,7 +40,7 @@ struct RowTable {
 }
 
 impl RowTable {
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         self.rows.push_all(frames);
         match &mut self.file {
             Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
@@ -49,7 +49,7 @@ impl RowTable {
     }
 
     /// Completes its file, or returns what is in memory.
-    fn finish(mut self) -> Result<Option<(String, RecordBatch)>, RecordError> {
+    fn finish(mut self) -> Result<Option<(String, RecordBatch)>> {
         let Some(mut file) = self.file else {
             let batch = self.rows.take()?;
             return Ok(Some((self.rows.table.name, batch)));
@@ -85,10 +85,7 @@ impl TableSink {
 
     /// Adds the rows of records to all tables, on all cores. A table that cannot be written is
     /// completed with the rows before.
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
-        if let Some((_, grounds)) = &mut self.grounds {
-            frames.iter().for_each(|frame| grounds.add(frame));
-        }
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
         let written: Vec<_> = written.collect();
         let tables = std::mem::take(&mut self.tables);
@@ -123,7 +120,7 @@ impl Sink for TableSink {
             create_folder_of(run, folder)?;
             start_columns(folder, *format)?;
         }
-        self.grounds = Some((run.clone(), EstimatedTerrains::new(run)));
+        self.run = Some(run.clone());
         let metadata = metadata(run);
         for table in Table::all(run) {
             let rows = BatchBuilder::new(table, &metadata);
@@ -153,10 +150,10 @@ impl Sink for TableSink {
         for table in closed {
             self.in_memory.extend(table?);
         }
-        let Some((run, grounds)) = self.grounds.take().filter(|_| !self.failed) else {
+        let Some(run) = self.run.take().filter(|_| !self.failed) else {
             return Ok(());
         };
-        for (name, batch) in ground_tables(&run, &grounds, end, &metadata(&run))? {
+        for (name, batch) in ground_tables(&run, end, &metadata(&run))? {
             match &self.folder {
                 Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
                 None => self.in_memory.push((name, batch)),

@@ -1,6 +1,6 @@
 //! Files of tables: the one way from Arrow batches to Parquet or comma-separated text.
 
-use crate::error::{RecordError, io_error};
+use crate::error::{Result, io_error};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
@@ -97,14 +97,14 @@ impl TableFile {
     /// begun. Parquet makes it small if `values_repeat` from row to row.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system.
+    /// [`RecordError`](crate::RecordError) of the file system.
     pub fn create(
         folder: &Path,
         format: TableFormat,
         name: &str,
         schema: &SchemaRef,
         values_repeat: bool,
-    ) -> Result<Self, RecordError> {
+    ) -> Result<Self> {
         let path = folder.join(format!("{name}.{}", format.extension()));
         let partial = path.with_added_extension("partial");
         let file = File::create(&partial).map_err(io_error("create", &partial))?;
@@ -138,8 +138,8 @@ impl TableFile {
     /// Writes rows; of Parquet they are a row group. Of CSV they are numbers alone.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system, or for values of another type.
-    pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
+    /// [`RecordError`](crate::RecordError) of the file system, or for values of another type.
+    pub fn write(&mut self, batch: &RecordBatch) -> Result {
         let path = &self.path;
         match &mut self.out {
             _ if batch.num_rows() == 0 => return Ok(()),
@@ -160,8 +160,8 @@ impl TableFile {
     /// Completes the file and gives it its name; `on_disk`: when all of it is on the disk.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system.
-    pub fn finish(mut self, on_disk: bool) -> Result<(), RecordError> {
+    /// [`RecordError`](crate::RecordError) of the file system.
+    pub fn finish(mut self, on_disk: bool) -> Result {
         if let Out::Parquet(writer, _) = &mut self.out {
             writer.finish().map_err(io_error("write", &self.path))?;
         }
@@ -179,8 +179,8 @@ impl TableFile {
     /// Without rows it keeps the name of an incomplete file.
     ///
     /// # Errors
-    /// [`RecordError`] of the file system.
-    pub fn cut_off(mut self) -> Result<(), RecordError> {
+    /// [`RecordError`](crate::RecordError) of the file system.
+    pub fn cut_off(mut self) -> Result {
         self.out.buffer().get_mut().has_failed = true;
         let file = OpenOptions::new().write(true).open(&self.partial);
         let mut file = file.map_err(io_error("open", &self.partial))?;
@@ -203,12 +203,7 @@ impl TableFile {
 }
 
 /// Writes a table of one batch into a folder.
-pub fn write_table(
-    folder: &Path,
-    format: TableFormat,
-    name: &str,
-    batch: &RecordBatch,
-) -> Result<(), RecordError> {
+pub fn write_table(folder: &Path, format: TableFormat, name: &str, batch: &RecordBatch) -> Result {
     let mut file = TableFile::create(folder, format, name, batch.schema_ref(), false)?;
     file.write(batch)?;
     file.finish(false)
@@ -216,7 +211,7 @@ pub fn write_table(
 
 /// Begins `columns.csv`: table, column, unit and description, for which CSV has no place. Parquet
 /// has none.
-pub fn start_columns(folder: &Path, format: TableFormat) -> Result<(), RecordError> {
+pub fn start_columns(folder: &Path, format: TableFormat) -> Result {
     if format == TableFormat::Parquet {
         return Ok(());
     }
@@ -226,7 +221,7 @@ pub fn start_columns(folder: &Path, format: TableFormat) -> Result<(), RecordErr
 
 const COLUMNS: &str = "columns.csv";
 
-fn add_columns(folder: &Path, table: &str, schema: &SchemaRef) -> Result<(), RecordError> {
+fn add_columns(folder: &Path, table: &str, schema: &SchemaRef) -> Result {
     let line = |field: &Arc<arrow_schema::Field>| {
         let note = |key: &str| field.metadata().get(key).cloned().unwrap_or_default();
         let (name, unit) = (field.name(), note("unit"));

@@ -1,7 +1,7 @@
 //! The control of a scene, from readings and estimates to the commands of the wheels; and a plant
 //! that it drives.
 
-use crate::error::RunError;
+use crate::error::{Result, RunError};
 use crate::estimators::Observers;
 use robhaz_control::{ControlInput, Controller, FrictionTestResult};
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
@@ -77,7 +77,7 @@ impl DrivenPlant {
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
-    pub fn new(scene: &Scene, setup: &PlantSetup) -> Result<Self, RunError> {
+    pub fn new(scene: &Scene, setup: &PlantSetup) -> Result<Self> {
         Ok(Self {
             control: control(scene)?,
             plant: Plant::new(setup).map_err(|cause| RunError::Start(cause.into()))?,

@@ -7,6 +7,9 @@ use std::error::Error;
 /// Largest number of truths of a run that are kept in memory: some 0.5 GB.
 pub const MOST_KEPT: u64 = 500_000;
 
+/// What a function of this crate returns: nothing, where no other type is stated.
+pub type Result<T = (), E = RunError> = std::result::Result<T, E>;
+
 /// Why a run broke off, or cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {

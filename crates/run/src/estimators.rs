@@ -1,6 +1,6 @@
 //! The estimators of a run, side by side on the same readings.
 
-use crate::ground::{EstimatedTerrain, Memory};
+use crate::ground::EstimatedTerrain;
 use crate::source::{Sample, sensor_frame};
 use rayon::prelude::*;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator};
@@ -113,7 +113,8 @@ impl Estimators {
     /// The ground as the estimators know it now.
     pub fn ground(&self) -> EstimatedTerrain<'_> {
         EstimatedTerrain {
-            memory: Memory::Live(&self.estimators),
+            estimators: &self.estimators,
+            copies: &[],
             completed: &self.completed,
         }
     }

@@ -29,18 +29,20 @@ mod log_report;
 mod pipeline;
 mod sink;
 mod source;
+mod ticker;
 pub mod verify;
 
 pub use both::{BothFrame, BothSides, BothTruth};
 pub use clearance::TruthClearance;
 pub use description::{BothDescription, EstimatorDescription, RunDescription};
 pub use driver::{DrivenPlant, Driver};
-pub use error::{MOST_KEPT, RunError, in_one_line};
+pub use error::{MOST_KEPT, Result, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
 pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
+pub use ticker::Ticker;
 
 use robhaz_estimator::GroundPoint;
 use robhaz_estimator::whole::WholeEstimator;
@@ -58,7 +60,7 @@ pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 ///
 /// # Errors
 /// As [`Run::new`] and [`Run::until`].
-pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd> {
     Run::new(scene)?.until(sinks, &|| None)
 }
 
@@ -77,8 +79,8 @@ pub struct Run {
     on_threads: bool,
     /// Time spent without the sinks.
     wall: Duration,
-    /// Time of the last record, s. `None` before the first.
-    time: Option<f64>,
+    /// Truth of the first record, where it has one, and time of the last, s.
+    records: Option<(Option<Truth>, f64)>,
 }
 
 impl Run {
@@ -87,7 +89,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
-    pub fn new(scene: &Scene) -> Result<Self, RunError> {
+    pub fn new(scene: &Scene) -> Result<Self> {
         let start = Instant::now();
         let source = Box::new(Simulation::new(scene)?);
         let mut run = Self::ready(RunDescription::of(scene)?, source);
@@ -102,7 +104,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError::ModelError`].
-    pub fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Result<Self, RunError> {
+    pub fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Result<Self> {
         let source = Box::new(Simulation::observing(scene, truth));
         Ok(Self::ready(RunDescription::of(scene)?, source))
     }
@@ -147,7 +149,7 @@ impl Run {
             driver: None,
             on_threads: false,
             wall: start.elapsed(),
-            time: None,
+            records: None,
         }
     }
 
@@ -156,11 +158,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
-    pub fn until(
-        mut self,
-        sinks: &mut [&mut dyn Sink],
-        stop: Stop<'_>,
-    ) -> Result<RunEnd, RunError> {
+    pub fn until(mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<RunEnd> {
         begin(&self.description, sinks)?;
         if let Some(clearance) = &mut self.clearance {
             let needs = sinks.iter().map(|sink| sink.clearance_need());
@@ -196,17 +194,13 @@ impl Run {
         }
     }
 
-    fn on_several_threads(
-        &mut self,
-        sinks: &mut [&mut dyn Sink],
-        stop: Stop<'_>,
-    ) -> Result<(), RunError> {
-        let (time, completed) = (&mut self.time, &mut self.ground);
+    fn on_several_threads(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
+        let (records, completed) = (&mut self.records, &mut self.ground);
         let hand_on = |frames: &[Frame<'_>]| {
             let stopped = (0..frames.len()).find_map(|k| stop().map(|cause| (k, cause)));
             let frames = stopped.map_or(frames, |(k, _)| &frames[..k]);
-            if let Some(last) = frames.last() {
-                *time = Some(last.time);
+            for frame in frames {
+                note(records, frame);
             }
             for sink in sinks.iter_mut() {
                 sink.frames(frames).map_err(RunError::Sink)?;
@@ -224,7 +218,7 @@ impl Run {
         pipeline::run(source, estimators, clearance, wall, hand_on)
     }
 
-    fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+    fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
         loop {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
@@ -260,14 +254,14 @@ impl Run {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
             add_completed(&mut self.ground, &frame.ground);
+            note(&mut self.records, &frame);
             self.estimators.completed.iter_mut().for_each(Vec::clear);
-            self.time = Some(sample.time);
         }
     }
 
     /// How the run ended. `None` without a record.
     fn end(&mut self, error: Option<&RunError>) -> Option<RunEnd> {
-        let last = self.time?;
+        let (start, last) = self.records?;
         let rest = self.estimators.ground();
         let whole = |(k, mut points): (usize, Vec<GroundPoint>)| {
             points.extend_from_slice(rest.completed(k));
@@ -278,6 +272,7 @@ impl Run {
         let friction_tests = self.driver.iter().flat_map(Driver::friction_tests);
         Some(RunEnd {
             ground: completed.into_iter().enumerate().map(whole).collect(),
+            start,
             duration: match error {
                 None => self.description.record.duration,
                 Some(_) => last,
@@ -291,6 +286,11 @@ impl Run {
     }
 }
 
+/// Keeps the truth of the first record and the time of the last.
+fn note(records: &mut Option<(Option<Truth>, f64)>, frame: &Frame<'_>) {
+    records.get_or_insert((frame.truth.copied(), 0.0)).1 = frame.time;
+}
+
 /// Adds the points that the estimators have completed for a record.
 fn add_completed(to: &mut [Vec<GroundPoint>], ground: &EstimatedTerrain<'_>) {
     for (k, points) in to.iter_mut().enumerate() {
@@ -299,7 +299,7 @@ fn add_completed(to: &mut [Vec<GroundPoint>], ground: &EstimatedTerrain<'_>) {
 }
 
 /// Lets every sink begin. When one fails, those that have begun end.
-fn begin(run: &RunDescription, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
+fn begin(run: &RunDescription, sinks: &mut [&mut dyn Sink]) -> Result {
     for i in 0..sinks.len() {
         if let Err(error) = sinks[i].begin(run) {
             for sink in &mut sinks[..i] {

@@ -11,11 +11,12 @@
 
 use crate::both::BothFrame;
 use crate::clearance::TruthClearance;
-use crate::error::RunError;
+use crate::error::{Result, RunError};
 use crate::estimators::Estimators;
-use crate::ground::{EstimatedTerrain, Memory};
+use crate::ground::EstimatedTerrain;
 use crate::sink::Frame;
 use crate::source::{Sample, Source};
+use crate::ticker::Ticker;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use robhaz_estimator::whole::WholeEstimate;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
@@ -68,8 +69,8 @@ pub(crate) fn run(
     estimators: &mut Estimators,
     clearance: Option<&mut TruthClearance>,
     wall: &mut Duration,
-    mut hand_on: impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
-) -> Result<(), RunError> {
+    mut hand_on: impl FnMut(&[Frame<'_>]) -> Result,
+) -> Result {
     let count = estimators.count();
     // Its own threads: those of a study may all wait for runs like this one.
     let pool = ThreadPoolBuilder::new().build()?;
@@ -114,7 +115,7 @@ fn read_all(
     is_over: &AtomicBool,
 ) -> Duration {
     let mut time = Duration::ZERO;
-    let mut next_ground = 0.0;
+    let mut next_ground = Ticker::new(GROUND_PERIOD);
     while !is_over.load(Ordering::Relaxed) {
         let start = Instant::now();
         let mut batch = spare.try_recv().unwrap_or_default();
@@ -127,21 +128,14 @@ fn read_all(
     time
 }
 
-/// Puts the next samples of a source into a batch. Returns whether they are the last. `next_ground`
-/// counts the periods of [`GROUND_PERIOD`].
-fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut f64) -> bool {
+/// Puts the next samples of a source into a batch. Returns whether they are the last.
+fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut Ticker) -> bool {
     batch.samples.clear();
     batch.ends_with_ground = false;
     while batch.samples.len() < BATCH && !batch.ends_with_ground {
         match source.next_sample() {
             Ok(Some(sample)) => {
-                // Times are sums of steps: a rounding error must not postpone the ground to the
-                // next record.
-                let periods = (sample.time / GROUND_PERIOD + 1e-6).floor();
-                if sample.is_record && periods >= *next_ground {
-                    *next_ground = periods + 1.0;
-                    batch.ends_with_ground = true;
-                }
+                batch.ends_with_ground = sample.is_record && next_ground.is_due(sample.time);
                 batch.samples.push(sample);
             }
             Ok(None) => return true,
@@ -203,15 +197,16 @@ fn estimate_all(
 fn records(
     batch: &mut Batch,
     count: usize,
-    hand_on: &mut impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
+    hand_on: &mut impl FnMut(&[Frame<'_>]) -> Result,
     left: &mut [Vec<GroundPoint>],
-) -> Result<(), RunError> {
+) -> Result {
     let samples = &batch.samples;
     let last = samples.iter().rposition(|sample| sample.is_record);
     keep(left, &mut batch.completed);
     let mut clearances = batch.clearances.iter();
     let ground = EstimatedTerrain {
-        memory: Memory::Copied(&batch.memory),
+        estimators: &[],
+        copies: &batch.memory,
         completed: left,
     };
     let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);

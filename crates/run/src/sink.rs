@@ -53,6 +53,8 @@ impl<'a> Frame<'a> {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
+    /// The truth of the first record; `None` for recorded readings.
+    pub start: Option<Truth>,
     /// Time of the run up to its end, s.
     pub duration: f64,
     /// Time that source and estimators took, without the sinks, s; on several threads the time of
@@ -136,5 +138,12 @@ pub trait Sink {
     /// The sink cannot finish.
     fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
         Ok(())
+    }
+}
+
+/// A function of the records alone.
+impl<F: FnMut(&Frame<'_>) -> Result<(), SinkError>> Sink for F {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        self(frame)
     }
 }

@@ -1,7 +1,7 @@
 //! Sources of readings.
 
 use crate::both::BothSides;
-use crate::error::RunError;
+use crate::error::{Result, RunError};
 use crate::log_report::LogReport;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_model::WheelCommand;
@@ -32,7 +32,7 @@ pub trait Source {
     ///
     /// # Errors
     /// [`RunError`] where the source cannot go on.
-    fn next_sample(&mut self) -> Result<Option<Sample>, RunError>;
+    fn next_sample(&mut self) -> Result<Option<Sample>>;
 
     /// Takes the commands of the wheels, which act from the next sample on. Recorded readings
     /// ignore them.
@@ -71,9 +71,8 @@ impl Simulation {
     ///
     /// # Errors
     /// [`RunError::Start`] where the robot cannot stand on its ground.
-    pub fn new(scene: &Scene) -> Result<Self, RunError> {
-        let plant = Plant::new(&scene.plant_setup())
-            .map_err(|cause| RunError::Start(PlantFailure::from(cause)))?;
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let plant = Plant::new(&scene.plant_setup()).map_err(|e| RunError::Start(e.into()))?;
         let samples = (scene.record.count() - 1) * scene.samples_per_record() + 1;
         Ok(Self::of(scene, Origin::Plant(Box::new(plant)), samples))
     }
@@ -96,7 +95,7 @@ impl Simulation {
 }
 
 impl Source for Simulation {
-    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
+    fn next_sample(&mut self) -> Result<Option<Sample>> {
         if self.taken == self.samples {
             return Ok(None);
         }

@@ -1,7 +1,7 @@
 //! The runs of a shard, on several threads.
 
 use crate::dataset;
-use crate::error::{StudyError, io_error};
+use crate::error::{Result, StudyError, io_error};
 use crate::folder::{DATASET, Folder, Shard};
 use crate::journal::{Journal, RunRecord, scan};
 use crate::single::{self, SharedTruth};
@@ -58,7 +58,7 @@ pub fn compute(
     shard: Shard,
     jobs: usize,
     watch: &Watch<'_>,
-) -> Result<Done, StudyError> {
+) -> Result<Done> {
     let folder = Folder::open(folder, &study.identity)?;
     let (dataset, hash) = (folder.dataset(), &study.identity.sha256);
     let runs = shard.count(study.runs());
@@ -114,15 +114,11 @@ pub fn compute(
 ///
 /// # Errors
 /// As [`compute`]. When the caller stopped it, nothing stays.
-pub fn compute_dataset(
-    study: &Study,
-    jobs: usize,
-    watch: &Watch<'_>,
-) -> Result<Dataset, StudyError> {
+pub fn compute_dataset(study: &Study, jobs: usize, watch: &Watch<'_>) -> Result<Dataset> {
     let folder = tempfile::tempdir().map_err(io_error("create", &std::env::temp_dir()))?;
     let mut done = compute(study, folder.path(), Shard::ALL, jobs, watch);
-    if let Err(StudyError::Stopped { kept, .. }) = &mut done {
-        *kept = false;
+    if let Err(StudyError::Stopped { after, .. }) = &mut done {
+        *after = "nothing was written; with --out DIR the same command goes on where it stopped";
     }
     done?;
     Ok(Dataset::read(&folder.path().join(DATASET))?)
@@ -142,7 +138,7 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// Computes the pending ones of `runs` runs on `jobs` threads. Returns how many were computed.
-    fn run(&self, jobs: usize, runs: u64) -> Result<u64, StudyError> {
+    fn run(&self, jobs: usize, runs: u64) -> Result<u64> {
         let left = (0..self.study.runs()).filter(|run| (self.is_pending)(*run));
         let left = left.count() as u64;
         (self.watch.begin)(runs - left, runs);
@@ -158,7 +154,7 @@ impl Work<'_> {
                 cause,
                 done: runs - left + computed,
                 runs,
-                kept: true,
+                after: "the same command goes on where it stopped",
             }),
         }
     }

@@ -1,7 +1,7 @@
 //! The dataset of all runs, in their order: the same bytes for any number of threads, shards and
 //! interruptions. Its columns: index, varied keys, estimator, scores, error.
 
-use crate::error::StudyError;
+use crate::error::Result;
 use crate::folder::{Folder, TABLE, sync_parent};
 use crate::journal::{RunRecord, scan};
 use crate::plan::Plan;
@@ -21,7 +21,7 @@ const RUNS_AT_ONCE: usize = 50_000;
 
 /// Writes the dataset of the runs in the journals of a folder, which must be all runs. A run that
 /// is there twice is the same twice: the first counts.
-pub fn write(study: &Study, folder: &Folder) -> Result<(), StudyError> {
+pub fn write(study: &Study, folder: &Folder) -> Result {
     let (hash, journals) = (&study.identity.sha256, folder.journals()?);
     let mut rows = RowBuilder::new(&study.plan, &notes(&study.identity));
     let mut file = TableFile::create(&folder.0, TableFormat::Parquet, TABLE, &rows.schema, true)?;
@@ -132,7 +132,7 @@ impl RowBuilder {
     fn new(plan: &Plan, notes: &[(&str, String)]) -> Self {
         let index = (DataType::UInt64, false);
         let mut fields = vec![field("index", "", "index of the run", index)];
-        for axis in plan.axes() {
+        for axis in &plan.axes {
             for (i, key) in axis.keys.iter().enumerate() {
                 let kind = type_of(axis, i);
                 let unit = match kind {

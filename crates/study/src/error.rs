@@ -5,6 +5,9 @@ use robhaz_scene::FileError;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// What a function of this crate returns: nothing, where no other type is stated.
+pub type Result<T = (), E = StudyError> = std::result::Result<T, E>;
+
 /// Why a study cannot go on. A run that fails is no such error: it is a row of the dataset with its
 /// reason.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -13,19 +16,9 @@ pub enum StudyError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] FileError),
-    /// A scene without estimators.
-    #[error(
-        "{0} has no estimator to study: leave out `estimator = []`, or study the --ladder (in Python ladder=True)"
-    )]
-    NoEstimator(String),
-    /// Seeds that a study cannot count.
-    #[error("{seeds} seeds from {first} on: the last seed must be below 2^63")]
-    Seeds {
-        /// Their number.
-        seeds: u64,
-        /// The first.
-        first: u64,
-    },
+    /// A scene without estimators, or seeds that a study cannot count: in words.
+    #[error("{0}")]
+    Refused(String),
     /// A run of a scene failed: none of the others says more.
     #[error("cannot study {scene}: {reason}")]
     Failed {
@@ -34,25 +27,10 @@ pub enum StudyError {
         /// The reason of the first run that failed.
         reason: String,
     },
-    /// The folder holds the runs of another study, or of another version of this one.
-    #[error("{folder} holds runs of another study: {difference}")]
-    #[diagnostic(help(
-        "write elsewhere with --out DIR, or remove the folder; runs of two studies never mix"
-    ))]
-    OtherStudy {
-        /// The folder.
-        folder: PathBuf,
-        /// What differs, found and wanted.
-        difference: String,
-    },
-    /// The folder holds something, but no study.
-    #[error("{0} is not empty and holds no study: it is left alone")]
-    #[diagnostic(help("write elsewhere with --out DIR"))]
-    NotAStudy(PathBuf),
-    /// Another process computes runs of this shard.
-    #[error("another process is writing {0}")]
-    #[diagnostic(help("wait for its end"))]
-    InUse(PathBuf),
+    /// The folder holds something else, or another process is writing into it: in words, and what to do.
+    #[error("{0}")]
+    #[diagnostic(help("{1}"))]
+    Folder(String, &'static str),
     /// A manifest of a study that cannot be read.
     #[error("{path} is no description of a study")]
     Manifest {
@@ -66,7 +44,7 @@ pub enum StudyError {
     Record(#[from] RecordError),
     /// A signal stopped the study.
     #[error("stopped by {cause}; {done} of {runs} runs are done")]
-    #[diagnostic(help("{}", after_a_stop(*kept)))]
+    #[diagnostic(help("{after}"))]
     Stopped {
         /// The signal.
         cause: &'static str,
@@ -74,19 +52,12 @@ pub enum StudyError {
         done: u64,
         /// Runs of this shard.
         runs: u64,
-        /// Whether the finished runs are in a folder.
-        kept: bool,
+        /// What became of the finished runs.
+        after: &'static str,
     },
     /// The threads cannot be started.
     #[error("cannot start the threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
-const fn after_a_stop(kept: bool) -> &'static str {
-    match kept {
-        true => "the same command goes on where it stopped",
-        false => "nothing was written; with --out DIR the same command goes on where it stopped",
-    }
 }
 
 /// An error of the file system at a path.

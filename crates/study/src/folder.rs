@@ -7,7 +7,7 @@
 //! | `study.parquet` | the dataset, when all are done |
 //! | `tables/run-N` | full tables of chosen runs |
 
-use crate::error::{StudyError, io_error};
+use crate::error::{Result, StudyError, io_error};
 use crate::study::Identity;
 use robhaz_record::names_in;
 use std::fmt;
@@ -69,7 +69,7 @@ impl Folder {
     ///
     /// # Errors
     /// [`StudyError`]: it holds something else.
-    pub fn open(path: &Path, identity: &Identity) -> Result<Self, StudyError> {
+    pub fn open(path: &Path, identity: &Identity) -> Result<Self> {
         fs::create_dir_all(path).map_err(io_error("create", path))?;
         let manifest = path.join(MANIFEST);
         match fs::read(&manifest) {
@@ -99,7 +99,7 @@ impl Folder {
     }
 
     /// All journals, in the order of their names.
-    pub fn journals(&self) -> Result<Vec<PathBuf>, StudyError> {
+    pub fn journals(&self) -> Result<Vec<PathBuf>> {
         let is_journal = |name: &str| name.starts_with("runs") && name.ends_with(".jsonl");
         let names = names_in(&self.0)?;
         let journals = names.iter().filter(|name| is_journal(name));
@@ -117,7 +117,7 @@ impl Folder {
     }
 
     /// Removes the journals, which a complete dataset does not need.
-    pub fn tidy(&self) -> Result<(), StudyError> {
+    pub fn tidy(&self) -> Result {
         for journal in self.journals()? {
             fs::remove_file(&journal).map_err(io_error("remove", &journal))?;
         }
@@ -127,17 +127,23 @@ impl Folder {
 
 /// Checks that a folder without a manifest has at most what a study leaves that was killed before
 /// its manifest was there.
-fn check_only_begun(path: &Path) -> Result<(), StudyError> {
+fn check_only_begun(path: &Path) -> Result {
     let partial = format!("{MANIFEST}.partial");
     let names = names_in(path)?;
     match names.iter().all(|name| name.starts_with(&partial)) {
         true => Ok(()),
-        false => Err(StudyError::NotAStudy(path.to_path_buf())),
+        false => Err(StudyError::Folder(
+            format!(
+                "{} is not empty and holds no study: it is left alone",
+                path.display()
+            ),
+            "write elsewhere with --out DIR",
+        )),
     }
 }
 
 /// Checks that a folder holds runs of this study.
-fn check_same(folder: &Path, found: &Identity, wanted: &Identity) -> Result<(), StudyError> {
+fn check_same(folder: &Path, found: &Identity, wanted: &Identity) -> Result {
     if found == wanted {
         return Ok(());
     }
@@ -152,15 +158,18 @@ fn check_same(folder: &Path, found: &Identity, wanted: &Identity) -> Result<(), 
     };
     let short = |identity: &Identity| identity.sha256.chars().take(12).collect::<String>();
     let (found, wanted) = (short(found), short(wanted));
-    Err(StudyError::OtherStudy {
-        folder: folder.to_path_buf(),
-        difference: format!("{difference} (SHA-256 {found}..., now {wanted}...)"),
-    })
+    let shown = folder.display();
+    Err(StudyError::Folder(
+        format!(
+            "{shown} holds runs of another study: {difference} (SHA-256 {found}..., now {wanted}...)"
+        ),
+        "write elsewhere with --out DIR, or remove the folder; runs of two studies never mix",
+    ))
 }
 
 /// Writes a small file. It has its name only when all of it is on the disk. Several processes may
 /// write the same content.
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
+pub fn write_whole(path: &Path, content: &[u8]) -> Result {
     let temporary = path.with_added_extension(format!("partial-{}", std::process::id()));
     let mut file = File::create(&temporary).map_err(io_error("create", &temporary))?;
     file.write_all(content)
@@ -170,7 +179,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
 }
 
 /// Gives a complete file or folder its name, and waits until the disk has the name, too.
-pub fn settle(temporary: &Path, path: &Path) -> Result<(), StudyError> {
+pub fn settle(temporary: &Path, path: &Path) -> Result {
     fs::rename(temporary, path).map_err(io_error("rename", temporary))?;
     sync_parent(path);
     Ok(())

@@ -5,7 +5,7 @@
 //! the study and of what is before it. A line that does not match its checksum is damaged, or of
 //! another study: it counts as not there, and is reported.
 
-use crate::error::{StudyError, io_error};
+use crate::error::{Result, StudyError, io_error};
 use fnv::FnvHasher;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -60,11 +60,7 @@ pub struct Scanned {
 
 /// Hands the finished runs in the journal of the study with the hash `study` to `each`. There are
 /// none if there is no such file.
-pub fn scan(
-    path: &Path,
-    study: &str,
-    each: &mut dyn FnMut(RunRecord),
-) -> Result<Scanned, StudyError> {
+pub fn scan(path: &Path, study: &str, each: &mut dyn FnMut(RunRecord)) -> Result<Scanned> {
     let mut scanned = Scanned::default();
     let file = match File::open(path) {
         Ok(file) => file,
@@ -138,18 +134,19 @@ impl Journal {
     /// Opens a journal, and hands its runs to `each`. A torn last line is cut off.
     ///
     /// # Errors
-    /// [`StudyError::InUse`]: another process has it open.
+    /// [`StudyError::Folder`]: another process has it open.
     pub fn open(
         path: &Path,
         study: &str,
         each: &mut dyn FnMut(RunRecord),
-    ) -> Result<(Self, Scanned), StudyError> {
+    ) -> Result<(Self, Scanned)> {
         let mut options = OpenOptions::new();
         let options = options.create(true).write(true).truncate(false);
         let mut file = options.open(path).map_err(io_error("open", path))?;
         // A file system without locks: the study goes on without that protection.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-            return Err(StudyError::InUse(path.to_path_buf()));
+            let why = format!("another process is writing {}", path.display());
+            return Err(StudyError::Folder(why, "wait for its end"));
         }
         let scanned = scan(path, study, each)?;
         file.set_len(scanned.length)
@@ -166,7 +163,7 @@ impl Journal {
     }
 
     /// Appends a run, completely or not at all.
-    pub fn append(&mut self, record: &RunRecord) -> Result<(), StudyError> {
+    pub fn append(&mut self, record: &RunRecord) -> Result {
         let written = encode(record, &self.study).and_then(|line| {
             self.file.write_all(&line)?;
             Ok(line.len() as u64)
@@ -187,7 +184,7 @@ impl Journal {
     }
 
     /// Waits until the disk has every line.
-    pub fn sync(&mut self) -> Result<(), StudyError> {
+    pub fn sync(&mut self) -> Result {
         self.synced = Instant::now();
         self.file.sync_data().map_err(io_error("write", &self.path))
     }

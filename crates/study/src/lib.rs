@@ -35,7 +35,7 @@ mod study;
 
 pub use ablation::ladder;
 pub use compute::{Done, Watch, compute, compute_dataset};
-pub use error::StudyError;
+pub use error::{Result, StudyError};
 pub use folder::{DATASET, Shard};
 pub use journal::{Row, RunRecord};
 pub use report::{Line, Report};

@@ -11,7 +11,8 @@ use robhaz_sim::random::Stream;
 /// the grid has the same samples.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    axes: Vec<Axis>,
+    /// The axes.
+    pub axes: Vec<Axis>,
     /// The samples of each drawn axis, `None` for others.
     samples: Vec<Option<Samples>>,
     /// The slowest first; the last one is that of the samples.
@@ -69,11 +70,6 @@ impl Plan {
             axes: study.axes.clone(),
             lists,
         }
-    }
-
-    /// The axes.
-    pub fn axes(&self) -> &[Axis] {
-        &self.axes
     }
 
     /// Number of runs.

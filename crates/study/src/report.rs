@@ -1,6 +1,6 @@
 //! The result of a study, as a table and as JSON.
 
-use crate::error::StudyError;
+use crate::error::{Result, StudyError};
 use crate::statistics::{Consistency, CovarianceVerdict, LEAST_RUNS, Mean};
 use crate::study::Study;
 use robhaz_record::{Dataset, Grid};
@@ -96,10 +96,9 @@ struct Rows<'a> {
 impl Rows<'_> {
     /// The values of a column, in the order of the runs.
     fn of(&self, column: &str) -> Vec<f64> {
-        let labels = self.data.words("estimator").iter();
-        let rows = labels.zip(self.data.numbers(column));
-        let own = rows.filter(|(label, _)| label.as_deref() == Some(self.label));
-        own.filter_map(|(_, value)| *value).collect()
+        let rows = self.data.words("estimator").zip(self.data.numbers(column));
+        let own = rows.filter(|(label, _)| *label == Some(self.label));
+        own.filter_map(|(_, value)| value).collect()
     }
 
     fn mean(&self, column: &str) -> Option<Mean> {
@@ -133,7 +132,7 @@ impl Report {
     ///
     /// # Errors
     /// [`StudyError::Failed`] where a run of a scene failed, or has no sample that counts.
-    pub fn of(study: &Study, data: &Dataset) -> Result<Self, StudyError> {
+    pub fn of(study: &Study, data: &Dataset) -> Result<Self> {
         let failures = data.failures();
         let only_seeds = study.driven().is_some();
         let labels = data.estimators().into_iter();
@@ -158,7 +157,7 @@ impl Report {
                  single contact"
             )));
         }
-        let bounds: Vec<f64> = data.numbers("bound").iter().filter_map(|b| *b).collect();
+        let bounds: Vec<f64> = data.numbers("bound").into_iter().flatten().collect();
         // Equal bounds keep their bits.
         let floor = common(bounds.iter().copied());
         let floor = floor.or_else(|| Mean::of(&bounds).map(|bound| bound.mean));
@@ -341,8 +340,8 @@ impl Line {
 
 /// The seeds of all runs, each once, from the least on.
 fn seeds(data: &Dataset, scenes: &[Scene]) -> Vec<u64> {
-    let varied = data.numbers("seed").iter().flatten();
-    let mut varied: Vec<u64> = varied.map(|s| *s as u64).collect();
+    let varied = data.numbers("seed").into_iter().flatten();
+    let mut varied: Vec<u64> = varied.map(|s| s as u64).collect();
     varied.sort_unstable();
     varied.dedup();
     if varied.is_empty() {

@@ -1,6 +1,6 @@
 //! The truth of a scene, which several runs may share; one run and its scores.
 
-use crate::error::{StudyError, io_error};
+use crate::error::{Result, io_error};
 use crate::folder::settle;
 use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
@@ -107,7 +107,7 @@ pub fn compute(
     truth: &SharedTruth,
     tables: Option<&Path>,
     stop: Stop<'_>,
-) -> Result<Option<RunRecord>, StudyError> {
+) -> Result<Option<RunRecord>> {
     // A panic is a mistake of ours. It ends its run, not the study.
     let computed = catch_unwind(AssertUnwindSafe(|| {
         outcome(study, run, truth, tables, stop)
@@ -136,7 +136,7 @@ fn outcome(
     truth: &SharedTruth,
     tables: Option<&Path>,
     stop: Stop<'_>,
-) -> Result<Result<Vec<Row>, String>, StudyError> {
+) -> Result<Result<Vec<Row>, String>> {
     if let SharedTruth::Failed(reason) = truth {
         return Ok(Err(reason.clone()));
     }
@@ -196,7 +196,7 @@ impl Sink for BoundSink {
 }
 
 /// An empty folder for the tables of a run, with its scene and tracks.
-fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, StudyError> {
+fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf> {
     let temporary = folder.with_added_extension("partial");
     for old in [folder, &temporary] {
         // Of a run that was killed before its line was in the journal.

@@ -2,7 +2,7 @@
 //! identifies it.
 
 use crate::ablation::{LADDER, ladder};
-use crate::error::StudyError;
+use crate::error::{Result, StudyError};
 use crate::plan::Plan;
 use robhaz_record::ScoreColumn;
 use robhaz_scene::{BaseScene, EngineKind, FileError, Scene, Setting, StudyChoice};
@@ -66,7 +66,7 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError::Scene`] with all problems of one of these scenes.
-    pub fn load(path: &Path) -> Result<Self, StudyError> {
+    pub fn load(path: &Path) -> Result<Self> {
         let choice = StudyChoice::load(path)?;
         let base = BaseScene::load(&choice, path.parent().unwrap_or(Path::new("")))?;
         let text = base.text.clone();
@@ -79,19 +79,24 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError`]: no estimator, or no such seeds.
-    pub fn of_scene(driven: &Scene, seeds: u64, with_ladder: bool) -> Result<Self, StudyError> {
+    pub fn of_scene(driven: &Scene, seeds: u64, with_ladder: bool) -> Result<Self> {
         let mut observing = driven.clone();
         observing.record.rate = driven.sensors.rate;
         if with_ladder {
             observing.estimators = ladder()?;
         }
         if observing.estimators.is_empty() {
-            return Err(StudyError::NoEstimator(driven.name.clone()));
+            return Err(StudyError::Refused(format!(
+                "{} has no estimator to study: leave out `estimator = []`, or study the --ladder (in Python ladder=True)",
+                driven.name
+            )));
         }
         let (first, name) = (driven.seed, &driven.name);
         let last = first.checked_add(seeds.max(1) - 1);
         if last.is_none_or(|last| i64::try_from(last).is_err()) {
-            return Err(StudyError::Seeds { seeds, first });
+            return Err(StudyError::Refused(format!(
+                "{seeds} seeds from {first} on: the last seed must be below 2^63"
+            )));
         }
         let set = match with_ladder {
             true => format!("set = ['''{LADDER}''']\n"),
@@ -110,7 +115,7 @@ impl Study {
         Self::new(choice, base, text)
     }
 
-    fn new(choice: StudyChoice, base: Base, scene: String) -> Result<Self, StudyError> {
+    fn new(choice: StudyChoice, base: Base, scene: String) -> Result<Self> {
         let plan = Plan::new(&choice);
         let mut study = Self {
             identity: Identity {

@@ -1,11 +1,10 @@
 //! What all parts of the animation draw with: the viewer's types, contact points, and rows that are
 //! not logged yet.
 
-use crate::ViewerError;
-use crate::colours::Colour;
+use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D};
-use re_sdk_types::components::Radius;
+use re_sdk_types::components::{Color, Radius};
 use re_sdk_types::datatypes::Quaternion;
 use robhaz_model::Vec2;
 use robhaz_sim::WheelTruth;
@@ -39,7 +38,7 @@ pub(crate) fn rounded(value: f64, fractions: f64) -> f64 {
 }
 
 /// The look of lines of one colour and half a width in points, without the lines.
-pub(crate) fn lines(colour: Colour, radius: f32) -> LineStrips2D {
+pub(crate) fn lines(colour: Color, radius: f32) -> LineStrips2D {
     LineStrips2D::update_fields()
         .with_colors([colour])
         .with_radii([Radius::new_ui_points(radius)])
@@ -81,7 +80,7 @@ impl Strips {
     }
 
     /// Logs all of it.
-    pub(crate) fn log(self, out: &mut Writer, entity: &str) -> Result<(), ViewerError> {
+    pub(crate) fn log(self, out: &mut Writer, entity: &str) -> Result {
         let columns = LineStrips2D::update_fields().with_strips(self.strips);
         out.columns(entity, &self.times, columns.columns(self.counts))
     }
@@ -91,23 +90,18 @@ impl Strips {
 #[derive(Default)]
 pub(crate) struct Arrows {
     counts: Vec<usize>,
-    arrows: Vec<(Colour, Vec2, Vec2)>,
+    arrows: Vec<(Color, Vec2, Vec2)>,
 }
 
 impl Arrows {
     /// Adds the arrows of the next time.
-    pub(crate) fn push(&mut self, arrows: Vec<(Colour, Vec2, Vec2)>) {
+    pub(crate) fn push(&mut self, arrows: Vec<(Color, Vec2, Vec2)>) {
         self.counts.push(arrows.len());
         self.arrows.extend(arrows);
     }
 
     /// Logs all of them, at their times (s).
-    pub(crate) fn log(
-        self,
-        out: &mut Writer,
-        entity: &str,
-        times: &[f64],
-    ) -> Result<(), ViewerError> {
+    pub(crate) fn log(self, out: &mut Writer, entity: &str, times: &[f64]) -> Result {
         let arrows = self.arrows.iter();
         let columns = Arrows2D::update_fields()
             .with_colors(arrows.clone().map(|(colour, ..)| *colour))

@@ -5,6 +5,9 @@ use std::fmt::Display;
 /// An error of a library or of the system.
 pub(crate) type Cause = Box<dyn std::error::Error + Send + Sync>;
 
+/// What a function of this crate returns: nothing, where no other type is stated.
+pub(crate) type Result<T = (), E = ViewerError> = std::result::Result<T, E>;
+
 /// Version of the Rerun viewer for which this crate writes recordings.
 pub const VIEWER_VERSION: &str = "0.36.3";
 

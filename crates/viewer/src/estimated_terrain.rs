@@ -1,9 +1,9 @@
 //! The ground as an estimator has found it: a line that grows while the robot drives, with two
 //! standard deviations.
 
-use crate::ViewerError;
 use crate::colours::by_index;
 use crate::draw::{Strips, lines};
+use crate::error::Result;
 use crate::writer::Writer;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
@@ -53,7 +53,7 @@ impl Terrain {
     }
 
     /// Logs the look of the lines.
-    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result {
         let Some(estimator) = self.estimator else {
             return Ok(());
         };
@@ -94,7 +94,7 @@ impl Terrain {
     }
 
     /// Logs what was drawn since the last call.
-    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result {
         for (lines, entity) in [(&mut self.left, LEFT), (&mut self.memory, MEMORY)] {
             let Lines { middle, bounds } = std::mem::take(lines);
             middle.log(out, entity)?;

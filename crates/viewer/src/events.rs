@@ -1,14 +1,14 @@
 //! Events as messages, and lanes with the state of each wheel and estimator over time. They are
 //! detected at every record.
 
-use crate::ViewerError;
-use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
+use crate::colours::{NEUTRAL, WHEELS, by_index, light, rgb};
 use crate::draw::rounded;
+use crate::error::Result;
 use crate::friction_tests;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{StateChange, StateConfiguration, TextLog};
-use re_sdk_types::components::TextLogLevel;
+use re_sdk_types::components::{Color, TextLogLevel};
 use robhaz_estimator::{Confirmation, ContactState, Estimate, Flags};
 use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
@@ -16,13 +16,13 @@ use robhaz_sim::Truth;
 use robhaz_sim::clearance::Clearances;
 
 /// A normal state, drawn inconspicuously.
-const CALM: Colour = Colour([0x30, 0x30, 0x30]);
+const CALM: Color = rgb(0x303030);
 /// A state with flags.
-const WARNING: Colour = Colour([0xE6, 0x9F, 0x00]);
+const WARNING: Color = rgb(0xE69F00);
 /// Two contacts.
-const TWO_CONTACTS: Colour = Colour([0x80, 0x80, 0x80]);
+const TWO_CONTACTS: Color = rgb(0x808080);
 /// No contact, or no estimate.
-const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
+const ABSENT: Color = rgb(0xF0F0F0);
 /// State of an estimator without flags, and of one without an estimate.
 const TRUSTED: &str = "trusted";
 const NO_ESTIMATE: &str = "no estimate";
@@ -35,7 +35,7 @@ struct Event {
     /// Severity, one of the viewer's levels.
     level: &'static str,
     /// Colour of the wheel or estimator.
-    colour: Colour,
+    colour: Color,
 }
 
 /// The state of a wheel, true or estimated, or of an estimator: its changes that are not logged
@@ -65,7 +65,7 @@ impl Lane {
         }
     }
 
-    fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn flush(&mut self, out: &mut Writer) -> Result {
         let (times, states) = (std::mem::take(&mut self.times), self.states.drain(..));
         let states = StateChange::update_fields().with_state(states);
         let entity = self.entity.as_str();
@@ -133,7 +133,7 @@ impl Events {
     }
 
     /// Logs the colours of the lanes.
-    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result {
         let truth = self.detector.as_ref().map(|_| &self.wheels);
         let estimated = self.estimators.iter().filter_map(|e| e.wheels.as_ref());
         for lanes in truth.into_iter().chain(estimated) {
@@ -142,7 +142,7 @@ impl Events {
                     (wheel_state(WheelState::Grips, false), CALM),
                     (wheel_state(WheelState::Slips, false), colour),
                     (wheel_state(WheelState::Grips, true), TWO_CONTACTS),
-                    (wheel_state(WheelState::Slips, true), colour.light()),
+                    (wheel_state(WheelState::Slips, true), light(colour)),
                     (wheel_state(WheelState::InTheAir, false), ABSENT),
                 ];
                 let configuration = StateConfiguration::new()
@@ -155,7 +155,7 @@ impl Events {
     }
 
     /// Logs the colours of the lanes of estimators.
-    fn declare_trust(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn declare_trust(&self, out: &mut Writer) -> Result {
         let colours = [CALM, ABSENT].into_iter().chain(std::iter::repeat(WARNING));
         let configuration = StateConfiguration::new()
             .with_values(self.seen.iter().map(String::as_str))
@@ -236,7 +236,7 @@ impl Events {
     }
 
     /// Logs the events and changes since the last call.
-    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result {
         let events = std::mem::take(&mut self.events);
         let times: Vec<f64> = events.iter().map(|e| e.time).collect();
         let columns = TextLog::update_fields()
@@ -259,7 +259,7 @@ impl Events {
         (self.wheels.iter_mut().chain(lanes)).try_for_each(|lane| lane.flush(out))
     }
 
-    fn add(&mut self, time: f64, text: String, level: &'static str, colour: Colour) {
+    fn add(&mut self, time: f64, text: String, level: &'static str, colour: Color) {
         self.events.push(Event {
             time,
             text,
@@ -293,13 +293,15 @@ impl Events {
                 lane.note(truth.time, wheel_state(state, two_contacts));
             }
         }
-        let messages = events.iter().map(|event| message(event, truth));
-        self.events.extend(messages);
+        for event in events {
+            let (text, level, colour) = message(&event, truth);
+            self.add(event.time, text, level, colour);
+        }
     }
 }
 
-/// The message about a detected event.
-fn message(event: &events::Event, truth: &Truth) -> Event {
+/// The message about a detected event, its severity and its colour.
+fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Color) {
     let (info, warn) = (TextLogLevel::INFO, TextLogLevel::WARN);
     let wheel = |i: usize, what: &str, level| {
         let x = rounded(truth.wheels[i].position.x, 1e3);
@@ -317,7 +319,7 @@ fn message(event: &events::Event, truth: &Truth) -> Event {
         let text = format!("{name} {what}, with its centre of mass at x = {x:.3} m");
         (text, level, NEUTRAL)
     };
-    let (text, level, colour) = match event.kind {
+    match event.kind {
         EventKind::ContactLost(i) => wheel(i, "leaves the ground", warn),
         EventKind::ContactRegained(i) => wheel(i, "touches the ground again", info),
         EventKind::TwoContacts(i) => wheel(i, "touches at two places", info),
@@ -332,12 +334,6 @@ fn message(event: &events::Event, truth: &Truth) -> Event {
             bar(which, what, TextLogLevel::ERROR)
         }
         EventKind::BarClear(which) => bar(which, "is clear of the ground again", info),
-    };
-    Event {
-        time: event.time,
-        text,
-        level,
-        colour,
     }
 }
 

@@ -1,12 +1,13 @@
 //! What explains a recording: how many records of the run it keeps, the page on its views, and the
 //! key to its plots, a sample of each line.
 
-use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, by_index};
+use crate::colours::{WHEELS, by_index};
 use crate::draw::{lines, narrow};
+use crate::error::Result;
 use crate::forces::newtons_per_metre;
 use crate::series::{NARROW, WIDE};
 use crate::writer::Writer;
+use re_sdk_types::components::Color;
 use robhaz_run::RunDescription;
 
 /// Rate of the animation, Hz of simulated time.
@@ -98,7 +99,7 @@ pub(crate) fn key_width(run: &RunDescription) -> f64 {
 
 /// Label, colours of the samples from top to bottom, and their width (points) of each entry.
 /// Recorded readings have no true lines.
-fn entries(run: &RunDescription) -> Vec<(&str, Vec<Colour>, f32)> {
+fn entries(run: &RunDescription) -> Vec<(&str, Vec<Color>, f32)> {
     let truth = run.has_truth.then(|| ("true", WHEELS.to_vec(), WIDE));
     let estimators = run.estimators.iter().enumerate();
     let estimators = estimators.map(|(k, e)| (&*e.label, vec![by_index(k)], NARROW));
@@ -107,7 +108,7 @@ fn entries(run: &RunDescription) -> Vec<(&str, Vec<Colour>, f32)> {
 
 /// Logs the key to the plots of a run: its entries side by side. It is a view of its own, so that
 /// no legend covers data.
-pub(crate) fn log_key(out: &mut Writer, run: &RunDescription) -> Result<(), ViewerError> {
+pub(crate) fn log_key(out: &mut Writer, run: &RunDescription) -> Result {
     let mut left = 0.5 * (WIDTH - SAMPLE);
     for (k, (label, colours, width)) in entries(run).into_iter().enumerate() {
         let mut y = LOWEST;

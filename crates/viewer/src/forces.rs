@@ -1,9 +1,9 @@
 //! N and T as arrows at the contacts: true ones, estimated ones beside them, and bars of two
 //! standard deviations.
 
-use crate::ViewerError;
 use crate::colours::{NEUTRAL, WHEELS, by_index};
 use crate::draw::{Arrows, Strips, contact_point, lines, narrow, tangent_and_normal};
+use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::Arrows2D;
 use re_sdk_types::components::Radius;
@@ -53,7 +53,7 @@ impl Forces {
 
     /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame
     /// that moves with the body (m, y down).
-    pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result<(), ViewerError> {
+    pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result {
         let load = format!("{:.0} N, {MEAN_LOAD_LENGTH} m", self.mean_load);
         let mut rows = vec![("true", format!("true, {load}"), NEUTRAL, 2.5)];
         if let Some((index, name)) = &self.estimator {
@@ -126,7 +126,7 @@ impl Forces {
     }
 
     /// Logs what was added since the last call, at its times (s).
-    pub(crate) fn flush(&mut self, out: &mut Writer, times: &[f64]) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer, times: &[f64]) -> Result {
         for (k, force) in NAMES.into_iter().enumerate() {
             let arrows = std::mem::take(&mut self.truth[k]);
             arrows.log(out, &format!("world/forces/true/{force}"), times)?;

@@ -1,95 +1,38 @@
 //! Friction tests: their results in words, and marks on the ground where they were made.
 
-use crate::ViewerError;
 use crate::colours::WHEELS;
 use crate::draw::flat;
+use crate::error::Result;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::Points2D;
 use re_sdk_types::components::Radius;
 use robhaz_control::FrictionTestResult;
 use robhaz_model::Vec2;
-use robhaz_run::RunDescription;
+use robhaz_run::RunEnd;
 use robhaz_score::ground_origin;
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
-/// A result at its place.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TestMark {
-    /// Time of the largest T/N, s.
-    time: f64,
-    /// The tested wheel, 0 to 2.
-    wheel: usize,
-    /// Place on the ground, m.
-    at: Vec2,
-    /// mu_max and its standard deviation.
-    label: String,
-}
-
-/// Where the robot starts.
-struct Start {
-    /// x of the origin of the estimators' ground, m.
-    origin: f64,
-    /// x of the wheels' centres, m.
-    wheels: [f64; 3],
-}
-
-/// Puts the results of a simulated run on its ground.
-pub(crate) struct TestPlaces {
+/// Place of a test on the ground of a run with a `start`, m: the one that the robot itself states, from
+/// its true start on; a robot that has not moved states none, and its wheels are at their start.
+fn place(
+    ground: &Terrain,
+    start: &Truth,
     wheel_radius: f64,
-    /// `None` for recorded readings: they have no world to draw in.
-    terrain: Option<Terrain>,
-    start: Option<Start>,
+    result: &FrictionTestResult,
+) -> Option<Vec2> {
+    let x = match result.place {
+        Some(place) => ground_origin(start, wheel_radius).x + place,
+        None => start.wheels[result.wheel].position.x,
+    };
+    ground.outline(x, x, 1.0).last().copied()
 }
 
-impl TestPlaces {
-    /// Before the first record of a run.
-    pub(crate) fn new(run: &RunDescription) -> Self {
-        let world = run.world.as_ref().filter(|_| run.takes_commands());
-        Self {
-            wheel_radius: run.robot.robot.geometry.wheel_radius,
-            terrain: world.map(|w| w.terrain.build(&run.robot.robot)),
-            start: None,
-        }
-    }
-
-    /// Keeps the start: the first truth.
-    pub(crate) fn sample(&mut self, truth: &Truth) {
-        if self.start.is_none() {
-            self.start = Some(Start {
-                origin: ground_origin(truth, self.wheel_radius).x,
-                wheels: truth.wheels.map(|w| w.position.x),
-            });
-        }
-    }
-
-    /// Marks of the tests that found mu_max. A place is the one that the robot itself states, from
-    /// its true start on; a robot that has not moved states none, and its wheels are at their
-    /// start.
-    pub(crate) fn marks(&self, results: &[FrictionTestResult]) -> Vec<TestMark> {
-        let (Some(terrain), Some(start)) = (&self.terrain, &self.start) else {
-            return Vec::new();
-        };
-        let found = results.iter().filter(|result| result.ramps > 0);
-        found
-            .filter_map(|result| {
-                let along = result.place.map(|place| start.origin + place);
-                let x = along.unwrap_or(start.wheels[result.wheel]);
-                Some(TestMark {
-                    time: result.time,
-                    wheel: result.wheel,
-                    at: *terrain.outline(x, x, 1.0).last()?,
-                    label: format!(
-                        "mu_max {:.2} +- {:.2}, wheel {}",
-                        result.mu,
-                        2.0 * result.sigma,
-                        result.wheel + 1
-                    ),
-                })
-            })
-            .collect()
-    }
+/// mu_max and its standard deviation, at its place.
+fn label(result: &FrictionTestResult) -> String {
+    let (mu, margin, wheel) = (result.mu, 2.0 * result.sigma, result.wheel + 1);
+    format!("mu_max {mu:.2} +- {margin:.2}, wheel {wheel}")
 }
 
 /// The result in words, for the list of events.
@@ -109,20 +52,21 @@ pub(crate) fn in_words(result: &FrictionTestResult) -> String {
     }
 }
 
-/// Logs marks. Each is visible from the time of its test on.
-pub(crate) fn log(out: &mut Writer, marks: &[TestMark]) -> Result<(), ViewerError> {
-    for (k, mark) in marks.iter().enumerate() {
+/// Marks the tests that found mu_max on the ground. Each mark is visible from the time of its test on.
+pub(crate) fn log(out: &mut Writer, ground: &Terrain, wheel_radius: f64, end: &RunEnd) -> Result {
+    let found = end.friction_tests.iter().filter(|result| result.ramps > 0);
+    let placed =
+        found.filter_map(|r| Some((r, place(ground, end.start.as_ref()?, wheel_radius, r)?)));
+    for (k, (result, at)) in placed.enumerate() {
         let columns = Points2D::update_fields()
-            .with_positions([flat(mark.at)])
-            .with_colors([WHEELS[mark.wheel]])
+            .with_positions([flat(at)])
+            .with_colors([WHEELS[result.wheel]])
             .with_radii([Radius::new_ui_points(6.0)])
-            .with_labels([mark.label.as_str()])
-            .with_show_labels(true);
-        out.columns(
-            format!("world/friction_tests/{}", k + 1),
-            &[mark.time],
-            columns.columns_of_unit_batches(),
-        )?;
+            .with_labels([label(result)])
+            .with_show_labels(true)
+            .columns_of_unit_batches();
+        let entity = format!("world/friction_tests/{}", k + 1);
+        out.columns(entity, &[result.time], columns)?;
     }
     Ok(())
 }
@@ -155,29 +99,22 @@ mod tests {
     }
 
     /// By hand: a place counts from the true start of the robot on; a wheel that has not moved is
-    /// at its own start; a test without slip has no mark, and a bound in words.
+    /// at its own start; a test without slip has a bound in words.
     #[test]
     fn results_are_at_their_places() {
-        let places = TestPlaces {
-            wheel_radius: 0.1,
-            terrain: Some(Terrain::new(Profile::Flat)),
-            start: Some(Start {
-                origin: 1.0,
-                wheels: [1.3, 1.0, 0.7],
-            }),
-        };
+        let mut start = Truth::default();
+        for (wheel, x) in start.wheels.iter_mut().zip([1.3, 1.0, 0.7]) {
+            wheel.position.x = x;
+        }
+        let ground = Terrain::new(Profile::Flat);
         let results = [
             result(0, Some(0.5), 1),
             result(2, None, 2),
             result(1, None, 0),
         ];
-        let marks = places.marks(&results);
-        let found: Vec<_> = marks.iter().map(|m| (m.at, m.label.as_str())).collect();
-        let expected = [
-            (Vec2::new(1.5, 0.0), "mu_max 0.71 +- 0.02, wheel 1"),
-            (Vec2::new(0.7, 0.0), "mu_max 0.71 +- 0.02, wheel 3"),
-        ];
-        assert_eq!(found, expected);
+        let at = [0, 1].map(|k| place(&ground, &start, 0.1, &results[k]));
+        assert_eq!(at, [1.5, 0.7].map(|x| Some(Vec2::new(x, 0.0))));
+        assert_eq!(label(&results[0]), "mu_max 0.71 +- 0.02, wheel 1");
         let words = results.each_ref().map(in_words);
         assert_eq!(
             words[0],

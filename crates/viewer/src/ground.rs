@@ -2,9 +2,9 @@
 //! colour, and an axis below it: the 2-D views have none of their own. The arrows of the legend are
 //! the scale beside the robot.
 
-use crate::ViewerError;
 use crate::colours::{GROUND, NEUTRAL, ROUGH, SLIPPERY};
 use crate::draw::{flat, lines, rounded};
+use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{LineStrips2D, Points2D};
 use re_sdk_types::components::Radius;
@@ -30,7 +30,7 @@ pub(crate) const ROOM: f64 = 0.55;
 
 /// The ground of a run.
 pub(crate) struct Ground {
-    terrain: Terrain,
+    pub(crate) terrain: Terrain,
     stretches: Vec<Stretch>,
     /// Static coefficient outside of friction stretches, -.
     mu_s: f64,
@@ -77,7 +77,7 @@ impl Ground {
 
     /// Draws the ground again if the robot is outside of the drawn range. The new range is longer
     /// than necessary, so that this happens rarely.
-    pub(crate) fn extend(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn extend(&mut self, out: &mut Writer) -> Result {
         let (from, to) = self.covered;
         let more = 0.25 * (to - from);
         let (backward, forward) = (from < self.drawn.0, to > self.drawn.1);
@@ -94,7 +94,7 @@ impl Ground {
     }
 
     /// Draws the ground and its friction stretches over the drawn range.
-    pub(crate) fn draw(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn draw(&self, out: &mut Writer) -> Result {
         let (from, to) = self.drawn;
         let strip = |from: f64, to: f64| {
             let points = self.terrain.outline(from, to, SPACING);
@@ -122,7 +122,7 @@ impl Ground {
 }
 
 /// Logs the axis below a piece of ground (start, end, lowest point; m).
-pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3]) -> Result<(), ViewerError> {
+pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3]) -> Result {
     let ticks = ticks(from, to);
     let (Some(first), Some(last)) = (ticks.first(), ticks.last()) else {
         return Ok(());

@@ -1,7 +1,6 @@
 //! A picture of a recording in the viewer, as a PNG, without a screen.
 
-use crate::ViewerError;
-use crate::error::Cause;
+use crate::error::{Cause, Result, ViewerError};
 use crate::program::{Started, free_port, start_error};
 use crate::reading::recording_end;
 use crate::writer::TIMELINE;
@@ -50,7 +49,7 @@ pub fn picture(
     size: [u32; 2],
     at: Option<f64>,
     stop: Stop<'_>,
-) -> Result<(), ViewerError> {
+) -> Result {
     let none = || ViewerError::Picture(format!("{} has no data", recording.display()));
     let end = recording_end(recording)?.ok_or_else(none)?;
     let time = at.unwrap_or(0.5 * end);
@@ -93,7 +92,7 @@ impl Deadline<'_> {
     }
 
     /// Sleeps, unless the caller stops the work.
-    fn pause(&self, time: Duration) -> Result<(), ViewerError> {
+    fn pause(&self, time: Duration) -> Result {
         if let Some(cause) = (self.stop)() {
             return Err(ViewerError::Stopped(cause));
         }
@@ -109,7 +108,7 @@ fn take(
     draft: &Path,
     [time, end]: [f64; 2],
     deadline: &Deadline<'_>,
-) -> Result<Vec<u8>, ViewerError> {
+) -> Result<Vec<u8>> {
     let failed = |why: &str| Err(ViewerError::Picture(format!("{why} after 90 s")));
     let mut control = Control::call(port)?;
     // One nanosecond is the recording's resolution.
@@ -139,7 +138,7 @@ fn take(
 
 /// A temporary file beside a picture, of an absolute path: the viewer may have another working
 /// directory.
-fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
+fn beside(picture: &Path) -> Result<TempPath> {
     let path = std::path::absolute(picture);
     let file = path.and_then(|path| {
         let folder = path.parent().unwrap_or(Path::new("/"));
@@ -152,11 +151,7 @@ fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
 
 /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated
 /// until it succeeds.
-fn take_draft(
-    draft: &Path,
-    control: &mut Control,
-    deadline: &Deadline<'_>,
-) -> Result<Vec<u8>, ViewerError> {
+fn take_draft(draft: &Path, control: &mut Control, deadline: &Deadline<'_>) -> Result<Vec<u8>> {
     let _ = std::fs::remove_file(draft);
     control.save_picture(draft)?;
     loop {
@@ -179,7 +174,7 @@ struct Control {
 
 impl Control {
     /// Connects to the viewer that listens at a port of this machine.
-    fn call(port: u16) -> Result<Self, ViewerError> {
+    fn call(port: u16) -> Result<Self> {
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(ViewerError::Thread)?;
         let channel = answer(&runtime, "a connection", async {
@@ -192,7 +187,7 @@ impl Control {
 
     /// Newest simulated time of any recording in the viewer, s. `None`: the viewer has no recording
     /// yet.
-    fn newest(&mut self) -> Result<Option<f64>, ViewerError> {
+    fn newest(&mut self) -> Result<Option<f64>> {
         let request = self.client.get_viewer_state(GetViewerStateRequest {});
         let state = answer(&self.runtime, "its state", request)?.into_inner();
         let timelines = state.recordings.iter().flat_map(|r| &r.timelines);
@@ -203,7 +198,7 @@ impl Control {
     }
 
     /// Moves the cursor to a simulated time (s) and pauses there.
-    fn show(&mut self, time: f64) -> Result<(), ViewerError> {
+    fn show(&mut self, time: f64) -> Result {
         // Times of a run.
         let time = (time * 1e9).round() as i64;
         let name = TIMELINE.to_owned();
@@ -218,7 +213,7 @@ impl Control {
     }
 
     /// Lets the viewer save a picture of its window (PNG). It answers before the file is complete.
-    fn save_picture(&mut self, path: &Path) -> Result<(), ViewerError> {
+    fn save_picture(&mut self, path: &Path) -> Result {
         let request = SaveScreenshotRequest {
             view_id: None,
             file_path: path.display().to_string(),
@@ -233,7 +228,7 @@ fn answer<T, E: Into<Cause>>(
     runtime: &Runtime,
     request: &'static str,
     answer: impl Future<Output = Result<T, E>>,
-) -> Result<T, ViewerError> {
+) -> Result<T> {
     let answer = runtime.block_on(answer);
     answer.map_err(|cause| ViewerError::Control {
         request,

@@ -1,6 +1,6 @@
 //! Finds the installed Rerun viewer, checks its version and starts it.
 
-use crate::{VIEWER_VERSION, ViewerError};
+use crate::error::{Result, VIEWER_VERSION, ViewerError};
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::io::ErrorKind;
@@ -28,7 +28,7 @@ const MOST_LINES: usize = 5;
 /// - [`ViewerError::Start`]: the viewer does not start, or exits with an error.
 /// - [`ViewerError::Io`]: the file for the viewer's output cannot be created.
 /// - [`ViewerError::Stopped`]: `stop` named a cause. The viewer is closed.
-pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
+pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result {
     let mut viewer = Started::with("auto", recordings)?;
     loop {
         let ended = viewer.child.try_wait();
@@ -52,7 +52,7 @@ pub(crate) fn listens(port: u16) -> bool {
 }
 
 /// A port of this machine at which no program listens.
-pub(crate) fn free_port() -> Result<u16, ViewerError> {
+pub(crate) fn free_port() -> Result<u16> {
     let address = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
     let port = TcpListener::bind(address).and_then(|l| l.local_addr());
     let cannot = |error| start_error(format!("no port of {address} is free: {error}"));
@@ -67,7 +67,7 @@ pub(crate) struct Started {
 }
 
 impl Started {
-    fn with(port: &str, arguments: &[impl AsRef<OsStr>]) -> Result<Self, ViewerError> {
+    fn with(port: &str, arguments: &[impl AsRef<OsStr>]) -> Result<Self> {
         let mut command = installed()?;
         command.args(["--bind", "127.0.0.1", "--port", port]);
         command.args(arguments);
@@ -86,7 +86,7 @@ impl Started {
 
     /// Starts the installed viewer with further arguments and waits until it listens at `port`. The
     /// viewer outlives this process, unless [`Started::end`] is called.
-    pub(crate) fn at(port: u16, arguments: &[&OsStr]) -> Result<Self, ViewerError> {
+    pub(crate) fn at(port: u16, arguments: &[&OsStr]) -> Result<Self> {
         let mut started = Self::with(&port.to_string(), arguments)?;
         let deadline = Instant::now() + START_TIME;
         while !listens(port) {
@@ -133,7 +133,7 @@ pub fn is_installed() -> bool {
 
 /// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors
 /// alone.
-fn installed() -> Result<Command, ViewerError> {
+fn installed() -> Result<Command> {
     let mut version = Command::new(PROGRAM);
     let output = version.arg("--version").stdin(Stdio::null()).output();
     let output = output.map_err(|error| match error.kind() {

@@ -1,7 +1,6 @@
 //! Reads recordings that were written before.
 
-use crate::ViewerError;
-use crate::error::Cause;
+use crate::error::{Cause, Result, ViewerError};
 use re_chunk::Chunk;
 use re_log_encoding::{Decodable as _, Decoder, StreamFooter};
 use re_log_types::LogMsg;
@@ -15,7 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`ViewerError::Io`]
-pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
+pub fn recording_end(path: &Path) -> Result<Option<f64>> {
     let end = newest(path).map_err(ViewerError::io("read the recording", path.display()))?;
     // Exact up to a hundred days.
     Ok(end.map(|ns| ns as f64 * 1e-9))
@@ -41,7 +40,7 @@ fn newest(path: &Path) -> Result<Option<i64>, Cause> {
 ///
 /// # Errors
 /// [`ViewerError::Io`]
-pub fn recording_is_closed(path: &Path) -> Result<bool, ViewerError> {
+pub fn recording_is_closed(path: &Path) -> Result<bool> {
     let end = footer(path).map_err(ViewerError::io("read the recording", path.display()))?;
     Ok(end.is_some_and(|end| StreamFooter::from_rrd_bytes(&end).is_ok()))
 }

@@ -1,15 +1,15 @@
 //! Turns the records of a run into a recording: selects the records to keep, and logs them.
 
-use crate::ViewerError;
+use crate::error::Result;
 use crate::estimated_terrain::Terrain;
 use crate::events::Events;
 use crate::explain::{log_key, page, rates};
-use crate::friction_tests::{self, TestPlaces};
+use crate::friction_tests;
 use crate::layout;
 use crate::scene_view::SceneView;
 use crate::series::Series;
 use crate::writer::Writer;
-use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd, Ticker};
 
 /// Rate at which the ground that was found is drawn, Hz of simulated time.
 const GROUND_RATE: f64 = 5.0;
@@ -29,10 +29,10 @@ pub(crate) trait Recording: Send {
     fn push(&mut self, frame: &Frame<'_>);
 
     /// Sends what was kept since the last call.
-    fn flush(&mut self) -> Result<(), ViewerError>;
+    fn flush(&mut self) -> Result;
 
     /// Logs the rest, and closes the recording.
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError>;
+    fn end(&mut self, end: Option<&RunEnd>) -> Result;
 }
 
 /// Writes the recording of one run.
@@ -43,7 +43,7 @@ pub(crate) struct Recorder {
     series: Series,
     events: Events,
     estimated_terrain: Terrain,
-    tests: TestPlaces,
+
     next_frame: Ticker,
     next_row: Ticker,
     next_ground: Ticker,
@@ -52,11 +52,7 @@ pub(crate) struct Recorder {
 impl Recorder {
     /// Starts a recording, with its layout, explanations, and everything that does not move. All
     /// rates are divided by `thinning`.
-    pub(crate) fn begin(
-        mut out: Writer,
-        run: &RunDescription,
-        thinning: f64,
-    ) -> Result<Self, ViewerError> {
+    pub(crate) fn begin(mut out: Writer, run: &RunDescription, thinning: f64) -> Result<Self> {
         let chosen = chosen(run);
         layout::log(&mut out, run)?;
         out.about(page(run, chosen, thinning))?;
@@ -68,7 +64,7 @@ impl Recorder {
             series: Series::new(run, chosen),
             events: Events::new(run),
             estimated_terrain: Terrain::new(run, chosen),
-            tests: TestPlaces::new(run),
+
             next_frame: Ticker::new(1.0 / frames),
             next_row: Ticker::new(1.0 / series),
             next_ground: Ticker::new(thinning / GROUND_RATE),
@@ -92,18 +88,15 @@ impl Recording for Recorder {
         let is_ground = self.next_ground.is_due(time);
         self.estimated_terrain.sample(frame, is_ground);
         let is_frame = self.next_frame.is_due(time);
-        if let Some(truth) = frame.truth {
-            self.tests.sample(truth);
-            if let Some(view) = self.view.as_mut().filter(|_| is_frame) {
-                view.push(frame, truth);
-            }
+        if let (Some(view), Some(truth), true) = (&mut self.view, frame.truth, is_frame) {
+            view.push(frame, truth);
         }
         if self.next_row.is_due(time) {
             self.series.push(frame);
         }
     }
 
-    fn flush(&mut self) -> Result<(), ViewerError> {
+    fn flush(&mut self) -> Result {
         let out = &mut self.out;
         if let Some(view) = &mut self.view {
             view.flush(out)?;
@@ -114,56 +107,13 @@ impl Recording for Recorder {
     }
 
     /// Logs the results of the friction tests, too.
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
+    fn end(&mut self, end: Option<&RunEnd>) -> Result {
         self.events.end(end);
         self.flush()?;
-        let results = end.map_or(&[][..], |end| &end.friction_tests);
-        friction_tests::log(&mut self.out, &self.tests.marks(results))?;
+        if let Some((view, end)) = self.view.as_ref().zip(end) {
+            let radius = view.robot.geometry.wheel_radius;
+            friction_tests::log(&mut self.out, &view.ground.terrain, radius, end)?;
+        }
         self.out.finish()
-    }
-}
-
-/// Selects the first record of each period.
-pub(crate) struct Ticker {
-    period: f64,
-    next: f64,
-}
-
-impl Ticker {
-    /// A ticker with a period (s), due at the first record.
-    pub(crate) fn new(period: f64) -> Self {
-        Self { period, next: 0.0 }
-    }
-
-    /// Whether the record at a time (s) is the first of its period.
-    pub(crate) fn is_due(&mut self, time: f64) -> bool {
-        // Times are sums of steps: a rounding error must not postpone a record to the next one.
-        let periods = (time / self.period + 1e-6).floor();
-        let due = periods >= self.next;
-        if due {
-            self.next = periods + 1.0;
-        }
-        due
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Closed form: of 2 s at 1 kHz a ticker selects its rate times 2 s and the first record, at
-    /// most all.
-    #[test]
-    fn records_are_thinned_evenly() {
-        for (rate, expected) in [(60.0, 121), (200.0, 401), (1000.0, 2001), (4000.0, 2001)] {
-            let mut ticker = Ticker::new(1.0 / rate);
-            let mut time = 0.0;
-            let mut count = 0;
-            for _ in 0..=2000 {
-                count += i32::from(ticker.is_due(time));
-                time += 1e-3;
-            }
-            assert_eq!(count, expected, "{rate} Hz");
-        }
     }
 }

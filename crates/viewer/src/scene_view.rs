@@ -3,14 +3,14 @@
 //! Shapes are logged once. Moving parts are logged as one pose for each frame; contacts, pins and
 //! forces as points and arrows.
 
-use crate::ViewerError;
-use crate::colours::{self, Colour};
+use crate::colours;
 use crate::draw::{Strips, deep, flat, lines, narrow, turn};
+use crate::error::Result;
 use crate::forces::Forces;
 use crate::ground::{Ground, log_axis};
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{Ellipses2D, Points2D, Transform3D};
-use re_sdk_types::components::Radius;
+use re_sdk_types::components::{Color, Radius};
 use robhaz_model::{Bar, Geometry, MassSet, PinStop, Robot, Vec2};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::Scene;
@@ -29,8 +29,8 @@ pub(crate) const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
 
 /// The animation of a run, with what is not logged yet.
 pub(crate) struct SceneView {
-    robot: Robot,
-    ground: Ground,
+    pub(crate) robot: Robot,
+    pub(crate) ground: Ground,
     forces: Forces,
     frames: u32,
     trail_ends: Option<Vec<Vec2>>,
@@ -40,7 +40,7 @@ pub(crate) struct SceneView {
     poses: [Vec<(Vec2, f64)>; 7],
     pins: Vec<[f32; 2]>,
     /// Contact points, m, with the colours of the wheels, and their number in each frame.
-    contacts: Vec<(Vec2, Colour)>,
+    contacts: Vec<(Vec2, Color)>,
     contact_counts: Vec<usize>,
     trails: Strips,
 }
@@ -66,7 +66,7 @@ impl SceneView {
     }
 
     /// Logs everything that does not move.
-    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result {
         // The viewer's 2-D axes have y down.
         out.constant("world", &Transform3D::from_scale([1.0, -1.0, 1.0]))?;
         self.ground.draw(out)?;
@@ -118,7 +118,7 @@ impl SceneView {
     }
 
     /// Logs the frames that were added since the last call.
-    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result {
         self.ground.extend(out)?;
         let times = std::mem::take(&mut self.times);
         // The frame that moves with the body: at its centre of mass, not rotated, y down as a view
@@ -151,7 +151,7 @@ impl SceneView {
         self.forces.flush(out, &times)
     }
 
-    fn declare_bars(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn declare_bars(&self, out: &mut Writer) -> Result {
         let geometry = &self.robot.geometry;
         let links = [Bar::Link1, Bar::Link2, Bar::Link3].into_iter();
         let links = links.zip(colours::LINKS);
@@ -165,7 +165,7 @@ impl SceneView {
         Ok(())
     }
 
-    fn declare_wheels(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn declare_wheels(&self, out: &mut Writer) -> Result {
         let radius = self.robot.geometry.wheel_radius;
         for (i, colour) in colours::WHEELS.into_iter().enumerate() {
             let rim = Ellipses2D::update_fields()
@@ -181,7 +181,7 @@ impl SceneView {
     }
 
     /// Logs the arc between the end stops, which is fixed to link 2.
-    fn declare_stops(&self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn declare_stops(&self, out: &mut Writer) -> Result {
         let strips = stops(&self.robot.geometry).map(|strip| strip.into_iter().map(flat));
         let stops = lines(colours::NEUTRAL, 0.75).with_strips(strips);
         out.constant("world/robot/link2/stops", &stops)

@@ -1,11 +1,12 @@
 //! Time series: forces, errors with bands of two standard deviations, contact angles, friction,
 //! residuals.
 
-use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, by_index};
+use crate::colours::{WHEELS, by_index, dark, light};
 use crate::draw::contact_point;
+use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::{Scalars, SeriesLines};
+use re_sdk_types::components::Color;
 use robhaz_estimator::Estimate;
 use robhaz_model::WheelCommand;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription};
@@ -30,7 +31,7 @@ type Values = Box<dyn Fn(&Frame<'_>) -> Option<Vec<f64>> + Send>;
 pub(crate) struct Line {
     /// Name with unit.
     name: String,
-    colour: Colour,
+    colour: Color,
     /// Width, points.
     width: f32,
 }
@@ -61,7 +62,7 @@ impl Plot {
 
     /// Logs the values that were added since the last call. The style of the lines is logged before
     /// the first values, so that a plot without values is not in the recording.
-    fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    fn flush(&mut self, out: &mut Writer) -> Result {
         let (entity, lines) = (self.entity.as_str(), &self.lines);
         let times = std::mem::take(&mut self.times);
         if !times.is_empty() && !std::mem::replace(&mut self.declared, true) {
@@ -118,7 +119,7 @@ impl Series {
     }
 
     /// Logs the records that were added since the last call.
-    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result {
         self.0.iter_mut().try_for_each(|plot| plot.flush(out))
     }
 
@@ -200,7 +201,7 @@ impl Series {
     /// standard deviations.
     fn add_angles(&mut self, run: &RunDescription, chosen: Option<usize>) {
         let truth = run.has_truth;
-        let given = of_each_wheel("given [deg]", Colour::dark, NARROW);
+        let given = of_each_wheel("given [deg]", dark, NARROW);
         let lines = of_all_wheels(truth.then_some("true"), None, "deg");
         self.add("contact_angle", [lines, given].concat(), move |f| {
             let given = f.sensors.contact_angle.map(|a| a.unwrap_or(f64::NAN));
@@ -218,7 +219,7 @@ impl Series {
         });
         let edges = ["+", "-"].map(|sign| {
             let name = format!("{name} {sign} 2 sigma [deg]");
-            of_each_wheel(&name, Colour::light, EDGE)
+            of_each_wheel(&name, light, EDGE)
         });
         self.add("contact_angle/estimated/band", edges.concat(), move |f| {
             let estimate = estimate(f, k)?;
@@ -332,7 +333,7 @@ fn true_lines(
     all.filter(|_| has_truth).collect()
 }
 
-pub(crate) fn line(name: impl Into<String>, colour: Colour, width: f32) -> Line {
+pub(crate) fn line(name: impl Into<String>, colour: Color, width: f32) -> Line {
     Line {
         name: name.into(),
         colour,
@@ -341,7 +342,7 @@ pub(crate) fn line(name: impl Into<String>, colour: Colour, width: f32) -> Line 
 }
 
 /// A line of each wheel in a shade of its colour; `name` follows that of the wheel.
-fn of_each_wheel(name: &str, shade: fn(Colour) -> Colour, width: f32) -> Vec<Line> {
+fn of_each_wheel(name: &str, shade: fn(Color) -> Color, width: f32) -> Vec<Line> {
     let wheels = WHEEL_NAMES.iter().zip(WHEELS);
     let of = |(wheel, colour)| line(format!("{wheel} {name}"), shade(colour), width);
     wheels.map(of).collect()
@@ -351,6 +352,6 @@ fn of_each_wheel(name: &str, shade: fn(Colour) -> Colour, width: f32) -> Vec<Lin
 /// such lines.
 fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
     let wide = first.map(|f| of_each_wheel(&format!("{f} [{unit}]"), |colour| colour, WIDE));
-    let narrow = second.map(|s| of_each_wheel(&format!("{s} [{unit}]"), Colour::light, NARROW));
+    let narrow = second.map(|s| of_each_wheel(&format!("{s} [{unit}]"), light, NARROW));
     wide.into_iter().chain(narrow).flatten().collect()
 }

@@ -1,13 +1,13 @@
 //! A sink that makes a Rerun recording of a run, in a file or in a viewer.
 
-use crate::ViewerError;
+use crate::error::{Result, ViewerError};
 use crate::explain::{rates, thinning};
 use crate::program::{DEFAULT_PORT, Started, listens};
-use crate::recorder::{Recorder, Recording, Ticker};
+use crate::recorder::{Recorder, Recording};
 use crate::target::Target;
 use crate::whole::WholeRecorder;
 use crate::writer::Writer;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError, Ticker};
 use std::error::Error as _;
 use std::ffi::OsStr;
 use std::path::Path;
@@ -46,7 +46,7 @@ impl RecordingSink {
     ///
     /// # Errors
     /// [`ViewerError::Io`]
-    pub fn save(path: &Path) -> Result<Self, ViewerError> {
+    pub fn save(path: &Path) -> Result<Self> {
         let target = Target::create(path)?;
         Ok(Self::new(path.display().to_string(), target, None))
     }
@@ -67,7 +67,7 @@ impl RecordingSink {
     ///
     /// # Errors
     /// [`ViewerError::Address`], [`ViewerError::NoViewerListens`]
-    pub fn connect(address: &str) -> Result<Self, ViewerError> {
+    pub fn connect(address: &str) -> Result<Self> {
         let (viewer, plain) = Target::connect(address)?;
         Ok(Self::new(plain, viewer, Some(Instant::now())))
     }
@@ -78,7 +78,7 @@ impl RecordingSink {
     /// # Errors
     /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
     /// [`ViewerError::NoViewerListens`]
-    pub fn live() -> Result<Self, ViewerError> {
+    pub fn live() -> Result<Self> {
         if !listens(DEFAULT_PORT) {
             Started::at(DEFAULT_PORT, &[OsStr::new("--expect-data-soon")])?;
         }
@@ -97,7 +97,7 @@ impl RecordingSink {
     }
 
     /// Starts the recording of a run.
-    fn start(&mut self, target: Target, run: &RunDescription) -> Result<(), ViewerError> {
+    fn start(&mut self, target: Target, run: &RunDescription) -> Result {
         self.thinning = thinning(run);
         let out = Writer::start(&self.destination, target, run)?;
         let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);

@@ -3,8 +3,7 @@
 //! Rerun's SDK has such targets, too, in `re_sdk`: they block the run when a viewer reads nothing,
 //! keep the cause of a failed write to themselves, and bring 55 crates.
 
-use crate::ViewerError;
-use crate::error::Cause;
+use crate::error::{Cause, Result, ViewerError};
 use re_build_info::CrateVersion;
 use re_log_encoding::rrd::Compression;
 use re_log_encoding::{Encoder, EncodingOptions, ToTransport as _};
@@ -41,7 +40,7 @@ pub(crate) struct Target {
 
 impl Target {
     /// A new `.rrd` file. An older file of that name is replaced immediately.
-    pub(crate) fn create(path: &Path) -> Result<Self, ViewerError> {
+    pub(crate) fn create(path: &Path) -> Result<Self> {
         let file = File::create(path).map_err(ViewerError::io("create", path.display()))?;
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let encoder = Encoder::new_eager(CrateVersion::LOCAL, options, file);
@@ -57,7 +56,7 @@ impl Target {
 
     /// The viewer that listens at `HOST:PORT` or `rerun+http://HOST:PORT/proxy`, and its address
     /// without what surrounds it.
-    pub(crate) fn connect(address: &str) -> Result<(Self, String), ViewerError> {
+    pub(crate) fn connect(address: &str) -> Result<(Self, String)> {
         let plain = address.strip_prefix("rerun+http://");
         let plain = plain.map_or(address, |p| p.strip_suffix("/proxy").unwrap_or(p));
         let bad = |_| ViewerError::Address(address.to_owned());
@@ -81,7 +80,7 @@ impl Target {
     fn start(
         taken: Option<mpsc::Receiver<()>>,
         work: impl FnOnce(UnboundedReceiver<LogMsg>) -> Result<(), Cause> + Send + 'static,
-    ) -> Result<Self, ViewerError> {
+    ) -> Result<Self> {
         let (messages, waiting) = unbounded_channel();
         let builder = std::thread::Builder::new().name("recording".to_owned());
         let thread = builder.spawn(|| work(waiting));

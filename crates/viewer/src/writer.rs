@@ -5,7 +5,7 @@
 //! the scene, so that the same run gives the same messages in the same order. (The index at the end
 //! of a file may list recording and layout in either order.)
 
-use crate::ViewerError;
+use crate::error::{Result, ViewerError};
 use crate::target::Target;
 use re_chunk::{Chunk, ChunkId, ChunkResult, RowId, TimeColumn};
 use re_log_types::external::re_tuid::Tuid;
@@ -36,11 +36,7 @@ pub(crate) struct Writer {
 
 impl Writer {
     /// Starts the recording of a run. Errors name `destination`.
-    pub(crate) fn start(
-        destination: &str,
-        target: Target,
-        run: &RunDescription,
-    ) -> Result<Self, ViewerError> {
+    pub(crate) fn start(destination: &str, target: Target, run: &RunDescription) -> Result<Self> {
         let name = &run.name;
         // A viewer would mix two runs with the same identifier.
         let fingerprint = run.fingerprint ^ if target.is_live() { now() } else { 0 };
@@ -72,7 +68,7 @@ impl Writer {
     }
 
     /// Logs the page that explains the recording, Markdown.
-    pub(crate) fn about(&mut self, page: String) -> Result<(), ViewerError> {
+    pub(crate) fn about(&mut self, page: String) -> Result {
         let page = TextDocument::new(page).with_media_type(MediaType::markdown());
         self.constant("about", &page)
     }
@@ -82,7 +78,7 @@ impl Writer {
         &mut self,
         entity: impl Into<EntityPath>,
         what: &dyn AsComponents,
-    ) -> Result<(), ViewerError> {
+    ) -> Result {
         let store = self.recording.clone();
         self.row(store, entity.into(), TimePoint::default(), what)
     }
@@ -93,7 +89,7 @@ impl Writer {
         entity: impl Into<EntityPath>,
         times: &[f64],
         columns: SerializationResult<impl Iterator<Item = SerializedComponentColumn>>,
-    ) -> Result<(), ViewerError> {
+    ) -> Result {
         if times.is_empty() {
             return Ok(());
         }
@@ -113,14 +109,14 @@ impl Writer {
         &mut self,
         entity: impl Into<EntityPath>,
         what: &dyn AsComponents,
-    ) -> Result<(), ViewerError> {
+    ) -> Result {
         // Not static: changes by a user come later on this timeline and take precedence.
         let time = TimePoint::default().with(Timeline::new_sequence("blueprint"), 0);
         self.row(self.layout.clone(), entity.into(), time, what)
     }
 
     /// Makes the layout the active one. All its parts must be logged before.
-    pub(crate) fn activate_layout(&mut self) -> Result<(), ViewerError> {
+    pub(crate) fn activate_layout(&mut self) -> Result {
         let command = BlueprintActivationCommand {
             blueprint_id: self.layout.clone(),
             make_active: true,
@@ -130,13 +126,13 @@ impl Writer {
     }
 
     /// Closes the recording: waits until all of it is written, or read by the viewer.
-    pub(crate) fn finish(&mut self) -> Result<(), ViewerError> {
+    pub(crate) fn finish(&mut self) -> Result {
         let finished = self.target.finish();
         finished.map_err(ViewerError::io("write", &self.destination))
     }
 
     /// Does not wait for the target. Fails with the error of this message or of an earlier one.
-    fn send(&mut self, message: LogMsg) -> Result<(), ViewerError> {
+    fn send(&mut self, message: LogMsg) -> Result {
         let sent = self.target.send(message);
         sent.map_err(ViewerError::io("write", &self.destination))
     }
@@ -147,7 +143,7 @@ impl Writer {
         entity: EntityPath,
         time: TimePoint,
         what: &dyn AsComponents,
-    ) -> Result<(), ViewerError> {
+    ) -> Result {
         let id = self.next_id();
         let row = RowId::from_tuid((*id).next());
         let chunk = Chunk::builder_with_id(id, entity)
@@ -156,7 +152,7 @@ impl Writer {
         self.send_chunk(store, chunk)
     }
 
-    fn send_chunk(&mut self, store: StoreId, chunk: ChunkResult<Chunk>) -> Result<(), ViewerError> {
+    fn send_chunk(&mut self, store: StoreId, chunk: ChunkResult<Chunk>) -> Result {
         let message = chunk.and_then(|chunk| chunk.to_arrow_msg());
         let message = message.map_err(ViewerError::io("write", &self.destination))?;
         self.send(LogMsg::ArrowMsg(store, message))

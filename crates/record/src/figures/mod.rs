@@ -10,12 +10,12 @@ pub mod style;
 mod trace;
 
 pub use crate::quantile::extremes;
-pub use page::{Column, Entry, Header, Mark, Page, Scale, write_figure};
+pub use page::{Column, Entry, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
-use crate::error::{RecordError, create_folder_of};
+use crate::error::{Result, create_folder_of};
 use rayon::prelude::*;
 use robhaz_model::Suspension;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -110,6 +110,6 @@ impl Sink for FigureSink {
         // On all cores: all of them, and the first failure.
         let write = |(stem, page): &(String, Page)| write_figure(&self.folder, stem, page);
         let written: Vec<_> = figures.par_iter().map(write).collect();
-        Ok(written.into_iter().collect::<Result<(), RecordError>>()?)
+        Ok(written.into_iter().collect::<Result>()?)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::panel::{Axis, PANEL_TITLE, Panel, TAIL, X_LABELS};
 use super::style::{Area, Drawn, SCALE, line, path, text, units, write};
-use crate::error::{RecordError, io_error};
+use crate::error::{Result, io_error};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use std::error::Error;
@@ -75,68 +75,6 @@ impl Entry {
     }
 }
 
-/// Title, subtitle and key.
-pub struct Header {
-    /// Title.
-    pub title: String,
-    /// Subtitle.
-    pub subtitle: String,
-    /// The key to the lines.
-    pub key: Vec<Entry>,
-}
-
-impl Header {
-    /// Where the panels below it begin, px.
-    fn bottom(&self) -> f64 {
-        // A few rows.
-        let rows = self.rows().len() as f64;
-        KEY_TOP + rows * KEY + 6.0
-    }
-
-    /// The entries of each row of the key.
-    fn rows(&self) -> Vec<Vec<&Entry>> {
-        let room = f64::from(WIDTH) - 2.0 * MARGIN;
-        let mut rows: Vec<Vec<&Entry>> = Vec::new();
-        let mut x = 0.0;
-        for entry in &self.key {
-            match rows.last_mut() {
-                Some(row) if x + entry.width() <= room => row.push(entry),
-                _ => {
-                    rows.push(vec![entry]);
-                    x = 0.0;
-                }
-            }
-            x += entry.width() + ENTRY_GAP;
-        }
-        rows
-    }
-
-    /// Draws it at the top of a page.
-    fn draw(&self, page: &Area<'_>) -> Drawn {
-        let title = text(16.0, FontStyle::Bold, HPos::Left, VPos::Top);
-        write(page, &self.title, (MARGIN, MARGIN), title)?;
-        let plain = || text(LETTERS, FontStyle::Normal, HPos::Left, VPos::Center);
-        let at = (MARGIN, MARGIN + TITLE + 0.4 * SUBTITLE);
-        write(page, &self.subtitle, at, plain())?;
-        let mut y = KEY_TOP + 0.5 * KEY;
-        for row in self.rows() {
-            let mut x = MARGIN;
-            for entry in row {
-                let end = x + entry.width() + ENTRY_GAP;
-                for Mark(style, is_dashed) in &entry.marks {
-                    let ends = [x, x + SAMPLE].map(|x| (units(x), units(y)));
-                    page.draw(&path(ends.to_vec(), *style, *is_dashed))?;
-                    x += SAMPLE + SAMPLE_GAP;
-                }
-                write(page, &entry.label, (x, y), plain())?;
-                x = end;
-            }
-            y += KEY;
-        }
-        Ok(())
-    }
-}
-
 /// The vertical ranges of the panels of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
@@ -185,8 +123,12 @@ impl Column {
 
 /// A figure.
 pub struct Page {
-    /// Title and key.
-    pub header: Header,
+    /// Title.
+    pub title: String,
+    /// Subtitle.
+    pub subtitle: String,
+    /// The key to the lines.
+    pub key: Vec<Entry>,
     /// The horizontal axis of all panels.
     pub axis: Axis,
     /// The columns below, from left to right.
@@ -194,23 +136,73 @@ pub struct Page {
 }
 
 impl Page {
+    /// Where the panels begin, below title and key, px.
+    fn top(&self) -> f64 {
+        // A few rows.
+        let rows = self.rows().len() as f64;
+        KEY_TOP + rows * KEY + 6.0
+    }
+
+    /// The entries of each row of the key.
+    fn rows(&self) -> Vec<Vec<&Entry>> {
+        let room = f64::from(WIDTH) - 2.0 * MARGIN;
+        let mut rows: Vec<Vec<&Entry>> = Vec::new();
+        let mut x = 0.0;
+        for entry in &self.key {
+            match rows.last_mut() {
+                Some(row) if x + entry.width() <= room => row.push(entry),
+                _ => {
+                    rows.push(vec![entry]);
+                    x = 0.0;
+                }
+            }
+            x += entry.width() + ENTRY_GAP;
+        }
+        rows
+    }
+
+    /// Draws title, subtitle and key at the top of a page.
+    fn draw_header(&self, page: &Area<'_>) -> Drawn {
+        let title = text(16.0, FontStyle::Bold, HPos::Left, VPos::Top);
+        write(page, &self.title, (MARGIN, MARGIN), title)?;
+        let plain = || text(LETTERS, FontStyle::Normal, HPos::Left, VPos::Center);
+        let at = (MARGIN, MARGIN + TITLE + 0.4 * SUBTITLE);
+        write(page, &self.subtitle, at, plain())?;
+        let mut y = KEY_TOP + 0.5 * KEY;
+        for row in self.rows() {
+            let mut x = MARGIN;
+            for entry in row {
+                let end = x + entry.width() + ENTRY_GAP;
+                for Mark(style, is_dashed) in &entry.marks {
+                    let ends = [x, x + SAMPLE].map(|x| (units(x), units(y)));
+                    page.draw(&path(ends.to_vec(), *style, *is_dashed))?;
+                    x += SAMPLE + SAMPLE_GAP;
+                }
+                write(page, &entry.label, (x, y), plain())?;
+                x = end;
+            }
+            y += KEY;
+        }
+        Ok(())
+    }
+
     /// Width and height, px.
     fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
-        let height = self.header.bottom() + panels + 0.5 * MARGIN;
+        let height = self.top() + panels + 0.5 * MARGIN;
         // The height of a picture.
         (WIDTH, height.ceil() as u32)
     }
 
     /// Draws it on a white page of its size.
     fn draw(&self, page: &Area<'_>) -> Drawn {
-        self.header.draw(page)?;
+        self.draw_header(page)?;
         let part = |left: f64, top: f64, width: f64, height: f64| {
             let corner = (units(left), units(top));
             page.clone().shrink(corner, (units(width), units(height)))
         };
         let full = f64::from(WIDTH) - 2.0 * MARGIN;
-        let first = self.header.bottom();
+        let first = self.top();
         // A few columns.
         let count = self.columns.len() as f64;
         let width = (full - (count - 1.0) * GAP) / count;
@@ -235,8 +227,8 @@ impl Page {
 /// Writes a figure into a folder as `stem.svg`.
 ///
 /// # Errors
-/// [`RecordError`] of the file system and of the drawing library.
-pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result<(), RecordError> {
+/// [`RecordError`](crate::RecordError) of the file system and of the drawing library.
+pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result {
     let path = folder.join(format!("{stem}.svg"));
     let text = svg(page).map_err(|error| io_error("draw", &path)(error.to_string()))?;
     std::fs::write(&path, text).map_err(io_error("write", &path))

@@ -1,6 +1,6 @@
 //! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
 
-use super::page::{Column, Entry, Header, Mark, Page, Scale};
+use super::page::{Column, Entry, Mark, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
 use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, truth_line};
@@ -28,11 +28,9 @@ fn page(
     columns: Vec<Column>,
 ) -> Page {
     Page {
-        header: Header {
-            title: title.to_owned(),
-            subtitle,
-            key,
-        },
+        title: title.to_owned(),
+        subtitle,
+        key,
         axis: Axis {
             label: "time (s)",
             range: 0.0..run.end,

@@ -1,7 +1,7 @@
 //! A panel of the ground at equal scales of x and y; and the figure with the robot on it, and N
 //! over the position of the wheels.
 
-use super::page::{Column, Entry, Header, MARGIN, Mark, Page, Scale, WIDTH};
+use super::page::{Column, Entry, MARGIN, Mark, Page, Scale, WIDTH};
 use super::panel::{Axis, Layer, Panel, Y_LABELS};
 use super::run::RunTraces;
 use super::style::{GROUND, ROBOT, SURFACE, WHEELS, line};
@@ -119,11 +119,9 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     );
     let subtitle = "lines through the robots: paths of the wheels' centres";
     Page {
-        header: Header {
-            title: "The robot on the ground, and its true normal forces".to_owned(),
-            subtitle: subtitle.to_owned(),
-            key,
-        },
+        title: "The robot on the ground, and its true normal forces".to_owned(),
+        subtitle: subtitle.to_owned(),
+        key,
         axis: Axis::of_places("place, x (m)", strip.x.clone()),
         columns: vec![Column::new(Scale::Own, [strip.panel(), panel])],
     }

@@ -89,43 +89,36 @@ impl Trace {
 
     /// Pieces of the line through the extremes of every interval.
     pub fn extremes(&self) -> Vec<Vec<Point>> {
-        self.pieces(|s| {
-            let (first, second) = match s.high_first {
-                true => (s.high, s.low),
-                false => (s.low, s.high),
-            };
-            [Some(first), Some(second).filter(|_| s.low != s.high)]
+        self.pieces(|s| match (s.low == s.high, s.high_first) {
+            (true, _) => vec![s.low],
+            (false, true) => vec![s.high, s.low],
+            (false, false) => vec![s.low, s.high],
         })
     }
 
     /// Pieces of the line through the means of every interval.
     pub fn means(&self) -> Vec<Vec<Point>> {
-        self.pieces(|s| [Some(s.mean())])
+        self.pieces(|s| vec![s.mean()])
     }
 
     /// Pieces of the line along the lowest values of every interval, over the interval's mean
     /// abscissa.
     pub fn lows(&self) -> Vec<Vec<Point>> {
-        self.pieces(|s| [Some((s.mean().0, s.low.1))])
+        self.pieces(|s| vec![(s.mean().0, s.low.1)])
     }
 
     /// Pieces of the line along the highest values of every interval, over the interval's mean
     /// abscissa.
     pub fn highs(&self) -> Vec<Vec<Point>> {
-        self.pieces(|s| [Some((s.mean().0, s.high.1))])
+        self.pieces(|s| vec![(s.mean().0, s.high.1)])
     }
 
     /// The points of all intervals between gaps, with the last interval as far as it came.
-    fn pieces<const N: usize>(
-        &self,
-        points: impl Fn(&Interval) -> [Option<Point>; N],
-    ) -> Vec<Vec<Point>> {
+    fn pieces(&self, points: impl Fn(&Interval) -> Vec<Point>) -> Vec<Vec<Point>> {
         let mut all = self.intervals.clone();
         all.push(self.current);
         let pieces = all.split(Option::is_none).filter(|piece| !piece.is_empty());
-        let line = |piece: &[Option<Interval>]| {
-            piece.iter().flatten().flat_map(&points).flatten().collect()
-        };
+        let line = |piece: &[Option<Interval>]| piece.iter().flatten().flat_map(&points).collect();
         pieces.map(line).collect()
     }
 }

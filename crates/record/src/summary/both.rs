@@ -140,36 +140,30 @@ impl BothSums {
 }
 
 impl BothSummary {
-    /// Share of the records in which wheels are dragged across.
-    fn dragged_share(&self) -> f64 {
-        // Counts of records.
-        self.dragged as f64 / self.samples.max(1) as f64
-    }
-
     /// What the user must know before the forces, a line each.
     pub(crate) fn warnings(&self) -> Vec<String> {
         /// Share of the records that is no turn.
         const FEW: f64 = 0.01;
-        let share = 100.0 * self.dragged_share();
-        let contradiction = (!self.contradictions.is_empty()).then(|| {
-            format!(
-                "READINGS CONTRADICT EACH OTHER: {}. `robhaz check` looks for the cause.",
-                self.contradictions.join("; ")
-            )
-        });
-        let dragged = (self.dragged_share() > FEW).then(|| {
-            format!(
-                "WHEELS ARE DRAGGED ACROSS in {share:.1} % of the records, as in a skid turn: there forces are outside of the model, and their stated deviations large."
-            )
-        });
-        let unconfirmed = (!self.unconfirmed.is_empty()).then(|| {
-            format!(
-                "NOT CONFIRMED BY THIS LOG: {}.",
-                self.unconfirmed.join("; ")
-            )
-        });
-        let all = contradiction.into_iter().chain(unconfirmed);
-        all.chain(dragged).collect()
+        // Counts of records.
+        let share = self.dragged as f64 / self.samples.max(1) as f64;
+        let mut warnings = Vec::new();
+        if !self.contradictions.is_empty() {
+            let list = self.contradictions.join("; ");
+            warnings.push(format!(
+                "READINGS CONTRADICT EACH OTHER: {list}. `robhaz check` looks for the cause."
+            ));
+        }
+        if !self.unconfirmed.is_empty() {
+            let list = self.unconfirmed.join("; ");
+            warnings.push(format!("NOT CONFIRMED BY THIS LOG: {list}."));
+        }
+        if share > FEW {
+            warnings.push(format!(
+                "WHEELS ARE DRAGGED ACROSS in {:.1} % of the records, as in a skid turn: there forces are outside of the model, and their stated deviations large.",
+                100.0 * share
+            ));
+        }
+        warnings
     }
 
     /// The rover as a whole, a line each.

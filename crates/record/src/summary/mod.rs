@@ -13,7 +13,7 @@ pub use parts::{
 };
 pub use sink::SummarySink;
 
-use crate::error::{RecordError, io_error};
+use crate::error::{RecordError, Result, io_error};
 use robhaz_run::LogReport;
 use robhaz_score::Progress;
 use robhaz_score::events::EventCounts;
@@ -83,13 +83,15 @@ impl Summary {
     /// The text of `summary.json`.
     ///
     /// # Errors
-    /// [`RecordError::NotFinite`]: JSON has no such numbers, and none is put in their place.
-    pub fn to_json(&self) -> Result<String, RecordError> {
-        let text = serde_json::to_string_pretty(self).map_err(|_| RecordError::NotFinite)?;
+    /// [`RecordError::Refused`]: JSON has no numbers that are not finite, and none is put in their place.
+    pub fn to_json(&self) -> Result<String> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
         // A number that is not finite becomes null, and NaN does not equal itself.
         match serde_json::from_str::<Self>(&text) {
             Ok(read) if read == *self => Ok(text + "\n"),
-            _ => Err(RecordError::NotFinite),
+            _ => Err(RecordError::Refused(
+                "a number of the summary is not finite".to_owned(),
+            )),
         }
     }
 
@@ -97,7 +99,7 @@ impl Summary {
     ///
     /// # Errors
     /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
-    pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
+    pub fn write(&self, folder: &Path) -> Result {
         let path = folder.join(FILE);
         let partial = folder.join(format!("{FILE}.partial"));
         std::fs::write(&partial, self.to_json()?).map_err(io_error("write", &path))?;
@@ -109,13 +111,19 @@ impl Summary {
     /// # Errors
     /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file
     /// is no summary.
-    pub fn read(folder: &Path) -> Result<Self, RecordError> {
+    pub fn read(folder: &Path) -> Result<Self> {
         if !folder.is_dir() {
-            return Err(RecordError::NoFolder(folder.to_path_buf()));
+            return Err(RecordError::Refused(format!(
+                "there is no folder {}",
+                folder.display()
+            )));
         }
         let path = folder.join(FILE);
         let text = std::fs::read_to_string(&path).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => RecordError::NoSummary(folder.to_path_buf()),
+            io::ErrorKind::NotFound => RecordError::Refused(format!(
+                "{} holds no summary.json: the run in it was killed or has no record, or it is not the folder of a run",
+                folder.display()
+            )),
             _ => io_error("read", &path)(error),
         })?;
         serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })

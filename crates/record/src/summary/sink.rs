@@ -7,8 +7,8 @@ use super::parts::{
     BrokenOff, ClearanceSummary, ControlSummary, EstimatorSummary, Faulty, FaultyChannels,
     FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors, TorqueScaleSummary,
 };
-use crate::error::RecordError;
-use crate::estimated_terrain::EstimatedTerrains;
+use crate::error::{RecordError, Result};
+use crate::estimated_terrain::compared;
 use robhaz_estimator::{Channels, Estimate, TorqueScale};
 use robhaz_run::{
     ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
@@ -28,7 +28,6 @@ pub struct SummarySink {
     events: Option<(EventDetector, EventCounts)>,
     /// Clearance so far.
     clearance: Option<ClearanceSummary>,
-    grounds: EstimatedTerrains,
     /// Of a log of both sides.
     both: BothSums,
     rule: Option<Rule>,
@@ -138,17 +137,18 @@ impl SummarySink {
     /// The summary of the run, marked when it broke off.
     ///
     /// # Errors
-    /// [`RecordError::Unfinished`] when the run goes on, or has no record.
-    pub fn summary(&self) -> Result<Summary, RecordError> {
+    /// [`RecordError::Refused`] when the run goes on, or has no record.
+    pub fn summary(&self) -> Result<Summary> {
         let (Some(run), Some(end)) = (&self.run, &self.end) else {
-            return Err(RecordError::Unfinished);
+            let why = "the run has no summary: it goes on, or it has no record";
+            return Err(RecordError::Refused(why.to_owned()));
         };
         let world = run.world.as_deref();
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
         let friction_tests = end.friction_tests.iter().map(FrictionTestSummary::of);
         let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
         let estimators = estimators.map(|(k, (e, sums))| {
-            let points = self.grounds.compared(Some(end), k, terrain.as_ref());
+            let points = compared(run, end, k, terrain.as_ref());
             // Points behind the origin count, too.
             let points = points.into_iter().filter_map(|(p, t)| Some((p, t?)));
             EstimatorSummary {
@@ -233,7 +233,7 @@ impl Sink for SummarySink {
             estimators: run.estimators.iter().map(sums).collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
-            grounds: EstimatedTerrains::new(run),
+
             rule: Some(rule),
             ..Self::default()
         };
@@ -250,7 +250,7 @@ impl Sink for SummarySink {
         if let Some(truth) = frame.truth {
             self.add_truth(truth, frame);
         }
-        self.grounds.add(frame);
+
         let counts = rule.compares(frame.time);
         if let Some(both) = &frame.both {
             self.both.add_scale(both);

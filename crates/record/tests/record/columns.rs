@@ -152,7 +152,7 @@ fn names_of_an_estimate_are_fixed() {
         wheel2_normal_force_sigma wheel2_traction_sigma wheel2_torque_offset wheel2_contact_angle wheel2_contact_angle_sigma \
         wheel2_contact_angle_error \
         wheel3_normal_force_sigma wheel3_traction_sigma wheel3_torque_offset wheel3_contact_angle wheel3_contact_angle_sigma \
-        wheel3_contact_angle_error gear_friction wheel1_contacts wheel1_sliding wheel1_slip \
+        wheel3_contact_angle_error gear_friction rolling_resistance wheel1_contacts wheel1_sliding wheel1_slip \
         wheel1_needed_friction_sigma wheel1_friction_margin \
         wheel2_contacts wheel2_sliding wheel2_slip \
         wheel2_needed_friction_sigma wheel2_friction_margin \

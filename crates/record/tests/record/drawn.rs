@@ -2,7 +2,7 @@
 
 use plotters::style::RGBColor;
 use robhaz_record::figures::style::line;
-use robhaz_record::figures::{Axis, Column, Header, Layer, Page, Panel, Scale, write_figure};
+use robhaz_record::figures::{Axis, Column, Layer, Page, Panel, Scale, write_figure};
 
 /// A point of an SVG, in units of its inner drawing; y is positive downward.
 pub type Pixel = (i32, i32);
@@ -11,11 +11,9 @@ pub type Pixel = (i32, i32);
 pub fn svg(panel: Panel, axis: &Axis, scale: Scale) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let page = Page {
-        header: Header {
-            title: String::new(),
-            subtitle: String::new(),
-            key: Vec::new(),
-        },
+        title: String::new(),
+        subtitle: String::new(),
+        key: Vec::new(),
         axis: axis.clone(),
         columns: vec![Column::new(scale, [panel])],
     };

@@ -35,6 +35,7 @@ fn errors(run: &RunDescription) -> [Option<GroundErrors>; 2] {
     };
     sink.frame(&frame).expect("a record");
     let end = RunEnd {
+        start: run.has_truth.then_some(record.truth),
         ground: vec![Arc::new([
             point(0.4, 0.02, 0),
             point(0.6, 0.05, 0),

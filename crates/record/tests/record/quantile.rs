@@ -1,7 +1,9 @@
 //! Quantiles on the page of a study.
 
-use robhaz_record::{Dataset, DatasetColumn, DatasetValues, study_page};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
+use robhaz_record::{Dataset, study_page};
 use robhaz_scene::StudyChoice;
+use std::sync::Arc;
 
 const STUDY: &str = "
 scene = \"smooth.toml\"
@@ -12,19 +14,12 @@ values = [1, 2]
 
 /// Median and 5 and 95 % quantiles of a score with these values, as the page states them.
 fn stated(values: impl IntoIterator<Item = f64>) -> String {
-    let values: Vec<_> = values.into_iter().map(Some).collect();
-    let column = |name: &str, values| DatasetColumn {
-        name: name.to_owned(),
-        unit: String::new(),
-        description: String::new(),
-        values,
-    };
-    let labels = vec![Some("mine".to_owned()); values.len()];
+    let values = Float64Array::from_iter(values);
+    let labels = StringArray::from(vec!["mine"; values.len()]);
+    let columns: [(&str, ArrayRef); 2] =
+        [("estimator", Arc::new(labels)), ("rmse", Arc::new(values))];
     let page = study_page(&Dataset {
-        columns: vec![
-            column("estimator", DatasetValues::Words(labels)),
-            column("rmse", DatasetValues::Numbers(values)),
-        ],
+        rows: vec![RecordBatch::try_from_iter(columns).expect("columns of one length")],
         study: StudyChoice::parse(STUDY, "study.toml").expect("a study"),
         runs: 1,
         version: String::new(),

@@ -13,6 +13,7 @@ use robhaz_terrain::Profile;
 /// The end of a complete run of [`scene`].
 pub const END: RunEnd = RunEnd {
     ground: Vec::new(),
+    start: None,
     duration: 2.0,
     wall: 0.1,
     step: Some(1e-4),

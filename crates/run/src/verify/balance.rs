@@ -37,27 +37,13 @@ pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f6
     errors.fold(0.0, greater) / (weight * (last.time - first.time))
 }
 
-/// Energy balance of a run, J.
+/// Energy balance of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
-    /// Work of the motors.
+    /// Work of the motors, J.
     pub motors: f64,
-    /// Energy that gears, friction, contacts and stops have dissipated, and that contacts and stops
-    /// store.
-    pub losses: f64,
-    /// Change of the kinetic and potential energy of bars, wheels and rotors.
-    pub gain: f64,
-    /// Largest residual of the balance over the records.
-    pub left: f64,
-    /// Energy to which the residual is compared: see [`energy`].
-    pub scale: f64,
-}
-
-impl Energy {
-    /// Largest residual relative to the scale, -.
-    pub fn relative_error(&self) -> f64 {
-        self.left / self.scale
-    }
+    /// Largest residual of the balance over the records, relative to its scale: see [`energy`], -.
+    pub relative_error: f64,
 }
 
 /// Energy balance of a run.
@@ -82,14 +68,11 @@ pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
     });
     let last = truth.last().zip(balance.last());
     let whole = last.map_or([f64::NAN; 3], |(now, balance)| since(now, balance));
-    let [motors, losses, gain] = whole;
     let floor = robot.mass.total() * robot.gravity * robot.geometry.wheel_radius;
+    let scale = whole.iter().fold(floor, |s, e| s.max(e.abs()));
     Energy {
-        motors,
-        losses,
-        gain,
-        left: left.fold(0.0, greater),
-        scale: whole.iter().fold(floor, |s, e| s.max(e.abs())),
+        motors: whole[0],
+        relative_error: left.fold(0.0, greater) / scale,
     }
 }
 

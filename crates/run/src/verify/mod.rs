@@ -12,31 +12,21 @@ mod run;
 pub use balance::{Agreement, Energy, agreement, energy, impulse_difference, momentum_error};
 pub use run::Run;
 
-use crate::{RunError, Stop, TruthClearance};
+use crate::{Result, Stop, TruthClearance};
 use robhaz_model::Bar;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
+use serde::Serialize;
 
 /// Result of one check.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// Name of the check.
     pub check: String,
     /// The measured value with its unit and limit, or the reason why the check does not apply.
     pub finding: String,
-    /// Passed, failed or not judged.
-    pub outcome: Outcome,
-}
-
-/// Outcome of a check.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// The value is within its limit.
-    Passed,
-    /// The value is beyond its limit.
-    Failed,
-    /// The check does not apply to this scene.
-    NotJudged,
+    /// Whether the value is within its limit; `None` where the check does not apply to this scene.
+    pub passed: Option<bool>,
 }
 
 /// Limit without impacts: RMS difference of N between two runs, relative to the mean of N.
@@ -72,12 +62,8 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 /// second run at a tenth of the tolerance.
 ///
 /// # Errors
-/// [`RunError`] if there is no run to judge, or `stop` names a cause.
-pub fn verify(
-    scene: &Scene,
-    step: &mut dyn FnMut(&str),
-    stop: Stop<'_>,
-) -> Result<Vec<Verdict>, RunError> {
+/// [`RunError`](crate::RunError) if there is no run to judge, or `stop` names a cause.
+pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str), stop: Stop<'_>) -> Result<Vec<Verdict>> {
     let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
     let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts, stop);
@@ -124,7 +110,7 @@ fn of_engine(
     step: &mut dyn FnMut(&str),
     verdicts: &mut Vec<Verdict>,
     stop: Stop<'_>,
-) -> Result<Run, RunError> {
+) -> Result<Run> {
     let name = kind.name();
     step(&format!("engine {name}"));
     let scene = with(scene, kind);
@@ -172,7 +158,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     let outside = format!("{beyond} of {} records outside", truth.len());
     let momentum = momentum_error(robot, truth, &run.balance);
     let (of_momentum, of_energy) = ("relative to weight times time", "relative to its scale");
-    let energy = energy(robot, truth, &run.balance).relative_error();
+    let energy = energy(robot, truth, &run.balance).relative_error;
     let gap_limit = gap_allowed(scene.engine.kind);
     let energy_limit = match has_corners || leaves_the_ground(run) {
         true => ENERGY_OF_IMPACTS,
@@ -233,19 +219,16 @@ fn not_judged(check: String, why: &str) -> Verdict {
     Verdict {
         check,
         finding: why.to_owned(),
-        outcome: Outcome::NotJudged,
+        passed: None,
     }
 }
 
 fn judged(check: String, finding: String, holds: bool) -> Verdict {
-    let outcome = match holds {
-        true => Outcome::Passed,
-        false => Outcome::Failed,
-    };
+    let passed = Some(holds);
     Verdict {
         check,
         finding,
-        outcome,
+        passed,
     }
 }
 

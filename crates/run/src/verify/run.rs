@@ -1,6 +1,6 @@
 //! A run of a scene, kept in memory.
 
-use crate::{DrivenPlant, MOST_KEPT, RunError, Stop};
+use crate::{DrivenPlant, MOST_KEPT, Result, RunError, Stop};
 use robhaz_scene::Scene;
 use robhaz_sim::{Balance, PlantError, Truth};
 
@@ -20,12 +20,12 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError::TooLong`], and as [`DrivenPlant::new`].
-    pub fn of(scene: &Scene) -> Result<Self, RunError> {
+    pub fn of(scene: &Scene) -> Result<Self> {
         Self::until(scene, &|| None)
     }
 
     /// The same; [`RunError::Stopped`] where `stop` names a cause.
-    pub(super) fn until(scene: &Scene, stop: Stop<'_>) -> Result<Self, RunError> {
+    pub(super) fn until(scene: &Scene, stop: Stop<'_>) -> Result<Self> {
         let found = scene.record.count();
         if found > MOST_KEPT {
             let (of, who) = ("records", "verify");
@@ -58,7 +58,7 @@ impl Run {
     ///
     /// # Errors
     /// As [`DrivenPlant::new`]; [`RunError::Stopped`].
-    pub(super) fn repeats(&self, scene: &Scene, stop: Stop<'_>) -> Result<bool, RunError> {
+    pub(super) fn repeats(&self, scene: &Scene, stop: Stop<'_>) -> Result<bool> {
         let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
             go_on(stop)?;
@@ -71,7 +71,7 @@ impl Run {
     }
 }
 
-fn go_on(stop: Stop<'_>) -> Result<(), RunError> {
+fn go_on(stop: Stop<'_>) -> Result {
     stop().map_or(Ok(()), |cause| Err(RunError::Stopped { cause }))
 }
 
@@ -85,7 +85,7 @@ struct Records {
 impl Records {
     /// Before the first record. A control that takes readings needs every sample; else a period is
     /// a record.
-    fn of(scene: &Scene) -> Result<Self, RunError> {
+    fn of(scene: &Scene) -> Result<Self> {
         let mut setup = scene.plant_setup();
         setup.balance = true;
         let mut samples_per_record = scene.samples_per_record();

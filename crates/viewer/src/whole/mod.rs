@@ -5,11 +5,11 @@ mod plots;
 mod pose;
 mod still;
 
-use crate::ViewerError;
 use crate::draw::narrow;
+use crate::error::Result;
 use crate::explain::rates;
 use crate::layout;
-use crate::recorder::{Recording, Ticker};
+use crate::recorder::Recording;
 use crate::series::Series;
 use crate::writer::Writer;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -18,7 +18,7 @@ use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
 use re_sdk_types::datatypes::Quaternion;
 use robhaz_estimator::whole::{Vec3, WholeEstimate};
 use robhaz_model::WholeRover;
-use robhaz_run::{BothTruth, Frame, RunDescription, RunEnd};
+use robhaz_run::{BothTruth, Frame, RunDescription, RunEnd, Ticker};
 use std::iter::repeat_n;
 
 /// Length of the arrow of the mean static wheel load, m.
@@ -76,7 +76,7 @@ impl WholeRecorder {
         rover: WholeRover,
         run: &RunDescription,
         thinning: f64,
-    ) -> Result<Self, ViewerError> {
+    ) -> Result<Self> {
         layout::log_whole(&mut out, &rover)?;
         still::declare(&mut out, &rover, run.has_truth)?;
         out.about(still::page(&rover, run))?;
@@ -152,7 +152,7 @@ impl Recording for WholeRecorder {
         }
     }
 
-    fn flush(&mut self) -> Result<(), ViewerError> {
+    fn flush(&mut self) -> Result {
         let (rows, out) = (std::mem::take(&mut self.rows), &mut self.out);
         let times = &rows.times;
         let wheels = rows.wheels.iter().enumerate();
@@ -188,7 +188,7 @@ impl Recording for WholeRecorder {
         self.plots.flush(out)
     }
 
-    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), ViewerError> {
+    fn end(&mut self, _: Option<&RunEnd>) -> Result {
         self.flush()?;
         self.out.finish()
     }

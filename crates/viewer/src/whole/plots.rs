@@ -1,7 +1,7 @@
 //! Plots of a rover with both sides.
 
 use super::{SIDES, true_forces};
-use crate::colours::{WHEELS, by_index};
+use crate::colours::{WHEELS, by_index, light};
 use crate::series::{EDGE, Line, NARROW, Series, WHEEL_NAMES, WIDE, around, line};
 use robhaz_estimator::whole::WholeEstimate;
 use robhaz_run::{Frame, RunDescription};
@@ -54,7 +54,7 @@ fn lines(has_truth: bool) -> Vec<Line> {
         let truth = has_truth.then(|| line(format!("{wheel} true [N]"), colour, WIDE));
         // Beside the truth an estimate is lighter.
         let (colour, width) = match has_truth {
-            true => (colour.light(), NARROW),
+            true => (light(colour), NARROW),
             false => (colour, 2.0 * NARROW),
         };
         let edge = |sign| line(format!("{wheel} {sign} 2 sigma [N]"), colour, EDGE);

@@ -1,9 +1,9 @@
 //! What does not move in the recording of a rover with both sides.
 
 use super::{HALF_WIDTH, MEAN_LOAD_LENGTH, point, quaternion, sign, wheel_entity};
-use crate::ViewerError;
-use crate::colours::{self, Colour, WHEELS};
+use crate::colours::{self, WHEELS, dark, light};
 use crate::draw::narrow;
+use crate::error::Result;
 use crate::writer::Writer;
 use nalgebra::UnitQuaternion;
 use re_sdk_types::archetypes::{Arrows3D, Boxes3D, Cylinders3D, LineStrips3D, ViewCoordinates};
@@ -16,11 +16,7 @@ use robhaz_run::RunDescription;
 const SPOKES: usize = 5;
 
 /// Logs everything that does not move.
-pub(super) fn declare(
-    out: &mut Writer,
-    rover: &WholeRover,
-    has_truth: bool,
-) -> Result<(), ViewerError> {
+pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> Result {
     let thin = |points| [Radius::new_ui_points(points)];
     out.constant("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
     let outline = &rover.side.geometry.outline;
@@ -48,7 +44,7 @@ pub(super) fn declare(
             .with_lengths([narrow(2.0 * half_width)])
             .with_radii([narrow(radius)])
             .with_quaternions([quaternion(&along_y.to_rotation_matrix().into_inner())])
-            .with_colors([colour.dark()])
+            .with_colors([dark(colour)])
             .with_fill_mode(FillMode::Solid);
         out.constant(format!("{entity}/tyre"), &tyre)?;
         let spokes = (0..SPOKES).map(|k| {
@@ -65,13 +61,13 @@ pub(super) fn declare(
     }
     let colours = || WHEELS.into_iter().chain(WHEELS);
     let arrows = Arrows3D::update_fields().with_radii(thin(2.5));
-    let found = arrows.clone().with_colors(colours().map(Colour::light));
+    let found = arrows.clone().with_colors(colours().map(light));
     out.constant("world/rover/forces", &found)?;
     if has_truth {
         out.constant("world/rover/true_forces", &arrows.with_colors(colours()))?;
     }
     let bars = LineStrips3D::update_fields()
-        .with_colors(colours().map(Colour::light))
+        .with_colors(colours().map(light))
         .with_radii(thin(1.0));
     out.constant("world/rover/forces/two_sigma", &bars)?;
     let tracks = LineStrips3D::update_fields()
