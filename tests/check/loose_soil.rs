@@ -1,7 +1,6 @@
 //! Loose soil resists the wheels by a tenth of their load and more, which acts like N ahead of the axle.
 
-use super::common::{Failure, readings_of, report, scene};
-use robhaz_estimator::Estimator;
+use super::common::{Failure, error_of, readings_of, report, scene};
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 
@@ -13,36 +12,19 @@ fn soil(name: &str, resistance: f64) -> Result<(Scene, TruthRun), Failure> {
     Ok((scene, truth))
 }
 
-/// RMS error of N over the mean N from 2 s on, the mean of its stated deviation over the same, and the coefficient
-/// found, with 100 Hz of readings and this budget of gear friction (N m) and rolling resistance.
-fn error_of(
+/// [`error_of`] 100 Hz of readings with this budget of gear friction (N m) and rolling resistance, and the coefficient
+/// found.
+fn found(
     (scene, truth): &(Scene, TruthRun),
     [gear_friction, rolling_resistance]: [f64; 2],
 ) -> Result<[f64; 3], Failure> {
-    let samples = || truth.samples().step_by(10);
+    let samples: Vec<_> = truth.samples().step_by(10).collect();
     let mut settings = scene.nominal_settings(scene.estimators.last().ok_or("no estimator")?)?;
     settings.budget.gear_friction = gear_friction;
     settings.budget.rolling_resistance = rolling_resistance;
-    let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
-    let (mut squares, mut stated, mut sum, mut count, mut found) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (sample, frame) in samples().zip(readings_of(scene, samples(), 21)) {
-        let Ok(estimate) = estimator.update(&frame) else {
-            continue;
-        };
-        let report = estimate.kalman.ok_or("of kalman")?;
-        found = report.reading_errors.rolling_resistance.0;
-        for (i, wheel) in sample.wheels.iter().enumerate() {
-            let Some(contact) = wheel.equivalent_contact().filter(|_| frame.time > 2.0) else {
-                continue;
-            };
-            let error = estimate.normal_force[i] - contact.normal_force;
-            squares += error * error;
-            stated += estimate.sigma_normal(i).ok_or("of kalman")?;
-            sum += contact.normal_force;
-            count += 1.0;
-        }
-    }
-    Ok([(squares * count).sqrt() / sum, stated / sum, found])
+    let frames = readings_of(scene, samples.iter().copied(), 21);
+    let ([error, stated], report) = error_of(scene, &samples, &frames, settings)?;
+    Ok([error, stated, report.reading_errors.rolling_resistance.0])
 }
 
 /// Where gear friction is measured, the torques show rolling resistance, and N errs as on firm ground, by 0.6 to 0.8 %
@@ -52,11 +34,14 @@ fn error_of(
 fn loose_soil_is_found_where_gear_friction_is_known() -> Result<(), Failure> {
     for name in ["smooth", "rough"] {
         for resistance in [0.0, 0.1, 0.2] {
-            let [error, stated, found] = error_of(&soil(name, resistance)?, [0.05, 0.1])?;
+            let [error, stated, coefficient] = found(&soil(name, resistance)?, [0.05, 0.1])?;
             println!(
-                "{name} {resistance}: N {error:.4}, stated {stated:.4}, coefficient {found:.3}"
+                "{name} {resistance}: N {error:.4}, stated {stated:.4}, coefficient {coefficient:.3}"
             );
-            assert!((found - resistance).abs() < 0.02, "{name} {found}");
+            assert!(
+                (coefficient - resistance).abs() < 0.02,
+                "{name} {coefficient}"
+            );
             assert!(error < 0.013 && error < stated, "{name} {error} {stated}");
         }
     }
@@ -69,8 +54,8 @@ fn loose_soil_is_found_where_gear_friction_is_known() -> Result<(), Failure> {
 fn loose_soil_is_not_taken_for_gear_friction() -> Result<(), Failure> {
     for name in ["smooth", "rough"] {
         let soil = soil(name, 0.2)?;
-        let [error, stated, found] = error_of(&soil, [0.3, 0.01])?;
-        println!("{name}: N {error:.4}, stated {stated:.4}, coefficient {found:.3}");
+        let [error, stated, coefficient] = found(&soil, [0.3, 0.01])?;
+        println!("{name}: N {error:.4}, stated {stated:.4}, coefficient {coefficient:.3}");
         assert!(error < 0.03 && error < stated, "{name} {error} {stated}");
         let (scene, truth) = &soil;
         let found = report(scene, &readings_of(scene, truth.samples().step_by(10), 22))?;

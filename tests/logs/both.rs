@@ -112,6 +112,7 @@ fn the_command_estimates_six_wheels() {
     let rover = choice.robot.whole_rover().unwrap();
     let settings = EstimatorSettings {
         viscous_damping: choice.viscous_damping,
+        gear_efficiency: choice.gear_efficiency,
         budget: choice.budget,
         ..EstimatorSettings::kalman_without_angles()
     };

@@ -40,6 +40,7 @@ pub fn run(args: &Args) -> Result<()> {
         robot: &choice.robot.robot,
         budget: choice.budget,
         viscous_damping: choice.viscous_damping,
+        gear_efficiency: choice.gear_efficiency,
         compression: choice.compression,
         sides: choice.sides.of_side(),
         compare_from,

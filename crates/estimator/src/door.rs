@@ -20,6 +20,7 @@ pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> Estima
         sides,
         method,
         viscous_damping,
+        gear_efficiency,
         compression,
         moment_lever,
         nonnegative,
@@ -31,9 +32,10 @@ pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> Estima
         compression: compression / units.length,
         moment_lever: moment_lever / units.length,
         budget: budget_in(units, &budget),
-        // Choices.
+        // Choices and a ratio.
         masses,
         sides,
+        gear_efficiency,
         nonnegative,
     }
 }

@@ -247,6 +247,10 @@ pub struct EstimatorSettings {
     pub method: Method,
     /// Nominal viscous damping B of the wheel module, N m s.
     pub viscous_damping: f64,
+    /// Efficiency of the gears, of torques that are read before them (as times the gear ratio), -: a wheel
+    /// that is driven gets this part of the torque, one that brakes takes the torque over this part of it.
+    /// 1 of torques behind the gears.
+    pub gear_efficiency: f64,
     /// Nominal compression of wheel and ground at the mean wheel load, m: a wheel rolls with its
     /// radius less this. Measured by driving a known distance. Only the places of the ground use it
     /// ([`crate::Estimator::ground`]).
@@ -290,6 +294,7 @@ impl EstimatorSettings {
             sides: Sides::Plane,
             method: Method::Paper(PaperMethod::DEFAULT),
             viscous_damping: 0.15,
+            gear_efficiency: 1.0,
             compression: 0.0,
             moment_lever: 1.0,
             nonnegative: false,

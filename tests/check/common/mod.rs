@@ -2,7 +2,7 @@
 
 pub mod faults;
 
-use robhaz_estimator::SensorFrame;
+use robhaz_estimator::{Estimator, EstimatorSettings, KalmanReport, SensorFrame};
 use robhaz_log::check::{BodyNoise, Report, Stated, check};
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
@@ -45,6 +45,36 @@ pub fn readings_of<'a>(
     samples.map(|t| sensor_frame(&sensors.read(t))).collect()
 }
 
+/// RMS error of N over the mean N from 2 s on and the mean of its stated deviation over the same, of the frames of
+/// samples of the truth; and the last report.
+pub fn error_of(
+    scene: &Scene,
+    samples: &[&Truth],
+    frames: &[SensorFrame],
+    settings: EstimatorSettings,
+) -> Result<([f64; 2], KalmanReport), Failure> {
+    let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
+    let (mut squares, mut stated, mut sum, mut count, mut last) = (0.0, 0.0, 0.0, 0.0, None);
+    for (sample, frame) in samples.iter().zip(frames) {
+        let Ok(estimate) = estimator.update(frame) else {
+            continue;
+        };
+        last = estimate.kalman;
+        for (i, wheel) in sample.wheels.iter().enumerate() {
+            let Some(contact) = wheel.equivalent_contact().filter(|_| frame.time > 2.0) else {
+                continue;
+            };
+            let error = estimate.normal_force[i] - contact.normal_force;
+            squares += error * error;
+            stated += estimate.sigma_normal(i).ok_or("of kalman")?;
+            sum += contact.normal_force;
+            count += 1.0;
+        }
+    }
+    let relative = [f64::sqrt(squares * count) / sum, stated / sum];
+    Ok((relative, last.ok_or("no estimate")?))
+}
+
 /// What `check` says of frames with what a scene states, without contact angles: no robot knows
 /// them.
 pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
@@ -62,6 +92,7 @@ pub fn checked(scene: &Scene, of_body: bool, frames: &[SensorFrame]) -> Result<R
         robot: &scene.nominal_robot()?,
         budget: settings.budget,
         viscous_damping: settings.viscous_damping,
+        gear_efficiency: settings.gear_efficiency,
         compression: settings.compression,
         body: of_body.then_some(BodyNoise {
             inclination: spec.inclination_noise,

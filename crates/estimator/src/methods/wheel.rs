@@ -67,6 +67,13 @@ impl Wheel {
         libm::copysign((certain / robhaz_model::sqrt(full)).min(1.0), speed)
     }
 
+    /// Torque behind gears of this efficiency (N m) for one before them: driving loses what braking gains.
+    /// At rest, where gears hold either way, it is that before them.
+    fn behind_gears(&self, torque: f64, efficiency: f64) -> f64 {
+        let driving = self.friction_share * libm::copysign(1.0, torque);
+        torque * libm::exp(driving * libm::log(efficiency))
+    }
+
     /// Advances wheel `i` by `dt` (s) to the readings of one instant. `alpha` is the angular
     /// acceleration of the wheel's link, rad/s^2. Returns the innovation of the encoder's angle
     /// (rad), if there is one.
@@ -87,7 +94,8 @@ impl Wheel {
             self.reset_speed();
         } else if dt > 0.0 {
             let mean = 0.5 * (torque.value + self.torque) + torque.late / dt;
-            self.observer.predict(&parameters, dt, mean, alpha);
+            let behind = self.behind_gears(mean, nominal.settings.gear_efficiency);
+            self.observer.predict(&parameters, dt, behind, alpha);
         }
         self.torque = torque.value;
         let age = if self.stuck { 1.0 } else { torque.age };

@@ -21,7 +21,10 @@ use robhaz_score::{Agreement, tests};
 pub const TEST: &str = "agreement of all";
 pub const WIRING: &str = "wheels and links";
 pub const TORQUE_SCALE: &str = "scale of torques, mass";
+pub const GEARS: &str = "efficiency of the gears";
 const CHANNEL: &str = "all";
+/// Efficiencies that are tried.
+const EFFICIENCIES: [f64; 5] = [1.0, 0.9, 0.8, 0.7, 0.6];
 /// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is
 /// a fault.
 const OFTEN: f64 = 0.01;
@@ -228,6 +231,7 @@ fn settings(stated: &Stated<'_>, frames: &[SensorFrame]) -> EstimatorSettings {
     };
     EstimatorSettings {
         viscous_damping: stated.viscous_damping,
+        gear_efficiency: stated.gear_efficiency,
         compression: stated.compression,
         budget: stated.budget,
         sides: stated.sides,
@@ -346,8 +350,41 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
     let mut findings = vec![torque_scale(&rewired, log.stated), finding, contradiction];
     if finding_is_ok {
         findings.splice(0..0, at_limit(frames, &rewired.parity));
+        findings.splice(0..0, gears(part, stated, settings));
     }
     findings
+}
+
+/// Torques that are read before gears which lose a part of them: with another efficiency than that stated they agree,
+/// and fit far better.
+fn gears(
+    part: &[SensorFrame],
+    stated: &Stated<'_>,
+    settings: &EstimatorSettings,
+) -> Option<Finding> {
+    let of = |gear_efficiency: f64| {
+        let settings = EstimatorSettings {
+            gear_efficiency,
+            ..*settings
+        };
+        let found = Judgement::of(part, stated, &settings, &OWN);
+        (gear_efficiency, found.nis - found.of_encoders)
+    };
+    let (own, as_stated) = of(settings.gear_efficiency);
+    if as_stated <= AGREE {
+        return None;
+    }
+    let tried = EFFICIENCIES.into_iter().map(of);
+    let (best, least) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (least < BETTER * as_stated && least < AGREE).then(|| {
+        let figure = format!(
+            "driving and braking torques fit gears of an efficiency of {best:.1}; stated is {own:.2} (contradiction {least:.1} in place of {as_stated:.1})"
+        );
+        let remedy = format!("state drive.gear_efficiency = {best:.1}, for torques before the gears: currents times torque_constant and gear_ratio");
+        Finding::ok(GEARS, "torques 1 to 3", figure)
+            .with("efficiency", best, "-")
+            .fault(remedy)
+    })
 }
 
 /// Median of a normalised square if all that is stated holds: of chi-square with one degree of freedom.

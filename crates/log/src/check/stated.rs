@@ -23,6 +23,8 @@ pub struct Stated<'a> {
     pub budget: NoiseBudget,
     /// Nominal damping B of the wheel module, N m s.
     pub viscous_damping: f64,
+    /// Efficiency of the gears of torques that are read before them, -.
+    pub gear_efficiency: f64,
     /// Nominal compression of wheel and ground, m.
     pub compression: f64,
     /// Whether the log is of one side of a robot with two.

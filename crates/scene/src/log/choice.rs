@@ -69,6 +69,8 @@ pub struct LogChoice {
     pub pin: [f64; 2],
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
     pub viscous_damping: f64,
+    /// `[drive]`: efficiency of the gears of torques that are read before them, -.
+    pub gear_efficiency: f64,
     /// `[contact]`: nominal compression of wheel and ground at the mean wheel load, m.
     pub compression: f64,
     /// `[budget]`: standard deviations of all sensor errors.
@@ -106,6 +108,7 @@ impl Default for LogChoice {
             pin: [0.1_f64.to_radians(); 2],
             states_damping: false,
             viscous_damping: scene.drive.viscous_damping,
+            gear_efficiency: 1.0,
             compression: EstimatorSettings::kalman().compression,
             budget: NoiseBudget::typical(),
             compare_from: scene.record.compare_from,
@@ -156,6 +159,7 @@ impl LogChoice {
             pin: [spec.pin_noise, spec.pin_bias],
             states_damping: true,
             viscous_damping: common,
+            gear_efficiency: 1.0,
             compression: scene
                 .contact
                 .static_penetration(scene.robot.robot.mean_wheel_load()),
@@ -171,6 +175,7 @@ impl LogChoice {
     pub fn settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
         EstimatorSettings {
             viscous_damping: estimator.damping.unwrap_or(self.viscous_damping),
+            gear_efficiency: self.gear_efficiency,
             compression: self.compression,
             budget: self.budget,
             sides: self.sides.of_side(),

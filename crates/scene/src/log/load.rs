@@ -63,6 +63,10 @@ keys! {
 
     /// nominal damping B of the wheel module, at the wheel
     viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => viscous_damping;
+
+    /// efficiency of the gears, of torques that are read before them (the motor's times the gear ratio):
+    /// a driven wheel gets this part, a braking one gives the torque over this part; 1 of torques behind them
+    gear_efficiency: number(NONE, at_least(0.1).at_most(1.0)) => gear_efficiency;
 }
 
 keys! {

@@ -34,13 +34,15 @@ const LONGEST_STEP: f64 = 0.1;
 
 /// Other sizes and signs that are tried, by what they change. A size of torques shows in the work on
 /// slopes, too.
-const SIZES: [(&str, Change); 8] = [
+const SIZES: [(&str, Change); 10] = [
     ("size of the torques", Change::Torques(2.0 / 3.0)),
     ("size of the torques", Change::Torques(1.5)),
     ("size of the coupling's angle", Change::CouplingSize(0.5)),
     ("size of the coupling's angle", Change::CouplingSize(2.0)),
     ("size of the pins' angles", Change::PinsSize(0.5)),
     ("size of the pins' angles", Change::PinsSize(2.0)),
+    ("gears that lose torque", Change::Gears(0.8)),
+    ("gears that lose torque", Change::Gears(0.6)),
     ("sign of body_roll", Change::Roll),
     ("axes of the body", Change::Axes),
 ];
@@ -81,7 +83,13 @@ impl Judged {
         wiring: &[Change],
     ) -> Option<Self> {
         let rover = stated.rover;
-        let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint).ok()?;
+        let mut settings = stated.settings;
+        for change in wiring {
+            if let Change::Gears(efficiency) = change {
+                settings.gear_efficiency = *efficiency;
+            }
+        }
+        let mut estimator = WholeEstimator::new(rover, settings, stated.joint).ok()?;
         let least = DRIVING_SPEED * Units::of(&rover.side).speed();
         let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
         let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);

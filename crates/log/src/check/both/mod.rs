@@ -146,6 +146,7 @@ fn of_side(
         robot: &rover.side,
         budget: budget.of_body_sensors(&rover.side, stated.joint),
         viscous_damping: stated.settings.viscous_damping,
+        gear_efficiency: stated.settings.gear_efficiency,
         compression: stated.settings.compression,
         sides: stated.settings.sides,
         compare_from: stated.compare_from,

@@ -54,6 +54,8 @@ pub(super) enum Change {
     CouplingSize(f64),
     /// The angles of both pins are so many times as large.
     PinsSize(f64),
+    /// The gears have this efficiency: a setting, which changes no frame.
+    Gears(f64),
 }
 
 use Change::{Angle, Axes, Pins, Roll, Torque, Turned};
@@ -94,6 +96,7 @@ impl Change {
             Self::PinsSize(size) => {
                 frame.pins = frame.pins.map(|pin| pin.map(|angle| size * angle))
             }
+            Self::Gears(_) => {}
             Self::Coupling => frame.coupling = frame.coupling.map(|angle| -angle),
             Axes => {
                 std::mem::swap(&mut frame.roll, &mut frame.inclination);
@@ -139,6 +142,7 @@ impl Change {
             Self::CouplingSize(size) => {
                 format!("take {size:.2} of {}", coupling_angle(coupling))
             }
+            Self::Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
             Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
         }
     }
