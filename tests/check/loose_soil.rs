@@ -48,19 +48,35 @@ fn loose_soil_is_found_where_gear_friction_is_known() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Without that, and with a budget of firm ground: what gears of the budget cannot have is the ground's. At 0.2, as on
-/// dry sand, N errs by less than what is stated, 3.0 %; no test of `check` takes the soil for a fault.
+/// With a budget of firm ground no reading says whether stiff gears or soft ground resist the wheels: soil of 0.2, as dry
+/// sand (N 9 to 10 % wrong if it counts as the gears'), and gears of 0.8 N m, beyond twice the budget. What is stated
+/// contains either within two deviations, and no test of `check` takes them for a fault: it cannot tell, and says so.
 #[test]
-fn loose_soil_is_not_taken_for_gear_friction() -> Result<(), Failure> {
+fn stiff_gears_and_loose_soil_are_not_told_apart() -> Result<(), Failure> {
     for name in ["smooth", "rough"] {
-        let soil = soil(name, 0.2)?;
-        let [error, stated, coefficient] = found(&soil, [0.3, 0.01])?;
-        println!("{name}: N {error:.4}, stated {stated:.4}, coefficient {coefficient:.3}");
-        assert!(error < 0.03 && error < stated, "{name} {error} {stated}");
-        let (scene, truth) = &soil;
-        let found = report(scene, &readings_of(scene, truth.samples().step_by(10), 22))?;
-        let faults: Vec<_> = found.faults().map(|f| (f.test, &f.figure)).collect();
-        assert!(faults.is_empty(), "{name} {faults:?}");
+        for resisted in ["contact.rolling_resistance=0.2", "drive.gear_friction=0.8"] {
+            let scene = scene(name, &["sensors.grade=typical", resisted])?;
+            let truth = TruthRun::of(&scene)?;
+            let drive = (scene, truth);
+            let [error, stated, coefficient] = found(&drive, [0.3, 0.01])?;
+            println!(
+                "{name} {resisted}: N {error:.4}, stated {stated:.4}, coefficient {coefficient:.3}"
+            );
+            assert!(
+                error < 0.055 && error < 2.0 * stated,
+                "{name} {error} {stated}"
+            );
+            let (scene, truth) = &drive;
+            let mut scene = scene.clone();
+            // As a user states it who does not know.
+            scene.drive.gear_friction = 0.0;
+            let said = report(
+                &scene,
+                &readings_of(&scene, truth.samples().step_by(10), 22),
+            )?;
+            let faults: Vec<_> = said.faults().map(|f| (f.test, &f.figure)).collect();
+            assert!(faults.is_empty(), "{name} {faults:?}");
+        }
     }
     Ok(())
 }

@@ -123,10 +123,11 @@ pub struct NoiseBudget {
     pub torque_offset: f64,
     /// Relative error of a motor's torque reading.
     pub torque_gain: f64,
-    /// Unmodelled dry friction in the gears, N m at the wheel; common to all wheels.
+    /// Unmodelled dry friction in the gears, N m at the wheel; common to all wheels. The torques show its
+    /// sum with rolling resistance.
     pub gear_friction: f64,
-    /// Coefficient of the rolling resistance that the estimator does not know, -: a moment of this
-    /// times r N against the rolling, as if N acted ahead of the axle. Common to all wheels.
+    /// Deviation of the coefficient of the rolling resistance, -: a moment of this times r N against the
+    /// rolling, as if N acted ahead of the axle. Common to all wheels. At 0 there is none.
     pub rolling_resistance: f64,
     /// White noise of an inclinometer, rad a sample.
     pub inclination_noise: f64,

@@ -1,4 +1,4 @@
-//! Spin and ground torque of one wheel, and its gear friction.
+//! Spin and ground torque of one wheel, and what resists it.
 
 use crate::deviation::{GATE, UNIFORM, root_sum_square};
 use crate::filters::{COUNT_SIGMA, Innovation, TorqueObserver, WheelParameters, smoothing_time};
@@ -17,7 +17,7 @@ pub(crate) struct Wheel {
     torque: f64,
     /// Spin speed, rad/s.
     speed: f64,
-    /// Share of the gear friction that acts, with its sign: -1 to 1.
+    /// Smoothed sign of the spin, by which friction in gears and ground resists: -1 to 1.
     pub friction_share: f64,
     /// Low-pass filtered derivative of the spin speed, rad/s^2.
     pub acceleration: f64,
@@ -57,7 +57,7 @@ impl Wheel {
         self.observer = TorqueObserver::new(TorqueObserver::SPINNING);
     }
 
-    /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s:
+    /// Smoothed sign of the spin by which friction acts at `speed` with the standard deviation `sigma`, rad/s:
     /// -1 to 1. None of it within the gate: the observed speed of a wheel at rest changes its sign
     /// at random, which must not look like a wheel that turns without friction.
     fn share_of_friction(speed: f64, sigma: f64) -> f64 {
@@ -168,31 +168,38 @@ impl Wheel {
         (torque, root_sum_square(observed, self.unread))
     }
 
-    /// Traction, less the `error` of the torque reading (N m), of which the wheels' resistance counts by
-    /// the share `resisted`. Friction in a gear of unknown direction may bear a part of it: that part
-    /// counts in its standard deviation.
-    pub fn traction(&self, nominal: &Nominal, resisted: f64, error: f64) -> Traction {
-        let settings = &nominal.settings;
+    /// Traction under a `load`, over the mean one, less the `error` of the torque reading (N m). Gears and
+    /// ground may bear a part of the torque of a wheel of unknown direction, and the split of the wheels'
+    /// `resistance` errs: both count in the standard deviation.
+    pub fn traction(
+        &self,
+        nominal: &Nominal,
+        resistance: &Resistance,
+        load: f64,
+        error: f64,
+    ) -> Traction {
         let (torque, observed) = self.ground_torque();
         let share = self.friction_share;
         let inverse = 1.0 / nominal.robot.geometry.wheel_radius;
-        let friction = settings.budget.gear_friction * settings.budget.gear_friction;
-        let sigma = robhaz_model::sqrt(observed * observed + (1.0 - share * share) * friction);
+        let [_, by_sum] = resistance.under(load);
+        let left = share * resistance.left_under(load);
+        let rests = (1.0 - share * share) * resistance.held * resistance.held;
+        let sigma = robhaz_model::sqrt(observed * observed + left * left + rests);
         Traction {
             value: (torque - error) * inverse,
             sigma: sigma * inverse,
             by_offset: -inverse,
-            by_resistance: -resisted * inverse,
-            by_gain: -self.steady_torque(settings.viscous_damping) * inverse,
+            by_resistance: -share * by_sum * inverse,
+            by_gain: -self.steady_torque(nominal.settings.viscous_damping) * inverse,
         }
     }
 
-    /// Deviation of the coefficient of rolling resistance of this wheel that the sum of the resistance
-    /// leaves, -: all of the budget's where the wheel does not turn.
-    pub fn rolling_left(&self, budget: &NoiseBudget, resistance: &Resistance) -> f64 {
+    /// Deviations of the coefficient of rolling resistance of this wheel: what the sum of the resistance
+    /// leaves, signed as the spin, and what a wheel has that rests.
+    pub fn rolling_left(&self, resistance: &Resistance) -> [f64; 2] {
         let share = self.friction_share;
-        let rests = budget.rolling_resistance * robhaz_model::sqrt(1.0 - share * share);
-        root_sum_square(resistance.left * share, rests)
+        let rests = robhaz_model::sqrt(1.0 - share * share);
+        [resistance.left * share, resistance.at_rest * rests]
     }
 
     /// For tests: a wheel observed at `speed` (rad/s) under a motor torque (N m).

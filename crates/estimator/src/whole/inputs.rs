@@ -336,11 +336,13 @@ pub(super) fn consider(
         let total = weighed.rows()[0][0].max(0.0);
         forces.consider(&(equations.f * (robhaz_model::sqrt(total) / mass.total())));
     }
-    let mut rows = Rows::zeros();
-    for (i, n) in forces.normal.iter().enumerate() {
-        // As if N acted ahead of the axle.
-        let ahead = inputs.states[i / 3].rolling_left[i % 3] * rover.side.geometry.wheel_radius;
-        rows += equations.of_shift(i, ahead, *n);
+    for kind in 0..2 {
+        let mut rows = Rows::zeros();
+        for (i, n) in forces.normal.iter().enumerate() {
+            // As if N acted ahead of the axle.
+            let left = inputs.states[i / 3].rolling_left[kind][i % 3];
+            rows += equations.of_shift(i, left * rover.side.geometry.wheel_radius, *n);
+        }
+        forces.consider(&rows);
     }
-    forces.consider(&rows);
 }

@@ -47,6 +47,8 @@ pub struct Level {
     /// What the torques do beyond the rise, over weight and way, -: gear friction, rolling resistance, or
     /// the error.
     resisted: f64,
+    /// Largest such part that gears and ground have, by two deviations of the budget.
+    usual: f64,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
     /// The same across, of a rover with both sides.
@@ -160,6 +162,7 @@ impl Level {
             return Self {
                 allowed: None,
                 resisted: 0.0,
+                usual: f64::INFINITY,
                 at_rest: None,
                 roll_at_rest: None,
                 even: f64::INFINITY,
@@ -201,6 +204,7 @@ impl Level {
             // Where both ways contradict each other it is no zero.
             allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
             resisted,
+            usual: 2.0 * friction,
             at_rest,
             roll_at_rest,
             even: 3.0 * budget.inclination_bias
@@ -232,22 +236,31 @@ impl Level {
             roll.to_degrees()
         ));
         let slope = match self.at_rest {
-            Some(slope) if !self.is_slope(slope) => return roll,
-            Some(slope) => format!(
+            Some(slope) if !self.is_slope(slope) => None,
+            Some(slope) => Some(format!(
                 "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
                 slope.to_degrees()
-            ),
-            None => "the log has no rest on level ground, which would show whether all inclinometers err alike".to_owned(),
+            )),
+            None => Some("the log has no rest on level ground, which would show whether all inclinometers err alike".to_owned()),
         };
         let unknown = match self.allowed {
             Some(_) => format!("{self}"),
             None => "the torques do not show it".to_owned(),
         };
-        let along = format!("{slope}; {unknown}. {PER_DEGREE}");
-        Some(match roll {
-            Some(roll) => format!("{along}; {roll}"),
-            None => along,
-        })
+        let along = slope.map(|slope| format!("{slope}; {unknown}. {PER_DEGREE}"));
+        let all = [along, roll, self.resistance()].into_iter().flatten();
+        let all = all.collect::<Vec<_>>().join("; ");
+        (!all.is_empty()).then_some(all)
+    }
+
+    /// Gears that are stiffer, or ground that is softer, than stated: no reading says which.
+    fn resistance(&self) -> Option<String> {
+        let Self {
+            resisted, usual, ..
+        } = *self;
+        (self.allowed.is_some() && resisted > usual).then(|| format!(
+            "the torques turn the wheels against {resisted:.2} of the weight, and the budget allows gears and ground {usual:.2}: measure gear_friction with lifted wheels, and on loose soil state rolling_resistance; N depends on which of them it is"
+        ))
     }
 
     /// Whether a robot at rest may stand on this slope (rad), and it is one.
@@ -265,13 +278,16 @@ impl Level {
         };
         let finding = Finding::ok(TEST, channel, self.to_string());
         if !self.contradicts() {
-            return finding;
+            return match self.resistance() {
+                Some(resistance) => finding.cannot_tell(resistance),
+                None => finding,
+            };
         }
         let remedy = "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both";
         if self.nose_down() {
             let resisted = self.resisted;
             return finding.fault(format!(
-                "on loose soil state budget.rolling_resistance = {resisted:.2}; on firm ground {remedy}"
+                "on loose soil measure budget.gear_friction and state budget.rolling_resistance = {resisted:.2}; on firm ground {remedy}"
             ));
         }
         finding.fault(remedy)

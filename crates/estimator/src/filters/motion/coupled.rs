@@ -42,7 +42,7 @@ impl MotionFilter {
         turned
     }
 
-    /// Couples two filters that start: what resists the spin is that of all six wheels.
+    /// Couples two filters that start: what resists the spin is common to all six wheels.
     pub fn couple(&mut self) {
         let mut guests = [[0.0; COUNT]; COUNT];
         let state = RESISTANCE.of(0);

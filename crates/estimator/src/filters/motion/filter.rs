@@ -13,7 +13,7 @@ use crate::state::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, INPUTS, PENETRATION, RADIUS, RESISTANCE,
     TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
-use robhaz_model::Vec2;
+use robhaz_model::{Units, Vec2};
 
 /// Covariance of each state with each of another filter's.
 pub(crate) type Guests = [[f64; COUNT]; COUNT];
@@ -213,7 +213,7 @@ impl MotionFilter {
             self.filter.p[state][state] += noise(acceleration.sigma, keep);
         }
         self.add_angle_noise(budget, dt, fresh_angles, keep_angle, expected_slopes);
-        self.add_walks(dt);
+        self.add_walks(budget, dt);
         self.modes.advance(dt);
     }
 
@@ -323,10 +323,13 @@ impl MotionFilter {
         }
     }
 
-    /// Random walks of torque offsets, of the wheels' resistance, and of the creep along the ground, which
+    /// Random walks of torque offsets, of the wheels' resistance, also along the ground, and of the creep along the ground, which
     /// the wheels have in common.
-    fn add_walks(&mut self, dt: f64) {
+    fn add_walks(&mut self, budget: &NoiseBudget, dt: f64) {
         let travelled = dt * self.speed();
+        let of_ground = budget.rolling_resistance * Units::MEAN_MOMENT;
+        let state = RESISTANCE.of(0);
+        self.filter.p[state][state] += of_ground * of_ground * travelled / tuning::GROUND_LENGTH;
         for state in TORQUE_OFFSET.all().chain(RESISTANCE.all()) {
             self.filter.p[state][state] += tuning::TORQUE_WALK * tuning::TORQUE_WALK * dt;
         }

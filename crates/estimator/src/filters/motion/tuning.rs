@@ -57,6 +57,9 @@ pub const COMMON_CREEP: f64 = 0.9;
 /// where no later one corrects it.
 /// Guard.
 pub const GREATEST_CREEP: f64 = -1.2; // 0.3 m/s
+/// Way after which another ground has another rolling resistance, by its deviation in the budget, m.
+/// Chosen; insensitive.
+pub const GROUND_LENGTH: f64 = 10.0;
 /// Lower limit of the logarithm of the creep speed in m/s: [`GATE`] deviations of the prior. Harder
 /// wheels act as rigid ones.
 /// Definition.
@@ -66,7 +69,7 @@ pub const LEAST_CREEP: f64 = CREEP - GATE * CREEP_SIGMA; // 0.6 mm/s
 /// offset.
 /// Chosen; sensitive.
 pub const PULLING: f64 = 6.0;
-/// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the
+/// Random walk of a torque offset and of the wheels' resistance, N m/sqrt(s): they follow the
 /// temperature of the motors.
 /// Chosen; insensitive.
 pub const TORQUE_WALK: f64 = 1e-3;

@@ -211,8 +211,9 @@ impl KalmanFilters {
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let mut forces = solve(equations, weighted, right, inputs);
-        let left = self.rolling_left(nominal);
-        forces.consider(&equations.inverse, &nominal.by_rolling_resistance(&left));
+        for left in self.rolling_left(nominal) {
+            forces.consider(&equations.inverse, &nominal.by_rolling_resistance(&left));
+        }
         let turning = self
             .links
             .each_ref()

@@ -29,8 +29,9 @@ pub(crate) struct SideState {
     pub creep: [f64; 3],
     /// Coefficient of the rolling resistance, -.
     pub rolling_resistance: f64,
-    /// Deviation of that of each wheel that is no error of the filters' states, -.
-    pub rolling_left: [f64; 3],
+    /// Deviations of that of each wheel that are no errors of the filters' states, -: of wheels that turn,
+    /// signed as their spin, and of wheels that rest.
+    pub rolling_left: [[f64; 3]; 2],
     /// Smoothed signs of the spins, by which friction resists: -1 to 1.
     pub friction_share: [f64; 3],
     /// Covariance of the errors of acceleration x, y, contact angles, rolling resistance and tractions.
@@ -79,13 +80,13 @@ impl KalmanFilters {
         let mut covariance = causes(&step.right.tractions, &|a, b| {
             self.motion.input_covariance(a, b)
         });
-        let coefficient = self.resistance(nominal).coefficient();
+        let resistance = self.resistance(nominal);
         // An estimated contact angle is less the error that the filter's state has; rolling resistance
         // is a part of the state's.
         let unit = |k: usize| match k {
             k if ACCELERATION.all().contains(&k) => acceleration,
             k if CONTACT_ANGLE.all().contains(&k) => -1.0,
-            k if RESISTANCE.all().contains(&k) => coefficient,
+            k if RESISTANCE.all().contains(&k) => resistance.coefficient_rate(),
             _ => force,
         };
         for (a, row) in covariance.iter_mut().enumerate() {
@@ -117,7 +118,7 @@ impl KalmanFilters {
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, inputs)),
             traction: (step.right.tractions.each_ref()).map(|t| t.value * force),
             creep: [0, 1, 2].map(|i| self.motion.creep(i).max(least_creep) * units.speed()),
-            rolling_resistance: coefficient * self.motion.input(RESISTANCE.of(0)).0,
+            rolling_resistance: resistance.coefficient() * self.motion.input(RESISTANCE.of(0)).0,
             rolling_left: self.rolling_left(nominal),
             friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,

@@ -65,9 +65,11 @@ impl KalmanFilters {
         let traction = |i: usize| {
             let wheel = &self.wheels[i];
             let torque = wheel.steady_torque(nominal.settings.viscous_damping);
-            let resisted = self.resisted(nominal, i);
-            let error = self.motion.torque_error(i, torque, resisted);
-            wheel.traction(nominal, resisted, error)
+            let error = self
+                .motion
+                .torque_error(i, torque, self.resisted(nominal, i));
+            let load = self.last_normal_force[i].max(0.0) / nominal.mean_load;
+            wheel.traction(nominal, &self.resistance(nominal), load, error)
         };
         [traction(0), traction(1), traction(2)]
     }
@@ -81,13 +83,14 @@ impl KalmanFilters {
     /// Share of the wheels' resistance at the mean load that wheel `i` has, signed as its spin, -.
     pub(super) fn resisted(&self, nominal: &Nominal, i: usize) -> f64 {
         let load = self.last_normal_force[i].max(0.0) / nominal.mean_load;
-        self.wheels[i].friction_share * self.resistance(nominal).under(load)
+        self.wheels[i].friction_share * self.resistance(nominal).under(load)[0]
     }
 
-    /// [`Wheel::rolling_left`] of each wheel.
-    pub(super) fn rolling_left(&self, nominal: &Nominal) -> [f64; 3] {
-        let (budget, resistance) = (&nominal.settings.budget, self.resistance(nominal));
-        (self.wheels.each_ref()).map(|wheel| wheel.rolling_left(budget, &resistance))
+    /// [`Wheel::rolling_left`] of each wheel: those of all that turn err alike, and those that rest.
+    pub(super) fn rolling_left(&self, nominal: &Nominal) -> [[f64; 3]; 2] {
+        let resistance = self.resistance(nominal);
+        let left = (self.wheels.each_ref()).map(|wheel| wheel.rolling_left(&resistance));
+        [0, 1].map(|k: usize| left.map(|of_wheel| of_wheel[k]))
     }
 
     /// Distances by which N acts ahead of the contacts at a coefficient of rolling resistance of 1, m:
@@ -106,8 +109,8 @@ impl KalmanFilters {
         let geometry = &nominal.robot.geometry;
         let equilibrium = &equations.equilibrium;
         let about = (&self.last_normal_force, &self.last_traction);
-        let coefficient = self.resistance(nominal).coefficient();
-        let ahead = self.rolling_arms(nominal).map(|arm| coefficient * arm);
+        let rate = self.resistance(nominal).coefficient_rate();
+        let ahead = self.rolling_arms(nominal).map(|arm| rate * arm);
         RightSide {
             value: equilibrium.right_side(&tractions.map(|t| t.value)),
             sensitivity: sensitivity(
