@@ -63,7 +63,7 @@ fn stiff_gears_and_loose_soil_are_not_told_apart() -> Result<(), Failure> {
                 "{name} {resisted}: N {error:.4}, stated {stated:.4}, coefficient {coefficient:.3}"
             );
             assert!(
-                error < 0.055 && error < 2.0 * stated,
+                error < 0.07 && error < 2.0 * stated,
                 "{name} {error} {stated}"
             );
             let (scene, truth) = &drive;
