@@ -180,12 +180,12 @@ impl Channel {
             self.wraps.push((cell, reading.wrap));
         }
         let formula = Formula {
-            source: Source::Cell(cell),
             factor: reading.factor,
             offset: reading.offset,
             // A sensor that hangs upside down; a wrong unit shows in the angles as they are.
             is_direction: reading.name.ends_with("_inclination")
                 && reading.offset.abs() > FRAC_PI_2,
+            ..Formula::of_cell(cell)
         };
         self.add(reading.name, formula);
     }
@@ -210,10 +210,8 @@ pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Form
         _ => Source::Pitch(from, [forward, up]),
     };
     Formula {
-        source,
-        factor: 1.0,
-        offset: 0.0,
         is_direction: true,
+        ..Formula::of(source)
     }
 }
 
@@ -240,15 +238,13 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
         };
         let channel = named(channels, own);
         let formula = match axis {
-            Some(axis) => Formula {
-                source: Source::Rate(
-                    imu.angular_velocity.each_ref().map(|c| channel.cell(c)),
-                    axis,
-                ),
-                factor: imu.rate_factor,
-                offset: 0.0,
-                is_direction: false,
-            },
+            Some(axis) => {
+                let cells = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
+                Formula {
+                    factor: imu.rate_factor,
+                    ..Formula::of(Source::Rate(cells, axis))
+                }
+            }
             None => {
                 let up = upward(channel, imu);
                 match both {
