@@ -11,6 +11,7 @@
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
 //! by more than what is stated.
 
+use super::across::turned;
 use super::wirings::{Change, RollOnGround, wired, wirings};
 use super::{STRAIGHT, across};
 use crate::check::report::{Finding, Verdict};
@@ -154,7 +155,6 @@ fn part(frames: &[WholeFrame], rover: &WholeRover) -> Vec<(WholeFrame, f64)> {
         across::pace(frames, rover),
     );
     let (longest, step) = (pace * LONGEST, (pace * STEP).min(LONGEST_STEP));
-    let turned = |f: &WholeFrame| f.wheel_angle.iter().copied().sum::<Option<f64>>();
     let start = frames.iter().find_map(turned).unwrap_or(0.0);
     let moves = |f: &&WholeFrame| turned(f).is_some_and(|turned| (turned - start).abs() > 0.3);
     let from = frames.iter().find(moves).map_or(0.0, |f| f.time - 1.0);

@@ -31,10 +31,7 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     let (mut last, mut yaw, mut count): (Option<(f64, f64)>, f64, f64) = (None, 0.0, 0.0);
     let (mut before, mut frames_seen) = (None::<f64>, 0.0_f64);
     for frame in frames {
-        let (Some(turned), [.., Some(rate)]) = (
-            frame.wheel_angle.iter().copied().sum::<Option<f64>>(),
-            frame.rates,
-        ) else {
+        let (Some(turned), [.., Some(rate)]) = (across::turned(frame), frame.rates) else {
             continue;
         };
         if before

@@ -1,6 +1,6 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
-use super::across::{coupling_angle, pace};
+use super::across::{coupling_angle, pace, turned};
 use super::steering;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
@@ -260,8 +260,7 @@ impl Judgement {
                 ];
                 found.sum += tests.into_iter().flatten().sum::<f64>();
             }
-            let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
-            if let (Some(turned), [Some(rate), ..]) = (turned, wired.rates)
+            if let (Some(turned), [Some(rate), ..]) = (turned(frame), wired.rates)
                 && let Some((time, before)) = last.replace((frame.time, turned))
             {
                 let way = side.geometry.wheel_radius * (turned - before) / 6.0;
