@@ -126,9 +126,8 @@ pub(super) fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
 pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
     /// Longest time, s: a gyroscope that drifts by 0.1 deg/s turns by less than [`LEAST_TURN`].
     const LONGEST: f64 = 5.0;
-    let readings = frames
-        .iter()
-        .filter_map(|f| Some((f.time, f.roll?, f.rates[0]?)));
+    let reading = |f: &WholeFrame| Some((f.time, f.roll?, f.rates[0]?));
+    let readings = frames.iter().filter_map(reading);
     let (mut turned, mut angle, mut products, mut squares) = (0.0, Vec::new(), 0.0, 0.0);
     let (mut last, mut gaps) = (None::<(f64, f64)>, 0);
     for (time, roll, rate) in readings {
@@ -280,12 +279,8 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
             continue;
         };
         let [left, right] = [left - before[0], right - before[1]];
-        for (sum, x) in sums
-            .iter_mut()
-            .zip([left * left, right * right, left * right])
-        {
-            *sum += x;
-        }
+        let products = [left * left, right * right, left * right];
+        sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
         let by_wheels = radius * (right - left) / (2.0 * track);
         let step = (frame.time - time).min(LONGEST_GAP);
         spun[0] += by_wheels * by_wheels;
@@ -337,28 +332,22 @@ pub fn torque_follows(frames: &[WholeFrame], i: usize, pace: f64) -> Option<bool
     };
     let dt = period(frames)?;
     let half = ((0.5 * pace * SMOOTHING / dt).round() as usize).max(1);
-    let [angle, torque] = [
-        difference(|f| &f.wheel_angle),
-        difference(|f| &f.motor_torque),
-    ];
+    let angle = difference(|f| &f.wheel_angle);
+    let torque = difference(|f| &f.motor_torque);
     let speed = derivative(&angle, half, dt);
     // Set speeds differ in a turn, torques on a slope: both slowly.
     let slow = ((pace * SLOWLY / dt).round() as usize).max(1);
     let [speed, angle, torque] = [speed, angle, smooth(&torque, half)].map(|x| high_pass(&x, slow));
     let found = fit(&torque, &[&speed, &angle])?;
     let size = |x: &[f64]| {
-        x.iter()
-            .filter(|x| x.is_finite())
-            .map(|x| x * x)
-            .sum::<f64>()
-            .sqrt()
+        let known = x.iter().filter(|x| x.is_finite());
+        known.map(|x| x * x).sum::<f64>().sqrt()
     };
     let of_speed = found.coefficients.first()? * size(&speed);
     let of_angle = found.coefficients.get(1)? * size(&angle);
-    let answer = if of_speed.abs() > of_angle.abs() {
-        of_speed
-    } else {
-        of_angle
+    let answer = match of_speed.abs() > of_angle.abs() {
+        true => of_speed,
+        false => of_angle,
     };
     (found.explained > EXPLAINED).then_some(answer < 0.0)
 }
@@ -378,20 +367,13 @@ pub fn torques(follows: [Option<bool>; 3]) -> Finding {
         );
         return Finding::ok(test, channel, figure).fault(remedy);
     }
-    let finding = Finding::ok(
-        test,
-        channel,
-        "the differences of left and right torques answer those of the encoders",
-    );
-    match unknown.is_empty() {
-        true => finding,
-        false => {
-            let figure =
-                format!("of wheels {unknown} the torques show no answer of a speed control");
-            Finding::ok(test, channel, figure)
-                .cannot_tell("drive over bumps under one side under speed control")
-        }
+    if !unknown.is_empty() {
+        let figure = format!("of wheels {unknown} the torques show no answer of a speed control");
+        let remedy = "drive over bumps under one side under speed control";
+        return Finding::ok(test, channel, figure).cannot_tell(remedy);
     }
+    let figure = "the differences of left and right torques answer those of the encoders";
+    Finding::ok(test, channel, figure)
 }
 
 #[cfg(test)]

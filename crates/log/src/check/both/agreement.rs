@@ -1,7 +1,7 @@
 //! What the estimator of both sides says of the whole log, with the exchanges that were found corrected:
 //! whether its readings agree, and the torques with the weight.
 
-use super::{STRAIGHT, across};
+use super::{STRAIGHT, across, of_one};
 use crate::check::limits::Limits;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
@@ -64,12 +64,8 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let mut all = Vec::new();
     if let Some(scale) = scale {
         let words = scale.in_words(stated.rover.side.mass.total()).to_string();
-        let finding = Finding::ok(
-            "scale of torques, mass",
-            "torques 1 to 3 of both sides",
-            words,
-        );
-        let finding = finding
+        let channel = "torques 1 to 3 of both sides";
+        let finding = Finding::ok(of_one::TORQUE_SCALE, channel, words)
             .with("ratio", scale.ratio, "-")
             .with("deviation", scale.sigma, "-");
         all.push(match scale.confirmation {
@@ -93,16 +89,12 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let mut figure =
         format!("misfit of the nine equations {mean:.1} on average, 3 if all that is stated holds");
     if let Some(time) = first {
-        let names: Vec<&str> = faulty.names().collect();
-        figure += &format!(
-            "; from {time:.1} s on {} contradict others",
-            names.join(", ")
-        );
+        let names = faulty.names().collect::<Vec<&str>>().join(", ");
+        figure += &format!("; from {time:.1} s on {names} contradict others");
     }
     let wrong = agreements.map(|side| side.out_of_range());
-    let is_wrong = wrong
-        .iter()
-        .any(|share| *share > Agreement::FEW_OUT_OF_RANGE);
+    let is_often = |share: &f64| *share > Agreement::FEW_OUT_OF_RANGE;
+    let is_wrong = wrong.iter().any(is_often);
     if is_wrong {
         let [left, right] = wrong.map(|share| 100.0 * share);
         figure += &format!(
