@@ -39,10 +39,8 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
     let band = BAND * noise;
     let (mut readings, mut limit, mut most) = (vec![false; values.len()], 0.0, 0);
     for sign in [1.0, -1.0] {
-        let top = means
-            .iter()
-            .map(|x| sign * x)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let signed = means.iter().map(|x| sign * x);
+        let top = signed.fold(f64::NEG_INFINITY, f64::max);
         if top < LEAST_RANGE * band || band <= 0.0 {
             continue;
         }
