@@ -170,12 +170,9 @@ pub fn unmapped(channels: &Channels) -> Result<Option<String>, LogError> {
             continue;
         }
         for column in channel.found()? {
-            let is_it = |r: &Reading| {
-                r.is_optional()
-                    && r.is_of_both() == channels.is_of_both()
-                    && r.name() == column.name
-            };
-            if Reading::all().any(|r| is_it(&r) && !channels.has(r)) {
+            let mut readings = Reading::all().filter(|r| r.is_optional() && !channels.has(*r));
+            let of_both = channels.is_of_both();
+            if readings.any(|r| r.is_of_both() == of_both && r.name() == column.name) {
                 names.push(column.name);
             }
         }

@@ -43,11 +43,8 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     }
     if let Some((again, message)) = repeated(names.iter()) {
         let place = format!("line {line}, column {again}");
-        return Err(LogError::place(
-            path,
-            place,
-            message + ": rename or remove one",
-        ));
+        let message = message + ": rename or remove one";
+        return Err(LogError::place(path, place, message));
     }
     Ok((table, names))
 }

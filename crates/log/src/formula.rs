@@ -42,14 +42,19 @@ pub enum Upward {
 }
 
 impl Formula {
-    /// A cell as it is.
-    pub fn of_cell(cell: usize) -> Self {
+    /// What the cells give, as it is.
+    pub fn of(source: Source) -> Self {
         Self {
-            source: Source::Cell(cell),
+            source,
             factor: 1.0,
             offset: 0.0,
             is_direction: false,
         }
+    }
+
+    /// A cell as it is.
+    pub fn of_cell(cell: usize) -> Self {
+        Self::of(Source::Cell(cell))
     }
 
     /// The reading of a row's cells; `None` where a cell is missing or the direction has no length.

@@ -208,12 +208,8 @@ impl Frames {
                 continue;
             }
             let (own, mut new) = (&mut taken.channels[i], 0);
-            let is_due = |row: usize| {
-                channel
-                    .times
-                    .get(row)
-                    .is_some_and(|at| *at <= time + ROUNDING)
-            };
+            let due = |at: &f64| *at <= time + ROUNDING;
+            let is_due = |row: usize| channel.times.get(row).is_some_and(due);
             while is_due(own.rows) {
                 let row = own.rows;
                 own.rows += 1;
@@ -276,12 +272,7 @@ impl Source for Frames {
         let Some((time, values, truth)) = next else {
             return Ok(None);
         };
-        let (mut of_plane, mut of_both) = (None, None);
-        match truth {
-            Some(FoundTruth::Plane(truth)) => of_plane = Some(*truth),
-            Some(FoundTruth::Both(truth)) => of_both = Some(*truth),
-            None => {}
-        }
+        let (of_plane, of_both) = truth.unwrap_or_default();
         let both = self.channels.is_of_both().then(|| BothSides {
             readings: whole_frame(time, &values),
             truth: of_both,

@@ -72,12 +72,7 @@ impl Jitter {
                 ..Self::default()
             };
         };
-        let count = if counts > 0.0 {
-            std::f64::consts::TAU / counts
-        } else {
-            0.0
-        };
-        let of_count = UNIFORM * count / speed;
+        let of_count = UNIFORM * count_angle(counts) / speed;
         let at = |lag: usize| -> Vec<(f64, f64)> {
             let pairs = [(0, 1), (0, 2), (1, 2)];
             let of = |(i, j): (usize, usize)| covariance(&errors[i], &errors[j], lag);
@@ -125,6 +120,12 @@ impl Jitter {
             stated
         }
     }
+}
+
+/// Angle of a count of an encoder with this many a turn, rad; 0 of an exact one (0).
+pub fn count_angle(counts: f64) -> f64 {
+    let angle = std::f64::consts::TAU / counts;
+    if counts > 0.0 { angle } else { 0.0 }
 }
 
 /// A step that ends at a frame.

@@ -2,7 +2,7 @@
 
 use crate::bag::is_mcap;
 use crate::channel::{Channel, Channels};
-use crate::check::{AgreementOfBoth, Level, StatedBoth, certain, contradiction, signs_are_lost};
+use crate::check::{Level, StatedBoth, certain, contradiction, signs_are_lost};
 use crate::content::{self, LogOptions};
 use crate::error::LogError;
 use crate::frames::Frames;
@@ -121,19 +121,12 @@ impl Log {
             }
         });
         let rate = 1.0 / channels.all[0].report.period;
-        let record = record(
-            survey.duration,
-            rate,
-            &mut choice.compare_from,
-            &mut warnings,
-        );
-        warnings.extend(content::check_truth(
-            &channels,
-            &survey,
-            record.compare_from,
-        )?);
+        let from = &mut choice.compare_from;
+        let record = record(survey.duration, rate, from, &mut warnings);
+        let from = record.compare_from;
+        warnings.extend(content::check_truth(&channels, &survey, from)?);
         let mut frames = Frames::new(channels, survey.origin, mount);
-        warnings.extend(content::few_compared(&frames, record.compare_from));
+        warnings.extend(content::few_compared(&frames, from));
         let fingerprint = fingerprint(&files, &choice)?;
         let mut sides = vec![frames.all(0)];
         if choice.sides == LogSides::Both {
@@ -194,15 +187,12 @@ impl Log {
                 joint: choice.pin,
                 compare_from: self.record.compare_from,
             };
-            let AgreementOfBoth {
-                contradiction,
-                unconfirmed,
-            } = contradiction(&self.frames.all_of_both(), &stated);
+            let found = contradiction(&self.frames.all_of_both(), &stated);
             description.both = Some(BothDescription {
                 label: one.label.clone(),
                 coupling: rover.coupling,
-                contradiction,
-                unconfirmed,
+                contradiction: found.contradiction,
+                unconfirmed: found.unconfirmed,
             });
             description.estimators = ["left", "right"].map(side).into();
         }

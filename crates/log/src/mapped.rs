@@ -36,11 +36,8 @@ pub fn channels(
         channels.push(empty(table, stem(table), None)?);
     }
     // The channel of this name states the clock of the truth.
-    for choice in mapping
-        .channels
-        .iter()
-        .filter(|c| c.name != ChannelChoice::TRUTH)
-    {
+    let choices = || mapping.channels.iter();
+    for choice in choices().filter(|c| c.name != ChannelChoice::TRUTH) {
         let own = table.filter(|_| splits.is_some() || !log.is_dir());
         let path = file(log, own, choice)?;
         let channel = empty(&path, choice.name.clone(), Some(choice))?;
@@ -57,18 +54,11 @@ pub fn channels(
     for imu in &mapping.imus {
         add_imu(&mut channels, imu, both);
     }
-    let choices = mapping.channels.iter();
     for channel in &mut channels {
-        let choice = choices.clone().find(|choice| choice.name == channel.name);
+        let choice = choices().find(|choice| choice.name == channel.name);
         let is_named = |name: &str| name == channel.name || name.is_empty();
         let readings = mapping.readings.iter().filter(|r| is_named(&r.channel));
-        let imus = mapping
-            .imus
-            .iter()
-            .filter(|i| match i.rate_channel.as_str() {
-                "" => is_named(&i.channel),
-                own => is_named(own),
-            });
+        let imus = mapping.imus.iter().filter(|i| is_named(of_rate(i)));
         let (readings, imus) = (readings.collect::<Vec<_>>(), imus.collect::<Vec<_>>());
         check(channel, choice, &readings, &imus)?;
     }
@@ -180,12 +170,12 @@ impl Channel {
             self.wraps.push((cell, reading.wrap));
         }
         let formula = Formula {
-            source: Source::Cell(cell),
             factor: reading.factor,
             offset: reading.offset,
             // A sensor that hangs upside down; a wrong unit shows in the angles as they are.
             is_direction: reading.name.ends_with("_inclination")
                 && reading.offset.abs() > FRAC_PI_2,
+            ..Formula::of_cell(cell)
         };
         self.add(reading.name, formula);
     }
@@ -210,10 +200,8 @@ pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Form
         _ => Source::Pitch(from, [forward, up]),
     };
     Formula {
-        source,
-        factor: 1.0,
-        offset: 0.0,
         is_direction: true,
+        ..Formula::of(source)
     }
 }
 
@@ -234,21 +222,16 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
         if !(both || of_plane) || !is_free(channels, &name) {
             continue;
         }
-        let own = match axis {
-            Some(_) if !imu.rate_channel.is_empty() => &imu.rate_channel,
-            _ => &imu.channel,
-        };
+        let own = axis.map_or(&imu.channel, |_| of_rate(imu));
         let channel = named(channels, own);
         let formula = match axis {
-            Some(axis) => Formula {
-                source: Source::Rate(
-                    imu.angular_velocity.each_ref().map(|c| channel.cell(c)),
-                    axis,
-                ),
-                factor: imu.rate_factor,
-                offset: 0.0,
-                is_direction: false,
-            },
+            Some(axis) => {
+                let cells = imu.angular_velocity.each_ref().map(|c| channel.cell(c));
+                Formula {
+                    factor: imu.rate_factor,
+                    ..Formula::of(Source::Rate(cells, axis))
+                }
+            }
             None => {
                 let up = upward(channel, imu);
                 match both {
@@ -261,6 +244,14 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
             }
         };
         channel.add(&name, Formula { offset, ..formula });
+    }
+}
+
+/// The channel of a sensor's rates.
+fn of_rate(imu: &ImuChoice) -> &String {
+    match imu.rate_channel.is_empty() {
+        true => &imu.channel,
+        false => &imu.rate_channel,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::stamp::Stamp;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -192,10 +192,8 @@ pub fn columns(
     }
     found.ok_or_else(|| {
         let topics = topics.values();
-        let mut known: Vec<String> =
-            topics.map(|(topic, schema)| format!("{topic} ({schema})")).collect();
-        known.sort();
-        known.dedup();
+        let known = topics.map(|(topic, schema)| format!("{topic} ({schema})"));
+        let known: Vec<String> = known.collect::<BTreeSet<String>>().into_iter().collect();
         let message = format!(
             "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
             known.join(", ")

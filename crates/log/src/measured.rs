@@ -74,13 +74,8 @@ fn step(values: &[f64]) -> Option<f64> {
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     // A wheel that turns by two counts and three shows one count in what its changes differ by.
     let differences = changes.windows(2).map(|w| (w[1] - w[0]).abs());
-    let steps = || {
-        changes
-            .iter()
-            .copied()
-            .chain(differences.clone())
-            .filter(is_change)
-    };
+    let both = changes.iter().copied().chain(differences);
+    let steps = || both.clone().filter(is_change);
     let least = steps().fold(f64::INFINITY, f64::min);
     let few: Vec<f64> = steps().filter(|x| *x < 5.5 * least).collect();
     let multiples: f64 = few.iter().map(|x| (x / least).round()).sum();
@@ -91,24 +86,22 @@ fn step(values: &[f64]) -> Option<f64> {
     // A steady speed has changes of one size, too, without any step.
     let is_several = |x: &&f64| **x > 1.5 * step;
     let has_several = few.iter().filter(is_several).count() >= LEAST_COUNT;
-    let moments: Vec<usize> = (0..changes.len())
-        .filter(|i| is_change(&changes[*i]))
-        .collect();
-    let mut gaps: Vec<usize> = moments.windows(2).map(|w| w[1] - w[0]).collect();
-    gaps.sort_unstable();
-    let lengths = gaps
-        .chunk_by(|a, b| a == b)
-        .filter(|same| same.len() >= LEAST_COUNT);
+    let moments = (0..changes.len()).filter(|i| is_change(&changes[*i]));
+    let moments: Vec<usize> = moments.collect();
+    let gaps = moments.windows(2).map(|w| w[1] - w[0]);
     // At a steady speed of some counts a reading all changes are of two sizes, one count apart.
     let whole = || changes.iter().filter(|x| is_change(x)).filter(is_multiple);
-    let mut sizes: Vec<u64> = whole().map(|x| (x / step).round() as u64).collect();
+    let sizes: Vec<usize> = whole().map(|x| (x / step).round() as usize).collect();
     let are_whole = 50 * sizes.len() >= 49 * moments.len();
-    sizes.sort_unstable();
-    let sizes = sizes
-        .chunk_by(|a, b| a == b)
-        .filter(|same| same.len() >= LEAST_COUNT);
-    let shows = has_several || lengths.count() > 1 || are_whole && sizes.count() > 1;
+    let shows = has_several || vary(gaps.collect()) || are_whole && vary(sizes);
     (fits && shows).then_some(step)
+}
+
+/// Whether two values or more come often.
+fn vary(mut values: Vec<usize>) -> bool {
+    values.sort_unstable();
+    let often = values.chunk_by(|a, b| a == b);
+    often.filter(|same| same.len() >= LEAST_COUNT).count() > 1
 }
 
 /// White noise of the readings whose name ends so: the root of the mean square of theirs.

@@ -29,9 +29,8 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
     let share = |count: usize| count as f64 / rows.len() as f64;
     let present = |k: usize| -> Vec<bool> {
         let (_, formula) = &table.readings[k];
-        rows.iter()
-            .map(|row| formula.value(row).is_some())
-            .collect()
+        let is_there = |row: &&[f64]| formula.value(row).is_some();
+        rows.iter().map(is_there).collect()
     };
     let all: Vec<Vec<bool>> = (0..table.readings.len()).map(present).collect();
     let read: Vec<usize> = (0..all.len()).filter(|k| all[*k].contains(&true)).collect();
@@ -50,10 +49,8 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
             None => parts.push(vec![k]),
         }
     }
-    let has_wheels = |part: &Vec<usize>| {
-        part.iter()
-            .any(|k| is_wheel_angle(table.readings[*k].0.name()))
-    };
+    let is_wheel = |k: &usize| is_wheel_angle(table.readings[*k].0.name());
+    let has_wheels = |part: &Vec<usize>| part.iter().any(is_wheel);
     // Drives that are read one after the other are no tables of their own.
     if parts.iter().filter(|part| has_wheels(part)).count() != 1 {
         return None;
@@ -61,13 +58,9 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
     parts.sort_by_key(|part| !has_wheels(part));
     // A slower sensor that is read together with the drives is of their table.
     let apart = |a: usize, b: usize| {
-        let both = all[a]
-            .iter()
-            .zip(&all[b])
-            .filter(|(a, b)| **a && **b)
-            .count();
+        let both = (0..rows.len()).filter(|row| all[a][*row] && all[b][*row]);
         let of = |k: usize| all[k].iter().filter(|is| **is).count();
-        2 * both < of(a).min(of(b))
+        2 * both.count() < of(a).min(of(b))
     };
     let mut others = parts.split_off(1);
     let of_wheels = parts[0][0];
@@ -100,11 +93,7 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
 /// The channel of some readings of a table, with the rows that have one of them.
 fn of_part(table: &Channel, part: &[usize], rows: &[&[f64]]) -> Channel {
     let readings: Vec<_> = part.iter().map(|k| table.readings[*k]).collect();
-    let is_own = |row: &[f64]| {
-        readings
-            .iter()
-            .any(|(_, formula)| formula.value(row).is_some())
-    };
+    let is_own = |row: &[f64]| readings.iter().any(|(_, of)| of.value(row).is_some());
     let own: Vec<usize> = (0..rows.len()).filter(|row| is_own(rows[*row])).collect();
     let times: Vec<f64> = own.iter().map(|row| table.times[*row]).collect();
     let (start, _) = readings[0];
@@ -121,10 +110,7 @@ fn of_part(table: &Channel, part: &[usize], rows: &[&[f64]]) -> Channel {
     count_gaps(&times, &mut report);
     Channel {
         name: report.name.clone(),
-        cells: own
-            .iter()
-            .flat_map(|row| rows[*row].iter().copied())
-            .collect(),
+        cells: own.iter().flat_map(|row| rows[*row]).copied().collect(),
         times,
         readings,
         report,

@@ -10,7 +10,7 @@ use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
 use crate::units::{Kind, Unit};
 use robhaz_model::{Suspension, WholeRover};
-use robhaz_scene::{ChannelChoice, LogChoice, LogSides, RobotChoice};
+use robhaz_scene::{ChannelChoice, LogChoice, LogSides};
 use std::path::Path;
 
 /// Name of the time column.
@@ -43,12 +43,10 @@ pub fn topic(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
         true => Reading::of_both(rover(path, choice)?.coupling).collect(),
         false => Reading::of_frame().collect(),
     };
+    let cells = (0..).map(Formula::of_cell);
     Ok(Channel {
         columns: readings.iter().map(|r| r.name().to_owned()).collect(),
-        readings: (0..)
-            .zip(readings)
-            .map(|(i, r)| (r, Formula::of_cell(i)))
-            .collect(),
+        readings: readings.into_iter().zip(cells).collect(),
         ..empty
     })
 }
@@ -134,17 +132,14 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
 /// # Errors
 /// [`LogError`] where the robot does not state what lies across, or cannot.
 pub fn rover(path: &Path, choice: &LogChoice) -> Result<WholeRover, LogError> {
-    let RobotChoice {
-        geometry_name,
-        robot,
-        ..
-    } = &choice.robot;
-    choice.robot.whole_rover().ok_or_else(|| {
-        let what = match robot.geometry.suspension {
+    let robot = &choice.robot;
+    robot.whole_rover().ok_or_else(|| {
+        let what = match robot.robot.geometry.suspension {
             Suspension::FourBar => "is a four-bar: how two of them share the body's moment, statics do not say; allowed: --robot ROBOT.toml of one with suspension.kind = \"bogie\", or the readings of one side",
             Suspension::Bogie { .. } => "has no [robot.across]; allowed: a robot file with this section (docs/scenes.md#across), by --robot ROBOT.toml, or the readings of one side",
         };
-        let message = format!("has readings of both sides, and the robot {geometry_name} {what}");
+        let name = &robot.geometry_name;
+        let message = format!("has readings of both sides, and the robot {name} {what}");
         LogError::whole(path, message)
     })
 }

@@ -50,9 +50,8 @@ fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogErro
 fn check_codecs(path: &Path, metadata: &ParquetMetaData) -> Result<(), LogError> {
     let is_readable = |codec| !matches!(codec, Compression::BROTLI(_) | Compression::LZO);
     let groups = metadata.row_groups().iter();
-    let mut codecs = groups
-        .flat_map(|group| group.columns())
-        .map(|column| column.compression());
+    let columns = groups.flat_map(|group| group.columns());
+    let mut codecs = columns.map(|column| column.compression());
     let Some(codec) = codecs.find(|codec| !is_readable(*codec)) else {
         return Ok(());
     };
@@ -127,10 +126,8 @@ fn stamps(
         let numbers = Int64Array::from(numbers);
         numbers.iter().map(|v| unit.of_whole(v?)).collect()
     } else if let Some(texts) = texts(column) {
-        texts
-            .into_iter()
-            .map(|text| iso8601::parse(&text?))
-            .collect()
+        let texts = texts.into_iter();
+        texts.map(|text| iso8601::parse(&text?)).collect()
     } else {
         let numbers = numbers(path, &time.name, column)?;
         numbers.into_iter().map(|v| time.unit.of_float(v)).collect()
@@ -162,12 +159,10 @@ fn whole_unit(of: &DataType, of_integers: TimeUnit) -> Option<TimeUnit> {
 /// The texts of a column of texts.
 fn texts(column: &ArrayRef) -> Option<Vec<Option<String>>> {
     let owned = |text: Option<&str>| text.map(str::to_owned);
-    let short = column
-        .as_string_opt::<i32>()
-        .map(|texts| texts.iter().map(owned).collect());
+    let short = || Some(column.as_string_opt::<i32>()?.iter().map(owned).collect());
     let long = || Some(column.as_string_opt::<i64>()?.iter().map(owned).collect());
     let view = || Some(column.as_string_view_opt()?.iter().map(owned).collect());
-    short.or_else(long).or_else(view)
+    short().or_else(long).or_else(view)
 }
 
 /// The stamps of rows behind the first `before` ones, of whole seconds and nanoseconds.

@@ -87,16 +87,13 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
     let links = match mount {
         Some(mount) => {
             let [inclination, rate, pin] = BODY.map(|i| values[i]);
-            let wheels = wheel(0);
-            mount.links(
-                time,
-                &BodyReading {
-                    inclination,
-                    rate,
-                    pin,
-                    wheels,
-                },
-            )
+            let read = BodyReading {
+                inclination,
+                rate,
+                pin,
+                wheels: wheel(0),
+            };
+            mount.links(time, &read)
         }
         None => LinkReadings {
             inclination: INCLINATION.map(|i| values[i]),
@@ -150,15 +147,9 @@ const JOINTS: usize = place("left_pin_angle");
 /// The frame of a time (s) of a log of both sides.
 pub fn whole_frame(time: f64, values: &Values) -> WholeFrame {
     let wheels = |part: usize| core::array::from_fn(|i| values[BOTH + 3 * i + part]);
-    let [
-        left,
-        right,
-        differential,
-        rear_bogie,
-        roll,
-        roll_rate,
-        yaw_rate,
-    ] = core::array::from_fn(|k| values[JOINTS + k]);
+    let joint = |k: usize| values[JOINTS + k];
+    let [left, right, differential, rear_bogie] = [0, 1, 2, 3].map(joint);
+    let [roll, roll_rate, yaw_rate] = [4, 5, 6].map(joint);
     let [inclination, rate, _] = BODY.map(|i| values[i]);
     WholeFrame {
         time,

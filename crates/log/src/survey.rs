@@ -264,10 +264,8 @@ fn leave_out_bursts(times: &mut Vec<f64>, cells: &mut Vec<f64>) -> u64 {
     for k in 1..rows {
         let before = kept.last().map_or(0, |last| *last);
         // One that has what the row before lacks is of another topic.
-        let adds = row(k)
-            .iter()
-            .zip(row(before))
-            .any(|(new, old)| old.is_nan() && !new.is_nan());
+        let mut cells = row(k).iter().zip(row(before));
+        let adds = cells.any(|(new, old)| old.is_nan() && !new.is_nan());
         if adds || times[k] - times[k - 1] > 0.5 * even {
             kept.push(k);
         }

@@ -29,14 +29,8 @@ pub fn is_of_both(columns: &[String]) -> bool {
     starts.any(|name| SIDES.iter().any(|side| name.starts_with(side)))
 }
 
-/// What a row of a table of the truth gives.
-#[derive(Clone, Debug)]
-pub enum FoundTruth {
-    /// The truth of one side or of a robot in the plane.
-    Plane(Box<Truth>),
-    /// That of both sides.
-    Both(Box<BothTruth>),
-}
+/// What a row of a table of the truth gives: the truth of one side or of a robot in the plane, or that of both sides.
+pub type FoundTruth = (Option<Truth>, Option<BothTruth>);
 
 /// Which rows of a table of the truth can be compared with: those with N and T of every wheel.
 #[derive(Clone, Debug, PartialEq)]
@@ -256,15 +250,11 @@ impl TruthColumns {
 
     /// The truth of a row's cells at a time (s), as [`Self::truth`] gives it, of one side or of both.
     pub fn found(&self, cells: &[f64], time: f64) -> Option<FoundTruth> {
-        let scaled = cells
-            .iter()
-            .zip(&self.factors)
-            .map(|(x, factor)| x * factor);
-        let cells: Vec<f64> = scaled.collect();
+        let scaled = cells.iter().zip(&self.factors);
+        let cells: Vec<f64> = scaled.map(|(x, factor)| x * factor).collect();
         let at_time = |truth: Truth| Truth { time, ..truth };
         let Some(both) = &self.both else {
-            let truth = at_time(self.truth(&cells)?);
-            return Some(FoundTruth::Plane(Box::new(truth)));
+            return Some((Some(at_time(self.truth(&cells)?)), None));
         };
         let of = |part: usize| {
             let value = |wheel: &[Option<usize>; 3]| wheel[part].map_or(f64::NAN, |c| cells[c]);
@@ -278,11 +268,12 @@ impl TruthColumns {
             let of_wheel = |i: usize| [compared[3 * k + i], traction[3 * k + i]];
             columns.truth(&[0, 1, 2].map(of_wheel).concat())
         };
-        Some(FoundTruth::Both(Box::new(BothTruth {
+        let truth = BothTruth {
             sides: [side(0)?, side(1)?].map(at_time),
             normal_force,
             in_plane,
-        })))
+        };
+        Some((None, Some(truth)))
     }
 
     /// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to

@@ -2,6 +2,7 @@
 //! One that contradicts the description is an error: nothing in the numbers need show it.
 
 use crate::rows::ColumnInfo;
+use Kind::{Angle, Counts, Current, Force, Other, Rate, Time, Torque};
 use std::f64::consts::{PI, TAU};
 
 /// What a unit measures.
@@ -27,98 +28,58 @@ pub struct Unit {
     pub factor: f64,
 }
 
+const DEGREE: f64 = PI / 180.0;
+
 /// Units by their names without spaces and multiplication signs, in small letters.
 const UNITS: &[(Kind, f64, &str)] = &[
-    (Kind::Angle, 1.0, "rad radian radians"),
-    (Kind::Angle, 1e-3, "mrad milliradian milliradians"),
-    (
-        Kind::Angle,
-        PI / 180.0,
-        "deg degs degree degrees \u{b0} \u{ba} \u{2da}",
-    ),
-    (Kind::Angle, PI / 180e3, "mdeg millidegree millidegrees"),
-    (
-        Kind::Angle,
-        TAU,
-        "turn turns rev revs revolution revolutions rot rotations",
-    ),
-    (
-        Kind::Counts,
-        1.0,
-        "count counts cnt cnts tick ticks pulse pulses",
-    ),
-    (
-        Kind::Torque,
-        1.0,
-        "nm newtonmetre newtonmetres newtonmeter newtonmeters",
-    ),
-    (
-        Kind::Torque,
-        1e-3,
-        "mnm nmm millinewtonmetre millinewtonmeter",
-    ),
-    (Kind::Torque, 1e-2, "ncm"),
-    (Kind::Torque, 1e-6, "unm \u{b5}nm \u{3bc}nm"),
-    (Kind::Torque, 1e3, "knm"),
-    (Kind::Torque, 0.098_066_5, "kgcm kgfcm kpcm"),
-    (Kind::Torque, 9.806_65, "kgm kgfm kpm"),
-    (Kind::Torque, 1.355_818, "lbft ftlb lbfft ftlbf"),
-    (Kind::Torque, 0.112_985, "lbin inlb lbfin inlbf"),
-    (Kind::Torque, 0.007_061_6, "ozin inoz ozfin"),
-    (Kind::Current, 1.0, "a amp amps ampere amperes"),
-    (
-        Kind::Current,
-        1e-3,
-        "ma milliamp milliamps milliampere milliamperes",
-    ),
-    (Kind::Current, 1e-6, "ua \u{b5}a \u{3bc}a"),
-    (
-        Kind::Rate,
-        1.0,
-        "rad/s rad/sec rad/second rads^1 rads1 rads\u{207b}\u{b9} radps radpers radpersec \
-         radpersecond radianspersecond",
-    ),
-    (Kind::Rate, 1e-3, "mrad/s mrad/sec mradps"),
-    (
-        Kind::Rate,
-        PI / 180.0,
-        "deg/s deg/sec deg/second degs^1 degs1 degs\u{207b}\u{b9} \u{b0}/s \u{b0}/sec \
-         \u{ba}/s dps degps degpers degpersec degpersecond degrees/s degrees/sec degree/s \
-         degreespersecond",
-    ),
-    (Kind::Rate, PI / 180e3, "mdps mdeg/s"),
-    (
-        Kind::Rate,
-        TAU / 60.0,
-        "rpm r/min rev/min turns/min 1/min u/min min^1 min1 min\u{207b}\u{b9}",
-    ),
-    (Kind::Rate, TAU, "rps r/s rev/s revs/s turns/s turn/s"),
-    (Kind::Time, 1.0, "s sec secs second seconds"),
-    (
-        Kind::Time,
-        1e-3,
-        "ms msec msecs millis millisecond milliseconds",
-    ),
-    (
-        Kind::Time,
-        1e-6,
-        "us \u{b5}s \u{3bc}s usec usecs micros microsecond microseconds",
-    ),
-    (
-        Kind::Time,
-        1e-9,
-        "ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds",
-    ),
-    (Kind::Time, 60.0, "min mins minute minutes"),
-    (Kind::Time, 3600.0, "h hr hour hours"),
-    (Kind::Force, 1.0, "n newton newtons"),
-    (Kind::Force, 1e3, "kn kilonewton kilonewtons"),
-    (
-        Kind::Other,
-        1.0,
-        "v mv volt volts m mm cm m/s m/s^2 m/s2 g % percent pwm w watt \
-         \u{b0}c",
-    ),
+    (Angle, 1.0, "rad radian radians"),
+    (Angle, 1e-3, "mrad milliradian milliradians"),
+    (Angle, DEGREE, "deg degs degree degrees \u{b0} \u{ba}"),
+    (Angle, DEGREE, "\u{2da}"),
+    (Angle, PI / 180e3, "mdeg millidegree millidegrees"),
+    (Angle, TAU, "turn turns rev revs revolution revolutions rot"),
+    (Angle, TAU, "rotations"),
+    (Counts, 1.0, "count counts cnt cnts tick ticks pulse pulses"),
+    (Torque, 1.0, "nm newtonmetre newtonmetres newtonmeter"),
+    (Torque, 1.0, "newtonmeters"),
+    (Torque, 1e-3, "mnm nmm millinewtonmetre millinewtonmeter"),
+    (Torque, 1e-2, "ncm"),
+    (Torque, 1e-6, "unm \u{b5}nm \u{3bc}nm"),
+    (Torque, 1e3, "knm"),
+    (Torque, 0.098_066_5, "kgcm kgfcm kpcm"),
+    (Torque, 9.806_65, "kgm kgfm kpm"),
+    (Torque, 1.355_818, "lbft ftlb lbfft ftlbf"),
+    (Torque, 0.112_985, "lbin inlb lbfin inlbf"),
+    (Torque, 0.007_061_6, "ozin inoz ozfin"),
+    (Current, 1.0, "a amp amps ampere amperes"),
+    (Current, 1e-3, "ma milliamp milliamps milliampere"),
+    (Current, 1e-3, "milliamperes"),
+    (Current, 1e-6, "ua \u{b5}a \u{3bc}a"),
+    (Rate, 1.0, "rad/s rad/sec rad/second rads^1 rads1"),
+    (Rate, 1.0, "rads\u{207b}\u{b9} radps radpers radpersec"),
+    (Rate, 1.0, "radpersecond radianspersecond"),
+    (Rate, 1e-3, "mrad/s mrad/sec mradps"),
+    (Rate, DEGREE, "deg/s deg/sec deg/second degs^1 degs1"),
+    (Rate, DEGREE, "degs\u{207b}\u{b9} \u{b0}/s \u{b0}/sec"),
+    (Rate, DEGREE, "\u{ba}/s dps degps degpers degpersec"),
+    (Rate, DEGREE, "degpersecond degrees/s degrees/sec degree/s"),
+    (Rate, DEGREE, "degreespersecond"),
+    (Rate, PI / 180e3, "mdps mdeg/s"),
+    (Rate, TAU / 60.0, "rpm r/min rev/min turns/min 1/min u/min"),
+    (Rate, TAU / 60.0, "min^1 min1 min\u{207b}\u{b9}"),
+    (Rate, TAU, "rps r/s rev/s revs/s turns/s turn/s"),
+    (Time, 1.0, "s sec secs second seconds"),
+    (Time, 1e-3, "ms msec msecs millis millisecond milliseconds"),
+    (Time, 1e-6, "us \u{b5}s \u{3bc}s usec usecs micros"),
+    (Time, 1e-6, "microsecond microseconds"),
+    (Time, 1e-9, "ns nsec nsecs nanosec nanosecs nanos"),
+    (Time, 1e-9, "nanosecond nanoseconds"),
+    (Time, 60.0, "min mins minute minutes"),
+    (Time, 3600.0, "h hr hour hours"),
+    (Force, 1.0, "n newton newtons"),
+    (Force, 1e3, "kn kilonewton kilonewtons"),
+    (Other, 1.0, "v mv volt volts m mm cm m/s m/s^2 m/s2 g %"),
+    (Other, 1.0, "percent pwm w watt \u{b0}c"),
 ];
 
 impl Unit {

@@ -6,7 +6,7 @@
 //! 72 if the torques show nothing. `kalman` runs with each; the one with the least mean NIS fits
 //! best.
 
-use crate::check::limits::{AtLimit, Missed};
+use crate::check::limits::Limits;
 use crate::check::readings::Readings;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet;
@@ -392,26 +392,14 @@ const MIDDLE: f64 = 0.455;
 
 /// Torques that stay at a limit.
 fn at_limit(frames: &[SensorFrame], parity: &[f64]) -> Option<Finding> {
-    let (mut torques, mut is_at) = (Vec::new(), vec![false; frames.len()]);
-    for channel in [0, 1, 2].map(Channel::Torque) {
+    let torque = |channel: Channel| {
         let value = |frame: &SensorFrame| channel.value(frame).unwrap_or(f64::NAN);
-        let values: Vec<f64> = frames.iter().map(value).collect();
-        let Some(found) = AtLimit::of(&values) else {
-            continue;
-        };
-        torques.push((channel.to_string(), found.limit));
-        is_at
-            .iter_mut()
-            .zip(found.readings)
-            .for_each(|(at, found)| *at |= found);
-    }
-    let mut missed = Missed::default();
-    let known = is_at
-        .iter()
-        .zip(parity)
-        .filter(|(_, square)| square.is_finite());
-    known.for_each(|(at, square)| missed.add(*at, *square));
-    missed.finding(&torques, MIDDLE)
+        (channel.to_string(), frames.iter().map(value).collect())
+    };
+    let mut limits = Limits::of([0, 1, 2].map(Channel::Torque).map(torque).into_iter());
+    let known = parity.iter().enumerate().filter(|(_, x)| x.is_finite());
+    known.for_each(|(frame, square)| limits.add(frame, *square));
+    limits.finding(MIDDLE)
 }
 
 /// The torques against the weight, as `kalman` has found them.

@@ -51,11 +51,7 @@ impl<'a> Heights<'a> {
 
     /// Both sides of the equation, for a shift of the front wheels.
     pub fn sides(&self, shift: usize) -> Option<(Vec<f64>, Vec<f64>)> {
-        let Self {
-            course,
-            front,
-            rear,
-        } = self;
+        let (course, front, rear) = (self.course, &self.front, &self.rear);
         let (count, [spacing, behind]) = (course.len(), course.spacings());
         let least = steps_of(course, 1.0) / 2;
         if course.is_even() {

@@ -34,10 +34,8 @@ pub fn findings(
     let is_dead = |own: &&Recorded| found.iter().any(|(of, _)| *of == own.channel.in_frames());
     let silent_ones = all.iter().filter(|own| !is_dead(own)).filter_map(|own| {
         let read = own.values.iter().map(|value| !value.is_nan());
-        silent(
-            &own.channel.to_string(),
-            frames.iter().map(|frame| frame.time).zip(read),
-        )
+        let times = frames.iter().map(|frame| frame.time);
+        silent(&own.channel.to_string(), times.zip(read))
     });
     let silences = silent_ones.collect();
     (found, silences)
@@ -119,9 +117,8 @@ pub fn silent(name: &str, frames: impl Iterator<Item = (f64, bool)>) -> Option<F
     (length > BRIDGED).then(|| {
         let figure = format!("{name} has no value for {length:.1} s from {start:.1} s on");
         let remedy = "find out why it was not read: the last value is held there";
-        Finding::ok(TEST, name, figure)
-            .with("without", length, "s")
-            .fault(remedy)
+        let finding = Finding::ok(TEST, name, figure).fault(remedy);
+        finding.with("without", length, "s")
     })
 }
 
@@ -134,10 +131,7 @@ pub fn without(mut findings: Vec<Finding>, dead: &[(Channel, Finding)]) -> Vec<F
 
 /// The tests that were left out.
 pub fn left_out() -> Finding {
-    let finding = Finding::ok(
-        "all other tests",
-        "all",
-        "they need the channels without values",
-    );
+    let figure = "they need the channels without values";
+    let finding = Finding::ok("all other tests", "all", figure);
     finding.cannot_tell("record these channels, and check again")
 }

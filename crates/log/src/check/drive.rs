@@ -185,12 +185,8 @@ impl Moments {
         let angles = order.map(|i| (3 + i, 1.0));
         let speeds = order.map(|i| (6 + i, 1.0));
         let of = |a, b| self.product(a, b);
-        let normal = Matrix2::new(
-            of(angles, angles),
-            of(angles, speeds),
-            of(angles, speeds),
-            of(speeds, speeds),
-        );
+        let both = of(angles, speeds);
+        let normal = Matrix2::new(of(angles, angles), both, both, of(speeds, speeds));
         let right = Vector2::new(of(angles, torques), of(speeds, torques));
         let found = normal.try_inverse().map(|inverse| inverse * right);
         let stable = found.filter(|c| c.iter().any(|c| *c < 0.0));
@@ -207,12 +203,8 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
     let slow = slow.filter(Differences::show);
     let is_slow = slow.is_some();
     let differences = slow.unwrap_or(usual);
-    let Differences {
-        signals,
-        moments,
-        size,
-        least,
-    } = &differences;
+    let (signals, moments) = (&differences.signals, &differences.moments);
+    let (size, least) = (differences.size, differences.least);
     if !differences.show() {
         let figure = if size.is_nan() {
             "the wheels do not turn together long enough".to_owned()
@@ -223,7 +215,7 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
         let of = |test, channel| Finding::ok(test, channel, &figure).cannot_tell(remedy);
         let [mut pairing, delay] = [of(PAIRING, CHANNEL), of(delay::TEST, LATE)];
         if size.is_finite() {
-            pairing = pairing.with("difference", *size, "N m");
+            pairing = pairing.with("difference", size, "N m");
         }
         let delay = late_at_start(start).unwrap_or(delay);
         return (vec![pairing, delay], None);
@@ -263,7 +255,7 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
     };
     let known = pairing.verdict != Verdict::CannotTell;
     let pairing = pairing
-        .with("difference", *size, "N m")
+        .with("difference", size, "N m")
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
     let joined = joined(signals, recording.steps(LONGEST_DELAY) + 2, &best);
@@ -277,16 +269,11 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
         }
         false => late(log, &joined),
     };
-    let delay = late_at_start(start).unwrap_or_else(by_control);
-    let delay =
-        match start.is_some_and(|start| start.is_in_time()) && delay.verdict == Verdict::Fault {
-            true => Finding::ok(
-                delay.test,
-                delay.channel,
-                delay.figure + ": the control's own, as the robot's start has no delay",
-            ),
-            false => delay,
-        };
+    let mut delay = late_at_start(start).unwrap_or_else(by_control);
+    if start.is_some_and(|start| start.is_in_time()) && delay.verdict == Verdict::Fault {
+        let figure = delay.figure + ": the control's own, as the robot's start has no delay";
+        delay = Finding::ok(delay.test, delay.channel, figure);
+    }
     let mut findings = vec![pairing, delay];
     if known && best == OWN {
         findings.extend(size_of_one(signals));
@@ -383,10 +370,9 @@ fn late_at_start(start: Option<Start>) -> Option<Finding> {
         100.0 * start.left,
         100.0 * start.left_in_time
     );
-    let whose = if start.lag > 0.0 {
-        "torques"
-    } else {
-        "encoders"
+    let whose = match start.lag > 0.0 {
+        true => "torques",
+        false => "encoders",
     };
     let finding = Finding::ok(delay::TEST, LATE, figure).with("delay", start.lag, "s");
     Some(finding.fault(remedy(whose, -start.lag.abs())))
@@ -428,24 +414,16 @@ fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
             "drive under speed control over an obstacle, so that the wheels' torques differ"
         },
     ];
-    let finding = delay::finding(
-        LATE,
-        found,
-        &allowed,
-        unknown,
-        ["torques", "encoders"],
-        remedy,
-    );
+    let whose = ["torques", "encoders"];
+    let finding = delay::finding(LATE, found, &allowed, unknown, whose, remedy);
     if finding.verdict == Verdict::Fault || passed <= 0.5 {
         return finding;
     }
     let Some(control) = fit(torque, &by).filter(|control| control.explained > CERTAIN) else {
         return finding;
     };
-    let damped = damping_ratio(
-        log,
-        [control.coefficients[0], control.coefficients[1] / passed],
-    );
+    let gains = [control.coefficients[0], control.coefficients[1] / passed];
+    let damped = damping_ratio(log, gains);
     if damped.is_none_or(|ratio| ratio > LEAST_DAMPED) {
         return finding;
     }

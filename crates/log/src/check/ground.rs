@@ -69,12 +69,10 @@ fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
         (links, Some(Change::Factor(Channel::Pin, factor)))
     };
     match body_link {
-        Some(body) => vec![
-            own,
-            pin(body, -1.0),
-            pin(body, DEGREE),
-            pin(body, 1.0 / DEGREE),
-        ],
+        Some(body) => {
+            let others = [-1.0, DEGREE, 1.0 / DEGREE].map(|factor| pin(body, factor));
+            [vec![own], others.to_vec()].concat()
+        }
         None => {
             let exchange = Some(Change::Exchange(first, second));
             vec![

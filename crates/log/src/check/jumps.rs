@@ -11,12 +11,11 @@
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::still::wrapped;
-use crate::jitter::{Jitter, angles};
+use crate::jitter::{Jitter, angles, count_angle};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
 use robhaz_score::signals::median;
 use std::borrow::Cow;
-use std::f64::consts::TAU;
 
 /// Change of the spin speed within a step that a true impact may show, beside that to a stop, rad/s:
 /// half a metre a second at the rim of robot A.
@@ -105,7 +104,7 @@ fn jumps(frames: &[SensorFrame], wheel: usize, change: f64, counts: f64, stamps:
     let Some(usual) = median(steps.iter().map(|(dt, _)| *dt).collect()) else {
         return Vec::new();
     };
-    let count = if counts > 0.0 { TAU / counts } else { 0.0 };
+    let count = count_angle(counts);
     let speed = |steps: &[(f64, f64)]| {
         let of = |(dt, by): &(f64, f64)| (*dt > 0.0).then(|| by / dt);
         median(steps.iter().filter_map(of).collect())
@@ -201,15 +200,11 @@ fn small(bends: &[Vec<Bend>; 3], wheel: usize, counts: f64, stamps: f64) -> Vec<
     let mut sizes: Vec<f64> = own.iter().map(|bend| bend.by.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let usual = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0);
-    let count = if counts > 0.0 { TAU / counts } else { 0.0 };
+    let count = count_angle(counts);
     let least = LEAST.max(COUNTS * count).max(UNUSUAL * usual);
-    let others = || {
-        (0..3)
-            .filter(|other| *other != wheel)
-            .map(|other| &bends[other])
-    };
+    let others = || (0..3).filter(|other| *other != wheel);
     let is_alone = |bend: &Bend| {
-        others().all(|other| {
+        others().map(|other| &bends[other]).all(|other| {
             let found = other.binary_search_by_key(&bend.frame, |bend| bend.frame);
             found.map_or(true, |k| other[k].by.abs() < 0.5 * bend.by.abs())
         })
@@ -218,9 +213,8 @@ fn small(bends: &[Vec<Bend>; 3], wheel: usize, counts: f64, stamps: f64) -> Vec<
         let [before, bend, behind] = [w[0], w[1], w[2]];
         let by_stamps = bend.turn / bend.step * stamps;
         let is_far = bend.by.abs() > least + OF_TURN * bend.turn + by_stamps;
-        let are_opposite = [before, behind]
-            .iter()
-            .all(|b| OF_NEIGHBOURS.contains(&(b.by / bend.by)));
+        let is_opposite = |other: Bend| OF_NEIGHBOURS.contains(&(other.by / bend.by));
+        let are_opposite = is_opposite(before) && is_opposite(behind);
         (is_far && are_opposite && is_alone(&bend)).then_some(Jump {
             frame: bend.frame,
             by: bend.by,
@@ -243,16 +237,12 @@ fn drop_set_clocks(of_wheels: &mut [Vec<Jump>; 3]) {
             return false;
         };
         let mean = (a.ahead + b.ahead + c.ahead) / 3.0;
-        let agree = [a, b, c]
-            .iter()
-            .all(|j| (j.ahead - mean).abs() < SAME * mean.abs());
-        mean > 0.0 && agree && ![a, b, c].iter().all(|j| j.restarts || j.single)
+        let is_mean = |j: &Jump| (j.ahead - mean).abs() < SAME * mean.abs();
+        let all = [a, b, c];
+        mean > 0.0 && all.iter().all(is_mean) && !all.iter().all(|j| j.restarts || j.single)
     };
-    let clock: Vec<usize> = first
-        .iter()
-        .filter(|j| is_clock(j))
-        .map(|j| j.frame)
-        .collect();
+    let of_clock = first.iter().filter(|j| is_clock(j));
+    let clock: Vec<usize> = of_clock.map(|j| j.frame).collect();
     for jumps in of_wheels {
         jumps.retain(|jump| !clock.contains(&jump.frame));
     }

@@ -40,7 +40,7 @@ const STILL: f64 = 0.02;
 pub const TEST: &str = "zero by the torques";
 
 /// What the torques allow as an error that all inclinometers have in common, and what these show at rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Level {
     /// Least and largest error, rad; `None` of a log that shows none.
     allowed: Option<[f64; 2]>,
@@ -159,14 +159,7 @@ impl Level {
 
     fn of<const N: usize>(moments: impl Iterator<Item = Moment<N>>, known: &Known<'_>) -> Self {
         let Some(ways) = Ways::of(moments, known) else {
-            return Self {
-                allowed: None,
-                resisted: 0.0,
-                usual: f64::INFINITY,
-                at_rest: None,
-                roll_at_rest: None,
-                even: f64::INFINITY,
-            };
+            return Self::default();
         };
         let geometry = &known.side.geometry;
         let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();

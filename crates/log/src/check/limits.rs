@@ -32,69 +32,77 @@ const MUCH_MORE: f64 = 3.0;
 pub const TEST: &str = "limit";
 const UNKNOWN: &str = "fine if that is the drive's own limit or a steady slope; if it is that of the current's sensor, the forces there are wrong: look up both";
 
-/// Whether each reading of a torque is at a limit, and the limit, N m.
-pub struct AtLimit {
-    pub readings: Vec<bool>,
-    pub limit: f64,
-}
-
-impl AtLimit {
-    /// Of the readings of a torque, a NaN where there is none; `None` without a limit.
-    pub fn of(values: &[f64]) -> Option<Self> {
-        let noise = white_noise(values)? / ((2 * HALF + 1) as f64).sqrt();
-        let means = smooth(values, HALF);
-        let band = BAND * noise;
-        let (mut readings, mut limit, mut most) = (vec![false; values.len()], 0.0, 0);
-        for sign in [1.0, -1.0] {
-            let top = means
-                .iter()
-                .map(|x| sign * x)
-                .fold(f64::NEG_INFINITY, f64::max);
-            if top < LEAST_RANGE * band || band <= 0.0 {
-                continue;
-            }
-            let is_in = |x: f64, k: f64| {
-                let below = (top - sign * x) / band;
-                below >= k && below < k + 1.0
-            };
-            let [first, next] = [0.0, 1.0].map(|k| means.iter().filter(|x| is_in(**x, k)).count());
-            let share = first as f64 / values.len() as f64;
-            if first < PILED_UP * next.max(1) || first < LEAST || share < LEAST_SHARE {
-                continue;
-            }
-            for (reading, x) in readings.iter_mut().zip(&means) {
-                *reading |= is_in(*x, 0.0);
-            }
-            if first > most {
-                (most, limit) = (first, sign * (top - 0.5 * band));
-            }
+/// Whether each reading of a torque, a NaN where there is none, is at a limit, and the limit, N m; `None` without one.
+fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
+    let noise = white_noise(values)? / ((2 * HALF + 1) as f64).sqrt();
+    let means = smooth(values, HALF);
+    let band = BAND * noise;
+    let (mut readings, mut limit, mut most) = (vec![false; values.len()], 0.0, 0);
+    for sign in [1.0, -1.0] {
+        let signed = means.iter().map(|x| sign * x);
+        let top = signed.fold(f64::NEG_INFINITY, f64::max);
+        if top < LEAST_RANGE * band || band <= 0.0 {
+            continue;
         }
-        (most > 0).then_some(Self { readings, limit })
+        let is_in = |x: f64, k: f64| {
+            let below = (top - sign * x) / band;
+            below >= k && below < k + 1.0
+        };
+        let [first, next] = [0.0, 1.0].map(|k| means.iter().filter(|x| is_in(**x, k)).count());
+        let share = first as f64 / values.len() as f64;
+        if first < PILED_UP * next.max(1) || first < LEAST || share < LEAST_SHARE {
+            continue;
+        }
+        for (reading, x) in readings.iter_mut().zip(&means) {
+            *reading |= is_in(*x, 0.0);
+        }
+        if first > most {
+            (most, limit) = (first, sign * (top - 0.5 * band));
+        }
     }
+    (most > 0).then_some((readings, limit))
 }
 
-/// Normalised squares of the equations' residuals, at a limit and away from it.
+/// The torques at a limit.
 #[derive(Clone, Debug, Default)]
-pub struct Missed {
+pub struct Limits {
+    /// The name of each, and its limit, N m.
+    torques: Vec<(String, f64)>,
+    /// Whether any is at its limit at each frame.
+    is_at: Vec<bool>,
+    /// Normalised squares of the equations' residuals, at a limit and away from it.
     squares: [Vec<f64>; 2],
 }
 
-impl Missed {
-    /// Adds a square.
-    pub fn add(&mut self, is_at: bool, square: f64) {
-        self.squares[usize::from(!is_at)].push(square);
+impl Limits {
+    /// Of torques by their names; a NaN where a frame has none.
+    pub fn of(torques: impl Iterator<Item = (String, Vec<f64>)>) -> Self {
+        let mut all = Self::default();
+        for (name, values) in torques {
+            all.is_at.resize(values.len(), false);
+            if let Some((readings, limit)) = at_limit(&values) {
+                all.torques.push((name, limit));
+                let frames = all.is_at.iter_mut().zip(readings);
+                frames.for_each(|(at, found)| *at |= found);
+            }
+        }
+        all
     }
 
-    /// The finding of the torques at a limit, each with its limit, N m. `expected`: the middle one of the squares if all that is
-    /// stated holds.
-    pub fn finding(self, torques: &[(String, f64)], expected: f64) -> Option<Finding> {
+    /// Adds the square of a frame.
+    pub fn add(&mut self, frame: usize, square: f64) {
+        self.squares[usize::from(!self.is_at[frame])].push(square);
+    }
+
+    /// The finding. `expected`: the middle one of the squares if all that is stated holds.
+    pub fn finding(self, expected: f64) -> Option<Finding> {
         let [count, others] = self.squares.each_ref().map(Vec::len);
         let middle =
             |squares| median(squares).map_or(f64::NAN, |middle| (middle / expected).sqrt());
         let [at, away] = self.squares.map(middle);
         let share = 100.0 * count as f64 / (count + others) as f64;
-        let names: Vec<&str> = torques.iter().map(|(name, _)| name.as_str()).collect();
-        let (_, limit) = torques.first()?;
+        let names: Vec<&str> = self.torques.iter().map(|(name, _)| name.as_str()).collect();
+        let (_, limit) = self.torques.first()?;
         if count == 0 || others == 0 {
             let figure = format!("within its noise of an extreme again and again, {limit:.2} N m");
             return Some(Finding::ok(TEST, names.join(", "), figure).cannot_tell(UNKNOWN));
@@ -135,9 +143,9 @@ mod tests {
         let cut: Vec<f64> = (0..2000)
             .map(|k| wave(k).clamp(-1.5, 1.5) + noise[k])
             .collect();
-        let found = AtLimit::of(&cut).map(|found| {
-            let count = found.readings.iter().filter(|at| **at).count();
-            (count as f64 / 2000.0, found.limit.abs())
+        let found = at_limit(&cut).map(|(readings, limit)| {
+            let count = readings.iter().filter(|at| **at).count();
+            (count as f64 / 2000.0, limit.abs())
         });
         assert!(
             found.is_some_and(
@@ -146,6 +154,6 @@ mod tests {
             "{found:?}"
         );
         let whole: Vec<f64> = (0..2000).map(|k| wave(k) + noise[k]).collect();
-        assert!(AtLimit::of(&whole).is_none() && AtLimit::of(&noise).is_none());
+        assert!(at_limit(&whole).is_none() && at_limit(&noise).is_none());
     }
 }

@@ -383,10 +383,11 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
     let [longest, memory] = [LONGEST_DELAY, 1.0].map(|part| recording.steps(part * changes.span));
     // All samples: those that fit best without a delay would hide it.
-    let found = (rms(rate) > LEAST_CHANGE)
-        .then(|| delay(inclination, &[rate], longest, memory, recording.dt, allowed))
-        .flatten()
-        .filter(|delay| delay.explained > EXPLAINED);
+    let found = match rms(rate) > LEAST_CHANGE {
+        true => delay(inclination, &[rate], longest, memory, recording.dt, allowed),
+        false => None,
+    };
+    let found = found.filter(|delay| delay.explained > EXPLAINED);
     let unknown = [
         "no common motion",
         "drive over an obstacle that turns the links by a few degrees",

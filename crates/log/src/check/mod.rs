@@ -58,7 +58,7 @@ mod torques;
 mod wheels;
 
 pub use both::check_both;
-pub(crate) use both::{Agreement as AgreementOfBoth, contradiction};
+pub(crate) use both::contradiction;
 pub(crate) use level::Level;
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};

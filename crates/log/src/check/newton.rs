@@ -85,25 +85,19 @@ impl Start {
         let half = recording.steps(0.5 * SMOOTHING);
         let [earliest, longest] = [LAGS.start - LONGEST_LOW_PASS, LAGS.end].map(steps);
         let lead = longest.unsigned_abs() + 4 * half;
-        let until = recording
-            .len()
-            .min(range.end + earliest.unsigned_abs() + 4 * half);
+        let until = range.end + earliest.unsigned_abs() + 4 * half;
+        let until = until.min(recording.len());
         let again = |x: &[f64], times: usize| (0..times).fold(x.to_vec(), |x, _| smooth(&x, half));
         let sum_of = |x: &[Vec<f64>; 3]| -> Vec<f64> {
             (0..until).map(|k| x[0][k] + x[1][k] + x[2][k]).collect()
         };
         let angles = sum_of(&recording.wheel_angle);
-        let start = angles[range.start..end]
-            .iter()
-            .copied()
-            .find(|x| x.is_finite())?;
+        let before_motion = angles[range.start..end].iter();
+        let start = before_motion.copied().find(|x| x.is_finite())?;
         // What was before is a rest, too.
-        let still = |(k, x): (usize, &f64)| {
-            if k < range.start {
-                0.0
-            } else {
-                (x - start) / 3.0
-            }
+        let still = |(k, x): (usize, &f64)| match k < range.start {
+            true => 0.0,
+            false => (x - start) / 3.0,
         };
         let mut angle = vec![0.0; lead];
         angle.extend(angles.iter().enumerate().map(still));
@@ -123,10 +117,8 @@ impl Start {
             let speed = derivative(&angle, half, dt);
             let acceleration = derivative(&speed, half, dt);
             let speed = again(&speed, 2);
-            let law = speed
-                .iter()
-                .zip(&acceleration)
-                .map(|(w, a)| inertia * a + damping * w);
+            let motion = speed.iter().zip(&acceleration);
+            let law = motion.map(|(w, a)| inertia * a + damping * w);
             let law: Vec<f64> = law.collect();
             let friction =
                 |at: f64| -> Vec<f64> { speed.iter().map(|w| (w / at).tanh()).collect() };
@@ -139,10 +131,8 @@ impl Start {
                 let of = |friction: &Vec<f64>| {
                     judge(torque, [&law, &angle, &ones, &late(friction)], alike)
                 };
-                let least = frictions
-                    .iter()
-                    .filter_map(of)
-                    .min_by(|a, b| a.0.total_cmp(&b.0));
+                let judged = frictions.iter().filter_map(of);
+                let least = judged.min_by(|a, b| a.0.total_cmp(&b.0));
                 let Some((left, size, sigma)) = least else {
                     continue;
                 };
@@ -160,19 +150,15 @@ impl Start {
         let best = tried.iter().min_by(least).filter(|best| best.left < LEFT)?;
         let in_time = |tried: &&Self| tried.lag.abs() <= allowed + 1e-9;
         // Friction that sets in and a slope hide a part of the size: the one nearest to 1 that explains as much.
-        let as_good = tried
-            .iter()
-            .filter(|tried| tried.left < NO_WORSE * best.left);
+        let is_as_good = |tried: &&Self| tried.left < NO_WORSE * best.left;
+        let as_good = tried.iter().filter(is_as_good);
         let wrong = |start: &&Self| start.size.ln().abs();
         let nearest = as_good.min_by(|a, b| wrong(a).total_cmp(&wrong(b)))?;
+        let best_in_time = tried.iter().filter(in_time).min_by(least);
         Some(Self {
             lag: best.lag,
             left: best.left,
-            left_in_time: tried
-                .iter()
-                .filter(in_time)
-                .min_by(least)
-                .map_or(f64::INFINITY, |t| t.left),
+            left_in_time: best_in_time.map_or(f64::INFINITY, |t| t.left),
             ..*nearest
         })
     }
@@ -184,10 +170,8 @@ fn judge(torque: &[f64], all: [&[f64]; 4], alike: f64) -> Option<(f64, f64, f64)
     let of = |x: &[&[f64]], found: &Fit| {
         let size = found.coefficients[0];
         let left = rms(&residuals(torque, x, found)) / (size * deviation(x[0]));
-        let friction = found
-            .coefficients
-            .get(3)
-            .map_or(0.0, |f| f * deviation(all[3]));
+        let friction = found.coefficients.get(3);
+        let friction = friction.map_or(0.0, |f| f * deviation(all[3]));
         let of_onset = ONSET * friction / deviation(all[0]);
         let sigma = (found.deviations[0] * alike.sqrt()).hypot(of_onset);
         (size > 0.0).then_some((left * left, size, sigma))

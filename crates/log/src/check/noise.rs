@@ -40,9 +40,8 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     };
     let recording = &log.recording;
     let channels = Recorded::of_recording(recording, recording.len(), log.stated);
-    let pairs = channels
-        .windows(2)
-        .filter(|pair| pair[1].channel.is_inclination());
+    let pairs = channels.windows(2);
+    let pairs = pairs.filter(|pair| pair[1].channel.is_inclination());
     let of_pairs = pairs.filter_map(|pair| beside_gyro(recording, &pair[0], &pair[1]));
     let mut findings: Vec<Finding> = of_pairs.collect();
     for channel in &channels {
@@ -155,11 +154,8 @@ fn spikes(log: &Readings<'_>, channel: &Recorded, ground: &Ground) -> Option<Fin
     let found: Vec<f64> = values.windows(5).filter_map(spike).collect();
     let largest = found.iter().copied().fold(0.0, f64::max);
     let share = 100.0 * found.len() as f64 / values.len() as f64;
-    let figure = format!(
-        "{} readings off by more than {:.2} {unit}",
-        found.len(),
-        factor * gate
-    );
+    let (count, gate) = (found.len(), factor * gate);
+    let figure = format!("{count} readings off by more than {gate:.2} {unit}");
     let finding = Finding::ok(SPIKES, channel.channel, figure).with("share", share, "%");
     if found.is_empty() {
         return Some(finding);

@@ -53,12 +53,8 @@ impl Recorded {
         let of = |channel: Channel| Self::new(channel, stated, values(channel));
         let mut all: Vec<Self> = [0, 1, 2].map(Channel::Torque).map(of).into();
         if stated.body.is_none() {
-            all.extend(
-                [0, 1]
-                    .map(|k| Channel::of_link(k).map(of))
-                    .into_iter()
-                    .flatten(),
-            );
+            let of_links = [0, 1].map(Channel::of_link).into_iter().flatten();
+            all.extend(of_links.map(of));
             return all;
         }
         let [inclination, rate] =

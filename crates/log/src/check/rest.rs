@@ -85,11 +85,8 @@ impl Recorded {
     /// standard deviation.
     fn turn(&self, time: f64) -> (f64, f64) {
         let tenth = (self.values.len() / 10).max(1);
-        let ends = [
-            &self.values[..tenth],
-            &self.values[self.values.len() - tenth..],
-        ];
-        let [first, last] = ends.map(|x| mean(x).unwrap_or(f64::NAN));
+        let (first, last) = (0..tenth, self.values.len() - tenth..self.values.len());
+        let [first, last] = [first, last].map(|part| mean(&self.values[part]).unwrap_or(f64::NAN));
         let between = 0.9 * time;
         let sigma = self.noise * (2.0 / tenth as f64).sqrt();
         ((last - first) / between, sigma / between)
@@ -145,11 +142,8 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let torque = |x: &&Recorded| matches!(x.channel, Channel::Torque(_));
     let torques = || channels.iter().filter(torque);
     let rates = || channels.iter().filter(|x| x.channel.is_rate());
-    let angles = || {
-        channels
-            .iter()
-            .filter(|x| !torque(x) && !x.channel.is_rate())
-    };
+    let angle = |x: &&Recorded| !torque(x) && !x.channel.is_rate();
+    let angles = || channels.iter().filter(angle);
     let level = angles().all(|x| x.mean().abs() < LEVEL);
     let small_torque = SMALL_TORQUE * Units::of(stated.robot).torque();
     let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
@@ -196,10 +190,8 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
             "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
         ))
     };
-    let gyros = channels
-        .iter()
-        .enumerate()
-        .filter(|(_, x)| x.channel.is_rate());
+    let all = channels.iter().enumerate();
+    let gyros = all.filter(|(_, x)| x.channel.is_rate());
     let mut findings: Vec<Finding> = gyros.map(of_gyro).collect();
     findings.extend(angles().map(of_angle));
     let of_torques: Vec<Finding> = torques().map(|x| x.zero(torque_zero, of_torque)).collect();
@@ -209,10 +201,8 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let means: Vec<f64> = torques().map(Recorded::mean).collect();
     if let ([a, b, c], true, true) = (&means[..], are_right, level) {
         let (mean, root) = ((a + b + c) / 3.0, 3.0_f64.sqrt());
-        let by_chance = CHANCE
-            * torques()
-                .map(|x| x.noise / x.count().sqrt())
-                .fold(0.0, f64::max);
+        let chances = torques().map(|x| x.noise / x.count().sqrt());
+        let by_chance = CHANCE * chances.fold(0.0, f64::max);
         let limit = small_torque
             + (OFFSET_GATE * budget.torque_offset + by_chance) / root
             + budget.gear_friction;

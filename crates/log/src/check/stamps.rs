@@ -25,11 +25,7 @@ pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (f64, Findin
             format!("the wheels do not turn steadily, or by too much between readings{of_unit}");
         finding = finding.cannot_tell("record a drive at a steady speed, at a higher rate");
     } else if jitter.exceeds(stated.max(ROUNDED)) {
-        let finer = if jitter.unit.is_some() {
-            ", with more digits"
-        } else {
-            ""
-        };
+        let finer = jitter.unit.map_or("", |_| ", with more digits");
         finding = finding.fault(format!(
             "budget.jitter = \"{measured:.1} ms\" (estimate takes it by itself); better: stamp readings when they are taken{finer}"
         ));

@@ -157,9 +157,8 @@ pub fn drives(driving: &[[bool; 3]], channel: Channel) -> Vec<bool> {
 /// Least change of a channel that is more than rounding.
 fn resolution(values: &[f64]) -> f64 {
     let changes = values.windows(2).map(|w| (w[1] - w[0]).abs());
-    changes
-        .filter(|c| *c > ROUNDING)
-        .fold(f64::INFINITY, f64::min)
+    let changes = changes.filter(|c| *c > ROUNDING);
+    changes.fold(f64::INFINITY, f64::min)
 }
 
 /// The longest time for which a channel repeats its value while other wheels turn, `drives`, and the whole time at a
@@ -263,23 +262,16 @@ fn again(runs: &[Run]) -> Option<(f64, usize, f64)> {
         beside.filter_map(|k| runs.get(k)).any(|run| is_long(&run))
     };
     let of_others = (0..runs.len()).filter(|i| !is_long(&&runs[*i]));
-    let at_edge = median(
-        of_others
-            .clone()
-            .filter(|i| is_beside(*i))
-            .map(|i| away(&runs[i]))
-            .collect(),
-    )?;
+    let beside = of_others.clone().filter(|i| is_beside(*i));
+    let at_edge = median(beside.map(|i| away(&runs[i])).collect())?;
     if at_edge < 0.5 * median(of_others.map(|i| away(&runs[i])).collect())? {
         return None;
     }
     let time = long().map(|run| run.length).sum();
     let others = || runs.iter().filter(|run| !is_long(run)).map(|run| run.count);
     // Counts of readings.
-    let (equal, all) = (
-        others().map(|n| n - 1).sum::<usize>() as f64,
-        others().sum::<usize>() as f64,
-    );
+    let equal = others().map(|n| n - 1).sum::<usize>() as f64;
+    let all = others().sum::<usize>() as f64;
     let by_chance = all * (equal / all).powi(i32::from(IN_A_ROW) - 1);
     (long().count() > 1 && time >= LONGEST_CONSTANT && by_chance < 0.01)
         .then(|| (value, long().count(), time))
@@ -319,11 +311,8 @@ fn at_limit(channel: &Recorded) -> Option<Finding> {
         return Some(finding.with("at an end", share, "%"));
     }
     let inside = |x: &f64| !(is_same(*x, least) || is_same(*x, most));
-    let inside = channel
-        .values
-        .iter()
-        .map(|x| if inside(x) { *x } else { f64::NAN });
-    let noise = white_noise(&inside.collect::<Vec<f64>>());
+    let inside = |x: &f64| if inside(x) { *x } else { f64::NAN };
+    let noise = white_noise(&channel.values.iter().map(inside).collect::<Vec<f64>>());
     let is_measured = noise.is_some_and(|noise| noise > MEASURED * channel.noise);
     if matches!(channel.channel, Channel::Torque(_)) && !is_measured {
         let remedy = format!(

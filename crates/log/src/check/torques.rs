@@ -90,9 +90,8 @@ impl Torque {
         const MEDIAN: f64 = 0.953_873;
         let read = frames.iter().zip(speeds(frames, wheel));
         let value = |f: &SensorFrame| f.motor_torque[wheel].filter(|v| v.is_finite());
-        let read: Vec<(f64, f64)> = read
-            .filter_map(|(f, speed)| Some((value(f)?, speed)))
-            .collect();
+        let read = read.filter_map(|(f, speed)| Some((value(f)?, speed)));
+        let read: Vec<(f64, f64)> = read.collect();
         let values: Vec<f64> = read.iter().map(|(value, _)| *value).collect();
         let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
         let noise = median(steps.collect()).unwrap_or(0.0) / MEDIAN;
@@ -106,12 +105,9 @@ impl Torque {
             [enters(1.0), enters(-1.0)]
         };
         let turning = |speed: f64| speed.abs() > turns;
-        let of_wheel = |(value, speed): &(f64, f64)| {
-            if turning(*speed) {
-                value * speed.signum()
-            } else {
-                0.0
-            }
+        let of_wheel = |(value, speed): &(f64, f64)| match turning(*speed) {
+            true => value * speed.signum(),
+            false => 0.0,
         };
         let by_speed: Vec<f64> = read.iter().map(of_wheel).collect();
         let is_zero = |value: f64| value.abs() <= 0.0;
@@ -120,10 +116,9 @@ impl Torque {
         let (zero, elsewhere): (Vec<_>, Vec<_>) = (read.windows(2))
             .filter(repeats)
             .partition(|w| is_zero(w[0].0));
-        let zeros_of_band = if zero.len() > 10 * elsewhere.len() {
-            zero.len()
-        } else {
-            0
+        let zeros_of_band = match zero.len() > 10 * elsewhere.len() {
+            true => zero.len(),
+            false => 0,
         };
         let all = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
@@ -256,23 +251,17 @@ fn unsigned(values: &[f64]) -> Option<f64> {
     let [least, .., most] = sorted[..] else {
         return None;
     };
-    let gap = sorted
-        .windows(2)
-        .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+    let width = |w: &[f64]| w[1] - w[0];
+    let gap = (sorted.windows(2)).max_by(|a, b| width(a).total_cmp(&width(b)))?;
     let [below, above] = [gap[0], gap[1]];
     if !(above - below > EMPTY * (most - least) && most > least) {
         return None;
     }
-    let jumps: Vec<f64> = values
-        .windows(2)
-        .filter(|w| (w[0] <= below) != (w[1] <= below))
-        .map(|w| (w[1] - w[0]).abs())
-        .collect();
+    let passes = |w: &&[f64]| (w[0] <= below) != (w[1] <= below);
+    let jumps = values.windows(2).filter(passes);
+    let jumps: Vec<f64> = jumps.map(|w| width(w).abs()).collect();
     // Wild values jump as well, but not to the end of a range at which small ones begin.
-    let at_ends = jumps
-        .iter()
-        .filter(|jump| **jump > 0.8 * (most - least))
-        .count();
-    let alike = 10 * at_ends > 9 * jumps.len();
+    let at_ends = jumps.iter().filter(|jump| **jump > 0.8 * (most - least));
+    let alike = 10 * at_ends.count() > 9 * jumps.len();
     (jumps.len() >= WRAPS && alike).then(|| median(jumps).unwrap_or(most - least))
 }

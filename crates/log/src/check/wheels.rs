@@ -61,11 +61,7 @@ impl Sizes {
         let driving = |x: &Vec<f64>| recording.while_driving(x);
         let spins = recording.spin.each_ref().map(driving);
         let torques = recording.torque.each_ref().map(driving);
-        let known = |k: &usize| {
-            [0, 1, 2]
-                .iter()
-                .all(|i| (spins[*i][*k] + torques[*i][*k]).is_finite())
-        };
+        let known = |k: &usize| (0..3).all(|i| (spins[i][*k] + torques[i][*k]).is_finite());
         let samples: Vec<usize> = (0..recording.len()).filter(known).collect();
         let samples_of_part = (samples.len() / PARTS).max(LEAST_SAMPLES);
         let (mut more, mut pull): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();

@@ -94,11 +94,7 @@ impl Odometry {
         }
         let [roll, inclination, yaw] = self.attitude;
         OdometryMessage {
-            frame: if self.across.is_some() {
-                "base_link"
-            } else {
-                "link1"
-            },
+            frame: self.across.map_or("link1", |_| "base_link"),
             position: self.position,
             attitude: [roll, inclination, yaw],
             pose_covariance: self.pose_covariance(time),

@@ -50,25 +50,28 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let drives = still::drives(&driving, Channel::Pin);
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let (budget, [pin, _]) = (stated.settings.budget, stated.joint);
-    let readings: [(&str, Of, f64); 4] = [
-        (coupling_angle(stated.rover.coupling), |f| f.coupling, pin),
-        ("body_roll", |f| f.roll, budget.inclination_noise),
-        ("body_roll_rate", |f| f.rates[0], budget.rate_noise),
-        ("body_yaw_rate", |f| f.rates[2], budget.rate_noise),
-    ];
-    let finding = |(name, of, noise): (&str, Of, f64)| {
-        let values: Vec<f64> = frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect();
-        still::stuck(name, (&times, &values), &drives, Some(noise))
+    let [_, _, coupling, _, roll, roll_rate, _, yaw_rate] = readings(stated.rover);
+    let finding = |((name, of), noise): (Reading, f64)| {
+        still::stuck(name, (&times, &values(frames, of)), &drives, Some(noise))
     };
-    readings.map(finding).into()
+    let (angles, rates) = (budget.inclination_noise, budget.rate_noise);
+    let all = [
+        (coupling, pin),
+        (roll, angles),
+        (roll_rate, rates),
+        (yaw_rate, rates),
+    ];
+    all.map(finding).into()
 }
 
 /// A reading of a frame.
 type Of = fn(&WholeFrame) -> Option<f64>;
+/// A reading by its name.
+type Reading = (&'static str, Of);
 
-/// Readings of the body and the joints that are not there.
-pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
-    let readings: [(&str, Of); 8] = [
+/// What is read of joints and body.
+fn readings(rover: &WholeRover) -> [Reading; 8] {
+    [
         ("left_pin_angle", |f| f.pins[0]),
         ("right_pin_angle", |f| f.pins[1]),
         (coupling_angle(rover.coupling), |f| f.coupling),
@@ -77,8 +80,22 @@ pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
         ("body_roll_rate", |f| f.rates[0]),
         ("body_rate", |f| f.rates[1]),
         ("body_yaw_rate", |f| f.rates[2]),
-    ];
-    let found = readings.into_iter().filter_map(|(name, of)| {
+    ]
+}
+
+/// A reading of all frames; a NaN where there is none.
+pub(super) fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) -> Vec<f64> {
+    frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect()
+}
+
+/// Sum of the angles of all wheels, rad.
+pub(super) fn turned(frame: &WholeFrame) -> Option<f64> {
+    frame.wheel_angle.iter().copied().sum()
+}
+
+/// Readings of the body and the joints that are not there.
+pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
+    let found = readings(rover).into_iter().filter_map(|(name, of)| {
         let read = |f: &WholeFrame| (f.time, of(f).is_some_and(f64::is_finite));
         dead::silent(name, frames.iter().map(read))
     });
@@ -92,7 +109,7 @@ pub(super) fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
     let least = DRIVING_SPEED * Units::of(&rover.side).speed() / rover.side.geometry.wheel_radius;
     let (mut speeds, mut last) = (Vec::new(), None::<(f64, f64)>);
     for frame in frames {
-        let Some(turned) = frame.wheel_angle.iter().copied().sum::<Option<f64>>() else {
+        let Some(turned) = turned(frame) else {
             continue;
         };
         let (time, before) = *last.get_or_insert((frame.time, turned));
@@ -109,9 +126,8 @@ pub(super) fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
 pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
     /// Longest time, s: a gyroscope that drifts by 0.1 deg/s turns by less than [`LEAST_TURN`].
     const LONGEST: f64 = 5.0;
-    let readings = frames
-        .iter()
-        .filter_map(|f| Some((f.time, f.roll?, f.rates[0]?)));
+    let reading = |f: &WholeFrame| Some((f.time, f.roll?, f.rates[0]?));
+    let readings = frames.iter().filter_map(reading);
     let (mut turned, mut angle, mut products, mut squares) = (0.0, Vec::new(), 0.0, 0.0);
     let (mut last, mut gaps) = (None::<(f64, f64)>, 0);
     for (time, roll, rate) in readings {
@@ -156,11 +172,9 @@ pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
 pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let geometry = &stated.rover.side.geometry;
     let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
-    let reading =
-        |of: Of| -> Vec<f64> { frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect() };
     let half = ((0.5 * SMOOTHING / period(frames).unwrap_or(SMOOTHING)).round() as usize).max(1);
-    let averaged = |of: Of| smooth(&reading(of), half);
-    let turned = averaged(|f| f.wheel_angle.iter().copied().sum());
+    let averaged = |of: Of| smooth(&values(frames, of), half);
+    let turned = averaged(turned);
     let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let length =
         geometry.wheel_radius / 6.0 * steps.iter().filter(|step| step.is_finite()).sum::<f64>();
@@ -173,11 +187,10 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     };
     let slopes = range(|f| f.inclination) + range(|f| f.roll);
     let allowed = 3.0 * stated.joint[1] + 0.5 * footprint * slopes / length;
-    let coupling = coupling_angle(stated.rover.coupling);
-    let of_joint = |channel: &str, of: Of| {
+    let of_joint = |(channel, of): Reading| {
         let parts = steps
             .iter()
-            .zip(reading(of))
+            .zip(values(frames, of))
             .filter(|(step, x)| (*step * x).is_finite());
         let (sum, all) = parts.fold((0.0, 0.0), |(sum, all), (step, x)| {
             (sum + step * x, all + step)
@@ -194,11 +207,8 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
             finding.cannot_tell("drive some metres more over ground that is less uneven")
         }
     };
-    [
-        of_joint("left_pin_angle", |f| f.pins[0]),
-        of_joint("right_pin_angle", |f| f.pins[1]),
-        of_joint(coupling, |f| f.coupling),
-    ]
+    let [left, right, coupling, ..] = readings(stated.rover);
+    [left, right, coupling].map(of_joint)
 }
 
 /// Median time between frames, s.
@@ -269,12 +279,8 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
             continue;
         };
         let [left, right] = [left - before[0], right - before[1]];
-        for (sum, x) in sums
-            .iter_mut()
-            .zip([left * left, right * right, left * right])
-        {
-            *sum += x;
-        }
+        let products = [left * left, right * right, left * right];
+        sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
         let by_wheels = radius * (right - left) / (2.0 * track);
         let step = (frame.time - time).min(LONGEST_GAP);
         spun[0] += by_wheels * by_wheels;
@@ -299,16 +305,11 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     const LARGEST: f64 = 1.0;
     let stop = &rover.side.geometry.stop;
     let of_pin = BEYOND * stop.lower.abs().max(stop.upper.abs());
-    let channels: [(&str, f64, Of); 5] = [
-        ("left_pin_angle", of_pin, |f| f.pins[0]),
-        ("right_pin_angle", of_pin, |f| f.pins[1]),
-        (coupling_angle(rover.coupling), LARGEST, |f| f.coupling),
-        ("body_inclination", LARGEST, |f| f.inclination),
-        ("body_roll", LARGEST, |f| f.roll),
-    ];
-    let finding = |(channel, most, of): &(&str, f64, Of)| {
+    // Of the pins, the coupling, inclination and roll.
+    let largest = [of_pin, of_pin, LARGEST, LARGEST, LARGEST];
+    let finding = |((channel, of), most): (Reading, f64)| {
         let all: Vec<f64> = frames.iter().filter_map(of).map(f64::abs).collect();
-        let beyond = all.iter().filter(|angle| **angle > *most).count();
+        let beyond = all.iter().filter(|angle| **angle > most).count();
         // Counts of frames.
         (beyond as f64 > OFTEN * all.len() as f64).then(|| {
             let largest = all.into_iter().fold(0.0, f64::max);
@@ -318,44 +319,35 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
                 .fault(format!("check its unit and zero: angles in degrees have unit = \"deg\" in reading.{channel}"))
         })
     };
-    channels.iter().filter_map(finding).collect()
+    let angles = readings(rover).into_iter().zip(largest);
+    angles.filter_map(finding).collect()
 }
 
 /// Whether the difference of the torques of wheel `i` of both sides answers that of its encoders, as a
 /// speed control does; false where one of both, torque or encoder, is exchanged. `None` where the log
 /// does not show it.
 pub fn torque_follows(frames: &[WholeFrame], i: usize, pace: f64) -> Option<bool> {
-    let difference = |of: fn(&WholeFrame) -> &[Option<f64>; 6]| -> Vec<f64> {
-        let of_frame = |frame: &WholeFrame| Some(of(frame)[i]? - of(frame)[i + 3]?);
-        frames
-            .iter()
-            .map(|f| of_frame(f).unwrap_or(f64::NAN))
-            .collect()
+    let difference = |of: fn(&WholeFrame) -> &[Option<f64>; 6]| {
+        values(frames, |frame| Some(of(frame)[i]? - of(frame)[i + 3]?))
     };
     let dt = period(frames)?;
     let half = ((0.5 * pace * SMOOTHING / dt).round() as usize).max(1);
-    let [angle, torque] = [
-        difference(|f| &f.wheel_angle),
-        difference(|f| &f.motor_torque),
-    ];
+    let angle = difference(|f| &f.wheel_angle);
+    let torque = difference(|f| &f.motor_torque);
     let speed = derivative(&angle, half, dt);
     // Set speeds differ in a turn, torques on a slope: both slowly.
     let slow = ((pace * SLOWLY / dt).round() as usize).max(1);
     let [speed, angle, torque] = [speed, angle, smooth(&torque, half)].map(|x| high_pass(&x, slow));
     let found = fit(&torque, &[&speed, &angle])?;
     let size = |x: &[f64]| {
-        x.iter()
-            .filter(|x| x.is_finite())
-            .map(|x| x * x)
-            .sum::<f64>()
-            .sqrt()
+        let known = x.iter().filter(|x| x.is_finite());
+        known.map(|x| x * x).sum::<f64>().sqrt()
     };
     let of_speed = found.coefficients.first()? * size(&speed);
     let of_angle = found.coefficients.get(1)? * size(&angle);
-    let answer = if of_speed.abs() > of_angle.abs() {
-        of_speed
-    } else {
-        of_angle
+    let answer = match of_speed.abs() > of_angle.abs() {
+        true => of_speed,
+        false => of_angle,
     };
     (found.explained > EXPLAINED).then_some(answer < 0.0)
 }
@@ -375,20 +367,13 @@ pub fn torques(follows: [Option<bool>; 3]) -> Finding {
         );
         return Finding::ok(test, channel, figure).fault(remedy);
     }
-    let finding = Finding::ok(
-        test,
-        channel,
-        "the differences of left and right torques answer those of the encoders",
-    );
-    match unknown.is_empty() {
-        true => finding,
-        false => {
-            let figure =
-                format!("of wheels {unknown} the torques show no answer of a speed control");
-            Finding::ok(test, channel, figure)
-                .cannot_tell("drive over bumps under one side under speed control")
-        }
+    if !unknown.is_empty() {
+        let figure = format!("of wheels {unknown} the torques show no answer of a speed control");
+        let remedy = "drive over bumps under one side under speed control";
+        return Finding::ok(test, channel, figure).cannot_tell(remedy);
     }
+    let figure = "the differences of left and right torques answer those of the encoders";
+    Finding::ok(test, channel, figure)
 }
 
 #[cfg(test)]

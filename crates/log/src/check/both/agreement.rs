@@ -1,8 +1,8 @@
 //! What the estimator of both sides says of the whole log, with the exchanges that were found corrected:
 //! whether its readings agree, and the torques with the weight.
 
-use super::{STRAIGHT, across};
-use crate::check::limits::{AtLimit, Missed};
+use super::{STRAIGHT, across, of_one};
+use crate::check::limits::Limits;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
@@ -13,23 +13,12 @@ use robhaz_score::Agreement;
 /// Median of the misfit of the nine equations if all that is stated holds: of chi-square with three degrees of freedom.
 const MIDDLE: f64 = 2.366;
 
-/// The torques at a limit, each with its limit, N m, and whether any is at each frame.
-fn limited(frames: &[WholeFrame]) -> (Vec<(String, f64)>, Vec<bool>) {
-    let (mut torques, mut is_at) = (Vec::new(), vec![false; frames.len()]);
-    for i in 0..6 {
-        let value = |frame: &WholeFrame| frame.motor_torque[i].unwrap_or(f64::NAN);
-        let values: Vec<f64> = frames.iter().map(value).collect();
-        let Some(found) = AtLimit::of(&values) else {
-            continue;
-        };
+/// The torques at a limit.
+fn limits(frames: &[WholeFrame]) -> Limits {
+    Limits::of((0..6).map(|i| {
         let name = format!("{}: {}", ["left", "right"][i / 3], Channel::Torque(i % 3));
-        torques.push((name, found.limit));
-        is_at
-            .iter_mut()
-            .zip(found.readings)
-            .for_each(|(at, found)| *at |= found);
-    }
-    (torques, is_at)
+        (name, across::values(frames, |frame| frame.motor_torque[i]))
+    }))
 }
 
 /// Both findings. `is_found`: another test has found a fault, which may be the cause.
@@ -41,11 +30,10 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let (mut scale, mut faulty, mut first) = (None, Channels::NONE, None);
     let (mut misfit, mut count, mut rolled) = (0.0, 0.0, 0.0);
     let mut last = None;
-    let (limited, is_at) = limited(frames);
-    let mut missed = Missed::default();
+    let mut limits = limits(frames);
     let start = frames.first().map_or(0.0, |frame| frame.time);
     let mut agreements = [Agreement::new(start + stated.compare_from); 2];
-    for (frame, is_at) in frames.iter().zip(is_at) {
+    for (k, frame) in frames.iter().enumerate() {
         let Ok(estimate) = estimator.update(frame) else {
             continue;
         };
@@ -53,11 +41,11 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
         for (agreement, side) in agreements.iter_mut().zip(&estimate.sides) {
             agreement.add(frame.time, side);
         }
-        let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
-        let step = turned.and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
+        let step =
+            across::turned(frame).and_then(|now| Some((now - last.replace(now)?).abs() / 6.0));
         if !estimate.dragged {
             misfit += estimate.misfit;
-            missed.add(is_at, estimate.misfit);
+            limits.add(k, estimate.misfit);
             count += 1.0;
             rolled += step.unwrap_or(0.0);
         }
@@ -76,12 +64,8 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let mut all = Vec::new();
     if let Some(scale) = scale {
         let words = scale.in_words(stated.rover.side.mass.total()).to_string();
-        let finding = Finding::ok(
-            "scale of torques, mass",
-            "torques 1 to 3 of both sides",
-            words,
-        );
-        let finding = finding
+        let channel = "torques 1 to 3 of both sides";
+        let finding = Finding::ok(of_one::TORQUE_SCALE, channel, words)
             .with("ratio", scale.ratio, "-")
             .with("deviation", scale.sigma, "-");
         all.push(match scale.confirmation {
@@ -96,7 +80,7 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     }
     // In a turn wheels are dragged across, and torques hardly change.
     let is_straight = across::turn(frames) < STRAIGHT;
-    let of_limit = missed.finding(&limited, MIDDLE);
+    let of_limit = limits.finding(MIDDLE);
     all.extend(of_limit.map(|found| match is_straight {
         true => found,
         false => found.cannot_tell("record a drive straight on, too"),
@@ -105,16 +89,12 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let mut figure =
         format!("misfit of the nine equations {mean:.1} on average, 3 if all that is stated holds");
     if let Some(time) = first {
-        let names: Vec<&str> = faulty.names().collect();
-        figure += &format!(
-            "; from {time:.1} s on {} contradict others",
-            names.join(", ")
-        );
+        let names = faulty.names().collect::<Vec<&str>>().join(", ");
+        figure += &format!("; from {time:.1} s on {names} contradict others");
     }
     let wrong = agreements.map(|side| side.out_of_range());
-    let is_wrong = wrong
-        .iter()
-        .any(|share| *share > Agreement::FEW_OUT_OF_RANGE);
+    let is_often = |share: &f64| *share > Agreement::FEW_OUT_OF_RANGE;
+    let is_wrong = wrong.iter().any(is_often);
     if is_wrong {
         let [left, right] = wrong.map(|share| 100.0 * share);
         figure += &format!(

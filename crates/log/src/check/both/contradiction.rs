@@ -11,6 +11,7 @@
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
 //! by more than what is stated.
 
+use super::across::turned;
 use super::wirings::{Change, RollOnGround, wired, wirings};
 use super::{STRAIGHT, across};
 use crate::check::report::{Finding, Verdict};
@@ -149,20 +150,15 @@ impl Judged {
 
 /// Frames from a second before the wheels turn, some time apart, with the speed, m/s.
 fn part(frames: &[WholeFrame], rover: &WholeRover) -> Vec<(WholeFrame, f64)> {
-    let (radius, pace) = (
-        rover.side.geometry.wheel_radius,
-        across::pace(frames, rover),
-    );
+    let radius = rover.side.geometry.wheel_radius;
+    let pace = across::pace(frames, rover);
     let (longest, step) = (pace * LONGEST, (pace * STEP).min(LONGEST_STEP));
-    let turned = |f: &WholeFrame| f.wheel_angle.iter().copied().sum::<Option<f64>>();
     let start = frames.iter().find_map(turned).unwrap_or(0.0);
     let moves = |f: &&WholeFrame| turned(f).is_some_and(|turned| (turned - start).abs() > 0.3);
     let from = frames.iter().find(moves).map_or(0.0, |f| f.time - 1.0);
     let mut kept: Vec<(WholeFrame, f64)> = Vec::new();
-    for frame in frames
-        .iter()
-        .filter(|f| f.time >= from && f.time < from + longest)
-    {
+    let part = from..from + longest;
+    for frame in frames.iter().filter(|f| part.contains(&f.time)) {
         let speed = match kept.last() {
             Some((last, _)) if frame.time - last.time < step => continue,
             Some((last, speed)) => match turned(frame).zip(turned(last)) {
@@ -191,10 +187,8 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
     let wrong = |i: &usize| across::torque_follows(frames, *i, pace) == Some(false);
-    let wheel = (0..3)
-        .find(wrong)
-        .filter(|_| across::turn(frames) < STRAIGHT)?
-        + 1;
+    let wheel = (0..3).find(wrong)? + 1;
+    (across::turn(frames) < STRAIGHT).then_some(())?;
     Some(format!(
         "the torques of left and right wheel {wheel} answer the encoders of the other side"
     ))
@@ -202,17 +196,16 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
 
 /// Whether the readings agree, for an estimate.
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreement {
-    let contradiction = direct(frames, stated);
-    let compared = Compared::new(frames, stated).filter(|_| contradiction.is_none());
-    let Some(compared) = compared else {
-        return Agreement {
-            contradiction,
-            ..Agreement::default()
-        };
+    let found = direct(frames, stated);
+    let compared = match found {
+        None => Compared::new(frames, stated),
+        Some(_) => None,
     };
-    match compared.roll().or_else(|| compared.wirings()) {
-        None => compared.sizes(),
-        contradiction => Agreement {
+    let by_all = |compared: &Compared<'_>| compared.roll().or_else(|| compared.wirings());
+    let contradiction = found.or_else(|| compared.as_ref().and_then(by_all));
+    match compared.filter(|_| contradiction.is_none()) {
+        Some(compared) => compared.sizes(),
+        None => Agreement {
             contradiction,
             ..Agreement::default()
         },
@@ -289,9 +282,8 @@ impl<'a> Compared<'a> {
         let all = all.filter_map(|wiring| Judged::of(&self.part, self.stated, wiring));
         // One that is dragged across, or has no estimate, compares with nothing.
         let all = all.filter(|found| found.count > 0.9 * self.own.count);
-        let best = all
-            .map(|found| self.evidence(found.sum))
-            .fold(0.0, f64::max);
+        let evidences = all.map(|found| self.evidence(found.sum));
+        let best = evidences.fold(0.0, f64::max);
         (best > least).then(|| {
             format!(
                 "with left and right, or roll and pitch, of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",

@@ -11,7 +11,7 @@ mod contradiction;
 mod steering;
 mod wirings;
 
-pub use contradiction::{Agreement, contradiction};
+pub use contradiction::contradiction;
 
 use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};

@@ -14,12 +14,8 @@ const STEERING_STEP: f64 = 0.1;
 
 /// Whether the rover turns without steering: its wheels are dragged across.
 pub fn skids(frames: &[WholeFrame]) -> bool {
-    let steers = |f: &WholeFrame| {
-        f.steering
-            .iter()
-            .flatten()
-            .any(|angle| angle.abs() > LEAST_STEERING)
-    };
+    let is_turned = |angle: &f64| angle.abs() > LEAST_STEERING;
+    let steers = |f: &WholeFrame| f.steering.iter().flatten().any(is_turned);
     across::turn(frames) > STRAIGHT && !frames.iter().any(steers)
 }
 
@@ -31,16 +27,11 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     let (mut last, mut yaw, mut count): (Option<(f64, f64)>, f64, f64) = (None, 0.0, 0.0);
     let (mut before, mut frames_seen) = (None::<f64>, 0.0_f64);
     for frame in frames {
-        let (Some(turned), [.., Some(rate)]) = (
-            frame.wheel_angle.iter().copied().sum::<Option<f64>>(),
-            frame.rates,
-        ) else {
+        let (Some(turned), [.., Some(rate)]) = (across::turned(frame), frame.rates) else {
             continue;
         };
-        if before
-            .replace(frame.time)
-            .is_some_and(|before| frame.time - before > LONGEST_GAP)
-        {
+        let before = before.replace(frame.time).unwrap_or(frame.time);
+        if frame.time - before > LONGEST_GAP {
             last = None;
         }
         (yaw, frames_seen) = (yaw + rate, frames_seen + 1.0);

@@ -1,6 +1,6 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
-use super::across::{coupling_angle, pace};
+use super::across::{coupling_angle, pace, turned};
 use super::steering;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
@@ -107,11 +107,8 @@ impl Change {
                 frame.roll = frame.roll.map(|roll| way * roll);
                 frame.inclination = frame.inclination.map(|angle| -way * angle);
                 let [roll, pitch, yaw] = frame.rates;
-                frame.rates = [
-                    roll.map(|rate| way * rate),
-                    pitch.map(|rate| -way * rate),
-                    yaw,
-                ];
+                let (roll, pitch) = (roll.map(|x| way * x), pitch.map(|x| -way * x));
+                frame.rates = [roll, pitch, yaw];
             }
             Roll => {
                 frame.roll = frame.roll.map(|roll| -roll);
@@ -130,18 +127,15 @@ impl Change {
             Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
             Axes => AXES.to_owned(),
             Turned(way) => {
-                let of = if way > 0.0 {
-                    "body_inclination and body_rate"
-                } else {
-                    "body_roll and body_roll_rate"
+                let of = match way > 0.0 {
+                    true => "body_inclination and body_rate",
+                    false => "body_roll and body_roll_rate",
                 };
                 format!("{AXES}; then turn the signs of {of}: the sensor is mounted across")
             }
             Roll => "turn the signs of body_roll and body_roll_rate".to_owned(),
             Self::Torques(size) => format!("take {size:.2} of all torques"),
-            Self::CouplingSize(size) => {
-                format!("take {size:.2} of {}", coupling_angle(coupling))
-            }
+            Self::CouplingSize(size) => format!("take {size:.2} of {}", coupling_angle(coupling)),
             Self::Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
             Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
         }
@@ -181,10 +175,8 @@ fn part<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> &'a [WholeFrame] {
         let mut turns = turns.filter_map(|(a, b)| Some((*a)? - b?));
         turns.any(|turn| turn.abs() > 0.1_f64.max(least))
     };
-    let from = frames
-        .iter()
-        .find(|f| moves(f))
-        .map_or(0.0, |f| f.time - 1.0);
+    let moved = frames.iter().find(|f| moves(f));
+    let from = moved.map_or(0.0, |f| f.time - 1.0);
     let begin = frames.partition_point(|f| f.time < from);
     let longest = LONGEST * pace(frames, rover);
     let end = frames.partition_point(|f| f.time < from + longest);
@@ -260,8 +252,7 @@ impl Judgement {
                 ];
                 found.sum += tests.into_iter().flatten().sum::<f64>();
             }
-            let turned = frame.wheel_angle.iter().copied().sum::<Option<f64>>();
-            if let (Some(turned), [Some(rate), ..]) = (turned, wired.rates)
+            if let (Some(turned), [Some(rate), ..]) = (turned(frame), wired.rates)
                 && let Some((time, before)) = last.replace((frame.time, turned))
             {
                 let way = side.geometry.wheel_radius * (turned - before) / 6.0;
@@ -295,11 +286,8 @@ fn roll_on_ground(found: &Judgement) -> Finding {
     let figure = format!(
         "the roll follows the ground under both sides with a correlation of {correlation:.2}"
     );
-    let finding = Finding::ok("roll and ground", "body_roll_rate", figure).with(
-        "correlation",
-        correlation,
-        "-",
-    );
+    let finding = Finding::ok("roll and ground", "body_roll_rate", figure);
+    let finding = finding.with("correlation", correlation, "-");
     if correlation > CORRELATED {
         finding
     } else if correlation < -CORRELATED {
