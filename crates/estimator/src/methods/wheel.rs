@@ -70,6 +70,9 @@ impl Wheel {
     /// Torque behind gears of this efficiency (N m) for one before them: driving loses what braking gains.
     /// At rest, where gears hold either way, it is that before them.
     fn behind_gears(&self, torque: f64, efficiency: f64) -> f64 {
+        if !(efficiency < 1.0) {
+            return torque;
+        }
         let driving = self.friction_share * libm::copysign(1.0, torque);
         torque * libm::exp(driving * libm::log(efficiency))
     }
@@ -166,6 +169,12 @@ impl Wheel {
     pub fn ground_torque(&self) -> (f64, f64) {
         let (torque, observed) = self.observer.ground_torque();
         (torque, root_sum_square(observed, self.unread))
+    }
+
+    /// Share of the sum of the resistance that this wheel has under a `load`, over the mean one, signed as
+    /// its spin, -.
+    pub fn resisted(&self, resistance: &Resistance, load: f64) -> f64 {
+        self.friction_share * resistance.under(load)[0]
     }
 
     /// Traction under a `load`, over the mean one, less the `error` of the torque reading (N m). Gears and

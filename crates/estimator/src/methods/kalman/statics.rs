@@ -62,14 +62,13 @@ impl KalmanFilters {
 
     /// Tractions corrected for the estimated errors of the torque readings.
     pub(super) fn tractions(&self, nominal: &Nominal) -> [Traction; 3] {
+        let resistance = self.resistance(nominal);
         let traction = |i: usize| {
-            let wheel = &self.wheels[i];
+            let (wheel, load) = (&self.wheels[i], self.load(nominal, i));
             let torque = wheel.steady_torque(nominal.settings.viscous_damping);
-            let error = self
-                .motion
-                .torque_error(i, torque, self.resisted(nominal, i));
-            let load = self.last_normal_force[i].max(0.0) / nominal.mean_load;
-            wheel.traction(nominal, &self.resistance(nominal), load, error)
+            let resisted = wheel.resisted(&resistance, load);
+            let error = self.motion.torque_error(i, torque, resisted);
+            wheel.traction(nominal, &resistance, load, error)
         };
         [traction(0), traction(1), traction(2)]
     }
@@ -80,10 +79,9 @@ impl KalmanFilters {
         Resistance::new(&nominal.settings.budget, sum)
     }
 
-    /// Share of the wheels' resistance at the mean load that wheel `i` has, signed as its spin, -.
-    pub(super) fn resisted(&self, nominal: &Nominal, i: usize) -> f64 {
-        let load = self.last_normal_force[i].max(0.0) / nominal.mean_load;
-        self.wheels[i].friction_share * self.resistance(nominal).under(load)[0]
+    /// Load of wheel `i` as of the last estimate over the mean one; not below 0.
+    pub(super) fn load(&self, nominal: &Nominal, i: usize) -> f64 {
+        self.last_normal_force[i].max(0.0) / nominal.mean_load
     }
 
     /// [`Wheel::rolling_left`] of each wheel: those of all that turn err alike, and those that rest.
