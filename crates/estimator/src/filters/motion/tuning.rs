@@ -57,9 +57,10 @@ pub const COMMON_CREEP: f64 = 0.9;
 /// where no later one corrects it.
 /// Guard.
 pub const GREATEST_CREEP: f64 = -1.2; // 0.3 m/s
-/// Way after which another ground has another rolling resistance, by its deviation in the budget, m.
-/// Chosen; insensitive.
-pub const GROUND_LENGTH: f64 = 10.0;
+/// Way over which rolling resistance changes by its deviation in the budget, as a random walk, m: a
+/// change of ground is followed within some metres. A tenth of it takes impacts on stairs for one.
+/// Chosen; sensitive.
+pub const GROUND_LENGTH: f64 = 1000.0;
 /// Lower limit of the logarithm of the creep speed in m/s: [`GATE`] deviations of the prior. Harder
 /// wheels act as rigid ones.
 /// Definition.
