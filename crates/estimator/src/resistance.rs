@@ -11,7 +11,8 @@
 //!
 //! Gears that are measured, with a small g, leave S to the ground. Where S exceeds [`WITHIN`] deviations
 //! of g, either the gears are stiffer or the ground is softer than stated, and no reading says which: m
-//! is then at least what lies beyond, and what is left is that of two alternatives. No ground drives a wheel: of S < 0 nothing is rolling resistance.
+//! is then at least what lies beyond, and what is left is that of two alternatives. No ground drives a
+//! wheel: of S < 0 nothing is rolling resistance.
 
 use crate::deviation::{WITHIN, root_sum_square};
 use crate::settings::NoiseBudget;

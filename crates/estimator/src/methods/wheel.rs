@@ -57,7 +57,7 @@ impl Wheel {
         self.observer = TorqueObserver::new(TorqueObserver::SPINNING);
     }
 
-    /// Smoothed sign of the spin by which friction acts at `speed` with the standard deviation `sigma`, rad/s:
+    /// Smoothed sign of the spin at `speed` with the standard deviation `sigma`, rad/s, by which friction acts:
     /// -1 to 1. None of it within the gate: the observed speed of a wheel at rest changes its sign
     /// at random, which must not look like a wheel that turns without friction.
     fn share_of_friction(speed: f64, sigma: f64) -> f64 {

@@ -323,8 +323,8 @@ impl MotionFilter {
         }
     }
 
-    /// Random walks of torque offsets, of the wheels' resistance, also along the ground, and of the creep along the ground, which
-    /// the wheels have in common.
+    /// Random walks of torque offsets, of the wheels' resistance, and, along the ground, of rolling
+    /// resistance and of the creep, which the wheels have in common.
     fn add_walks(&mut self, budget: &NoiseBudget, dt: f64) {
         let travelled = dt * self.speed();
         let of_ground = budget.rolling_resistance * Units::MEAN_MOMENT;
