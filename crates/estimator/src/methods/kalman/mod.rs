@@ -441,8 +441,7 @@ impl KalmanFilters {
     /// The estimated errors of the readings, with those of the contact angles (rad).
     fn reading_errors(&self, nominal: &Nominal, contact_angle: [(f64, f64); 3]) -> ReadingErrors {
         let motion = &self.motion;
-        let sum = motion.input(state::RESISTANCE.of(0));
-        let [gear_friction, rolling_resistance] = self.resistance(nominal).parts(sum);
+        let [gear_friction, rolling_resistance] = self.resistance(nominal).parts();
         let given = self.method.contact_angles == ContactAngles::Given;
         ReadingErrors {
             torque_offset: [0, 1, 2].map(|i| motion.input(state::TORQUE_OFFSET.of(i))),

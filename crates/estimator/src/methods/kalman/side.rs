@@ -118,7 +118,7 @@ impl KalmanFilters {
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, inputs)),
             traction: (step.right.tractions.each_ref()).map(|t| t.value * force),
             creep: [0, 1, 2].map(|i| self.motion.creep(i).max(least_creep) * units.speed()),
-            rolling_resistance: resistance.coefficient() * self.motion.input(RESISTANCE.of(0)).0,
+            rolling_resistance: resistance.coefficient(),
             rolling_left: self.rolling_left(nominal),
             friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,

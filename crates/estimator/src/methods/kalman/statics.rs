@@ -30,8 +30,7 @@ impl KalmanFilters {
         let loads = self.loads(nominal, &arms, accelerations);
         let angle = |i| self.contact_angle(i, inputs);
         let contact_angle = [angle(0), angle(1), angle(2)];
-        let coefficient =
-            self.resistance(nominal).coefficient() * self.motion.input(state::RESISTANCE.of(0)).0;
+        let coefficient = self.resistance(nominal).coefficient();
         let ahead = self.rolling_arms(nominal).map(|arm| coefficient * arm);
         nominal.equations(arms, link_angles, loads, &contact_angle, &ahead)
     }
@@ -75,7 +74,7 @@ impl KalmanFilters {
 
     /// Gear friction and rolling resistance as of now.
     pub(super) fn resistance(&self, nominal: &Nominal) -> Resistance {
-        let (sum, _) = self.motion.input(state::RESISTANCE.of(0));
+        let sum = self.motion.input(state::RESISTANCE.of(0));
         Resistance::new(&nominal.settings.budget, sum)
     }
 
