@@ -160,6 +160,15 @@ impl Nominal {
                 r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
             }
         }
+        if budget.pin_moment > 0.0 {
+            for pin in self.robot.geometry.suspension.pins() {
+                let (one, other) = pin.bars();
+                let mut part = Loads::default();
+                part.bars[one as usize].torque = budget.pin_moment;
+                part.bars[other as usize].torque = -budget.pin_moment;
+                r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
+            }
+        }
         if let Some(covariance) = &budget.load_covariance {
             r += covariance.of_loads(arms, lever);
         }
@@ -235,6 +244,7 @@ fn mass_sigma(robot: &Robot, settings: &EstimatorSettings) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_model::Carrier;
 
     /// Closed form: on level ground at T = 0 a moment M = f_r r N a wheel changes N by the moments
     /// of link 1 (wheel 1) and link 2 (wheels 2 and 3) about Q, with the same weight: x1 N1 = -M,
@@ -259,6 +269,27 @@ mod tests {
         for (found, expected) in found.into_iter().zip([front, middle, -front - middle]) {
             assert!((found - expected.abs()).abs() < 1e-12, "{found} {expected}");
         }
+    }
+
+    /// Closed form: a moment of the pin of a bogie turns both links against each other, and nothing else
+    /// has it. Rounding.
+    #[test]
+    fn a_pin_moment_is_between_both_links() {
+        let mut robot = Robot::default_a();
+        robot.geometry.make_bogie(Carrier::Link2);
+        let noise = |pin_moment: f64| {
+            let mut settings = EstimatorSettings::kalman();
+            settings.budget.pin_moment = pin_moment;
+            let nominal = Nominal::new(&robot, settings);
+            let arms = Arms::new(&robot.geometry, 0.0, 0.0).expect("the nominal pose");
+            let loads = Loads::at_rest(&nominal.masses);
+            let equations = nominal.equations(arms, [0.0; 2], loads, &[0.0; 3], &[0.0; 3]);
+            nominal.load_noise(&equations.expect("regular"))
+        };
+        let row = 0.5 / EstimatorSettings::kalman().moment_lever;
+        let between = Vector4::new(0.0, 0.0, row, -row);
+        let error = noise(0.5) - noise(0.0) - between * between.transpose();
+        assert!(error.amax() < 1e-12, "{error}");
     }
 
     /// A wheel whose N came out at zero or below carries no load where N is known, and its share of

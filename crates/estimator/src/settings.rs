@@ -129,6 +129,9 @@ pub struct NoiseBudget {
     /// Deviation of the coefficient of the rolling resistance, -: a moment of this times r N against the
     /// rolling, as if N acted ahead of the axle. Common to all wheels. At 0 there is none.
     pub rolling_resistance: f64,
+    /// Moment that a pin of the linkage transmits beside its force, N m: friction, cables across it. Of
+    /// both sides, also the bearings of a differential's rockers and the hinge of a rear bogie.
+    pub pin_moment: f64,
     /// White noise of an inclinometer, rad a sample.
     pub inclination_noise: f64,
     /// Constant error of an inclinometer, rad.
@@ -218,6 +221,7 @@ impl NoiseBudget {
             torque_gain: 0.02,
             gear_friction: 0.3,
             rolling_resistance: 0.01,
+            pin_moment: 0.0,
             inclination_noise: 0.1 * DEGREE,
             inclination_bias: 0.1 * DEGREE,
             specific_force: true,

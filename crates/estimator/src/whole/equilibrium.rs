@@ -30,6 +30,8 @@ pub struct WholeEquilibrium {
     pub sliding: [f64; 6],
     /// Distance by which N acts ahead of the contact at a coefficient of rolling resistance of 1, m.
     pub rolling: [f64; 6],
+    /// Standard deviation of the moment of each pin beside its force, N m.
+    pub pin_moment: f64,
     /// Loads, N.
     pub f: Rows,
     /// Derivatives of the loads by the specific force x, y, z, kg.
@@ -135,6 +137,7 @@ impl WholeEquilibrium {
             h_a: core::array::from_fn(|i| column(i, contacts[i].axial)),
             sliding: [0.0; 6],
             rolling: [0.0; 6],
+            pin_moment: 0.0,
             f,
             by_specific_force,
             mean_load: mass * robhaz_model::sqrt(motion.specific_force.norm_squared()) / 6.0,
@@ -172,6 +175,24 @@ impl WholeEquilibrium {
         for sliding in &mut self.sliding {
             *sliding -= common;
         }
+    }
+
+    /// Variance of each row by the moments of the pins, N^2. A differential's row has those of both rockers.
+    pub(crate) fn by_pins(&self) -> Rows {
+        let of_pin = self.pin_moment / self.lever;
+        let of_coupling = match self.coupling {
+            Coupling::Differential => 2.0,
+            Coupling::RearBogie => 1.0,
+        };
+        let mut rows = Rows::zeros();
+        for (row, pins) in rows
+            .iter_mut()
+            .skip(Self::COUPLING)
+            .zip([of_coupling, 1.0, 1.0])
+        {
+            *row = pins * of_pin * of_pin;
+        }
+        rows
     }
 
     /// Takes the rolling resistance of the wheels, of these coefficients, signed as the spin: each N

@@ -416,6 +416,7 @@ impl WholeEstimator {
         let mut equations =
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         equations.slide(&motion, inputs.speed(), &inputs.creep());
+        equations.pin_moment = self.settings.budget.pin_moment;
         equations.roll(&inputs.rolling_resistance(), &inputs.friction_share());
         Ok((inputs, (posture, motion), equations))
     }

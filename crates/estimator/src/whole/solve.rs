@@ -279,6 +279,7 @@ impl WholeEquilibrium {
                 add(&(column * ((1.0 - OF_AXLE) * of_axial)), column);
             }
         }
+        let by_pins = self.by_pins();
         for (k, column) in covariance.iter_mut().enumerate() {
             // The lever is twice the radius.
             let drilling = if k == Self::YAW {
@@ -286,7 +287,7 @@ impl WholeEquilibrium {
             } else {
                 0.0
             };
-            column[k] += (ROW * ROW + drilling) * self.mean_load * self.mean_load;
+            column[k] += (ROW * ROW + drilling) * self.mean_load * self.mean_load + by_pins[k];
         }
         (covariance, with)
     }

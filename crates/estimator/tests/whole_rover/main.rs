@@ -16,7 +16,7 @@ use nalgebra::{Rotation3, SMatrix, Vector4};
 use proptest::prelude::*;
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_estimator::whole::{
-    JointMotion, Joints, Rows, Vec3, WholeEquilibrium, WholeError, WholeMotion, WholePosture,
+    JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeMotion, WholePosture,
 };
 use robhaz_model::{Carrier, Coupling, GRAVITY, Robot, Vec2, WholeRover};
 use rover::{equilibrium, on_a_plane, open_source_rover, triple_bogie, typical};
@@ -444,6 +444,31 @@ proptest! {
             prop_assert!((found - expected).abs() < 0.01 * scale, "{i}: {found} {expected}");
             prop_assert!(at.covariance[(i, i)] * variance >= found * found);
         }
+    }
+
+    /// What is stated for stiff pins contains what they do: a moment between the left bogie and its
+    /// parent moves N of a level rover by less than a deviation and a half, and by more than three of
+    /// those without stiff pins. The rows weigh less that a pin is in, so that N moves less.
+    #[test]
+    fn stiff_pins_are_stated(moment in 0.5..2.0_f64, rear in proptest::bool::ANY) {
+        let rover = if rear { triple_bogie(0.2) } else { open_source_rover() };
+        let motion = WholeMotion::at_rest(GRAVITY, 0.0, 0.0);
+        let solve = |stated: f64, acting: f64| {
+            let mut e = equilibrium(&rover, &Joints::default(), &motion, &[0.0; 6]);
+            e.pin_moment = stated;
+            for (link, sign) in [(Link::Bogie(0), 1.0), (Link::Rocker(0), -1.0)] {
+                e.f += e.of_load(link, Vec3::zeros(), Vec3::zeros(), Vec3::y() * (sign * acting));
+            }
+            e.solve(&[0.0; 6], &typical()).expect("determined")
+        };
+        let (free, stiff, turned) = (solve(0.0, 0.0), solve(moment, 0.0), solve(moment, moment));
+        let mut largest = 0.0_f64;
+        for i in 0..6 {
+            let moved = (turned.normal[i] - stiff.normal[i]).abs();
+            prop_assert!(moved < 1.5 * stiff.sigma_normal(i), "{i}: {moved} {}", stiff.sigma_normal(i));
+            largest = largest.max(moved / free.sigma_normal(i));
+        }
+        prop_assert!(largest > 3.0, "{largest}");
     }
 
     /// Equivalence: a rover whose sides move alike has the forces of the planar statics on each

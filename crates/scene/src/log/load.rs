@@ -118,6 +118,10 @@ keys! {
     /// coefficient of the rolling resistance: its standard deviation about 0; 0.1 on loose soil
     rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => budget.rolling_resistance;
 
+    /// moment that a pin of the linkage transmits beside its force: friction of bushings, cables across it;
+    /// ball bearings have none
+    pin_moment: number(TORQUE, at_least(0.0).at_most(1e4)) => budget.pin_moment;
+
     /// white noise of the inclinometers, of a sample
     inclination_noise: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.inclination_noise;
 
