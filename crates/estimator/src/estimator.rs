@@ -210,7 +210,7 @@ impl Estimator {
             place: across.place.map(|place| place / length),
             shares: across.shares,
             slip: across.slip.map(|slip| slip / speed),
-            dragged: across.dragged,
+            settled: across.settled,
             trailing: across.trailing,
         };
         let step = filters.advance(&instant)?;

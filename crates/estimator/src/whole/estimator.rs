@@ -83,6 +83,13 @@ pub struct WholeEstimator {
     known: [bool; READINGS.len()],
     /// Velocities of both sides' Q, m/s, as of the last frame.
     velocity: [Vec2; 2],
+    /// Speeds of the rims, m/s, as of the last frame.
+    rims: [f64; 6],
+    /// Speeds at which the wheels slide across their planes, m/s, mean over [`TURN_TIME`]; `None` of a
+    /// rover that stands.
+    sliding: Option<[f64; 6]>,
+    /// Way of the fastest rim since the last rest, m.
+    rolled: f64,
     /// Mean square of the contact angles' differences from their mean, rad^2.
     roughness: f64,
     /// Normal forces at rest on level ground, N.
@@ -171,6 +178,9 @@ impl WholeEstimator {
             yaw: [0.0; 2],
             known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
+            rims: [0.0; 6],
+            sliding: None,
+            rolled: 0.0,
             roughness: 0.0,
             level,
             last: level,
@@ -207,12 +217,15 @@ impl WholeEstimator {
         let mut steps = [of_left?, of_right?];
 
         // Axial forces of wheels that are dragged last as long as the turn, and are no offsets.
-        if steps[0].dt > 0.0 && !across[0].dragged {
+        if steps[0].dt > 0.0 && across[0].settled {
             self.impose_parities(&mut steps, roll)
                 .map_err(|_| EstimateError::Singular)?;
         }
         let states = steps.each_ref().map(|step| &step.state);
         self.velocity = states.map(|state| state.velocity);
+        let radius = self.rover.side.geometry.wheel_radius;
+        self.rims = core::array::from_fn(|i| radius * states[i / 3].spin[i % 3][0]);
+        self.follow_sliding(dt);
         let found = self.solve(states, roll, dt);
         let (mut forces, inclination, lateral_force) =
             found.map_err(|_| EstimateError::Singular)?;
@@ -225,7 +238,7 @@ impl WholeEstimator {
             return Err(EstimateError::Singular);
         };
         let mut sides = [left, right];
-        let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].dragged, dt);
+        let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].settled, dt);
         let [left, right] = sides;
         let (tip_margin, tip_line) = self.tip_over(&forces.normal);
         Ok(WholeEstimate {
@@ -239,7 +252,7 @@ impl WholeEstimator {
             axial_share: forces.axial,
             tip_margin,
             tip_line,
-            dragged: across[0].dragged,
+            dragged: self.dragged().is_some(),
             misfit: forces.misfit,
             torque_scale,
             body_flags,
@@ -303,6 +316,11 @@ impl WholeEstimator {
             roll_rate,
             yaw_rate,
         ];
+        // A log may begin in a turn.
+        let [.., yaw_is_known] = self.known;
+        if let (false, Some(first)) = (yaw_is_known, yaw_rate.filter(|rate| rate.is_finite())) {
+            (self.turning, self.yaw) = (first, [first, 0.0]);
+        }
         for (known, read) in self.known.iter_mut().zip(readings) {
             *known |= read.is_some_and(f64::is_finite);
         }

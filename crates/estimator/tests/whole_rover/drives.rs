@@ -307,6 +307,31 @@ fn a_log_may_begin_in_a_drive() {
     }
 }
 
+/// Property: the steered wheels of a log that begins in a turn, or goes on in one after a gap, are not
+/// dragged across.
+#[test]
+fn a_log_may_begin_in_a_turn() {
+    let table = Table::of(include_str!("turn.csv"));
+    let rows = table.rows.len();
+    for first in (0..rows - 50).step_by(10) {
+        for before in [0..0, 0..first] {
+            let mut estimator = estimator(&open_source_rover());
+            let from = if before.is_empty() {
+                first
+            } else {
+                rows.min(first + 30)
+            };
+            for row in before.clone().chain(from..rows.min(from + 100)) {
+                let found = estimator.update(&table.frame(row)).expect("an estimate");
+                assert!(
+                    !found.dragged,
+                    "from row {first} on after {before:?}: row {row}"
+                );
+            }
+        }
+    }
+}
+
 /// The frame of the mirrored rover.
 fn mirrored(frame: &WholeFrame) -> WholeFrame {
     let swap = |x: [Option<f64>; 6]| core::array::from_fn(|i| x[(i + 3) % 6]);

@@ -28,8 +28,8 @@ pub(crate) struct RollingWheel {
     pub joint_noise: f64,
     /// Standard deviation of the speed along the wheel's plane by steering and dragging, m/s.
     pub across_sigma: f64,
-    /// Whether the wheel is dragged across: its slip along is not that of its T/N.
-    pub dragged: bool,
+    /// Whether the slip is that of T/N: [`crate::methods::Across::settled`].
+    pub settled: bool,
     /// Given contact angle, rad.
     pub angle: f64,
     /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega

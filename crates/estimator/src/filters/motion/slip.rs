@@ -37,7 +37,7 @@ impl MotionFilter {
         // The derivatives by the torque errors are those at the estimated N. Where N is not beyond
         // its own deviation, T/N has no slope that the torques could be found from.
         let load_known = wheel.load_sigma < 1.0;
-        let free = sample.correct && !wheel.dragged;
+        let free = sample.correct && wheel.settled;
         let on = if free && self.rolls(&velocity) && load_known {
             1.0
         } else {

@@ -31,7 +31,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         noise_sigma: 1e-3,
         joint_noise: 0.0,
         across_sigma: 0.0,
-        dragged: false,
+        settled: true,
         noise_time: 5e-3,
         torque_sigma: 0.05,
         rim_sigma: 0.0,
@@ -129,7 +129,7 @@ fn rolling_determines_the_velocity() {
             noise_sigma: 0.0,
             joint_noise: 0.0,
             across_sigma: 0.0,
-            dragged: false,
+            settled: true,
             noise_time: 5e-3,
             torque_sigma: 0.05,
             rim_sigma: 0.0,
@@ -174,7 +174,7 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
                 noise_sigma: 2e-3,
                 joint_noise: 0.0,
                 across_sigma: 0.0,
-                dragged: false,
+                settled: true,
                 ..wheel(&mut random)
             })
         });

@@ -77,8 +77,9 @@ pub(crate) struct Across {
     pub shares: bool,
     /// Standard deviation of the speed of each wheel along its plane by steering and dragging, m/s.
     pub slip: [f64; 3],
-    /// Whether wheels are dragged across: their slip is not that of their T/N.
-    pub dragged: bool,
+    /// Whether the slip of the wheels is that of their T/N: not while they are dragged across, and not
+    /// before they have rolled by a radius since a rest, which leaves forces of its own.
+    pub settled: bool,
     /// The wheel that comes to where the front wheel was: 1 middle, 2 rear.
     pub trailing: usize,
 }
@@ -90,7 +91,7 @@ impl Across {
         place: [Vec2::new(0.0, 0.0); 3],
         shares: false,
         slip: [0.0; 3],
-        dragged: false,
+        settled: true,
         trailing: 1,
     };
 }

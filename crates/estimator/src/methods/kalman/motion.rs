@@ -167,7 +167,7 @@ impl KalmanFilters {
             noise_sigma: arm * settings.budget.rate_noise,
             joint_noise: arm * link.joint_noise,
             across_sigma: self.across.slip[i],
-            dragged: self.across.dragged,
+            settled: self.across.settled,
             noise_time,
             angle: inputs.contact_angle[i].value,
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),

@@ -14,7 +14,7 @@ impl WholeEstimator {
         &mut self,
         sides: &mut [Estimate; 2],
         forces: &mut WholeForces,
-        dragged: bool,
+        settled: bool,
         dt: f64,
     ) -> TorqueScale {
         /// Turn over the way of a wheel to the place of the one before, rad: in a turn the sides do not
@@ -28,7 +28,7 @@ impl WholeEstimator {
         let turned = between.map(|between| libm::fabs(self.turning * between));
         let is_straight = turned.is_some_and(|turned| turned < STRAIGHT * libm::fabs(speed));
         let rolling = left.rolling().zip(right.rolling());
-        let rolling = rolling.filter(|_| !dragged && is_straight);
+        let rolling = rolling.filter(|_| settled && is_straight);
         let rolling = rolling.map(|(left, right)| left.mean(right));
         let (weight, mass) = left.weight();
         self.scale
