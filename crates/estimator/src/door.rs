@@ -261,6 +261,7 @@ fn friction_out(units: &Units, wheel: &mut WheelFriction) {
 pub(crate) fn point_out(units: &Units, point: GroundPoint) -> GroundPoint {
     let GroundPoint {
         x,
+        axle_x,
         sigma_x,
         height,
         sigma_height,
@@ -271,6 +272,7 @@ pub(crate) fn point_out(units: &Units, point: GroundPoint) -> GroundPoint {
     } = point;
     GroundPoint {
         x: x * units.length,
+        axle_x: axle_x * units.length,
         sigma_x: sigma_x * units.length,
         height: height * units.length,
         sigma_height: sigma_height * units.length,

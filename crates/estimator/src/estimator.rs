@@ -277,8 +277,8 @@ impl Estimator {
     /// soon as the first wheel has passed it. Later wheels correct it until it leaves the memory:
     /// see [`Self::completed_ground`]. The paper's methods have none.
     ///
-    /// Points are at equal distances along x, 10 mm for the default robot. Places that no wheel has
-    /// touched, such as the foot of a kerb, have none.
+    /// Points are at equal distances of the axles along x, 10 mm for the default robot. Places that no
+    /// wheel has touched, such as the foot of a kerb, have none.
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let points = self
             .kalman_filters()
@@ -300,22 +300,22 @@ impl Estimator {
         points.map(|point| door::point_out(&self.units, point))
     }
 
-    /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a
-    /// wheel that comes to that place now. `None` where the ground is not in memory.
+    /// Angle of the ground under a wheel whose axle is at a place along the path (m), rad, and its standard
+    /// deviation for a wheel that comes there now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
         self.kalman_filters()?
             .ground
             .slope_at(x / self.units.length)
     }
 
-    /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`].
-    /// `None` from the paper's methods.
+    /// Bounds of the friction under a wheel whose axle is at a place along the path (m), in the frame of
+    /// [`Self::ground`]. `None` from the paper's methods.
     pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
         let memory = &self.kalman_filters()?.ground;
         Some(memory.friction_at(x / self.units.length))
     }
 
-    /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of
+    /// Places of the axles of front, middle and rear wheel along the path, m, in the frame of
     /// [`Self::ground`]. `None` before the robot has moved, and from the paper's methods.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
         let places = self.kalman_filters()?.ground.wheel_places()?;

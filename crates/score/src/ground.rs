@@ -86,6 +86,7 @@ mod tests {
     fn errors_of_two_points() {
         let point = |height: f64, sigma_height: f64| GroundPoint {
             x: 0.0,
+            axle_x: 0.0,
             sigma_x: 0.0,
             height,
             sigma_height,

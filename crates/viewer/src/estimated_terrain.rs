@@ -134,6 +134,7 @@ mod tests {
     fn gaps_break_the_line() {
         let point = |x: f64| GroundPoint {
             x,
+            axle_x: x,
             sigma_x: 0.0,
             height: 0.1,
             sigma_height: 0.01,

@@ -35,7 +35,7 @@ pub struct FrictionBounds {
 /// A stored point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// Height by dead reckoning, m: its error is that of the nodes beside it.
+    /// Height of the axle of a wheel there by dead reckoning, m: its error is that of the nodes beside it.
     pub height: f64,
     /// Contact angle of the first wheel, rad.
     pub slope: f64,

@@ -12,8 +12,7 @@ use robhaz_model::{Geometry, Vec2};
 /// reckoning: the penetration depends on the load; the link angles lag.
 /// Chosen; held by `crates/run/tests/run/ground.rs`.
 const UNEVEN: f64 = 3e-4;
-/// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is
-/// nothing to store.
+/// Speed at which a section starts, m/s. Before, the robot rests, and there is nothing to store.
 /// Guard.
 const MOVING: f64 = 0.005;
 /// Least number of passed points that show it.
@@ -31,7 +30,7 @@ const LARGEST: f64 = 1e9;
 struct LastContact {
     /// Whether the wheel touched the ground.
     touches: bool,
-    /// Place, height (m) and contact angle (rad).
+    /// Place and height of the axle (m) and contact angle (rad).
     at: [f64; 3],
     /// The point that it passed last.
     passed: i64,
@@ -57,6 +56,8 @@ const REPEATED: f64 = 8.7e-3;
 pub struct GroundPoint {
     /// Place along the path, m, horizontal, forward positive.
     pub x: f64,
+    /// Place of the axle of a wheel that touches the point, m: what knows the point from others.
+    pub axle_x: f64,
     /// Standard deviation of `x`, m.
     pub sigma_x: f64,
     /// Height over the origin, m.
@@ -91,6 +92,8 @@ pub(crate) struct GroundMemory {
     place_variance: f64,
     /// Way since the drift was last advanced, m: horizontal, with its sign; and its length.
     way: [f64; 2],
+    /// Radius of the wheels, m.
+    radius: f64,
     /// Distance of neighbouring wheels, m: the length after which passes show an error of the direction
     /// anew.
     between: f64,
@@ -109,10 +112,10 @@ impl GroundMemory {
         let [front, _, rear] = geometry.axles;
         let length = front.x - rear.x;
         let spacing = Cells::spacing(length + 2.0 * geometry.wheel_radius);
-        Self::empty(spacing, 0.5 * length, 0)
+        Self::empty(geometry.wheel_radius, spacing, 0.5 * length, 0)
     }
 
-    fn empty(spacing: f64, between: f64, section: u32) -> Self {
+    fn empty(radius: f64, spacing: f64, between: f64, section: u32) -> Self {
         Self {
             started: false,
             ended: false,
@@ -121,6 +124,7 @@ impl GroundMemory {
             velocity: [0.0; 2],
             place_variance: 0.0,
             way: [0.0; 2],
+            radius,
             between,
             length_since_direction: 0.0,
             passes_since_direction: 0,
@@ -148,6 +152,7 @@ impl GroundMemory {
 
     fn start_anew(&mut self) {
         *self = Self::empty(
+            self.radius,
             self.cells.spacing,
             self.between,
             self.section.saturating_add(1),
@@ -204,13 +209,12 @@ impl GroundMemory {
         slope_sigma
     }
 
-    /// Puts the origin under the middle axle, at the height of that wheel's contact. The axle's
-    /// place is known exactly; that of the contact depends on the contact angle.
+    /// Puts the origin under the middle axle, at the height of that wheel's contact.
     fn start(&mut self, bias: f64, axles: [Vec2; 3], contacts: &[Contact; 3]) {
         let [front, axle, rear] = axles;
         let [_, middle, _] = contacts;
         self.started = true;
-        self.place = [-axle.x, -middle.y];
+        self.place = [-axle.x, self.radius * libm::cos(middle.slope) - middle.y];
         self.drift = Drift::new(bias, middle.lever);
         self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
     }
@@ -370,26 +374,26 @@ impl GroundMemory {
         Some((error, variance + correlated))
     }
 
-    /// Places of the contacts at the last sample, m; `None` before the section has started.
+    /// Places of the axles at the last sample, m; `None` before the section has started.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
         let running = self.started && !self.ended;
         running.then(|| self.contacts.map(|last| last.at[0]))
     }
 
-    /// All points in memory, in order of x.
+    /// All points in memory, in order of their axles.
     pub fn points(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let window = self.cells.window().filter(|_| !self.ended);
         window.filter_map(|number| self.point(number))
     }
 
-    /// The points that the last sample left, in order of x.
+    /// The points that the last sample left, in order of their axles.
     pub fn completed(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let (all, left) = (self.cells.all(), self.cells.left());
         let left = if self.ended { all } else { left };
         left.filter_map(|number| self.point(number))
     }
 
-    /// Angle of the ground at a place (m) as a wheel stored it, rad, and its standard deviation for
+    /// Angle of the ground under an axle at a place (m) as a wheel stored it, rad, and its standard deviation for
     /// a wheel that comes to that place now. The deviation includes the error of the place relative
     /// to the stored one, times the curvature. `None` where the ground is not known.
     ///
@@ -425,10 +429,13 @@ impl GroundMemory {
         let (slope, slope_variance) = self.slope_of(number, cell);
         let (rise, bend) = (tangent(slope), self.curvature(number));
         let place = cell.place_variance;
+        let (sin, cos) = libm::sincos(slope);
+        let axle_x = self.cells.place(number);
         Some(GroundPoint {
-            x: self.cells.place(number),
+            x: axle_x + self.radius * sin,
+            axle_x,
             sigma_x: robhaz_model::sqrt(place),
-            height: cell.height - error,
+            height: cell.height - error - self.radius * cos,
             sigma_height: robhaz_model::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
             slope,
             sigma_slope: robhaz_model::sqrt(slope_variance + bend * bend * place),

@@ -20,10 +20,12 @@ pub(crate) struct GroundMotion {
     pub touches: [bool; 3],
 }
 
-/// A contact of a wheel.
+/// A contact of a wheel, by its axle: wheels of one radius have the same contact angle wherever their
+/// axles are at the same place. The contact point itself moves with each error of that angle, so that the
+/// first time a wheel comes to a place would choose the errors that point ahead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contact {
-    /// Relative to Q, or in the section's frame, m.
+    /// Of the axle, relative to Q, or in the section's frame, m.
     pub x: f64,
     /// The same.
     pub y: f64,
@@ -72,12 +74,11 @@ impl GroundMotion {
     /// velocity, as dy/dx, which all wheels have in common.
     pub(super) fn contact(&self, geometry: &Geometry, shared: f64, i: usize) -> Contact {
         let (slope, sigma) = self.contact_angle[i];
-        let (sin, cos) = libm::sincos(slope);
         let axle = self.axles[i];
-        let shared = shared * cos * cos;
+        let shared = shared * level(slope);
         Contact {
-            x: axle.x + geometry.wheel_radius * sin,
-            y: axle.y - geometry.wheel_radius * cos,
+            x: axle.x,
+            y: axle.y,
             slope,
             slope_variance: (sigma * sigma - shared * shared).max(0.0),
             lever: Lever {

@@ -36,6 +36,8 @@ const LARGEST_DIFFERENCE: f64 = 1.5;
 const STEEPEST: f64 = 1.0;
 /// Turn of the wheels within which a robot has not moved, rad.
 const STILL: f64 = 0.02;
+/// Shortest rest at the start, s: a log that begins in a drive has none.
+const SHORTEST_REST: f64 = 0.3;
 
 pub const TEST: &str = "zero by the torques";
 
@@ -316,7 +318,7 @@ impl Ways {
     ) -> Option<Self> {
         let radius = known.side.geometry.wheel_radius;
         let mut found = Self::default();
-        let mut start = None::<[f64; N]>;
+        let mut start = None::<(f64, [f64; N])>;
         let mut held = (None, [None; N], [None; N]);
         // Since a time (s) and angles: number of frames, sums of torques and slopes.
         let mut part = None::<(f64, [f64; N], f64, [f64; N], f64)>;
@@ -337,7 +339,7 @@ impl Ways {
             else {
                 continue;
             };
-            let first = *start.get_or_insert(angle);
+            let (began, first) = *start.get_or_insert((moment.time, angle));
             if found.ends.is_none() {
                 let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
                 if stands {
@@ -349,6 +351,9 @@ impl Ways {
                         );
                     }
                 } else {
+                    if moment.time - began < SHORTEST_REST {
+                        found.rest = Default::default();
+                    }
                     found.ends = Some([slope; 2]);
                 }
             }

@@ -14,6 +14,7 @@ use std::sync::Arc;
 fn errors(run: &RunDescription) -> [Option<GroundErrors>; 2] {
     let point = |x: f64, height: f64, section: u32| GroundPoint {
         x,
+        axle_x: x,
         sigma_x: 0.0,
         height,
         sigma_height: 0.001,
