@@ -101,7 +101,7 @@ struct Differences {
 
 impl Differences {
     fn new(log: &Readings<'_>, stretched: f64) -> Self {
-        let (recording, budget) = (&log.recording, &log.stated.budget);
+        let (recording, budget) = (&log.recording, &log.stated.settings.budget);
         let signals = signals(recording, stretched);
         let moments = Moments::of(&signals);
         let (size, common) = (moments.size(), moments.common());
@@ -389,7 +389,8 @@ fn remedy(whose: &str, offset: f64) -> String {
 fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
     let (recording, [torque, angle, speed]) = (&log.recording, joined);
     // Errors of the encoders leave a share.
-    let [errors, passed] = share_of_counts(recording, log.stated.budget.encoder_counts, joined);
+    let [errors, passed] =
+        share_of_counts(recording, log.stated.settings.budget.encoder_counts, joined);
     let [longest, memory] = [LONGEST_DELAY, 0.25].map(|time| recording.steps(time));
     let allowed = Allowed {
         early: LATE_TORQUE + 0.5 * recording.slowest,
@@ -440,6 +441,6 @@ fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
 /// That of a wheel with its share of the robot under a control with these gains of its angle (N m) and its speed
 /// (N m s), both negative where it brakes; `None` without one of the angle.
 fn damping_ratio(log: &Readings<'_>, [of_angle, of_speed]: [f64; 2]) -> Option<f64> {
-    let damping = log.stated.viscous_damping - of_speed;
+    let damping = log.stated.settings.viscous_damping - of_speed;
     (of_angle < 0.0).then(|| damping / (2.0 * (-of_angle * start::expected(log)).sqrt()))
 }

@@ -300,7 +300,7 @@ fn wrong_sign(
 /// Delays between the gyroscope and the inclinometer of each link, or of the body, for right signs
 /// and units.
 pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
-    let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
+    let acceleration = (log.stated.settings.budget.specific_force).then(|| specific_force(log));
     let mut changes = Changes::of(log, span(log), acceleration.as_deref(), &[]);
     leave_out_starts(&mut changes, &log.recording);
     if log.stated.body.is_some() {
@@ -402,7 +402,7 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     // nothing there.
     let turning = rms(&recording.while_driving(&recording.rate[k]));
     let costs = found.map_or(0.0, |delay| delay.seconds.abs() * turning);
-    let budget = &log.stated.budget;
+    let budget = &log.stated.settings.budget;
     match finding.verdict {
         Verdict::Fault
             if turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise =>

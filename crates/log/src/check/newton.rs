@@ -105,7 +105,7 @@ impl Start {
         let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
         let wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
         let inertia = wheels + mass.total() * radius * radius;
-        let damping = 3.0 * log.stated.viscous_damping;
+        let damping = 3.0 * log.stated.settings.viscous_damping;
         let slides = SLIDES.map(|speed| speed / Units::of(robot).time);
         let ones = vec![1.0; torque.len()];
         let allowed = LATE_TORQUE + 0.5 * recording.slowest.max(dt);

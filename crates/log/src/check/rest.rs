@@ -130,7 +130,7 @@ fn without_spikes(values: &[f64], noise: f64) -> f64 {
 /// All findings, of each channel as it was recorded: of a body with an inertial sensor these are
 /// its own and that of pin Q.
 pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
-    let budget = &stated.budget;
+    let budget = &stated.settings.budget;
     let end = rest(recording);
     if end < recording.steps(SHORTEST) {
         let remedy = "record a second at rest on level ground before the drive";
