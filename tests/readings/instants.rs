@@ -1,9 +1,7 @@
 //! The instant of a reading: stamps that err, drives with stamps of their own.
 
-use super::level_drive::{LevelDrive, check, estimate, in_the_plane, largest_error};
+use super::level_drive::{LevelDrive, check, estimate, in_the_plane, largest_error, normal};
 use crate::support::{robhaz, text};
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64Mcg;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -13,11 +11,8 @@ use std::path::Path;
 /// log's 2 N and what a slower observer costs.
 #[test]
 fn the_jitter_of_stamps_is_measured_and_counts() {
-    let mut random = Pcg64Mcg::new(7);
-    errors_of_a_millisecond_are_measured_and_count(|time| {
-        let late: f64 = StandardNormal.sample(&mut random);
-        time + 1e-3 * late
-    });
+    let mut random = normal(7);
+    errors_of_a_millisecond_are_measured_and_count(|time| time + 1e-3 * random());
 }
 
 /// The same of stamps in whole 3 ms: steps of 9, 9 and 12 ms, whose variance is 2 ms^2, that of two stamps.

@@ -29,14 +29,17 @@ pub fn in_the_plane() -> String {
 /// From when on forces count, s: the drive is steady from 1.6 s on.
 const STEADY: f64 = 2.0;
 
+/// Draws from N(0, 1).
+pub fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = Pcg64Mcg::new(u128::from(seed));
+    move || StandardNormal.sample(&mut random)
+}
+
 impl LevelDrive {
     /// With the noise of this seed.
     pub fn new(seed: u64) -> Self {
-        let mut random = Pcg64Mcg::new(u128::from(seed));
-        let mut noise = |size: f64| {
-            let value: f64 = StandardNormal.sample(&mut random);
-            size * value
-        };
+        let mut random = normal(seed);
+        let mut noise = |size: f64| size * random();
         let robot = Robot::default_a();
         let radius = robot.geometry.wheel_radius;
         let inertia = robot.mass.wheel_inertia + robot.mass.rotor_inertia;

@@ -3,6 +3,7 @@
 use crate::estimate::LogArgs;
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
+use robhaz_estimator::EstimatorSettings;
 use robhaz_log::check::{BodyNoise, Finding, Report, Stated, StatedBoth, check, check_both};
 use robhaz_log::{Log, LogOptions};
 use robhaz_record::time_lines;
@@ -38,11 +39,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (name, compare_from) = (log.name.clone(), log.record.compare_from);
     let stated = Stated {
         robot: &choice.robot.robot,
-        budget: choice.budget,
-        viscous_damping: choice.viscous_damping,
-        gear_efficiency: choice.gear_efficiency,
-        compression: choice.compression,
-        sides: choice.sides.of_side(),
+        settings: choice.stated(EstimatorSettings::kalman()),
         compare_from,
         body: choice.body.map(|[inclination, rate]| BodyNoise {
             inclination,

@@ -197,6 +197,17 @@ pub struct Channels {
 }
 
 impl Channels {
+    /// All files, each once.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files: Vec<PathBuf> = Vec::new();
+        for file in self.all.iter().flat_map(Channel::files) {
+            if !files.iter().any(|known| known == file) {
+                files.push(file.to_path_buf());
+            }
+        }
+        files
+    }
+
     /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order
     /// of its file. Returns why each channel ends before its end: it was cut off.
     ///

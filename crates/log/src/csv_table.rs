@@ -71,11 +71,11 @@ pub fn read(
     let seconds = index(&time.name)?;
     let nanoseconds = time.nanoseconds.as_ref().map(index).transpose()?;
     let chosen: Vec<usize> = chosen.iter().map(index).collect::<Result<_, _>>()?;
-    let mut groupings = vec![Grouping::default(); chosen.len()];
     let mut numbers = Numbers {
         path,
         names: &names,
         decimals: Decimals::default(),
+        groupings: vec![Grouping::default(); names.len()],
     };
     let ends_with_line = ends_with_line(open_file(path)?).map_err(LogError::io(path))?;
     let mut read = |row: &mut TextRow| table.read(row).map_err(LogError::io(path));
@@ -84,50 +84,32 @@ pub fn read(
     let mut has_row = read(&mut row)?;
     while has_row {
         has_row = read(&mut ahead)?;
-        let (found, expected, line) = (row.count(), names.len(), row.line);
-        if !has_row && (found < expected || !ends_with_line) {
-            let why = match found < expected {
-                true => format!("it has {found} of {expected} cells"),
-                false => "it has no line end, so its last number may be cut".to_owned(),
-            };
-            return Ok(Some(format!("line {line}: {why}")));
+        if !has_row && let Some(why) = cut_off(&row, names.len(), ends_with_line) {
+            return Ok(Some(why));
         }
-        if found != expected {
-            let message = format!(
-                "found {found} cells, allowed: {expected}, as many as names in the first line; correct or remove this line"
-            );
-            return Err(LogError::place(path, format!("line {line}"), message));
-        }
+        numbers.check_count(&row)?;
         let stamp = numbers.stamp(&row, seconds, nanoseconds, time.unit)?;
-        let mut cells = Vec::with_capacity(chosen.len());
-        for (column, grouping) in chosen.iter().zip(&mut groupings) {
-            let text = row.text(*column);
-            // Nothing is a lost reading.
-            cells.push(match &*text {
-                "" => f64::NAN,
-                text => {
-                    let number =
-                        numbers.read(&row, *column, "; nothing or nan for a lost reading")?;
-                    grouping.take(text, number, line);
-                    finite(number)
-                }
-            });
-        }
+        let cells = chosen.iter().map(|column| numbers.cell(&row, *column));
         add(Row {
-            place: Place("line", line),
+            place: Place("line", row.line),
             stamp,
-            cells,
+            cells: cells.collect::<Result<_, _>>()?,
         })?;
         std::mem::swap(&mut row, &mut ahead);
     }
-    for (column, grouping) in chosen.iter().zip(&groupings) {
-        if let Some((line, cell)) = grouping.thousands(false) {
-            let place = format!("line {line}, column {}", names[*column]);
-            let message = format!("found {cell:?}, allowed: {NO_THOUSANDS}");
-            return Err(LogError::place(path, place, message));
-        }
-    }
+    numbers.check_thousands(&chosen)?;
     Ok(None)
+}
+
+/// Why the last row of a file is cut off; `None` of a whole one.
+fn cut_off(row: &TextRow, expected: usize, ends_with_line: bool) -> Option<String> {
+    let (found, line) = (row.count(), row.line);
+    let why = match found < expected {
+        true => format!("it has {found} of {expected} cells"),
+        false if !ends_with_line => "it has no line end, so its last number may be cut".to_owned(),
+        false => return None,
+    };
+    Some(format!("line {line}: {why}"))
 }
 
 /// The numbers of a file, which have one decimal mark.
@@ -135,9 +117,47 @@ struct Numbers<'a> {
     path: &'a Path,
     names: &'a [String],
     decimals: Decimals,
+    /// Of each column, whether its cells have thousands separators.
+    groupings: Vec<Grouping>,
 }
 
 impl Numbers<'_> {
+    /// Refuses a row with more or fewer cells than names.
+    fn check_count(&self, row: &TextRow) -> Result<(), LogError> {
+        let (found, expected) = (row.count(), self.names.len());
+        if found == expected {
+            return Ok(());
+        }
+        let message = format!(
+            "found {found} cells, allowed: {expected}, as many as names in the first line; correct or remove this line"
+        );
+        let place = format!("line {}", row.line);
+        Err(LogError::place(self.path, place, message))
+    }
+
+    /// The number of a cell, not a number of an empty one: a lost reading.
+    fn cell(&mut self, row: &TextRow, column: usize) -> Result<f64, LogError> {
+        let text = row.text(column);
+        if text.is_empty() {
+            return Ok(f64::NAN);
+        }
+        let number = self.read(row, column, "; nothing or nan for a lost reading")?;
+        self.groupings[column].take(&text, number, row.line);
+        Ok(finite(number))
+    }
+
+    /// Refuses columns whose cells have thousands separators.
+    fn check_thousands(&self, columns: &[usize]) -> Result<(), LogError> {
+        for column in columns {
+            if let Some((line, cell)) = self.groupings[*column].thousands(false) {
+                let place = format!("line {line}, column {}", self.names[*column]);
+                let message = format!("found {cell:?}, allowed: {NO_THOUSANDS}");
+                return Err(LogError::place(self.path, place, message));
+            }
+        }
+        Ok(())
+    }
+
     fn refused(&self, row: &TextRow, column: usize, allowed: &str) -> LogError {
         let place = format!("line {}, column {}", row.line, self.names[column]);
         let found = shortened(&row.text(column));

@@ -84,6 +84,7 @@ fn counts(speeds: &[f64], period: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_sim::random::Stream;
 
     /// Closed form: a speed that grows evenly, with a lost row.
     #[test]
@@ -101,19 +102,14 @@ mod tests {
         }
     }
 
-    /// Closed form: noise of two values, each by chance, of 0.02 rad/s RMS at 100 Hz.
+    /// Closed form: white noise of 0.02 rad/s RMS at 100 Hz; the count of an encoder with as much.
     #[test]
     fn noise_counts_as_an_encoder() {
-        let mut state = 1_u32;
-        let mut noise = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            // Uniform within sqrt(3) deviations.
-            0.02 * 12_f64.sqrt() * (f64::from(state) / f64::from(u32::MAX) - 0.5)
-        };
-        let speeds: Vec<f64> = (0..20_000).map(|_| 2.0 + noise()).collect();
+        let mut random = Stream::new(1, "noise");
+        let speeds = (0..20_000).map(|_| 2.0 + 0.02 * random.normal());
+        let speeds: Vec<f64> = speeds.collect();
         let expected = TAU / (6_f64.sqrt() * 0.02 * 0.01);
         let found = counts(&speeds, 0.01);
-        // The second difference of uniform numbers is Gaussian up to some per cent.
         assert!((found / expected - 1.0).abs() < 0.1, "{found} {expected}");
         assert!(counts(&[1.0; 9], 0.01).is_infinite());
     }

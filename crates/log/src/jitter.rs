@@ -274,34 +274,18 @@ fn unit(frames: &[SensorFrame]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robhaz_estimator::LinkReading;
+    use robhaz_sim::random::Stream;
 
     /// Wheels at 2 rad/s and 100 Hz, with encoders of 20 000 counts, whose stamps err by `sigma`, s.
     fn turns(sigma: f64) -> Vec<SensorFrame> {
-        // A linear congruential generator (Knuth), uniform with a variance of 1.
-        let mut state = 1_u64;
-        let mut random = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) / UNIFORM
-        };
+        let mut random = Stream::new(1, "stamps");
         let count = std::f64::consts::TAU / 20_000.0;
         let of = |k: u32| {
             let time = 0.01 * f64::from(k);
             let angle = |start: f64| Some(((start + 2.0 * time) / count).floor() * count);
-            let link = LinkReading {
-                inclination: None,
-                rate: None,
-                rate_error: 0.0,
-            };
             SensorFrame {
-                time: time + sigma * random(),
+                time: time + sigma * random.normal(),
                 wheel_angle: [0.0, 0.31, -0.47].map(angle),
-                motor_torque: [None; 3],
-                link1: link,
-                link2: link,
-                contact_angle: [None; 3],
                 ..SensorFrame::default()
             }
         };

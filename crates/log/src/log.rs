@@ -44,35 +44,12 @@ impl Log {
     /// # Errors
     /// [`LogError`]
     pub fn open(place: LogPlace, options: &LogOptions) -> Result<Self, LogError> {
-        let LogPlace {
-            path,
-            name,
-            table,
-            splits,
-            mut choice,
-            mut warnings,
-            ..
-        } = place;
-        let channels = match (&choice.mapping, &table) {
-            (Some(mapping), table) => {
-                mapped::channels(&path, table.as_deref(), splits.as_deref(), mapping)?
-            }
-            (None, Some(table)) if is_mcap(table) => {
-                vec![own_names::topic(table, &choice)?]
-            }
-            (None, Some(table)) => vec![own_names::readings(table, &choice)?],
-            (None, None) => return Err(no_table(&path)),
-        };
         let mut channels = Channels {
-            source: path,
-            all: channels,
+            all: channels(&place)?,
+            source: place.path,
         };
-        let mut files: Vec<PathBuf> = Vec::new();
-        for file in channels.all.iter().flat_map(Channel::files) {
-            if !files.iter().any(|known| known == file) {
-                files.push(file.to_path_buf());
-            }
-        }
+        let (mut choice, mut warnings) = (place.choice, place.warnings);
+        let mut files = channels.files();
         warnings.extend(content::unmapped(&channels)?);
         if channels.is_of_both() || choice.sides == LogSides::Both {
             content::check_both(&channels, &mut choice, options)?;
@@ -88,38 +65,9 @@ impl Log {
             files.push(truth.clone());
         }
         let survey = survey(&mut channels)?;
-        let all = &mut channels.all;
-        all.iter_mut().for_each(wrap::go_on);
-        all.iter_mut().for_each(wrap::take_directions);
-        let other = all.iter().find(|channel| channel.report.is_of_other_unit());
-        if let Some(channel) = other.filter(|_| !options.allows_empty) {
-            return Err(channel.problem(of_other_unit(&channel.report)));
-        }
-        warnings.extend(held::leave_out(all));
-        warnings.extend(merged::split(all));
-        let budget = &mut choice.budget;
-        warnings.extend(integral::of_speeds(all, &mut budget.encoder_counts));
-        warnings.extend(content::check_values(all, options.allows_empty)?);
-        warnings.extend(measured::take_counts(all, &mut budget.encoder_counts));
-        if !choice.states_torque_noise {
-            let noise = &mut budget.torque_noise;
-            *noise = measured::noise_of_torques(all, *noise, options.allows_empty);
-        }
-        if !options.allows_empty {
-            warnings.extend(measured::take_noise_of_pins(all, &mut choice.pin[0]));
-        }
-        let mount = channels.is_of_body().then(|| {
-            let robot = &choice.robot.robot;
-            let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
-            let budget = &choice.budget;
-            choice.body = Some([budget.inclination_noise, budget.rate_noise]);
-            choice.budget = budget.of_body_sensors(robot, choice.pin);
-            // A check looks for what an estimate leaves out.
-            match options.allows_empty {
-                true => mount.keeping_jumps(),
-                false => mount,
-            }
-        });
+        warnings.extend(mend(&mut channels.all, &mut choice, options)?);
+        warnings.extend(measure(&channels.all, &mut choice, options));
+        let mount = mount(&channels, &mut choice, options);
         let rate = 1.0 / channels.all[0].report.period;
         let from = &mut choice.compare_from;
         let record = record(survey.duration, rate, from, &mut warnings);
@@ -128,20 +76,7 @@ impl Log {
         let mut frames = Frames::new(channels, survey.origin, mount);
         warnings.extend(content::few_compared(&frames, from));
         let fingerprint = fingerprint(&files, &choice)?;
-        let mut sides = vec![frames.all(0)];
-        if choice.sides == LogSides::Both {
-            sides.push(frames.all(1));
-        }
-        let jitter = Jitter::of(&sides[0], choice.budget.encoder_counts);
-        frames.leave_out_gaps(&jitter);
-        let robot = &choice.robot.robot;
-        let lost = sides.iter().any(|side| signs_are_lost(side, robot));
-        if !options.allows_empty && lost {
-            return Err(LogError::whole(
-                frames.source(),
-                "all torques touch zero and never pass it, so their signs are lost, and no forces follow from them; allowed: signed currents or torques: log them, or the drivers' direction with them",
-            ));
-        }
+        let jitter = jitter(&mut frames, &choice, options)?;
         if jitter.exceeds(choice.budget.jitter) {
             let [measured, stated] = [jitter.sigma, choice.budget.jitter].map(|s| 1e3 * s);
             warnings.push(format!(
@@ -153,7 +88,7 @@ impl Log {
         }
         Ok(Self {
             fingerprint,
-            name,
+            name: place.name,
             choice,
             record,
             warnings,
@@ -215,6 +150,101 @@ impl Log {
     pub fn into_source(self) -> Box<dyn Samples + Send> {
         Box::new(self.frames)
     }
+}
+
+/// The channels of a log, whose rows are not read yet.
+fn channels(place: &LogPlace) -> Result<Vec<Channel>, LogError> {
+    let LogPlace {
+        path,
+        table,
+        splits,
+        choice,
+        ..
+    } = place;
+    match (&choice.mapping, table) {
+        (Some(mapping), table) => {
+            mapped::channels(path, table.as_deref(), splits.as_deref(), mapping)
+        }
+        (None, Some(table)) if is_mcap(table) => Ok(vec![own_names::topic(table, choice)?]),
+        (None, Some(table)) => Ok(vec![own_names::readings(table, choice)?]),
+        (None, None) => Err(no_table(path)),
+    }
+}
+
+/// Makes the rows readings: angles that start anew go on, speeds are integrated, repeated values left out. Returns
+/// what the user should know.
+fn mend(
+    all: &mut Vec<Channel>,
+    choice: &mut LogChoice,
+    options: &LogOptions,
+) -> Result<Vec<String>, LogError> {
+    all.iter_mut().for_each(wrap::go_on);
+    all.iter_mut().for_each(wrap::take_directions);
+    let other = all.iter().find(|channel| channel.report.is_of_other_unit());
+    if let Some(channel) = other.filter(|_| !options.allows_empty) {
+        return Err(channel.problem(of_other_unit(&channel.report)));
+    }
+    let mut warnings = held::leave_out(all);
+    warnings.extend(merged::split(all));
+    let counts = &mut choice.budget.encoder_counts;
+    warnings.extend(integral::of_speeds(all, counts));
+    warnings.extend(content::check_values(all, options.allows_empty)?);
+    Ok(warnings)
+}
+
+/// Takes what the readings show of counts and noise, where nothing is stated. Returns what the user should know.
+fn measure(all: &[Channel], choice: &mut LogChoice, options: &LogOptions) -> Vec<String> {
+    let budget = &mut choice.budget;
+    let mut warnings = Vec::new();
+    warnings.extend(measured::take_counts(all, &mut budget.encoder_counts));
+    if !choice.states_torque_noise {
+        let noise = &mut budget.torque_noise;
+        *noise = measured::noise_of_torques(all, *noise, options.allows_empty);
+    }
+    if !options.allows_empty {
+        warnings.extend(measured::take_noise_of_pins(all, &mut choice.pin[0]));
+    }
+    warnings
+}
+
+/// What makes readings of the links of those of a body, and the budget of these; `None` of another log.
+fn mount(channels: &Channels, choice: &mut LogChoice, options: &LogOptions) -> Option<BodyMount> {
+    if !channels.is_of_body() {
+        return None;
+    }
+    let robot = &choice.robot.robot;
+    let mount = BodyMount::new(&robot.geometry, choice.pin[0]);
+    let budget = &choice.budget;
+    choice.body = Some([budget.inclination_noise, budget.rate_noise]);
+    choice.budget = budget.of_body_sensors(robot, choice.pin);
+    // A check looks for what an estimate leaves out.
+    Some(match options.allows_empty {
+        true => mount.keeping_jumps(),
+        false => mount,
+    })
+}
+
+/// Errors of the time stamps; gaps that are none are left out. Refuses torques whose signs are lost.
+fn jitter(
+    frames: &mut Frames,
+    choice: &LogChoice,
+    options: &LogOptions,
+) -> Result<Jitter, LogError> {
+    let mut sides = vec![frames.all(0)];
+    if choice.sides == LogSides::Both {
+        sides.push(frames.all(1));
+    }
+    let jitter = Jitter::of(&sides[0], choice.budget.encoder_counts);
+    frames.leave_out_gaps(&jitter);
+    let robot = &choice.robot.robot;
+    let lost = sides.iter().any(|side| signs_are_lost(side, robot));
+    if !options.allows_empty && lost {
+        return Err(LogError::whole(
+            frames.source(),
+            "all torques touch zero and never pass it, so their signs are lost, and no forces follow from them; allowed: signed currents or torques: log them, or the drivers' direction with them",
+        ));
+    }
+    Ok(jitter)
 }
 
 /// What is wrong with a rate that no robot is recorded at.

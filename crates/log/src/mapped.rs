@@ -292,6 +292,24 @@ fn check(
     if let Rows::Table(_, time) = &mut channel.rows {
         time.resolve(&found, choice.is_some_and(|c| !c.time.is_empty()));
     }
+    check_names(channel, &found)?;
+    // Messages state no units.
+    let Rows::Table(_, time) = &channel.rows else {
+        return Ok(());
+    };
+    let path = &channel.path;
+    let columns = Columns { path, found };
+    for reading in readings {
+        columns.check_reading(reading)?;
+    }
+    for imu in imus {
+        columns.check_imu(imu)?;
+    }
+    columns.check_time(time, choice)
+}
+
+/// Checks that the file of a channel has all columns that are named.
+fn check_names(channel: &Channel, found: &[ColumnInfo]) -> Result<(), LogError> {
     let time = match &channel.rows {
         Rows::Topic(..) => None,
         Rows::Table(_, time) => Some(time),
@@ -300,32 +318,42 @@ fn check(
     let wanted = time.into_iter().flat_map(TimeColumn::columns);
     let wanted = wanted.chain(&channel.columns);
     let missing: Vec<&str> = wanted.filter(is_missing).map(String::as_str).collect();
-    if !missing.is_empty() {
-        let message = format!(
-            "has no column {}, which the description names for channel {}; found {}{}",
-            missing.join(", "),
-            channel.name,
-            ColumnInfo::list(&found),
-            instead(&missing, &found),
-        );
-        return Err(LogError::whole(&channel.path, message));
-    }
-    // Messages state no units.
-    let Some(time) = time else {
+    if missing.is_empty() {
         return Ok(());
-    };
-    let of_name = |name: &str| found.iter().find(|column| column.name == name);
-    let refused = |column: &str, unit: &Unit, stated: &str, allowed: &str| {
+    }
+    let message = format!(
+        "has no column {}, which the description names for channel {}; found {}{}",
+        missing.join(", "),
+        channel.name,
+        ColumnInfo::list(found),
+        instead(&missing, found),
+    );
+    Err(LogError::whole(&channel.path, message))
+}
+
+/// The columns of a table, whose names may have units.
+struct Columns<'a> {
+    path: &'a Path,
+    found: Vec<ColumnInfo>,
+}
+
+impl Columns<'_> {
+    fn of_name(&self, name: &str) -> Option<&ColumnInfo> {
+        self.found.iter().find(|column| column.name == name)
+    }
+
+    fn refused(&self, column: &ColumnInfo, unit: &Unit, stated: &str, allowed: &str) -> LogError {
         let message = format!(
             "its unit is {}, and the description states {stated}; allowed: {allowed}, or rename the column",
             unit.name
         );
-        LogError::place(&channel.path, format!("column {column}"), message)
-    };
-    for reading in readings {
-        let stated = stated(reading);
-        let Some((column, stated)) = of_name(&reading.column).zip(stated) else {
-            continue;
+        LogError::place(self.path, format!("column {}", column.name), message)
+    }
+
+    fn check_reading(&self, reading: &ReadingChoice) -> Result<(), LogError> {
+        let column = self.of_name(&reading.column);
+        let Some((column, stated)) = column.zip(stated(reading)) else {
+            return Ok(());
         };
         let taken_for = match stated.kind {
             Kind::Current => Kind::Torque,
@@ -333,47 +361,59 @@ fn check(
             kind => kind,
         };
         let unit = Unit::of_column(column, taken_for);
-        if let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) {
-            let name = reading.name;
-            let allowed = format!(
-                "the `unit` of reading.{name} that the column has, or, of a unit that no key states, its factor to SI as `scale`"
-            );
-            return Err(refused(&column.name, &unit, reading.unit, &allowed));
-        }
+        let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) else {
+            return Ok(());
+        };
+        let name = reading.name;
+        let allowed = format!(
+            "the `unit` of reading.{name} that the column has, or, of a unit that no key states, its factor to SI as `scale`"
+        );
+        Err(self.refused(column, &unit, reading.unit, &allowed))
     }
-    for imu in imus {
+
+    fn check_imu(&self, imu: &ImuChoice) -> Result<(), LogError> {
         let stated = Stated {
             kind: Kind::Rate,
             factor: imu.rate_factor,
             scale: 1.0,
         };
-        let name = if imu.rate_factor < 1.0 {
-            "deg/s"
-        } else {
-            "rad/s"
+        let name = match imu.rate_factor < 1.0 {
+            true => "deg/s",
+            false => "rad/s",
         };
-        for column in imu.angular_velocity.iter().filter_map(|c| of_name(c)) {
+        let columns = imu.angular_velocity.iter();
+        for column in columns.filter_map(|name| self.of_name(name)) {
             let unit = Unit::of_column(column, Kind::Rate);
             if let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) {
                 let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
-                return Err(refused(&column.name, &unit, name, &allowed));
+                return Err(self.refused(column, &unit, name, &allowed));
             }
         }
+        Ok(())
     }
-    let column = of_name(&time.name).filter(|_| time.nanoseconds.is_none());
-    if let Some(column) = column.filter(|column| !column.is_time_stamp) {
+
+    fn check_time(
+        &self,
+        time: &TimeColumn,
+        choice: Option<&ChannelChoice>,
+    ) -> Result<(), LogError> {
+        let column = self.of_name(&time.name);
+        let column = column.filter(|column| time.nanoseconds.is_none() && !column.is_time_stamp);
+        let Some(column) = column else {
+            return Ok(());
+        };
         let name = choice.map_or("s", |choice| choice.time_unit.0);
         let stated = Unit::of(name);
         let is_other = |unit: &Unit| {
             let same = |stated: &Unit| stated.factor.to_bits() == unit.factor.to_bits();
             unit.kind == Kind::Time && !stated.as_ref().is_some_and(same)
         };
-        if let Some(unit) = Unit::of_column(column, Kind::Time).filter(is_other) {
-            let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
-            return Err(refused(&column.name, &unit, name, allowed));
-        }
+        let Some(unit) = Unit::of_column(column, Kind::Time).filter(is_other) else {
+            return Ok(());
+        };
+        let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
+        Err(self.refused(column, &unit, name, allowed))
     }
-    Ok(())
 }
 
 /// What is stated of a reading's column.

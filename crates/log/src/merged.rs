@@ -2,6 +2,8 @@
 //! of its own. They are channels with times of their own.
 
 use crate::channel::{Channel, Rows};
+use crate::formula::Formula;
+use crate::readings::Reading;
 use crate::survey::{count_gaps, period};
 use robhaz_run::ChannelReport;
 use robhaz_scene::is_wheel_angle;
@@ -25,59 +27,17 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
         return None;
     }
     let rows: Vec<&[f64]> = table.rows().collect();
-    // Counts of rows.
-    let share = |count: usize| count as f64 / rows.len() as f64;
-    let present = |k: usize| -> Vec<bool> {
-        let (_, formula) = &table.readings[k];
+    let present = |(_, formula): &(Reading, Formula)| -> Vec<bool> {
         let is_there = |row: &&[f64]| formula.value(row).is_some();
         rows.iter().map(is_there).collect()
     };
-    let all: Vec<Vec<bool>> = (0..table.readings.len()).map(present).collect();
-    let read: Vec<usize> = (0..all.len()).filter(|k| all[*k].contains(&true)).collect();
-    let whole = (0..rows.len()).filter(|row| read.iter().all(|k| all[*k][*row]));
-    if share(whole.count()) >= WHOLE {
-        return None;
-    }
-    let is_alike = |a: usize, b: usize| {
-        let differ = all[a].iter().zip(&all[b]).filter(|(a, b)| a != b);
-        share(differ.count()) < ALIKE
-    };
-    let mut parts: Vec<Vec<usize>> = Vec::new();
-    for k in read {
-        match parts.iter_mut().find(|part| is_alike(part[0], k)) {
-            Some(part) => part.push(k),
-            None => parts.push(vec![k]),
-        }
-    }
+    let present: Vec<Vec<bool>> = table.readings.iter().map(present).collect();
     let is_wheel = |k: &usize| is_wheel_angle(table.readings[*k].0.name());
-    let has_wheels = |part: &Vec<usize>| part.iter().any(is_wheel);
-    // Drives that are read one after the other are no tables of their own.
-    if parts.iter().filter(|part| has_wheels(part)).count() != 1 {
+    let parts = parts(&present, rows.len(), is_wheel)?;
+    let found = parts.iter().map(|part| of_part(table, part, &rows));
+    let mut found: Vec<Channel> = found.collect();
+    if found.iter().any(|channel| channel.times.len() < LEAST) {
         return None;
-    }
-    parts.sort_by_key(|part| !has_wheels(part));
-    // A slower sensor that is read together with the drives is of their table.
-    let apart = |a: usize, b: usize| {
-        let both = (0..rows.len()).filter(|row| all[a][*row] && all[b][*row]);
-        let of = |k: usize| all[k].iter().filter(|is| **is).count();
-        2 * both.count() < of(a).min(of(b))
-    };
-    let mut others = parts.split_off(1);
-    let of_wheels = parts[0][0];
-    for part in others.extract_if(.., |part| !apart(part[0], of_wheels)) {
-        parts[0].extend(part);
-    }
-    parts.append(&mut others);
-    if parts.len() < 2 {
-        return None;
-    }
-    let mut found = Vec::new();
-    for part in &parts {
-        let channel = of_part(table, part, &rows);
-        if channel.times.len() < LEAST {
-            return None;
-        }
-        found.push(channel);
     }
     let notice = format!(
         "{} was made of {} tables: the readings of each count at the times of its own rows, and the rows of the wheels are the frames",
@@ -88,6 +48,56 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
     found.append(channels);
     *channels = found;
     Some(notice)
+}
+
+/// The readings of each table, that of the wheels first, by the rows in which each reading is present; `None` of one
+/// table.
+fn parts(
+    present: &[Vec<bool>],
+    rows: usize,
+    is_wheel: impl Fn(&usize) -> bool,
+) -> Option<Vec<Vec<usize>>> {
+    // Counts of rows.
+    let share = |count: usize| count as f64 / rows as f64;
+    let read = (0..present.len()).filter(|k| present[*k].contains(&true));
+    let read: Vec<usize> = read.collect();
+    let whole = (0..rows).filter(|row| read.iter().all(|k| present[*k][*row]));
+    if share(whole.count()) >= WHOLE {
+        return None;
+    }
+    let is_alike = |a: usize, b: usize| {
+        let differ = present[a].iter().zip(&present[b]).filter(|(a, b)| a != b);
+        share(differ.count()) < ALIKE
+    };
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for k in read {
+        match parts.iter_mut().find(|part| is_alike(part[0], k)) {
+            Some(part) => part.push(k),
+            None => parts.push(vec![k]),
+        }
+    }
+    let has_wheels = |part: &Vec<usize>| part.iter().any(&is_wheel);
+    // Drives that are read one after the other are no tables of their own.
+    if parts.iter().filter(|part| has_wheels(part)).count() != 1 {
+        return None;
+    }
+    parts.sort_by_key(|part| !has_wheels(part));
+    // A slower sensor that is read together with the drives is of their table.
+    let count = |k: usize| present[k].iter().filter(|is| **is).count();
+    let apart = |a: usize, b: usize| {
+        let both = present[a]
+            .iter()
+            .zip(&present[b])
+            .filter(|(a, b)| **a && **b);
+        2 * both.count() < count(a).min(count(b))
+    };
+    let mut others = parts.split_off(1);
+    let of_wheels = parts[0][0];
+    for part in others.extract_if(.., |part| !apart(part[0], of_wheels)) {
+        parts[0].extend(part);
+    }
+    parts.append(&mut others);
+    (parts.len() >= 2).then_some(parts)
 }
 
 /// The channel of some readings of a table, with the rows that have one of them.

@@ -79,6 +79,14 @@ pub fn page(folder: &Path) -> Result<String> {
                 }
             }
         }
+        (how_it_was_made(&summary, scene, log))
+    };
+    Ok(document(title, &body))
+}
+
+/// The scene of a run or the description of a log, if there is one.
+fn how_it_was_made(summary: &Summary, scene: Option<String>, log: Option<String>) -> Markup {
+    html! {
         @if let Some(scene) = scene {
             h2 { "How it was made" }
             p { "By robhaz " (summary.version) ", from this scene with every choice written out. Saved as " code { "scene.toml" }
@@ -93,8 +101,7 @@ pub fn page(folder: &Path) -> Result<String> {
                  under their own names." }
             pre { (log) }
         }
-    };
-    Ok(document(title, &body))
+    }
 }
 
 /// A page of HTML with this body, which is complete in itself.

@@ -84,7 +84,7 @@ impl Grouping {
     }
 
     /// The first cell of a column with thousands separators: line and text. `fine`: its unit is so small that
-    /// nobody measures thousandths of it.
+    /// thousandths of it are not measured.
     pub fn thousands(&self, fine: bool) -> Option<(u64, &str)> {
         let least = match self.whole {
             whole if fine && whole.is_none_or(|whole| whole < 1000.0) => 1,

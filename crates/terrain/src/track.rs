@@ -26,14 +26,10 @@ pub struct TrackError {
 /// # Errors
 /// [`TrackError`]
 pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, TrackError> {
-    let whole = |message: String| TrackError {
-        line: None,
-        message,
-    };
     let unread = |error: std::io::Error| whole(error.to_string());
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut table = TextTable::open(bytes).map_err(unread)?;
-    let (byte, separator) = table.separator;
+    let separator = table.separator;
     let (mut points, mut columns) = (Vec::<Vec2>::new(), None);
     let mut row = TextRow::default();
     let mut falls = None;
@@ -44,29 +40,21 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
         };
         let columns = match &mut columns {
             Some(columns) => columns,
-            None => match Columns::of(&row, format) {
-                Ok(found) if found.is_header => {
-                    columns = Some(found);
+            None => {
+                let found = columns_of(&row, format, bytes, separator).map_err(refused)?;
+                let is_header = found.is_header;
+                let found = columns.insert(found);
+                if is_header {
                     continue;
                 }
-                Ok(_) if has_commented_header(bytes, char::from(byte)) => {
-                    return Err(refused(format!(
-                        "found a header with units in a comment above, allowed: that header without \"#\"; {HEADER_RULE}"
-                    )));
-                }
-                Ok(found) => columns.insert(found),
-                Err(found) => {
-                    return Err(refused(format!(
-                        "found {found}, read with the separator {separator}; allowed: {HEADER_RULE}"
-                    )));
-                }
-            },
+                found
+            }
         };
         if points.len() == MOST_POINTS {
             let message = "found more points, allowed: at most 2 000 000";
             return Err(refused(message.to_owned()));
         }
-        let point = columns.point(&row, separator).map_err(refused)?;
+        let point = columns.point(&row, separator.1).map_err(refused)?;
         let before = points.last().filter(|before| before.x > point.x);
         if let (Some(before), None) = (before, &falls) {
             falls = Some(refused(format!(
@@ -79,31 +67,12 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
             points.push(point);
         }
     }
-    let columns = columns.iter().flat_map(|columns| &columns.of);
-    for (column, name) in columns.zip(["x", "the height"]) {
-        let is_fine = column.per_metre.is_some_and(|per_metre| per_metre > 1.0);
-        if let Some((line, cell)) = column.grouping.thousands(is_fine) {
-            return Err(TrackError {
-                line: Some(line),
-                message: format!(
-                    "found \"{cell}\" in the column of {name}, allowed: {NO_THOUSANDS}"
-                ),
-            });
-        }
-    }
-    if format.sort {
-        points = sorted(&points).map_err(whole)?;
-    } else if let Some(falls) = falls {
-        let TrackError { line, message } = falls;
-        let message = match sorted(&points) {
-            Ok(_) => message + "; or sort = \"on\"",
-            // A part of the ground that runs back.
-            Err(_) => {
-                message + ": one height at each x, without overhangs and points that run back"
-            }
-        };
-        return Err(TrackError { line, message });
-    }
+    columns.iter().try_for_each(Columns::check_thousands)?;
+    let points = match falls {
+        _ if format.sort => sorted(&points).map_err(whole)?,
+        Some(falls) => return Err(could_sort(falls, &points)),
+        None => points,
+    };
     let found = match points.len() {
         0 => "no point",
         1 => "one point",
@@ -111,8 +80,48 @@ pub fn read_track(bytes: &[u8], format: &TrackFormat) -> Result<Vec<Vec2>, Track
         _ => return Ok(points),
     };
     Err(whole(format!(
-        "found {found} with the separator {separator}, allowed: 2 to 2 000 000 points, one a line; {HEADER_RULE}"
+        "found {found} with the separator {}, allowed: 2 to 2 000 000 points, one a line; {HEADER_RULE}",
+        separator.1
     )))
+}
+
+/// A problem of the file as a whole.
+const fn whole(message: String) -> TrackError {
+    TrackError {
+        line: None,
+        message,
+    }
+}
+
+/// The columns by the first row, a header or a point.
+fn columns_of(
+    row: &TextRow,
+    format: &TrackFormat,
+    bytes: &[u8],
+    (byte, separator): (u8, &str),
+) -> Result<Columns, String> {
+    let columns = Columns::of(row, format).map_err(|found| {
+        format!("found {found}, read with the separator {separator}; allowed: {HEADER_RULE}")
+    })?;
+    if !columns.is_header && has_commented_header(bytes, char::from(byte)) {
+        return Err(format!(
+            "found a header with units in a comment above, allowed: that header without \"#\"; {HEADER_RULE}"
+        ));
+    }
+    Ok(columns)
+}
+
+/// The problem of points whose x falls, with what sorts them, if that is possible.
+fn could_sort(falls: TrackError, points: &[Vec2]) -> TrackError {
+    let remedy = match sorted(points) {
+        Ok(_) => "; or sort = \"on\"",
+        // A part of the ground that runs back.
+        Err(_) => ": one height at each x, without overhangs and points that run back",
+    };
+    TrackError {
+        message: falls.message + remedy,
+        ..falls
+    }
 }
 
 /// Whether a comment above the first row is a header with units. Its units must not be ignored.
@@ -191,6 +200,22 @@ struct Coordinate {
 }
 
 impl Columns {
+    /// Refuses numbers with thousands separators.
+    fn check_thousands(&self) -> Result<(), TrackError> {
+        for (column, name) in self.of.iter().zip(["x", "the height"]) {
+            let is_fine = column.per_metre.is_some_and(|per_metre| per_metre > 1.0);
+            if let Some((line, cell)) = column.grouping.thousands(is_fine) {
+                return Err(TrackError {
+                    line: Some(line),
+                    message: format!(
+                        "found \"{cell}\" in the column of {name}, allowed: {NO_THOUSANDS}"
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// From the first line; the error describes what was found.
     fn of(first: &TextRow, format: &TrackFormat) -> Result<Self, String> {
         let cells = first.texts();

@@ -90,16 +90,12 @@ pub fn checked(scene: &Scene, of_body: bool, frames: &[SensorFrame]) -> Result<R
     let spec = &scene.sensors.spec;
     let stated = Stated {
         robot: &scene.nominal_robot()?,
-        budget: settings.budget,
-        viscous_damping: settings.viscous_damping,
-        gear_efficiency: settings.gear_efficiency,
-        compression: settings.compression,
+        settings,
         body: of_body.then_some(BodyNoise {
             inclination: spec.inclination_noise,
             rate: spec.rate_noise,
             pin: spec.pin_noise,
         }),
-        sides: settings.sides,
         compare_from: scene.record.compare_from,
     };
     Ok(check(frames, &stated))

@@ -89,7 +89,7 @@ impl Changes {
                 None => Channel::of_link(k),
             }),
             span,
-            noise: log.stated.budget.inclination_noise * (2.0 / smoothed).sqrt(),
+            noise: log.stated.settings.budget.inclination_noise * (2.0 / smoothed).sqrt(),
             correlated,
             inclination: [0, 1].map(inclination),
             rate: [0, 1].map(|k| change(&integral(&rates[k], recording.dt))),
@@ -100,7 +100,7 @@ impl Changes {
     /// The changes with what the inclinations are fitted to: the rates, and the acceleration where
     /// inclinometers show it.
     pub fn of_links(log: &Readings<'_>, span: f64) -> Self {
-        let forward = match log.stated.budget.specific_force {
+        let forward = match log.stated.settings.budget.specific_force {
             true => forward(log),
             false => Vec::new(),
         };

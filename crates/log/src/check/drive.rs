@@ -101,7 +101,7 @@ struct Differences {
 
 impl Differences {
     fn new(log: &Readings<'_>, stretched: f64) -> Self {
-        let (recording, budget) = (&log.recording, &log.stated.budget);
+        let (recording, budget) = (&log.recording, &log.stated.settings.budget);
         let signals = signals(recording, stretched);
         let moments = Moments::of(&signals);
         let (size, common) = (moments.size(), moments.common());
@@ -118,6 +118,24 @@ impl Differences {
 
     fn show(&self) -> bool {
         self.size > self.least
+    }
+
+    /// The findings of wiring and delay that such ones do not show.
+    fn too_small(&self) -> [Finding; 2] {
+        let Self { size, least, .. } = *self;
+        let figure = match size.is_nan() {
+            true => "the wheels do not turn together long enough".to_owned(),
+            false => {
+                format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed")
+            }
+        };
+        let remedy = "drive over an obstacle, so that the wheels' torques differ";
+        let of = |test, channel| Finding::ok(test, channel, &figure).cannot_tell(remedy);
+        let [mut pairing, delay] = [of(PAIRING, CHANNEL), of(delay::TEST, LATE)];
+        if size.is_finite() {
+            pairing = pairing.with("difference", size, "N m");
+        }
+        [pairing, delay]
     }
 }
 
@@ -203,23 +221,38 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
     let slow = slow.filter(Differences::show);
     let is_slow = slow.is_some();
     let differences = slow.unwrap_or(usual);
-    let (signals, moments) = (&differences.signals, &differences.moments);
-    let (size, least) = (differences.size, differences.least);
     if !differences.show() {
-        let figure = if size.is_nan() {
-            "the wheels do not turn together long enough".to_owned()
-        } else {
-            format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed")
-        };
-        let remedy = "drive over an obstacle, so that the wheels' torques differ";
-        let of = |test, channel| Finding::ok(test, channel, &figure).cannot_tell(remedy);
-        let [mut pairing, delay] = [of(PAIRING, CHANNEL), of(delay::TEST, LATE)];
-        if size.is_finite() {
-            pairing = pairing.with("difference", size, "N m");
-        }
+        let [pairing, delay] = differences.too_small();
         let delay = late_at_start(start).unwrap_or(delay);
         return (vec![pairing, delay], None);
     }
+    let (pairing, best) = pairing(&differences);
+    let known = pairing.verdict != Verdict::CannotTell;
+    let mut delay = late_at_start(start).unwrap_or_else(|| match is_slow {
+        true => {
+            Finding::ok(delay::TEST, LATE, "a slow drive shows none").cannot_tell("drive faster")
+        }
+        false => {
+            let gap = recording.steps(LONGEST_DELAY) + 2;
+            late(log, &joined(&differences.signals, gap, &best))
+        }
+    });
+    if start.is_some_and(|start| start.is_in_time()) && delay.verdict == Verdict::Fault {
+        let figure = delay.figure + ": the control's own, as the robot's start has no delay";
+        delay = Finding::ok(delay.test, delay.channel, figure);
+    }
+    let mut findings = vec![pairing, delay];
+    if known && best == OWN {
+        findings.extend(size_of_one(&differences.signals));
+    }
+    let (order, _) = best;
+    (findings, known.then_some(order))
+}
+
+/// The finding of the wiring, and the wiring that explains the torques best; without one that is certain, that
+/// of the log or a guess.
+fn pairing(differences: &Differences) -> (Finding, Wiring) {
+    let (moments, size) = (&differences.moments, differences.size);
     let explained = |wiring| (wiring, moments.explained(&wiring));
     let shares: Vec<(Wiring, f64)> = wirings().into_iter().map(explained).collect();
     let own = moments.explained(&OWN);
@@ -234,7 +267,7 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
         "own encoders explain {:.0} % of the differences between the torques ({size:.2} N m RMS)",
         100.0 * own
     );
-    let pairing = if most > EXPLAINED && 1.0 - most < BETTER * (1.0 - own) {
+    let finding = if most > EXPLAINED && 1.0 - most < BETTER * (1.0 - own) {
         let is_as_well = |share: f64| most - share < AS_WELL * (1.0 - most);
         let others = shares.iter().filter(|(wiring, _)| *wiring != best);
         let as_well = others.filter(|(_, share)| is_as_well(*share));
@@ -244,7 +277,11 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
             remedy = format!("{remedy}; these fit as well: {}", as_well.join("; "));
         }
         let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
-        Finding::ok(PAIRING, channels(&best), figure).fault(remedy)
+        let (_, signs) = best;
+        let changes = turned(&signs).map(|i| Change::Factor(Channel::Torque(i), -1.0));
+        Finding::ok(PAIRING, channels(&best), figure)
+            .fault(remedy)
+            .change(changes)
     } else if own > EXPLAINED {
         best = OWN;
         Finding::ok(PAIRING, CHANNEL, figure)
@@ -253,32 +290,11 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
             "drive under speed control over an obstacle, so that the wheels' torques differ",
         )
     };
-    let known = pairing.verdict != Verdict::CannotTell;
-    let pairing = pairing
+    let finding = finding
         .with("difference", size, "N m")
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
-    let joined = joined(signals, recording.steps(LONGEST_DELAY) + 2, &best);
-    let (order, signs) = best;
-    let turned = turned(&signs).filter(|_| known);
-    let changes = turned.map(|i| Change::Factor(Channel::Torque(i), -1.0));
-    let pairing = pairing.change(changes);
-    let by_control = || match is_slow {
-        true => {
-            Finding::ok(delay::TEST, LATE, "a slow drive shows none").cannot_tell("drive faster")
-        }
-        false => late(log, &joined),
-    };
-    let mut delay = late_at_start(start).unwrap_or_else(by_control);
-    if start.is_some_and(|start| start.is_in_time()) && delay.verdict == Verdict::Fault {
-        let figure = delay.figure + ": the control's own, as the robot's start has no delay";
-        delay = Finding::ok(delay.test, delay.channel, figure);
-    }
-    let mut findings = vec![pairing, delay];
-    if known && best == OWN {
-        findings.extend(size_of_one(signals));
-    }
-    (findings, known.then_some(order))
+    (finding, best)
 }
 
 /// One torque of another size than both others: under the same control, `tau_i/s_i - tau_j/s_j = a (phi_i - phi_j) +
@@ -389,7 +405,8 @@ fn remedy(whose: &str, offset: f64) -> String {
 fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
     let (recording, [torque, angle, speed]) = (&log.recording, joined);
     // Errors of the encoders leave a share.
-    let [errors, passed] = share_of_counts(recording, log.stated.budget.encoder_counts, joined);
+    let [errors, passed] =
+        share_of_counts(recording, log.stated.settings.budget.encoder_counts, joined);
     let [longest, memory] = [LONGEST_DELAY, 0.25].map(|time| recording.steps(time));
     let allowed = Allowed {
         early: LATE_TORQUE + 0.5 * recording.slowest,
@@ -440,6 +457,6 @@ fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
 /// That of a wheel with its share of the robot under a control with these gains of its angle (N m) and its speed
 /// (N m s), both negative where it brakes; `None` without one of the angle.
 fn damping_ratio(log: &Readings<'_>, [of_angle, of_speed]: [f64; 2]) -> Option<f64> {
-    let damping = log.stated.viscous_damping - of_speed;
+    let damping = log.stated.settings.viscous_damping - of_speed;
     (of_angle < 0.0).then(|| damping / (2.0 * (-of_angle * start::expected(log)).sqrt()))
 }

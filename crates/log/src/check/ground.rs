@@ -204,7 +204,7 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
 /// Difference of the means of the two curves, over what the inclinometers' biases and errors of the
 /// distance make of it.
 fn offset(course: &Course<'_>, own: Option<Passing>, log: &Readings<'_>) -> Option<Finding> {
-    let (robot, budget) = (log.stated.robot, &log.stated.budget);
+    let (robot, budget) = (log.stated.robot, &log.stated.settings.budget);
     let [front, rear] = course.heights(&OWN);
     // On level ground no distance shows, and none is needed.
     let is_level = |x: &[f64]| {

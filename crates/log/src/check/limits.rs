@@ -63,82 +63,66 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
     (most > 0).then_some((readings, limit))
 }
 
-/// The torques at a limit.
-#[derive(Clone, Debug, Default)]
-pub struct Limits {
-    /// The name of each, and its limit, N m.
-    torques: Vec<(String, f64)>,
-    /// Whether any is at its limit at each frame.
-    is_at: Vec<bool>,
-    /// Normalised squares of the equations' residuals, at a limit and away from it.
-    squares: [Vec<f64>; 2],
-}
-
-impl Limits {
-    /// Of torques by their names; a NaN where a frame has none.
-    pub fn of(torques: impl Iterator<Item = (String, Vec<f64>)>) -> Self {
-        let mut all = Self::default();
-        for (name, values) in torques {
-            all.is_at.resize(values.len(), false);
-            if let Some((readings, limit)) = at_limit(&values) {
-                all.torques.push((name, limit));
-                let frames = all.is_at.iter_mut().zip(readings);
-                frames.for_each(|(at, found)| *at |= found);
-            }
+/// Torques that stay at a limit, by their names, a NaN where a frame has none. `squares`: the normalised square of
+/// the equations' residual in each frame, a NaN where it does not count, and `expected`, their median if all that is
+/// stated holds. `None` of torques without a limit.
+pub fn finding(
+    torques: impl Iterator<Item = (String, Vec<f64>)>,
+    squares: &[f64],
+    expected: f64,
+) -> Option<Finding> {
+    let (mut names, mut limits) = (Vec::new(), Vec::new());
+    let mut is_at_any = vec![false; squares.len()];
+    for (name, values) in torques {
+        if let Some((readings, limit)) = at_limit(&values) {
+            names.push(name);
+            limits.push(limit);
+            let frames = is_at_any.iter_mut().zip(readings);
+            frames.for_each(|(at, found)| *at |= found);
         }
-        all
     }
-
-    /// Adds the square of a frame.
-    pub fn add(&mut self, frame: usize, square: f64) {
-        self.squares[usize::from(!self.is_at[frame])].push(square);
+    let limit = limits.first()?;
+    let known = squares.iter().zip(is_at_any);
+    let known = known.filter(|(square, _)| square.is_finite());
+    let (at, away): (Vec<_>, Vec<_>) = known.partition(|(_, is_at)| *is_at);
+    let [count, others] = [at.len(), away.len()];
+    let finding = |figure: String| Finding::ok(TEST, names.join(", "), figure);
+    if count == 0 || others == 0 {
+        let figure = format!("within its noise of an extreme again and again, {limit:.2} N m");
+        return Some(finding(figure).cannot_tell(UNKNOWN));
     }
-
-    /// The finding. `expected`: the middle one of the squares if all that is stated holds.
-    pub fn finding(self, expected: f64) -> Option<Finding> {
-        let [count, others] = self.squares.each_ref().map(Vec::len);
-        let middle =
-            |squares| median(squares).map_or(f64::NAN, |middle| (middle / expected).sqrt());
-        let [at, away] = self.squares.map(middle);
-        let share = 100.0 * count as f64 / (count + others) as f64;
-        let names: Vec<&str> = self.torques.iter().map(|(name, _)| name.as_str()).collect();
-        let (_, limit) = self.torques.first()?;
-        if count == 0 || others == 0 {
-            let figure = format!("within its noise of an extreme again and again, {limit:.2} N m");
-            return Some(Finding::ok(TEST, names.join(", "), figure).cannot_tell(UNKNOWN));
-        }
-        let figure = format!(
-            "within its noise of an extreme, {limit:.2} N m, for {share:.0} % of the time; there the equations leave {at:.2} of their deviation, elsewhere {away:.2}"
-        );
-        let finding = Finding::ok(TEST, names.join(", "), figure)
-            .with("at a limit", at, "-")
-            .with("elsewhere", away, "-");
-        Some(if at > FITS && at > MORE * away || at > MUCH_MORE * away {
-            finding.fault("what is read is cut off there, not what acts: choose a greater range of the current's sensor or of its number")
-        } else if at < FITS && away < FITS {
-            finding
-        } else {
-            finding.cannot_tell(UNKNOWN)
-        })
-    }
+    let middle = |part: Vec<(&f64, bool)>| {
+        let squares = part.into_iter().map(|(square, _)| *square).collect();
+        median(squares).map_or(f64::NAN, |middle| (middle / expected).sqrt())
+    };
+    let [at, away] = [at, away].map(middle);
+    let share = 100.0 * count as f64 / (count + others) as f64;
+    let finding = finding(format!(
+        "within its noise of an extreme, {limit:.2} N m, for {share:.0} % of the time; there the equations leave {at:.2} of their deviation, elsewhere {away:.2}"
+    ));
+    let finding = finding
+        .with("at a limit", at, "-")
+        .with("elsewhere", away, "-");
+    Some(if at > FITS && at > MORE * away || at > MUCH_MORE * away {
+        finding.fault("what is read is cut off there, not what acts: choose a greater range of the current's sensor or of its number")
+    } else if at < FITS && away < FITS {
+        finding
+    } else {
+        finding.cannot_tell(UNKNOWN)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_sim::random::Stream;
 
     /// Closed form: a wave that is cut off at half of its height stays there for a third of its time at each
     /// end, and one that is not has no limit, nor has a torque without change.
     #[test]
     fn a_wave_that_is_cut_off_has_a_limit() {
-        let mut state = 1_u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        let noise: Vec<f64> = (0..2000).map(|_| 0.1 * noise()).collect();
+        let mut random = Stream::new(1, "noise");
+        let noise: Vec<f64> = (0..2000).map(|_| 0.1 * (random.uniform() - 0.5)).collect();
         let wave = |k: usize| 3.0 * (0.02 * k as f64).sin();
         let cut: Vec<f64> = (0..2000)
             .map(|k| wave(k).clamp(-1.5, 1.5) + noise[k])

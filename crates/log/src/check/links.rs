@@ -186,47 +186,17 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
     })
 }
 
+/// Sign and scale of gyroscope and inclinometer of link `k`.
 fn sign(
     changes: &Changes,
     fits: &[Option<Coefficients>; 2],
     k: usize,
     on_ground: Signs,
 ) -> Finding {
-    let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
-    let channels @ [gyro, inclinometer] = changes.channels[k];
+    let turn = rms(&changes.rate[k]);
+    let channels = changes.channels[k];
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
-        let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
-        let figure = format!(
-            "changes within {:.1} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS",
-            changes.span
-        );
-        let finding = Finding::ok(SIGN, both(channels), figure)
-            .with("inclinometer", inclined, "deg")
-            .with("gyro", turned, "deg");
-        // Two inclinometers that agree on the ground leave the gyroscope.
-        let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
-        let other = LEAST_CHANGE.max(rms(&changes.forward)).hypot(changes.noise);
-        if on_ground == Signs::Equal && !follows && inclination > 2.0 * other {
-            return finding.fault(format!(
-                "{gyro} is wrong: dead, or a column of something else; {inclinometer} agrees with the other link on the ground"
-            ));
-        }
-        // On level ground a start remains.
-        let [own, other] = [fits[k], fits[1 - k]].map(|f| f.map_or(0.0, |f| f.of_acceleration()));
-        if own < 0.0 && other > 0.0 {
-            let remedy = format!(
-                "{inclinometer} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
-            );
-            return finding
-                .fault(remedy)
-                .change([Change::Factor(inclinometer, -1.0)]);
-        }
-        let remedy = if turn < LEAST_CHANGE {
-            "drive over an obstacle that turns the links by a few degrees; if the gyro still does not turn, it is dead"
-        } else {
-            "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand"
-        };
-        return finding.cannot_tell(remedy);
+        return unlike(changes, fits, k, on_ground);
     };
     let coefficient =
         Finding::ok(SIGN, both(channels), found.figure()).with("coefficient", found.rate, "-");
@@ -255,6 +225,47 @@ fn sign(
     } else {
         finding.fault("one of them has a wrong scale: check units and ranges")
     }
+}
+
+/// The finding of a link whose inclinometer does not follow its gyroscope, or which hardly turns.
+fn unlike(
+    changes: &Changes,
+    fits: &[Option<Coefficients>; 2],
+    k: usize,
+    on_ground: Signs,
+) -> Finding {
+    let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
+    let channels @ [gyro, inclinometer] = changes.channels[k];
+    let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
+    let figure = format!(
+        "changes within {:.1} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS",
+        changes.span
+    );
+    let finding = Finding::ok(SIGN, both(channels), figure)
+        .with("inclinometer", inclined, "deg")
+        .with("gyro", turned, "deg");
+    // Two inclinometers that agree on the ground leave the gyroscope.
+    let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
+    let other = LEAST_CHANGE.max(rms(&changes.forward)).hypot(changes.noise);
+    if on_ground == Signs::Equal && !follows && inclination > 2.0 * other {
+        return finding.fault(format!(
+            "{gyro} is wrong: dead, or a column of something else; {inclinometer} agrees with the other link on the ground"
+        ));
+    }
+    // On level ground a start remains.
+    let [own, other] = [fits[k], fits[1 - k]].map(|f| f.map_or(0.0, |f| f.of_acceleration()));
+    if own < 0.0 && other > 0.0 {
+        let remedy = format!(
+            "{inclinometer} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
+        );
+        return finding
+            .fault(remedy)
+            .change([Change::Factor(inclinometer, -1.0)]);
+    }
+    finding.cannot_tell(match turn < LEAST_CHANGE {
+        true => "drive over an obstacle that turns the links by a few degrees; if the gyro still does not turn, it is dead",
+        false => "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand",
+    })
 }
 
 /// Which one of the gyroscope and the inclinometer of link `k` has the wrong sign, and what to do.
@@ -300,7 +311,7 @@ fn wrong_sign(
 /// Delays between the gyroscope and the inclinometer of each link, or of the body, for right signs
 /// and units.
 pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
-    let acceleration = (log.stated.budget.specific_force).then(|| specific_force(log));
+    let acceleration = (log.stated.settings.budget.specific_force).then(|| specific_force(log));
     let mut changes = Changes::of(log, span(log), acceleration.as_deref(), &[]);
     leave_out_starts(&mut changes, &log.recording);
     if log.stated.body.is_some() {
@@ -402,7 +413,7 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     // nothing there.
     let turning = rms(&recording.while_driving(&recording.rate[k]));
     let costs = found.map_or(0.0, |delay| delay.seconds.abs() * turning);
-    let budget = &log.stated.budget;
+    let budget = &log.stated.settings.budget;
     match finding.verdict {
         Verdict::Fault
             if turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise =>

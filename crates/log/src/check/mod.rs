@@ -21,8 +21,10 @@
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
 //! | `limits` | Are torques cut off at a limit? | the equations there |
+//! | `wirings` | Which wiring of wheels and links fits? | innovations of all filters of `kalman` |
+//! | `gears` | Are torques read before gears that lose a part of them? | the same |
 //! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `kalman` |
-//! | `agreement` | Does `kalman` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
+//! | `agreement` | Does `kalman` agree with all? | innovations of all its filters |
 //! | `both` | Both sides: left and right exchanged, signs of what lies across | innovations of the estimator of both sides |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot
@@ -36,7 +38,9 @@ mod course;
 mod dead;
 mod delay;
 mod drive;
+mod gears;
 mod ground;
+mod judgement;
 mod jumps;
 mod level;
 mod limits;
@@ -56,6 +60,8 @@ mod stated;
 mod still;
 mod torques;
 mod wheels;
+mod wiring;
+mod wirings;
 
 pub use both::check_both;
 pub(crate) use both::contradiction;
@@ -79,92 +85,103 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
 
 /// The same; `has_stamps`: the time stamps, which both sides share, have a finding already.
 fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps: bool) -> Report {
-    let (of_jumps, mended) = jumps::findings(frames, stated.robot, stated.budget.encoder_counts);
+    let mut stated = *stated;
+    let budget = &mut stated.settings.budget;
+    let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
     let clock = Clock::of(&mended);
     let Some(recording) = Recording::new(&clock, stated.robot) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let mut findings = vec![clock.finding()];
-    let Stated { mut budget, .. } = *stated;
-    if !has_stamps {
-        let (counted, finding) = stamps::finding(&mended, budget.encoder_counts, budget.jitter);
-        budget.jitter = counted;
-        findings.push(finding);
-    }
-    let stated = &Stated { budget, ..*stated };
-    findings.push(sides(stated));
+    findings.extend((!has_stamps).then(|| stamps::finding(&mended, budget)));
+    findings.push(sides(&stated));
     let mut log = Readings {
-        stated,
+        stated: &stated,
         frames: mended,
         recording,
         findings,
     };
     log.take(of_jumps);
-    let driving = still::driving(&log.frames, stated.robot);
-    let (dead, silences) = dead::findings(&log.frames, stated, &driving);
-    log.take(dead.iter().map(|(_, finding)| finding.clone()));
-    log.take(silences);
-    let without = |findings| dead::without(findings, &dead);
-    log.take(without(still::findings(&log.frames, stated, &driving)));
-    log.take(without(torques::findings(&log.frames, stated)));
-    let is_dead = |is: fn(&Channel) -> bool| dead.iter().any(|(channel, _)| is(channel));
-    // Without any encoder nothing shows when the robot stands.
-    let knows_rest = (0..3).any(|i| {
-        dead.iter()
-            .all(|(channel, _)| *channel != Channel::Encoder(i))
-    });
-    if knows_rest {
-        log.take(without(rest::findings(&log.recording, stated)));
-    }
-    if !dead.is_empty() {
-        let encoders = is_dead(|c| matches!(c, Channel::Encoder(_)));
-        if !encoders {
-            log.take(wheels::findings(&log));
-        }
-        if !encoders && !is_dead(|c| matches!(c, Channel::Gyro(_) | Channel::Inclinometer(_))) {
-            log.take(links::units(&log));
-        }
-        log.take([dead::left_out()]);
+    if !log.check_channels() {
         return log.report();
     }
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
     log.take([acceleration]);
-    let turn = turn(&log.recording);
-    if turn > LARGEST_TURN {
-        let figure = format!("the wheels turn by {turn:.2} rad between readings");
-        let remedy =
-            "drive slower, or record at a higher rate: such readings do not show the ground";
-        log.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
-        log.take(start::unit(&log));
-        log.take([agreement::as_wired(&log, f64::INFINITY)]);
-        return log.report();
+    match turn(&log.recording) {
+        turn if turn > LARGEST_TURN => log.check_fast_drive(turn),
+        _ => log.check_by_ground(forward),
     }
-    log.take(start::findings(&log, forward));
-    let (ground, on_ground) = ground::findings(&log, forward > 0.0);
-    log.take(ground);
-    let links = links::findings(&log, on_ground);
-    // With wrong signs or units a delay has no meaning.
-    let are_right = links.iter().all(|f| f.verdict != Verdict::Fault);
-    log.take(links);
-    if are_right {
-        log.take(noise::findings(&log));
-        log.take(links::delays(&log));
-    }
-    log.take([ground::distance(&log)]);
-    log.take([level(&log)]);
-    let start = newton::Start::of(&log);
-    log.take(start::size(start));
-    let (drive, order) = drive::findings(&log, start);
-    log.take(drive);
-    let certain = certain_of(&log.recording, stated.robot);
-    log.take(agreement::findings(&log, order, certain));
     log.report()
 }
 
 impl Readings<'_> {
+    /// Each channel by itself. Whether all have values that change; of a log in which some have not, what the
+    /// others show, too.
+    fn check_channels(&mut self) -> bool {
+        let stated = self.stated;
+        let driving = still::driving(&self.frames, stated.robot);
+        let (dead, silences) = dead::findings(&self.frames, stated, &driving);
+        self.take(dead.iter().map(|(_, finding)| finding.clone()));
+        self.take(silences);
+        let without = |findings| dead::without(findings, &dead);
+        self.take(without(still::findings(&self.frames, stated, &driving)));
+        self.take(without(torques::findings(&self.frames, stated)));
+        let is_dead = |channel: Channel| dead.iter().any(|(of, _)| *of == channel);
+        let encoders = [0, 1, 2].map(|i| is_dead(Channel::Encoder(i)));
+        // Without any encoder nothing shows when the robot stands.
+        if encoders.contains(&false) {
+            self.take(without(rest::findings(&self.recording, stated)));
+        }
+        if dead.is_empty() {
+            return true;
+        }
+        if !encoders.contains(&true) {
+            self.take(wheels::findings(self));
+            let mut of_links = [0, 1].map(Channel::of_link).into_iter().flatten();
+            if !of_links.any(is_dead) {
+                self.take(links::units(self));
+            }
+        }
+        self.take([dead::left_out()]);
+        false
+    }
+
+    /// The tests that need no ground: the wheels turn by `turn` (rad) between readings.
+    fn check_fast_drive(&mut self, turn: f64) {
+        let figure = format!("the wheels turn by {turn:.2} rad between readings");
+        let remedy =
+            "drive slower, or record at a higher rate: such readings do not show the ground";
+        self.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
+        self.take(start::unit(self));
+        self.take([agreement::as_wired(self, f64::INFINITY)]);
+    }
+
+    /// The tests that follow the wheels over the ground. `forward`: see [`links::acceleration`].
+    fn check_by_ground(&mut self, forward: f64) {
+        self.take(start::findings(self, forward));
+        let (ground, on_ground) = ground::findings(self, forward > 0.0);
+        self.take(ground);
+        let links = links::findings(self, on_ground);
+        // With wrong signs or units a delay has no meaning.
+        let are_right = links.iter().all(|f| f.verdict != Verdict::Fault);
+        self.take(links);
+        if are_right {
+            self.take(noise::findings(self));
+            self.take(links::delays(self));
+        }
+        self.take([ground::distance(self)]);
+        self.take([level(self)]);
+        let start = newton::Start::of(self);
+        self.take(start::size(start));
+        let (drive, order) = drive::findings(self, start);
+        self.take(drive);
+        let certain = certain_of(&self.recording, self.stated.robot);
+        self.take(agreement::findings(self, order, certain));
+    }
+
     fn report(mut self) -> Report {
         if self.stated.body.is_some() {
             self.findings.iter_mut().for_each(name_sensors_of_body);
@@ -177,10 +194,10 @@ const SIDES: &str = "sides";
 
 /// What the log is of, which no reading shows.
 fn sides(stated: &Stated<'_>) -> Finding {
-    match stated.sides {
+    match stated.settings.sides {
         Sides::Plane => Finding::ok(SIDES, "all", "a robot in the plane, or a test rig"),
         Sides::OneOfTwo => {
-            let slope = stated.budget.cross_slope.to_degrees();
+            let slope = stated.settings.budget.cross_slope.to_degrees();
             let figure = format!(
                 "one side of two: the stated deviations contain pushes of the other one and a cross slope of {slope:.1} deg"
             );
@@ -198,8 +215,15 @@ fn level(log: &Readings<'_>) -> Finding {
         Some(_) => Channel::BodyInclination.to_string(),
         None => ground::CHANNEL.to_owned(),
     };
-    let (robot, damping) = (stated.robot, stated.viscous_damping);
-    Level::of_side(&log.frames, robot, &stated.budget, damping, stated.sides).finding(&channel)
+    let settings = &stated.settings;
+    Level::of_side(
+        &log.frames,
+        stated.robot,
+        &settings.budget,
+        settings.viscous_damping,
+        settings.sides,
+    )
+    .finding(&channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.

@@ -13,7 +13,7 @@
 
 use crate::check::LONGEST_STEP;
 use crate::check::readings::Readings;
-use crate::check::recording::SMOOTHING;
+use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::rest::rest;
 use robhaz_estimator::LATE_TORQUE;
 use robhaz_model::Units;
@@ -72,82 +72,13 @@ impl Start {
 
     /// What a start shows, if the log has one to which the law applies.
     pub fn of(log: &Readings<'_>) -> Option<Self> {
-        let (recording, robot) = (&log.recording, log.stated.robot);
-        let dt = recording.dt;
-        let end = rest(recording);
-        let before = recording.steps(BEFORE);
-        let range = end.checked_sub(before)?..end + recording.steps(AFTER);
-        if range.end > recording.len() || recording.slowest > LONGEST_STEP {
-            return None;
-        }
-        let steps = |time: f64| (time / dt).round() as isize;
-        // What delays and means look at beyond its ends.
-        let half = recording.steps(0.5 * SMOOTHING);
-        let [earliest, longest] = [LAGS.start - LONGEST_LOW_PASS, LAGS.end].map(steps);
-        let lead = longest.unsigned_abs() + 4 * half;
-        let until = range.end + earliest.unsigned_abs() + 4 * half;
-        let until = until.min(recording.len());
-        let again = |x: &[f64], times: usize| (0..times).fold(x.to_vec(), |x, _| smooth(&x, half));
-        let sum_of = |x: &[Vec<f64>; 3]| -> Vec<f64> {
-            (0..until).map(|k| x[0][k] + x[1][k] + x[2][k]).collect()
-        };
-        let angles = sum_of(&recording.wheel_angle);
-        let before_motion = angles[range.start..end].iter();
-        let start = before_motion.copied().find(|x| x.is_finite())?;
-        // What was before is a rest, too.
-        let still = |(k, x): (usize, &f64)| match k < range.start {
-            true => 0.0,
-            false => (x - start) / 3.0,
-        };
-        let mut angle = vec![0.0; lead];
-        angle.extend(angles.iter().enumerate().map(still));
-        let torque = &again(&sum_of(&recording.torque), 4)[range.clone()];
-        let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
-        let wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
-        let inertia = wheels + mass.total() * radius * radius;
-        let damping = 3.0 * log.stated.viscous_damping;
-        let slides = SLIDES.map(|speed| speed / Units::of(robot).time);
-        let ones = vec![1.0; torque.len()];
-        let allowed = LATE_TORQUE + 0.5 * recording.slowest.max(dt);
-        let step = ((STEP / dt).round() as usize).max(1);
-        let mut tried = Vec::new();
-        for constant in LOW_PASSES {
-            let (angle, lag) = low_pass(&angle, constant, dt);
-            // Each as smooth as the torque.
-            let speed = derivative(&angle, half, dt);
-            let acceleration = derivative(&speed, half, dt);
-            let speed = again(&speed, 2);
-            let motion = speed.iter().zip(&acceleration);
-            let law = motion.map(|(w, a)| inertia * a + damping * w);
-            let law: Vec<f64> = law.collect();
-            let friction =
-                |at: f64| -> Vec<f64> { speed.iter().map(|w| (w / at).tanh()).collect() };
-            let (frictions, angle) = (slides.map(friction), again(&angle, 4));
-            for shift in (steps(LAGS.start - lag)..=longest).step_by(step) {
-                let late = |x: &Vec<f64>| delayed(x, shift)[lead..][range.clone()].to_vec();
-                let [law, angle] = [&law, &angle].map(late);
-                // Of means of means, that many samples err alike.
-                let alike = 8.0 * half as f64;
-                let of = |friction: &Vec<f64>| {
-                    judge(torque, [&law, &angle, &ones, &late(friction)], alike)
-                };
-                let judged = frictions.iter().filter_map(of);
-                let least = judged.min_by(|a, b| a.0.total_cmp(&b.0));
-                let Some((left, size, sigma)) = least else {
-                    continue;
-                };
-                let lag = shift as f64 * dt + lag;
-                tried.push(Self {
-                    lag,
-                    size,
-                    sigma,
-                    left,
-                    left_in_time: f64::INFINITY,
-                });
-            }
-        }
+        let recording = &log.recording;
+        let motion = Motion::of(recording)?;
+        let tried = LOW_PASSES.map(|constant| motion.tried(log, constant));
+        let tried = tried.concat();
         let least = |a: &&Self, b: &&Self| a.left.total_cmp(&b.left);
         let best = tried.iter().min_by(least).filter(|best| best.left < LEFT)?;
+        let allowed = LATE_TORQUE + 0.5 * recording.slowest.max(recording.dt);
         let in_time = |tried: &&Self| tried.lag.abs() <= allowed + 1e-9;
         // Friction that sets in and a slope hide a part of the size: the one nearest to 1 that explains as much.
         let is_as_good = |tried: &&Self| tried.left < NO_WORSE * best.left;
@@ -162,6 +93,113 @@ impl Start {
             ..*nearest
         })
     }
+}
+
+/// The motion at a start, and its torques.
+struct Motion {
+    /// Time between samples, s.
+    dt: f64,
+    /// Half of the number of samples of a mean, less a half.
+    half: usize,
+    /// Mean angle of the wheels since the start, rad, with `lead` samples at rest before the recording, which
+    /// delays and means look at.
+    angle: Vec<f64>,
+    lead: usize,
+    /// The samples of the recording that count.
+    range: Range<usize>,
+    /// Their sums of the torques, four times averaged, N m.
+    torque: Vec<f64>,
+}
+
+impl Motion {
+    fn of(recording: &Recording) -> Option<Self> {
+        let dt = recording.dt;
+        let end = rest(recording);
+        let before = recording.steps(BEFORE);
+        let range = end.checked_sub(before)?..end + recording.steps(AFTER);
+        if range.end > recording.len() || recording.slowest > LONGEST_STEP {
+            return None;
+        }
+        // What delays and means look at beyond its ends.
+        let half = recording.steps(0.5 * SMOOTHING);
+        let ends = [LAGS.start - LONGEST_LOW_PASS, LAGS.end];
+        let [earliest, longest] = ends.map(|time| steps(time, dt).unsigned_abs());
+        let lead = longest + 4 * half;
+        let until = (range.end + earliest + 4 * half).min(recording.len());
+        let sum_of = |x: &[Vec<f64>; 3]| -> Vec<f64> {
+            (0..until).map(|k| x[0][k] + x[1][k] + x[2][k]).collect()
+        };
+        let angles = sum_of(&recording.wheel_angle);
+        let before_motion = angles[range.start..end].iter();
+        let start = before_motion.copied().find(|x| x.is_finite())?;
+        // What was before is a rest, too.
+        let still = |(k, x): (usize, &f64)| match k < range.start {
+            true => 0.0,
+            false => (x - start) / 3.0,
+        };
+        let mut angle = vec![0.0; lead];
+        angle.extend(angles.iter().enumerate().map(still));
+        Some(Self {
+            torque: smooth_again(&sum_of(&recording.torque), half, 4)[range.clone()].to_vec(),
+            dt,
+            half,
+            angle,
+            lead,
+            range,
+        })
+    }
+
+    /// What the law leaves with torques behind a low pass of this time constant (s) and each delay.
+    fn tried(&self, log: &Readings<'_>, constant: f64) -> Vec<Start> {
+        let Self { dt, half, .. } = *self;
+        let (robot, stated) = (log.stated.robot, &log.stated.settings);
+        let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
+        let wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
+        let inertia = wheels + mass.total() * radius * radius;
+        let damping = 3.0 * stated.viscous_damping;
+        let slides = SLIDES.map(|speed| speed / Units::of(robot).time);
+        let (angle, lag) = low_pass(&self.angle, constant, dt);
+        // Each as smooth as the torque.
+        let speed = derivative(&angle, half, dt);
+        let acceleration = derivative(&speed, half, dt);
+        let speed = smooth_again(&speed, half, 2);
+        let motion = speed.iter().zip(&acceleration);
+        let law: Vec<f64> = motion.map(|(w, a)| inertia * a + damping * w).collect();
+        let friction = |at: f64| -> Vec<f64> { speed.iter().map(|w| (w / at).tanh()).collect() };
+        let (frictions, angle) = (slides.map(friction), smooth_again(&angle, half, 4));
+        let ones = vec![1.0; self.torque.len()];
+        let of_shift = |shift: isize| {
+            let late = |x: &Vec<f64>| delayed(x, shift)[self.lead..][self.range.clone()].to_vec();
+            let [law, angle] = [&law, &angle].map(late);
+            // Of means of means, that many samples err alike.
+            let alike = 8.0 * half as f64;
+            let of = |friction: &Vec<f64>| {
+                let all = [&law, &angle, &ones, &late(friction)];
+                judge(&self.torque, all.map(Vec::as_slice), alike)
+            };
+            let judged = frictions.iter().filter_map(of);
+            let (left, size, sigma) = judged.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            Some(Start {
+                lag: shift as f64 * dt + lag,
+                size,
+                sigma,
+                left,
+                left_in_time: f64::INFINITY,
+            })
+        };
+        let step = ((STEP / dt).round() as usize).max(1);
+        let shifts = (steps(LAGS.start - lag, dt)..=steps(LAGS.end, dt)).step_by(step);
+        shifts.filter_map(of_shift).collect()
+    }
+}
+
+fn steps(time: f64, dt: f64) -> isize {
+    (time / dt).round() as isize
+}
+
+/// So many times averaged.
+fn smooth_again(x: &[f64], half: usize, times: usize) -> Vec<f64> {
+    (0..times).fold(x.to_vec(), |x, _| smooth(&x, half))
 }
 
 /// What the law leaves of the torques' variance that it explains, their size, and its standard deviation, if as many

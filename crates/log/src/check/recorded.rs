@@ -23,10 +23,7 @@ pub struct Recorded {
 impl Recorded {
     /// Those of the encoders, the torques and the links, or the body, in frames.
     pub fn of_frames(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Self> {
-        let values = |channel: Channel| {
-            let value = |f: &SensorFrame| channel.value(f).unwrap_or(f64::NAN);
-            frames.iter().map(value).collect::<Vec<f64>>()
-        };
+        let values = |channel: Channel| channel.values(frames);
         let encoders = [0, 1, 2].map(Channel::Encoder).into_iter();
         let encoders = encoders.map(|channel| Self::new(channel, stated, values(channel)));
         encoders.chain(Self::all(stated, values)).collect()

@@ -23,6 +23,11 @@ pub fn slowness(usual_spin: Option<f64>, robot: &Robot) -> f64 {
     usual_spin.map_or(1.0, |spin| (reference / spin).max(1.0))
 }
 
+/// Speed beyond which a robot drives, m/s.
+pub fn driving_speed(robot: &Robot) -> f64 {
+    DRIVING_SPEED * Units::of(robot).speed()
+}
+
 /// Time over which speeds, angles and torques are averaged, s.
 pub const SMOOTHING: f64 = 0.05;
 
@@ -102,7 +107,7 @@ impl Recording {
             slowest,
             middle_spin: samples_of_all.clone().map(middle).collect(),
             slope: samples_of_all.map(slope).collect(),
-            least_spin: DRIVING_SPEED * Units::of(robot).speed() / geometry.wheel_radius,
+            least_spin: driving_speed(robot) / geometry.wheel_radius,
             wheel_angle,
             inclination,
             spin,
@@ -231,8 +236,7 @@ mod tests {
     fn frame(time: f64, torque: Option<f64>) -> SensorFrame {
         let link = LinkReading {
             inclination: Some(0.0),
-            rate: None,
-            rate_error: 0.0,
+            ..LinkReading::default()
         };
         SensorFrame {
             time,
@@ -240,7 +244,6 @@ mod tests {
             motor_torque: [torque; 3],
             link1: link,
             link2: link,
-            contact_angle: [None; 3],
             ..SensorFrame::default()
         }
     }

@@ -130,7 +130,6 @@ fn without_spikes(values: &[f64], noise: f64) -> f64 {
 /// All findings, of each channel as it was recorded: of a body with an inertial sensor these are
 /// its own and that of pin Q.
 pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
-    let budget = &stated.budget;
     let end = rest(recording);
     if end < recording.steps(SHORTEST) {
         let remedy = "record a second at rest on level ground before the drive";
@@ -139,81 +138,121 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     }
     let mut channels = Recorded::of_recording(recording, end, stated);
     channels.retain(|x| x.values.iter().any(|v| v.is_finite()));
-    let torque = |x: &&Recorded| matches!(x.channel, Channel::Torque(_));
-    let torques = || channels.iter().filter(torque);
-    let rates = || channels.iter().filter(|x| x.channel.is_rate());
-    let angle = |x: &&Recorded| !torque(x) && !x.channel.is_rate();
-    let angles = || channels.iter().filter(angle);
-    let level = angles().all(|x| x.mean().abs() < LEVEL);
-    let small_torque = SMALL_TORQUE * Units::of(stated.robot).torque();
-    let torque_zero = small_torque + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
-    let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
-    let level_zero = 3.0 * budget.inclination_bias + 1e-4;
-    let of_gyro = |(k, gyro): (usize, &Recorded)| {
-        // Each gyroscope is followed by its inclinometer.
-        let beside = channels.get(k + 1).filter(|x| x.channel.is_inclination());
-        let (turn, sigma) = beside.map_or((0.0, 0.0), |x| x.turn(end as f64 * recording.dt));
-        gyro.zero(rate_zero, |finding, mean| {
-            // Between the middles of those tenths; a mean of noise has an error of its own.
-            let twentieth = gyro.values.len() / 20;
-            let inner = &gyro.values[twentieth..gyro.values.len() - twentieth];
-            let inner = without_spikes(inner, gyro.noise);
-            let sigma = sigma.hypot(gyro.noise / gyro.count().sqrt());
-            if (inner - turn).abs() < rate_zero + CHANCE * sigma {
-                let [turn, sigma] = [turn, sigma].map(|x| x / DEGREE);
-                return finding.cannot_tell(format!(
-                    "the inclinometer turns by {turn:.2} +- {sigma:.2} deg/s, as when a robot settles: record some seconds at rest"
-                ));
-            }
-            finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
-        })
+    let rest = Rest {
+        channels,
+        duration: end as f64 * recording.dt,
+        stated,
     };
-    let of_angle = |x: &Recorded| {
-        let key = match x.channel {
+    let mut findings = rest.zeros_of_gyros();
+    findings.extend(rest.angles().map(|angle| rest.zero_of_angle(angle)));
+    findings.extend(rest.zeros_of_torques());
+    let all = rest.rates().chain(rest.angles()).chain(rest.torques());
+    findings.extend(all.map(noise));
+    findings
+}
+
+/// A log before the first motion.
+struct Rest<'a> {
+    /// Those with readings.
+    channels: Vec<Recorded>,
+    /// s
+    duration: f64,
+    stated: &'a Stated<'a>,
+}
+
+impl Rest<'_> {
+    fn torques(&self) -> impl Iterator<Item = &Recorded> {
+        let is_torque = |x: &&Recorded| matches!(x.channel, Channel::Torque(_));
+        self.channels.iter().filter(is_torque)
+    }
+
+    fn rates(&self) -> impl Iterator<Item = &Recorded> {
+        self.channels.iter().filter(|x| x.channel.is_rate())
+    }
+
+    fn angles(&self) -> impl Iterator<Item = &Recorded> {
+        let is_other =
+            |x: &Recorded| matches!(x.channel, Channel::Torque(_)) || x.channel.is_rate();
+        self.channels.iter().filter(move |x| !is_other(x))
+    }
+
+    fn zeros_of_gyros(&self) -> Vec<Finding> {
+        let limit = SMALL_RATE + OFFSET_GATE * self.stated.settings.budget.rate_bias;
+        let of_gyro = |(k, gyro): (usize, &Recorded)| {
+            // Each gyroscope is followed by its inclinometer.
+            let beside = self.channels.get(k + 1);
+            let beside = beside.filter(|x| x.channel.is_inclination());
+            let (turn, sigma) = beside.map_or((0.0, 0.0), |x| x.turn(self.duration));
+            gyro.zero(limit, |finding, mean| {
+                // Between the middles of those tenths; a mean of noise has an error of its own.
+                let twentieth = gyro.values.len() / 20;
+                let inner = &gyro.values[twentieth..gyro.values.len() - twentieth];
+                let inner = without_spikes(inner, gyro.noise);
+                let sigma = sigma.hypot(gyro.noise / gyro.count().sqrt());
+                if (inner - turn).abs() < limit + CHANCE * sigma {
+                    let [turn, sigma] = [turn, sigma].map(|x| x / DEGREE);
+                    return finding.cannot_tell(format!(
+                        "the inclinometer turns by {turn:.2} +- {sigma:.2} deg/s, as when a robot settles: record some seconds at rest"
+                    ));
+                }
+                finding.fault(format!("zero it at rest: state offset = {mean:.5} (rad/s)"))
+            })
+        };
+        let all = self.channels.iter().enumerate();
+        let gyros = all.filter(|(_, x)| x.channel.is_rate());
+        gyros.map(of_gyro).collect()
+    }
+
+    fn zero_of_angle(&self, angle: &Recorded) -> Finding {
+        let limit = 3.0 * self.stated.settings.budget.inclination_bias + 1e-4;
+        let key = match angle.channel {
             Channel::Inclinometer(_) => "offset".to_owned(),
             of_body => format!("offset of {of_body}"),
         };
-        let hangs = x.channel.is_inclination()
-            && x.mean().abs() > UPSIDE_DOWN
-            && noise(x).verdict != Verdict::Fault;
-        x.zero(level_zero, |finding, mean| match hangs {
-            true => upside_down(finding, x.channel),
+        let hangs = angle.channel.is_inclination()
+            && angle.mean().abs() > UPSIDE_DOWN
+            && noise(angle).verdict != Verdict::Fault;
+        angle.zero(limit, |finding, mean| match hangs {
+            true => upside_down(finding, angle.channel),
             false => inclination(finding, mean, &key),
         })
-    };
-    let of_torque = |finding: Finding, mean: f64| {
-        if !level {
-            let remedy = "the robot stands on a slope: record a rest on level ground";
-            return finding.cannot_tell(remedy);
-        }
-        finding.fault(format!(
-            "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
-        ))
-    };
-    let all = channels.iter().enumerate();
-    let gyros = all.filter(|(_, x)| x.channel.is_rate());
-    let mut findings: Vec<Finding> = gyros.map(of_gyro).collect();
-    findings.extend(angles().map(of_angle));
-    let of_torques: Vec<Finding> = torques().map(|x| x.zero(torque_zero, of_torque)).collect();
-    let are_right = of_torques.iter().all(|f| f.verdict == Verdict::Ok);
-    findings.extend(of_torques);
-    // Of level ground, the wheels' forces have no sum; friction may hold all torques alike.
-    let means: Vec<f64> = torques().map(Recorded::mean).collect();
-    if let ([a, b, c], true, true) = (&means[..], are_right, level) {
-        let (mean, root) = ((a + b + c) / 3.0, 3.0_f64.sqrt());
-        let chances = torques().map(|x| x.noise / x.count().sqrt());
-        let by_chance = CHANCE * chances.fold(0.0, f64::max);
-        let limit = small_torque
-            + (OFFSET_GATE * budget.torque_offset + by_chance) / root
-            + budget.gear_friction;
-        if mean.abs() > limit {
-            let figure = format!("mean of all {mean:.3} N m, at most {limit:.3} N m");
-            let finding = Finding::ok(ZERO, "torques 1 to 3", figure).with("mean", mean, "N m");
-            findings.push(of_torque(finding, mean));
-        }
     }
-    findings.extend(rates().chain(angles()).chain(torques()).map(noise));
-    findings
+
+    /// That of each torque and, where each is right, of all together.
+    fn zeros_of_torques(&self) -> Vec<Finding> {
+        let budget = &self.stated.settings.budget;
+        let is_level = self.angles().all(|x| x.mean().abs() < LEVEL);
+        let judge = |finding: Finding, mean: f64| {
+            match is_level {
+            true => finding.fault(format!(
+                "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
+            )),
+            false => {
+                finding.cannot_tell("the robot stands on a slope: record a rest on level ground")
+            }
+        }
+        };
+        let small = SMALL_TORQUE * Units::of(self.stated.robot).torque();
+        let limit = small + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
+        let mut findings: Vec<Finding> = self.torques().map(|x| x.zero(limit, judge)).collect();
+        let are_right = findings.iter().all(|f| f.verdict == Verdict::Ok);
+        // Of level ground, the wheels' forces have no sum; friction may hold all torques alike.
+        let means: Vec<f64> = self.torques().map(Recorded::mean).collect();
+        if let ([a, b, c], true, true) = (&means[..], are_right, is_level) {
+            let (mean, root) = ((a + b + c) / 3.0, 3.0_f64.sqrt());
+            let chances = self.torques().map(|x| x.noise / x.count().sqrt());
+            let by_chance = CHANCE * chances.fold(0.0, f64::max);
+            let limit = small
+                + (OFFSET_GATE * budget.torque_offset + by_chance) / root
+                + budget.gear_friction;
+            if mean.abs() > limit {
+                let figure = format!("mean of all {mean:.3} N m, at most {limit:.3} N m");
+                let finding = Finding::ok(ZERO, "torques 1 to 3", figure).with("mean", mean, "N m");
+                findings.push(judge(finding, mean));
+            }
+        }
+        findings
+    }
 }
 
 /// Number of samples before the first motion.

@@ -77,6 +77,12 @@ impl Channel {
         *self.of(&mut frame.clone())
     }
 
+    /// Its values in frames, a NaN where there is none.
+    pub fn values(self, frames: &[SensorFrame]) -> Vec<f64> {
+        let value = |frame: &SensorFrame| self.value(frame).unwrap_or(f64::NAN);
+        frames.iter().map(value).collect()
+    }
+
     /// The name of its reading.
     pub fn reading(self) -> String {
         let (name, index, part) = match self {
@@ -92,7 +98,7 @@ impl Channel {
     /// White noise of a sample by the budget, in the reading's unit; 0 for a channel that may be
     /// constant.
     pub fn noise(self, stated: &Stated<'_>) -> f64 {
-        let (budget, body) = (&stated.budget, stated.body.unwrap_or_default());
+        let (budget, body) = (&stated.settings.budget, stated.body.unwrap_or_default());
         match self {
             Self::Encoder(_) => 0.0,
             Self::Torque(_) => budget.torque_noise,

@@ -2,7 +2,7 @@
 
 use crate::check::report::Finding;
 use crate::jitter::Jitter;
-use robhaz_estimator::SensorFrame;
+use robhaz_estimator::{NoiseBudget, SensorFrame};
 
 /// Errors of the stamps that are no fault, s: of stamps with four decimals. `estimate` counts them by itself.
 const ROUNDED: f64 = 2e-4;
@@ -10,15 +10,17 @@ const ROUNDED: f64 = 2e-4;
 const TEST: &str = "jitter";
 const CHANNEL: &str = "time stamps";
 
-/// The finding of the errors that the frames show against a stated one (s), and the one that counts, s.
-pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (f64, Finding) {
-    let jitter = Jitter::of(frames, counts);
-    let [measured, budget] = [jitter.sigma, stated].map(|time| 1e3 * time);
+/// The finding of the errors that the frames show against the stated one; the budget then has the one that counts.
+pub fn finding(frames: &[SensorFrame], budget: &mut NoiseBudget) -> Finding {
+    let stated = budget.jitter;
+    let jitter = Jitter::of(frames, budget.encoder_counts);
+    let [measured, allowed] = [jitter.sigma, stated].map(|time| 1e3 * time);
     let of_unit = jitter.unit.map_or(String::new(), |unit| {
         format!("; the stamps are whole numbers of {:.3} ms", 1e3 * unit)
     });
-    let figure =
-        format!("the stamps err by {measured:.2} ms by the wheels, budget {budget:.2} ms{of_unit}");
+    let figure = format!(
+        "the stamps err by {measured:.2} ms by the wheels, budget {allowed:.2} ms{of_unit}"
+    );
     let mut finding = Finding::ok(TEST, CHANNEL, figure);
     if !jitter.is_shown {
         finding.figure =
@@ -30,6 +32,6 @@ pub fn finding(frames: &[SensorFrame], counts: f64, stated: f64) -> (f64, Findin
             "budget.jitter = \"{measured:.1} ms\" (estimate takes it by itself); better: stamp readings when they are taken{finer}"
         ));
     }
-    let finding = finding.with("jitter", jitter.sigma, "s");
-    (jitter.counted(stated), finding)
+    budget.jitter = jitter.counted(stated);
+    finding.with("jitter", jitter.sigma, "s")
 }

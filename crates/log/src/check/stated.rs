@@ -1,6 +1,6 @@
 //! What is stated of a log: the robot, its sensors, and where these are.
 
-use robhaz_estimator::{EstimatorSettings, NoiseBudget, Sides};
+use robhaz_estimator::EstimatorSettings;
 use robhaz_model::{Posture, Robot, Suspension, WholeRover};
 
 /// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
@@ -19,16 +19,8 @@ pub struct BodyNoise {
 pub struct Stated<'a> {
     /// The nominal robot.
     pub robot: &'a Robot,
-    /// Standard deviations of all sensor errors.
-    pub budget: NoiseBudget,
-    /// Nominal damping B of the wheel module, N m s.
-    pub viscous_damping: f64,
-    /// Efficiency of the gears of torques that are read before them, -.
-    pub gear_efficiency: f64,
-    /// Nominal compression of wheel and ground, m.
-    pub compression: f64,
-    /// Whether the log is of one side of a robot with two.
-    pub sides: Sides,
+    /// Settings of `kalman`, which runs on the log; with or without contact angles as the log has them.
+    pub settings: EstimatorSettings,
     /// Time after the first frame from which on forces count, s.
     pub compare_from: f64,
     /// The sensors of body and pin Q of which the readings of the links are made; `None` of sensors

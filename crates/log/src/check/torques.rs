@@ -38,7 +38,7 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     let (mut faults, mut visits) = (Vec::new(), [0, 0]);
     for i in 0..3 {
         let torque = Torque::of(frames, i, turns);
-        match torque.fault(stated.budget.torque_noise) {
+        match torque.fault(stated.settings.budget.torque_noise) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
             Some([figure, remedy]) => {
                 faults.push(Finding::ok(TEST, Channel::Torque(i), figure).fault(remedy));

@@ -56,7 +56,11 @@ struct Sizes([f64; 3], [f64; 3]);
 impl Sizes {
     /// `None` of a robot that does not drive for long enough.
     fn of(log: &Readings<'_>) -> Option<Self> {
-        let (recording, budget, robot) = (&log.recording, &log.stated.budget, log.stated.robot);
+        let (recording, budget, robot) = (
+            &log.recording,
+            &log.stated.settings.budget,
+            log.stated.robot,
+        );
         let moment = robot.mass.total() * robot.gravity / 3.0 * robot.geometry.wheel_radius;
         let driving = |x: &Vec<f64>| recording.while_driving(x);
         let spins = recording.spin.each_ref().map(driving);

@@ -170,16 +170,24 @@ impl LogChoice {
         })
     }
 
-    /// The settings with which an estimator runs: as listed, with its nominal damping and the noise
-    /// budget.
-    pub fn settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
+    /// Settings of an estimator with the drive, the noise budget and the sides that are stated of the log.
+    pub fn stated(&self, settings: EstimatorSettings) -> EstimatorSettings {
         EstimatorSettings {
-            viscous_damping: estimator.damping.unwrap_or(self.viscous_damping),
+            viscous_damping: self.viscous_damping,
             gear_efficiency: self.gear_efficiency,
             compression: self.compression,
             budget: self.budget,
             sides: self.sides.of_side(),
-            ..estimator.settings
+            ..settings
+        }
+    }
+
+    /// The settings with which an estimator runs: as listed, with its nominal damping and what is stated.
+    pub fn settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
+        let settings = self.stated(estimator.settings);
+        EstimatorSettings {
+            viscous_damping: estimator.damping.unwrap_or(settings.viscous_damping),
+            ..settings
         }
     }
 

@@ -140,19 +140,33 @@ fn is_without_use(mapping: &Mapping, reading: &str) -> bool {
 
 /// Every reading comes from one place, and every channel that is named exists.
 pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
-    let mut without = Vec::new();
-    let names = mapping.readings.iter().map(|r| r.name);
-    let mut named = names.chain(mapping.imus.iter().map(|i| i.link));
-    let both = named.clone().any(is_of_both);
-    let of_one_side = |name: &str| {
-        let is_of_wheel = name.starts_with("wheel") || name == "pin_angle";
-        is_of_wheel || is_of_body(name) == Some(false)
+    let readings = mapping.readings.iter().map(|r| r.name);
+    let named: Vec<&str> = readings
+        .chain(mapping.imus.iter().map(|i| i.link))
+        .collect();
+    let both = named.iter().any(|name| is_of_both(name));
+    check_kinds(reader, root, &named, both);
+    check_readings(reader, root, mapping, &named, both);
+    check_channels(reader, root, mapping);
+}
+
+/// Readings of one side and of both are not mixed, nor those of the links and of the body.
+fn check_kinds(reader: &mut Reader, root: &Node, named: &[&str], both: bool) {
+    let of_body = |is: bool| named.iter().any(|name| is_of_body(name) == Some(is));
+    let is_of_wheel = |name: &&str| name.starts_with("wheel") || *name == "pin_angle";
+    let message = if both && (named.iter().any(is_of_wheel) || of_body(false)) {
+        "found readings of one side and of both, allowed: those of both have left_ and right_ in their names, and body_inclination, body_rate"
+    } else if !both && of_body(true) && of_body(false) {
+        "found readings of the links and of the body, allowed: those of the links, or body_inclination, body_rate and pin_angle"
+    } else {
+        return;
     };
-    if both && named.clone().any(of_one_side) {
-        let message = "found readings of one side and of both, allowed: those of both have left_ and right_ in their names, and body_inclination, body_rate";
-        reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
-    }
-    let of_body = named.clone().any(|name| is_of_body(name) == Some(true));
+    reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
+}
+
+/// Every reading that is needed comes from one place.
+fn check_readings(reader: &mut Reader, root: &Node, mapping: &Mapping, named: &[&str], both: bool) {
+    let of_body = named.iter().any(|name| is_of_body(name) == Some(true));
     // Steering is 0 where it is not read, and which coupling there is the robot says.
     let is_needed = |name: &str| match both {
         _ if is_optional(name) => false,
@@ -162,35 +176,19 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         }
         false => !is_of_both(name) && is_of_body(name) != Some(!of_body),
     };
-    if !both && of_body && named.any(|name| is_of_body(name) == Some(false)) {
-        let message = "found readings of the links and of the body, allowed: those of the links, or body_inclination, body_rate and pin_angle";
-        reader.push(Problem::at(&root.origin, "reading", message.to_owned()).whole());
-    }
+    let mut without = Vec::new();
     for name in READINGS
         .into_iter()
         .filter(|name| both || !is_of_both(name))
     {
-        let readings = mapping.readings.iter();
-        let readings = readings.map(|r| (r.name == name, "reading", name));
-        let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
-        let found = readings.chain(imus).filter(|(is_it, ..)| *is_it);
-        let mut places: Vec<String> = found.map(|(_, table, of)| join(table, of)).collect();
-        if mapping.missing.iter().any(|missing| missing == name) {
-            places.push("missing".to_owned());
-        }
-        // A reading of its own stands in place of that of the sensor, whose parts may have topics of their own.
-        let is_of_imu = places.get(1).is_some_and(|place| place.starts_with("imu."));
-        let is_used = both || !is_without_use(mapping, name);
-        if is_of_imu && places[0].starts_with("reading.") && is_used {
-            places.remove(1);
-        }
-        match places.as_slice() {
+        let places = places(mapping, name, both);
+        match &places[..] {
             [] if !is_needed(name) => {}
             [] => without.push(name),
             [_] => {}
             [first, ..] => {
-                let node = root.find(first).unwrap_or(root);
                 let places = places.join(" and ");
+                let node = root.find(first).unwrap_or(root);
                 let message = format!("{name} is in {places}, allowed: one of them");
                 reader.complain(&node.origin, first, || message);
             }
@@ -203,6 +201,29 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         );
         reader.push(Problem::at(&root.origin, "reading", message).whole());
     }
+}
+
+/// Where a reading is stated.
+fn places(mapping: &Mapping, name: &str, both: bool) -> Vec<String> {
+    let readings = mapping.readings.iter();
+    let readings = readings.map(|r| (r.name == name, "reading", name));
+    let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
+    let found = readings.chain(imus).filter(|(is_it, ..)| *is_it);
+    let mut places: Vec<String> = found.map(|(_, table, of)| join(table, of)).collect();
+    if mapping.missing.iter().any(|missing| missing == name) {
+        places.push("missing".to_owned());
+    }
+    // A reading of its own stands in place of that of the sensor, whose parts may have topics of their own.
+    let is_of_imu = places.get(1).is_some_and(|place| place.starts_with("imu."));
+    let is_used = both || !is_without_use(mapping, name);
+    if is_of_imu && places[0].starts_with("reading.") && is_used {
+        places.remove(1);
+    }
+    places
+}
+
+/// Every channel that is named exists.
+fn check_channels(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let names = mapping.channels.iter().map(|c| c.name.as_str());
     let names: Vec<&str> = names.filter(|name| *name != ChannelChoice::TRUTH).collect();
     if names.is_empty() && !mapping.channels.is_empty() {

@@ -1,46 +1,61 @@
-//! What the readings of both sides show against each other: roll, yaw, and torques of left and right.
+//! What the readings of joints and body show by themselves and against the wheels: missing ones, ranges, signs of
+//! roll and yaw, zeros of the joints.
 
-use crate::check::recording::slowness;
+use super::frames::{LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_steps};
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use crate::check::{dead, still};
 use crate::readings::side_frame;
+use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
-use robhaz_model::{Coupling, Units, WholeRover};
-use robhaz_score::signals::{derivative, fit, high_pass, median, smooth};
+use robhaz_model::WholeRover;
+use robhaz_score::signals::smooth;
 
-/// Time over which speeds and torques are averaged, s, of an ordinary drive.
+/// Time over which turns of the wheels and slopes are averaged, s.
 const SMOOTHING: f64 = 0.1;
-/// Time over which set speeds and slopes do not change, s, of an ordinary drive.
-const SLOWLY: f64 = 0.5;
-/// Share of the torques' differences that a speed control explains.
-const EXPLAINED: f64 = 0.5;
 /// Error of a joint's zero that is to be found, rad: 2 deg of the differential cost 2 % of N.
 const LARGEST_ZERO: f64 = 0.035;
 /// Turn of the body that shows a sign, rad.
 const LEAST_TURN: f64 = 0.03;
-/// Longest step between frames over which a rate is integrated, s: the estimators start anew after it.
-pub(super) const LONGEST_GAP: f64 = 0.5;
 /// Turn of the wheels over that of the gyroscope that is none: a skid turn has more than 1.
 const SMALL: f64 = 0.3;
 
-/// Size of the yaw over a log, rad.
-pub fn turn(frames: &[WholeFrame]) -> f64 {
-    let steps = frames.windows(2).filter_map(|w| {
-        let [_, _, rate] = w[0].rates;
-        Some(rate? * (w[1].time - w[0].time))
+/// Readings of the body and the joints that are not there.
+pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
+    let found = readings(rover).into_iter().filter_map(|(name, of)| {
+        let read = |f: &WholeFrame| (f.time, of(f).is_some_and(f64::is_finite));
+        dead::silent(name, frames.iter().map(read))
     });
-    steps.sum::<f64>().abs()
+    found.collect()
 }
 
-/// The name of the angle of what joins the sides.
-pub(super) fn coupling_angle(coupling: Coupling) -> &'static str {
-    match coupling {
-        Coupling::Differential => "differential_angle",
-        Coupling::RearBogie => "rear_bogie_angle",
-    }
+/// Readings of a rover that are beyond what it can do, as angles in another unit are.
+pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
+    /// Share of the frames beyond its range that is no spike.
+    const OFTEN: f64 = 0.05;
+    /// Angle of a pin over its end stop that no zero explains.
+    const BEYOND: f64 = 1.5;
+    /// Largest angle of differential, rear bogie and body, rad: the rover has tipped over.
+    const LARGEST: f64 = 1.0;
+    let stop = &rover.side.geometry.stop;
+    let of_pin = BEYOND * stop.lower.abs().max(stop.upper.abs());
+    // Of the pins, the coupling, inclination and roll.
+    let largest = [of_pin, of_pin, LARGEST, LARGEST, LARGEST];
+    let finding = |((channel, of), most): (Reading, f64)| {
+        let all: Vec<f64> = frames.iter().filter_map(of).map(f64::abs).collect();
+        let beyond = all.iter().filter(|angle| **angle > most).count();
+        // Counts of frames.
+        (beyond as f64 > OFTEN * all.len() as f64).then(|| {
+            let largest = all.into_iter().fold(0.0, f64::max);
+            let figure = format!("up to {largest:.2} rad, where {most:.2} is what the rover can do");
+            Finding::ok("range of joints", channel, figure)
+                .with("largest", largest, "rad")
+                .fault(format!("check its unit and zero: angles in degrees have unit = \"deg\" in reading.{channel}"))
+        })
+    };
+    let angles = readings(rover).into_iter().zip(largest);
+    angles.filter_map(finding).collect()
 }
 
 /// Whether what no side has by itself repeats its value while the wheels turn: the coupling's angle, and roll and yaw.
@@ -62,64 +77,6 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
         (yaw_rate, rates),
     ];
     all.map(finding).into()
-}
-
-/// A reading of a frame.
-type Of = fn(&WholeFrame) -> Option<f64>;
-/// A reading by its name.
-type Reading = (&'static str, Of);
-
-/// What is read of joints and body.
-fn readings(rover: &WholeRover) -> [Reading; 8] {
-    [
-        ("left_pin_angle", |f| f.pins[0]),
-        ("right_pin_angle", |f| f.pins[1]),
-        (coupling_angle(rover.coupling), |f| f.coupling),
-        ("body_inclination", |f| f.inclination),
-        ("body_roll", |f| f.roll),
-        ("body_roll_rate", |f| f.rates[0]),
-        ("body_rate", |f| f.rates[1]),
-        ("body_yaw_rate", |f| f.rates[2]),
-    ]
-}
-
-/// A reading of all frames; a NaN where there is none.
-pub(super) fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) -> Vec<f64> {
-    frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect()
-}
-
-/// Sum of the angles of all wheels, rad.
-pub(super) fn turned(frame: &WholeFrame) -> Option<f64> {
-    frame.wheel_angle.iter().copied().sum()
-}
-
-/// Readings of the body and the joints that are not there.
-pub fn silences(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
-    let found = readings(rover).into_iter().filter_map(|(name, of)| {
-        let read = |f: &WholeFrame| (f.time, of(f).is_some_and(f64::is_finite));
-        dead::silent(name, frames.iter().map(read))
-    });
-    found.collect()
-}
-
-/// How many times as long as an ordinary drive the rover takes for the same way ([`slowness`]).
-pub(super) fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
-    /// Time over which a speed is taken, s.
-    const APART: f64 = 1.0;
-    let least = DRIVING_SPEED * Units::of(&rover.side).speed() / rover.side.geometry.wheel_radius;
-    let (mut speeds, mut last) = (Vec::new(), None::<(f64, f64)>);
-    for frame in frames {
-        let Some(turned) = turned(frame) else {
-            continue;
-        };
-        let (time, before) = *last.get_or_insert((frame.time, turned));
-        if frame.time - time > APART {
-            speeds.push((turned - before).abs() / (6.0 * (frame.time - time)));
-            last = Some((frame.time, turned));
-        }
-    }
-    speeds.retain(|speed| *speed > least);
-    slowness(median(speeds), &rover.side)
 }
 
 /// The sign of the roll against its rate, over half a second of an ordinary drive.
@@ -167,6 +124,57 @@ pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
     }
 }
 
+/// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
+pub fn yaw(frames: &[WholeFrame], rover: &WholeRover) -> Finding {
+    let (mut products, mut squares, mut turned) = (0.0, 0.0, 0.0_f64);
+    let steps = yaw_steps(frames, rover).into_iter();
+    for step in steps.filter(|step| step.time < LONGEST_GAP) {
+        let by_gyro = step.rate * step.time;
+        products += by_gyro * step.by_wheels;
+        squares += by_gyro * by_gyro;
+        turned += by_gyro;
+    }
+    let (test, channel) = ("yaw and wheels", "body_yaw_rate");
+    if turned.abs() < 10.0 * LEAST_TURN {
+        let figure = format!("turned by {:.1} deg", turned.to_degrees());
+        let remedy = "drive a turn of 20 deg or more";
+        return Finding::ok(test, channel, figure).cannot_tell(remedy);
+    }
+    let ratio = products / squares;
+    let figure = format!(
+        "turned by {:.0} deg; the wheels {ratio:.2} times as much, in a skid turn more than 1",
+        turned.to_degrees()
+    );
+    let finding = Finding::ok(test, channel, figure).with("ratio", ratio, "-");
+    match ratio {
+        ratio if ratio < -SMALL => finding.fault(
+            "turn the sign of body_yaw_rate, to the left positive; or left and right wheels are exchanged",
+        ),
+        ratio if ratio < SMALL => finding.fault("check the unit of body_yaw_rate: rad/s or deg/s"),
+        _ => finding,
+    }
+}
+
+/// Wheels of left and right that turn against each other while the body does not spin: motors that are
+/// mounted mirror-wise count the other way.
+pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
+    let (mut sums, mut spun) = ([0.0; 3], [0.0; 2]);
+    for step in yaw_steps(frames, rover) {
+        let [left, right] = step.sides;
+        let products = [left * left, right * right, left * right];
+        sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
+        spun[0] += step.by_wheels * step.by_wheels;
+        spun[1] += step.by_wheels * step.rate * step.time.min(LONGEST_GAP);
+    }
+    let [left, right, product] = sums;
+    let (correlation, share) = (product / (left * right).sqrt(), spun[1] / spun[0]);
+    (correlation < -0.5 && share.abs() < SMALL).then(|| {
+        let figure = format!("they turn against each other (correlation {correlation:.2}), and the body does not spin");
+        let finding = Finding::ok("left and right wheels", "encoders of both sides", figure);
+        finding.with("correlation", correlation, "-").fault("motors that are mounted mirror-wise count the other way: turn the signs of all angles and torques of the side that counts backwards on the way forward")
+    })
+}
+
 /// The zeros of the joints. All wheels pass the same ground, so on a long way the mean of a joint's angle is
 /// zero, but for what the ground's slope changes from the first footprint to the last.
 pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
@@ -174,7 +182,7 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
     let half = ((0.5 * SMOOTHING / period(frames).unwrap_or(SMOOTHING)).round() as usize).max(1);
     let averaged = |of: Of| smooth(&values(frames, of), half);
-    let turned = averaged(turned);
+    let turned = averaged(wheel_turns);
     let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let length =
         geometry.wheel_radius / 6.0 * steps.iter().filter(|step| step.is_finite()).sum::<f64>();
@@ -211,221 +219,11 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     [left, right, coupling].map(of_joint)
 }
 
-/// Median time between frames, s.
-fn period(frames: &[WholeFrame]) -> Option<f64> {
-    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
-    median(steps.collect()).filter(|dt| *dt > 0.0)
-}
-
-/// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
-pub fn yaw(frames: &[WholeFrame], rover: &WholeRover) -> Finding {
-    let radius = rover.side.geometry.wheel_radius;
-    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
-    let (mut products, mut squares, mut turned, mut last) = (0.0, 0.0, 0.0_f64, None);
-    for frame in frames {
-        let sum = |side: usize| {
-            let wheels = frame.wheel_angle[3 * side..][..3].iter();
-            wheels.copied().sum::<Option<f64>>()
-        };
-        let (Some(left), Some(right), [.., Some(rate)]) = (sum(0), sum(1), frame.rates) else {
-            continue;
-        };
-        let faster = radius * (right - left) / (6.0 * track);
-        if let Some((time, before)) = last.replace((frame.time, faster))
-            && frame.time - time < LONGEST_GAP
-        {
-            let by_gyro: f64 = rate * (frame.time - time);
-            products += by_gyro * (faster - before);
-            squares += by_gyro * by_gyro;
-            turned += by_gyro;
-        }
-    }
-    let (test, channel) = ("yaw and wheels", "body_yaw_rate");
-    if turned.abs() < 10.0 * LEAST_TURN {
-        let figure = format!("turned by {:.1} deg", turned.to_degrees());
-        let remedy = "drive a turn of 20 deg or more";
-        return Finding::ok(test, channel, figure).cannot_tell(remedy);
-    }
-    let ratio = products / squares;
-    let figure = format!(
-        "turned by {:.0} deg; the wheels {ratio:.2} times as much, in a skid turn more than 1",
-        turned.to_degrees()
-    );
-    let finding = Finding::ok(test, channel, figure).with("ratio", ratio, "-");
-    match ratio {
-        ratio if ratio < -SMALL => finding.fault(
-            "turn the sign of body_yaw_rate, to the left positive; or left and right wheels are exchanged",
-        ),
-        ratio if ratio < SMALL => finding.fault("check the unit of body_yaw_rate: rad/s or deg/s"),
-        _ => finding,
-    }
-}
-
-/// Wheels of left and right that turn against each other while the body does not spin: motors that are
-/// mounted mirror-wise count the other way.
-pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
-    let radius = rover.side.geometry.wheel_radius;
-    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
-    let (mut sums, mut spun, mut last) = ([0.0; 3], [0.0; 2], None);
-    for frame in frames {
-        let sum = |side: usize| {
-            let wheels = frame.wheel_angle[3 * side..][..3].iter();
-            Some(wheels.copied().sum::<Option<f64>>()? / 3.0)
-        };
-        let (Some(left), Some(right), [.., Some(rate)]) = (sum(0), sum(1), frame.rates) else {
-            continue;
-        };
-        let Some((time, before)) = last.replace((frame.time, [left, right])) else {
-            continue;
-        };
-        let [left, right] = [left - before[0], right - before[1]];
-        let products = [left * left, right * right, left * right];
-        sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
-        let by_wheels = radius * (right - left) / (2.0 * track);
-        let step = (frame.time - time).min(LONGEST_GAP);
-        spun[0] += by_wheels * by_wheels;
-        spun[1] += by_wheels * rate * step;
-    }
-    let [left, right, product] = sums;
-    let (correlation, share) = (product / (left * right).sqrt(), spun[1] / spun[0]);
-    (correlation < -0.5 && share.abs() < SMALL).then(|| {
-        let figure = format!("they turn against each other (correlation {correlation:.2}), and the body does not spin");
-        let finding = Finding::ok("left and right wheels", "encoders of both sides", figure);
-        finding.with("correlation", correlation, "-").fault("motors that are mounted mirror-wise count the other way: turn the signs of all angles and torques of the side that counts backwards on the way forward")
-    })
-}
-
-/// Readings of a rover that are beyond what it can do, as angles in another unit are.
-pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
-    /// Share of the frames beyond its range that is no spike.
-    const OFTEN: f64 = 0.05;
-    /// Angle of a pin over its end stop that no zero explains.
-    const BEYOND: f64 = 1.5;
-    /// Largest angle of differential, rear bogie and body, rad: the rover has tipped over.
-    const LARGEST: f64 = 1.0;
-    let stop = &rover.side.geometry.stop;
-    let of_pin = BEYOND * stop.lower.abs().max(stop.upper.abs());
-    // Of the pins, the coupling, inclination and roll.
-    let largest = [of_pin, of_pin, LARGEST, LARGEST, LARGEST];
-    let finding = |((channel, of), most): (Reading, f64)| {
-        let all: Vec<f64> = frames.iter().filter_map(of).map(f64::abs).collect();
-        let beyond = all.iter().filter(|angle| **angle > most).count();
-        // Counts of frames.
-        (beyond as f64 > OFTEN * all.len() as f64).then(|| {
-            let largest = all.into_iter().fold(0.0, f64::max);
-            let figure = format!("up to {largest:.2} rad, where {most:.2} is what the rover can do");
-            Finding::ok("range of joints", channel, figure)
-                .with("largest", largest, "rad")
-                .fault(format!("check its unit and zero: angles in degrees have unit = \"deg\" in reading.{channel}"))
-        })
-    };
-    let angles = readings(rover).into_iter().zip(largest);
-    angles.filter_map(finding).collect()
-}
-
-/// Whether the difference of the torques of wheel `i` of both sides answers that of its encoders, as a
-/// speed control does; false where one of both, torque or encoder, is exchanged. `None` where the log
-/// does not show it.
-pub fn torque_follows(frames: &[WholeFrame], i: usize, pace: f64) -> Option<bool> {
-    let difference = |of: fn(&WholeFrame) -> &[Option<f64>; 6]| {
-        values(frames, |frame| Some(of(frame)[i]? - of(frame)[i + 3]?))
-    };
-    let dt = period(frames)?;
-    let half = ((0.5 * pace * SMOOTHING / dt).round() as usize).max(1);
-    let angle = difference(|f| &f.wheel_angle);
-    let torque = difference(|f| &f.motor_torque);
-    let speed = derivative(&angle, half, dt);
-    // Set speeds differ in a turn, torques on a slope: both slowly.
-    let slow = ((pace * SLOWLY / dt).round() as usize).max(1);
-    let [speed, angle, torque] = [speed, angle, smooth(&torque, half)].map(|x| high_pass(&x, slow));
-    let found = fit(&torque, &[&speed, &angle])?;
-    let size = |x: &[f64]| {
-        let known = x.iter().filter(|x| x.is_finite());
-        known.map(|x| x * x).sum::<f64>().sqrt()
-    };
-    let of_speed = found.coefficients.first()? * size(&speed);
-    let of_angle = found.coefficients.get(1)? * size(&angle);
-    let answer = match of_speed.abs() > of_angle.abs() {
-        true => of_speed,
-        false => of_angle,
-    };
-    (found.explained > EXPLAINED).then_some(answer < 0.0)
-}
-
-/// The torques of both sides: each answers its own encoder.
-pub fn torques(follows: [Option<bool>; 3]) -> Finding {
-    let (test, channel) = ("torques of the sides", "torques and encoders");
-    let numbers = |which: Option<bool>| {
-        let found = (1..=3).filter(|i| follows[i - 1] == which);
-        found.map(|i| i.to_string()).collect::<Vec<_>>().join(", ")
-    };
-    let [wrong, unknown] = [Some(false), None].map(numbers);
-    if !wrong.is_empty() {
-        let figure = format!("of wheels {wrong} the torque answers the encoder of the other side");
-        let remedy = format!(
-            "exchange the columns of left and right of the motor_torque or of the angle of wheels {wrong}, not of both: turn a left wheel by hand, and the angle that changes is the left one"
-        );
-        return Finding::ok(test, channel, figure).fault(remedy);
-    }
-    if !unknown.is_empty() {
-        let figure = format!("of wheels {unknown} the torques show no answer of a speed control");
-        let remedy = "drive over bumps under one side under speed control";
-        return Finding::ok(test, channel, figure).cannot_tell(remedy);
-    }
-    let figure = "the differences of left and right torques answer those of the encoders";
-    Finding::ok(test, channel, figure)
-}
-
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
+    use super::super::testing::{rover, turn_left};
     use super::*;
     use crate::check::report::Verdict;
-    use robhaz_scene::RobotChoice;
-    use std::path::Path;
-
-    pub fn rover() -> WholeRover {
-        let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
-        let robot = RobotChoice::load(&robots.join("open-source-rover.toml")).expect("a robot");
-        robot.whole_rover().expect("what lies across")
-    }
-
-    /// A turn to the left at v = 0.2 m/s with w = 0.2 rad/s about a point beside the middle wheels, each
-    /// wheel steered along its way; 10 s at 50 Hz.
-    pub fn turn_left(change: impl Fn(&mut WholeFrame)) -> Vec<WholeFrame> {
-        const SPEED: f64 = 0.2;
-        const RATE: f64 = 0.2;
-        let rover = rover();
-        let geometry = &rover.side.geometry;
-        let frame = |k: u32| {
-            let time = 0.02 * f64::from(k);
-            let way = |i: usize| {
-                let side = if i < 3 { 1.0 } else { -1.0 };
-                let along = SPEED - RATE * side * rover.half_tracks[i % 3];
-                let across = RATE * (geometry.axles[i % 3].x - geometry.axles[1].x);
-                (along, across)
-            };
-            let mut frame = WholeFrame {
-                time,
-                wheel_angle: std::array::from_fn(|i| {
-                    let (along, across) = way(i);
-                    Some(along.hypot(across) * time / geometry.wheel_radius)
-                }),
-                steering: std::array::from_fn(|i| {
-                    let (along, across) = way(i);
-                    Some(across.atan2(along)).filter(|_| i % 3 != 1)
-                }),
-                pins: [Some(0.0); 2],
-                coupling: Some(0.0),
-                inclination: Some(0.0),
-                roll: Some(0.0),
-                rates: [Some(0.0), Some(0.0), Some(RATE)],
-                ..WholeFrame::default()
-            };
-            change(&mut frame);
-            frame
-        };
-        (0..500).map(frame).collect()
-    }
 
     /// A yaw rate in deg/s is no wrong sign, and a gap in a turn is no turn of the wheels: the ratio stays
     /// near 1.

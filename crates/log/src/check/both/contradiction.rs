@@ -11,14 +11,16 @@
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
 //! by more than what is stated.
 
-use super::across::turned;
-use super::wirings::{Change, RollOnGround, wired, wirings};
-use super::{STRAIGHT, across};
+use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns};
+use super::wiring::{Change, wired, wirings};
+use super::wirings::RollOnGround;
+use super::{STRAIGHT, across, torques};
+use crate::check::recording::driving_speed;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
-use robhaz_estimator::{Confirmation, DRIVING_SPEED, Flags};
-use robhaz_model::{Units, WholeRover};
+use robhaz_estimator::{Confirmation, Flags};
+use robhaz_model::{Coupling, WholeRover};
 
 /// Share of the logs with correct readings that may be taken for others.
 const CHANCE: f64 = 0.01;
@@ -33,20 +35,47 @@ const STEP: f64 = 0.0099;
 /// Longest such time, s.
 const LONGEST_STEP: f64 = 0.1;
 
-/// Other sizes and signs that are tried, by what they change. A size of torques shows in the work on
-/// slopes, too.
-const SIZES: [(&str, Change); 10] = [
-    ("size of the torques", Change::Torques(2.0 / 3.0)),
-    ("size of the torques", Change::Torques(1.5)),
-    ("size of the coupling's angle", Change::CouplingSize(0.5)),
-    ("size of the coupling's angle", Change::CouplingSize(2.0)),
-    ("size of the pins' angles", Change::PinsSize(0.5)),
-    ("size of the pins' angles", Change::PinsSize(2.0)),
-    ("gears that lose torque", Change::Gears(0.8)),
-    ("gears that lose torque", Change::Gears(0.6)),
-    ("sign of body_roll", Change::Roll),
-    ("axes of the body", Change::Axes),
+/// What may be otherwise than stated.
+#[derive(Clone, Copy)]
+enum Other {
+    /// A size or a sign of readings.
+    Reading(Change),
+    /// The efficiency of the gears, a setting of the estimator.
+    Gears(f64),
+}
+
+use Other::{Gears, Reading};
+
+/// What is tried, by what it changes. A size of torques shows in the work on slopes, too.
+const TRIED: [(&str, Other); 10] = [
+    ("size of the torques", Reading(Change::Torques(2.0 / 3.0))),
+    ("size of the torques", Reading(Change::Torques(1.5))),
+    (
+        "size of the coupling's angle",
+        Reading(Change::CouplingSize(0.5)),
+    ),
+    (
+        "size of the coupling's angle",
+        Reading(Change::CouplingSize(2.0)),
+    ),
+    ("size of the pins' angles", Reading(Change::PinsSize(0.5))),
+    ("size of the pins' angles", Reading(Change::PinsSize(2.0))),
+    ("gears that lose torque", Gears(0.8)),
+    ("gears that lose torque", Gears(0.6)),
+    ("sign of body_roll", Reading(Change::Roll)),
+    ("axes of the body", Reading(Change::Axes)),
 ];
+
+impl Other {
+    /// What to do, in words.
+    fn words(self, coupling: Coupling) -> String {
+        match self {
+            Reading(change) => change.words(coupling),
+            Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
+        }
+    }
+}
+
 /// Normal forces over their stated deviation from which on they differ.
 const DIFFERENT: f64 = 2.0;
 
@@ -84,14 +113,8 @@ impl Judged {
         wiring: &[Change],
     ) -> Option<Self> {
         let rover = stated.rover;
-        let mut settings = stated.settings;
-        for change in wiring {
-            if let Change::Gears(efficiency) = change {
-                settings.gear_efficiency = *efficiency;
-            }
-        }
-        let mut estimator = WholeEstimator::new(rover, settings, stated.joint).ok()?;
-        let least = DRIVING_SPEED * Units::of(&rover.side).speed();
+        let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint).ok()?;
+        let least = driving_speed(&rover.side);
         let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
         let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);
         let (mut rolled, mut last) = (0.0, frames.first().map_or(0.0, |(f, _)| f.time));
@@ -109,8 +132,7 @@ impl Judged {
                 continue;
             }
             count += 1.0;
-            rolled += speed.abs() / rover.side.geometry.wheel_radius
-                * step.clamp(0.0, across::LONGEST_GAP);
+            rolled += speed.abs() / rover.side.geometry.wheel_radius * step.clamp(0.0, LONGEST_GAP);
             sum += estimate.misfit.min(LARGEST);
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
                 sum += health.slip.iter().chain(&health.direction).sum::<f64>();
@@ -149,19 +171,18 @@ impl Judged {
 }
 
 /// Frames from a second before the wheels turn, some time apart, with the speed, m/s.
-fn part(frames: &[WholeFrame], rover: &WholeRover) -> Vec<(WholeFrame, f64)> {
+fn part(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Vec<(WholeFrame, f64)> {
     let radius = rover.side.geometry.wheel_radius;
-    let pace = across::pace(frames, rover);
     let (longest, step) = (pace * LONGEST, (pace * STEP).min(LONGEST_STEP));
-    let start = frames.iter().find_map(turned).unwrap_or(0.0);
-    let moves = |f: &&WholeFrame| turned(f).is_some_and(|turned| (turned - start).abs() > 0.3);
+    let start = frames.iter().find_map(wheel_turns).unwrap_or(0.0);
+    let moves = |f: &&WholeFrame| wheel_turns(f).is_some_and(|turned| (turned - start).abs() > 0.3);
     let from = frames.iter().find(moves).map_or(0.0, |f| f.time - 1.0);
     let mut kept: Vec<(WholeFrame, f64)> = Vec::new();
     let part = from..from + longest;
     for frame in frames.iter().filter(|f| part.contains(&f.time)) {
         let speed = match kept.last() {
             Some((last, _)) if frame.time - last.time < step => continue,
-            Some((last, speed)) => match turned(frame).zip(turned(last)) {
+            Some((last, speed)) => match wheel_turns(frame).zip(wheel_turns(last)) {
                 Some((now, before)) => radius * (now - before) / (6.0 * (frame.time - last.time)),
                 None => *speed,
             },
@@ -173,22 +194,18 @@ fn part(frames: &[WholeFrame], rover: &WholeRover) -> Vec<(WholeFrame, f64)> {
 }
 
 /// Why the readings contradict each other without an estimate.
-fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
+fn direct(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Option<String> {
     let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
-    let pace = across::pace(frames, stated.rover);
-    let direct = [
-        across::roll(frames, pace),
-        across::yaw(frames, stated.rover),
-    ];
-    let opposed = across::opposed(frames, stated.rover);
+    let direct = [across::roll(frames, pace), across::yaw(frames, rover)];
+    let opposed = across::opposed(frames, rover);
     let direct = direct.iter().chain(&opposed).find(|f| is_fault(f));
     if let Some(finding) = direct {
         return Some(format!("{}: {}", finding.channel, finding.figure));
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
-    let wrong = |i: &usize| across::torque_follows(frames, *i, pace) == Some(false);
+    let wrong = |i: &usize| torques::follows(frames, *i, pace) == Some(false);
     let wheel = (0..3).find(wrong)? + 1;
-    (across::turn(frames) < STRAIGHT).then_some(())?;
+    (body_turn(frames) < STRAIGHT).then_some(())?;
     Some(format!(
         "the torques of left and right wheel {wheel} answer the encoders of the other side"
     ))
@@ -196,9 +213,10 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<String> {
 
 /// Whether the readings agree, for an estimate.
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreement {
-    let found = direct(frames, stated);
+    let pace = pace(frames, stated.rover);
+    let found = direct(frames, stated.rover, pace);
     let compared = match found {
-        None => Compared::new(frames, stated),
+        None => Compared::new(frames, stated, pace),
         Some(_) => None,
     };
     let by_all = |compared: &Compared<'_>| compared.roll().or_else(|| compared.wirings());
@@ -213,8 +231,8 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreemen
 }
 
 /// The sizes alone, for a check.
-pub fn sizes(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Finding {
-    let compared = Compared::new(frames, stated);
+pub fn sizes(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Finding {
+    let compared = Compared::new(frames, stated, pace);
     let found = compared.map_or_else(Agreement::default, |compared| compared.sizes());
     let finding =
         |figure: String| Finding::ok("sizes and signs", "torques, coupling, roll", figure);
@@ -237,8 +255,8 @@ struct Compared<'a> {
 }
 
 impl<'a> Compared<'a> {
-    fn new(frames: &[WholeFrame], stated: &'a StatedBoth<'a>) -> Option<Self> {
-        let part = part(frames, stated.rover);
+    fn new(frames: &[WholeFrame], stated: &'a StatedBoth<'a>, pace: f64) -> Option<Self> {
+        let part = part(frames, stated.rover, pace);
         let own = Judged::of(&part, stated, &[])?;
         Some(Self {
             samples: own.rolled / WholeEstimate::INDEPENDENT,
@@ -292,29 +310,39 @@ impl<'a> Compared<'a> {
         })
     }
 
-    /// Sizes of torques and of the joints' angles, and the sign of the roll.
+    /// What is said of the log with something otherwise than stated; `None` of what compares with nothing: wheels
+    /// are dragged across, or it has no estimate.
+    fn judged(&self, other: Other) -> Option<Judged> {
+        let mut stated = *self.stated;
+        let found = match other {
+            Reading(change) => Judged::of(&self.part, &stated, &[change]),
+            Gears(efficiency) => {
+                stated.settings.gear_efficiency = efficiency;
+                Judged::of(&self.part, &stated, &[])
+            }
+        };
+        found.filter(|found| found.count >= 0.9 * self.own.count)
+    }
+
+    /// Sizes of torques and of the joints' angles, gears, and the sign of the roll.
     fn sizes(&self) -> Agreement {
-        let others = SIZES.len() as f64;
+        let others = TRIED.len() as f64;
         let least = (others / CHANCE).ln();
         let coupling = self.stated.rover.coupling;
         let mut agreement = Agreement::default();
         let mut noted = None;
-        for (what, change) in SIZES {
-            let confirmed = match change {
-                Change::Torques(_) => self.own.weight == Some(Confirmation::Confirmed),
-                Change::Roll | Change::Axes => self.follows() > BEYOND,
+        for (what, other) in TRIED {
+            let confirmed = match other {
+                Reading(Change::Torques(_)) => self.own.weight == Some(Confirmation::Confirmed),
+                Reading(Change::Roll | Change::Axes) => self.follows() > BEYOND,
                 _ => false,
             };
             if confirmed {
                 continue;
             }
-            let Some(found) = Judged::of(&self.part, self.stated, &[change]) else {
+            let Some(found) = self.judged(other) else {
                 continue;
             };
-            // One that is dragged across, or has no estimate, compares with nothing.
-            if found.count < 0.9 * self.own.count {
-                continue;
-            }
             // At rest there is none.
             let evidence = Some(self.evidence(found.sum)).filter(|e| e.is_finite());
             let evidence = evidence.unwrap_or(0.0);
@@ -322,7 +350,7 @@ impl<'a> Compared<'a> {
                 let chance = others * (-evidence).exp();
                 agreement.contradiction = Some(format!(
                     "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
-                    change.words(coupling)
+                    other.words(coupling)
                 ));
                 agreement.unconfirmed.clear();
                 return agreement;
@@ -334,7 +362,7 @@ impl<'a> Compared<'a> {
                 noted = Some(what);
                 agreement.unconfirmed.push(format!(
                     "{what}: {}, and the readings agree as well, with normal forces that differ by {:.0} %",
-                    change.words(coupling),
+                    other.words(coupling),
                     100.0 * (square / all).sqrt()
                 ));
             }

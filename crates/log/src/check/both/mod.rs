@@ -8,17 +8,21 @@
 mod across;
 mod agreement;
 mod contradiction;
+mod frames;
 mod steering;
+#[cfg(test)]
+mod testing;
+mod torques;
+mod wiring;
 mod wirings;
 
 pub use contradiction::contradiction;
 
-use crate::check::agreement as of_one;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
     Level, SIDES, check_unless_stamped, delay, drive, ground, level, limits, links, stamps, start,
-    torques, wheels,
+    wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -37,9 +41,9 @@ const STRAIGHT_ON: [&str; 5] = [
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
 const OF_BOTH: [&str; 6] = [
     SIDES,
-    of_one::TEST,
-    of_one::WIRING,
-    of_one::TORQUE_SCALE,
+    super::agreement::TEST,
+    super::wirings::TEST,
+    super::agreement::TORQUE_SCALE,
     level::TEST,
     limits::TEST,
 ];
@@ -48,58 +52,61 @@ const HIDES: [&str; 5] = [
     links::SIGN,
     wheels::TEST,
     start::TEST,
-    torques::TEST,
+    super::torques::TEST,
     drive::PAIRING,
 ];
 
 /// Checks the frames of a log of both sides, in order of time.
 pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
-    let mut settings = stated.settings;
-    let budget = &mut settings.budget;
-    let (counted, of_stamps) = stamps::finding(&left, budget.encoder_counts, budget.jitter);
-    budget.jitter = counted;
-    let stated = &StatedBoth {
-        settings,
-        ..*stated
-    };
+    let mut stated = *stated;
+    let of_stamps = stamps::finding(&left, &mut stated.settings.budget);
+    let stated = &stated;
     // Without one, or with one that no rover can have, all others look wrong.
     let mut unusable = across::silences(frames, stated.rover);
     unusable.extend(across::ranges(frames, stated.rover));
-    let is_fault = |f: &Finding| f.verdict == Verdict::Fault;
-    let (stuck, moving) = across::stuck(frames, stated)
+    let (stuck, moving): (Vec<_>, Vec<_>) = across::stuck(frames, stated)
         .into_iter()
         .partition(is_fault);
-    unusable.extend::<Vec<Finding>>(stuck);
+    unusable.extend(stuck);
     if !unusable.is_empty() {
         let remedy = "correct these readings first";
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
         return unusable.into_iter().chain([of_stamps, others]).collect();
     }
-    let [left, right] = [(0, "left"), (1, "right")];
-    let sides = [left, right].map(|(side, name)| of_side(frames, stated, side, name));
-    let mut findings = sides.concat();
-    findings.insert(0, of_stamps);
-    findings.extend::<Vec<Finding>>(moving);
-    if let Some(opposed) = across::opposed(frames, stated.rover) {
+    let mut findings = vec![of_stamps];
+    for (side, name) in ["left", "right"].into_iter().enumerate() {
+        findings.extend(of_side(frames, stated, side, name));
+    }
+    findings.extend(moving);
+    across_sides(frames, stated, &mut findings);
+    findings
+}
+
+fn is_fault(finding: &Finding) -> bool {
+    finding.verdict == Verdict::Fault
+}
+
+/// What both sides show together, added to the findings of each by itself.
+fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut Vec<Finding>) {
+    let rover = stated.rover;
+    if let Some(opposed) = across::opposed(frames, rover) {
         // A side by itself would look for the cause in the body.
         findings.retain(|f| f.test != start::TEST);
         findings.push(opposed);
     }
     // In a turn the set speeds differ.
-    let is_straight = across::turn(frames) < STRAIGHT;
-    let pace = across::pace(frames, stated.rover);
-    let follows =
-        [0, 1, 2].map(|i| across::torque_follows(frames, i, pace).filter(|_| is_straight));
-    let torques = across::torques(follows);
-    if torques.verdict == Verdict::Fault {
+    let is_straight = frames::body_turn(frames) < STRAIGHT;
+    let pace = frames::pace(frames, rover);
+    let follows = [0, 1, 2].map(|i| torques::follows(frames, i, pace).filter(|_| is_straight));
+    let of_torques = torques::finding(follows);
+    if is_fault(&of_torques) {
         // A side by itself would look for the cause in itself.
         findings.retain(|f| f.test != drive::PAIRING);
     }
-    let is_upset = findings
-        .iter()
-        .any(|f| f.verdict == Verdict::Fault && HIDES.contains(&f.test));
-    findings.push(torques);
+    let mut faults = findings.iter().filter(|f| is_fault(f));
+    let is_upset = faults.any(|f| HIDES.contains(&f.test));
+    findings.push(of_torques);
     let zeros = across::zeros(frames, stated);
     // One remedy for one pin: the way tells its zero from that of the body.
     for (zero, side) in zeros.iter().zip(["left", "right"]) {
@@ -108,27 +115,26 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         findings.retain(|f| !(tells && is_twin(f)));
     }
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
-    let zeroed = zeros.iter().all(|f| f.verdict != Verdict::Fault);
+    let zeroed = !zeros.iter().any(is_fault);
     findings.extend(zeros);
     findings.push(across::roll(frames, pace));
-    let (of_wirings, wired) = wirings::findings(frames, stated, follows, [is_upset, zeroed]);
+    let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
-    let yaw = across::yaw(&wired, stated.rover);
-    if yaw.verdict != Verdict::Fault {
-        findings.extend(steering::steering(&wired, stated.rover));
+    let yaw = across::yaw(&wired, rover);
+    if !is_fault(&yaw) {
+        findings.extend(steering::steering(&wired, rover));
     }
     findings.push(yaw);
     if !findings.iter().any(is_fault) {
-        findings.push(contradiction::sizes(&wired, stated));
+        findings.push(contradiction::sizes(&wired, stated, pace));
     }
     let settings = &stated.settings;
-    let (side, damping) = (&stated.rover.side, settings.viscous_damping);
-    let level = Level::of_both(&wired, side, &settings.budget, damping);
+    let (budget, damping) = (&settings.budget, settings.viscous_damping);
+    let level = Level::of_both(&wired, &rover.side, budget, damping);
     findings.push(level.finding("body_inclination"));
     let is_found = findings.iter().any(is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
-    findings
 }
 
 /// The tests of one side, whose links' readings are made of those of the body and the joints.
@@ -138,17 +144,15 @@ fn of_side(
     side: usize,
     name: &str,
 ) -> Vec<Finding> {
-    let (rover, budget) = (stated.rover, stated.settings.budget);
+    let (rover, mut settings) = (stated.rover, stated.settings);
+    let budget = stated.settings.budget;
+    settings.budget = budget.of_body_sensors(&rover.side, stated.joint);
     let mut readings = SideReadings::new(rover, stated.joint[0]).keeping_jumps();
     let of_frame = |frame: &WholeFrame| readings.frames(frame)[side];
     let of_side: Vec<SensorFrame> = frames.iter().map(of_frame).collect();
     let stated_side = Stated {
         robot: &rover.side,
-        budget: budget.of_body_sensors(&rover.side, stated.joint),
-        viscous_damping: stated.settings.viscous_damping,
-        gear_efficiency: stated.settings.gear_efficiency,
-        compression: stated.settings.compression,
-        sides: stated.settings.sides,
+        settings,
         compare_from: stated.compare_from,
         body: Some(BodyNoise {
             inclination: budget.inclination_noise,
@@ -157,7 +161,7 @@ fn of_side(
         }),
     };
     let mut findings = check_unless_stamped(&of_side, &stated_side, true).findings;
-    let turned = across::turn(frames);
+    let turned = frames::body_turn(frames);
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
@@ -169,7 +173,7 @@ fn of_side(
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
     }
     for finding in &mut findings {
-        if finding.test == ground::SCALE && finding.verdict == Verdict::Fault {
+        if finding.test == ground::SCALE && is_fault(finding) {
             // The body's inclination and roll follow the ground of the other side, too.
             *finding = finding
                 .clone()

@@ -1,11 +1,11 @@
 //! Whether the wheels are steered as the rover turns.
 
 use super::STRAIGHT;
-use super::across::{self, LONGEST_GAP};
+use super::frames::{LONGEST_GAP, body_turn, wheel_turns};
+use crate::check::recording::driving_speed;
 use crate::check::report::Finding;
-use robhaz_estimator::DRIVING_SPEED;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_model::{Units, WholeRover};
+use robhaz_model::WholeRover;
 
 /// Steering from which on a wheel does not roll straight ahead, and shows its sign, rad.
 const LEAST_STEERING: f64 = 0.05;
@@ -16,53 +16,73 @@ const STEERING_STEP: f64 = 0.1;
 pub fn skids(frames: &[WholeFrame]) -> bool {
     let is_turned = |angle: &f64| angle.abs() > LEAST_STEERING;
     let steers = |f: &WholeFrame| f.steering.iter().flatten().any(is_turned);
-    across::turn(frames) > STRAIGHT && !frames.iter().any(steers)
+    body_turn(frames) > STRAIGHT && !frames.iter().any(steers)
+}
+
+/// A part of a drive over which steering angles are compared.
+struct Part<'a> {
+    /// Speed (m/s) and yaw rate (rad/s).
+    speed: f64,
+    rate: f64,
+    /// The frame at its end.
+    end: &'a WholeFrame,
+}
+
+/// The parts of a log without gaps.
+fn parts<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<Part<'a>> {
+    let radius = rover.side.geometry.wheel_radius;
+    let mut parts = Vec::new();
+    // Time (s) and angle (rad) of the wheels at the start of a part; of its frames the sum of the yaw rates and
+    // their number; time of the frame before.
+    let (mut start, mut yaw, mut count) = (None::<(f64, f64)>, 0.0, 0.0);
+    let mut last = None::<f64>;
+    for frame in frames {
+        let (Some(now), [.., Some(rate)]) = (wheel_turns(frame), frame.rates) else {
+            continue;
+        };
+        let before = last.replace(frame.time).unwrap_or(frame.time);
+        if frame.time - before > LONGEST_GAP {
+            start = None;
+        }
+        (yaw, count) = (yaw + rate, count + 1.0);
+        if let Some((time, from)) = start {
+            if frame.time - time < STEERING_STEP {
+                continue;
+            }
+            parts.push(Part {
+                speed: radius * (now - from) / (6.0 * (frame.time - time)),
+                rate: yaw / count,
+                end: frame,
+            });
+        }
+        (start, yaw, count) = (Some((frame.time, now)), 0.0, 0.0);
+    }
+    parts
 }
 
 /// The steering of each wheel against the turn: an angle that the log lacks counts as 0.
 pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     let geometry = &rover.side.geometry;
-    let least = DRIVING_SPEED * Units::of(&rover.side).speed();
+    let least = driving_speed(&rover.side);
+    let mut parts = parts(frames, rover);
+    // At rest a turn has no direction.
+    parts.retain(|part| part.speed.abs() >= least);
+    // Of each wheel the sums of the squares of the angle that the turn asks for and of that read, and of their product.
     let mut sums = [[0.0; 3]; 6];
-    let (mut last, mut yaw, mut count): (Option<(f64, f64)>, f64, f64) = (None, 0.0, 0.0);
-    let (mut before, mut frames_seen) = (None::<f64>, 0.0_f64);
-    for frame in frames {
-        let (Some(turned), [.., Some(rate)]) = (across::turned(frame), frame.rates) else {
-            continue;
-        };
-        let before = before.replace(frame.time).unwrap_or(frame.time);
-        if frame.time - before > LONGEST_GAP {
-            last = None;
-        }
-        (yaw, frames_seen) = (yaw + rate, frames_seen + 1.0);
-        let Some((time, from)) = last else {
-            (last, yaw, frames_seen) = (Some((frame.time, turned)), 0.0, 0.0);
-            continue;
-        };
-        if frame.time - time < STEERING_STEP {
-            continue;
-        }
-        let speed = geometry.wheel_radius * (turned - from) / (6.0 * (frame.time - time));
-        let rate = yaw / frames_seen;
-        (last, yaw, frames_seen) = (Some((frame.time, turned)), 0.0, 0.0);
-        // At rest a turn has no direction.
-        if speed.abs() < least {
-            continue;
-        }
-        count += 1.0;
+    for Part { speed, rate, end } in &parts {
         for (i, [asked, read, product]) in sums.iter_mut().enumerate() {
             let side = if i < 3 { 1.0 } else { -1.0 };
             let ahead = geometry.axles[i % 3].x - geometry.axles[1].x;
             let along = speed - rate * side * rover.half_tracks[i % 3];
             let angle = (rate * ahead * along.signum()).atan2(along.abs());
-            let found = frame.steering[i].unwrap_or(0.0);
+            let found = end.steering[i].unwrap_or(0.0);
             *asked += angle * angle;
             *read += found * found;
             *product += angle * found;
         }
     }
     let has = |i: usize| frames.iter().any(|f| f.steering[i].is_some());
-    let size = |square: f64| (square / count).sqrt();
+    let size = |square: f64| (square / parts.len() as f64).sqrt();
     let steers = (0..6).any(|i| has(i) && size(sums[i][1]) > LEAST_STEERING);
     let of_wheel = |i: usize| {
         let [asked, _, product] = sums[i];
@@ -91,7 +111,7 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::across::tests::{rover, turn_left};
+    use super::super::testing::{rover, turn_left};
     use super::*;
     use crate::check::report::Verdict;
 

@@ -1,0 +1,117 @@
+//! What the tests of both sides take from the frames.
+
+use crate::check::recording::{driving_speed, slowness};
+use robhaz_estimator::whole::WholeFrame;
+use robhaz_model::{Coupling, WholeRover};
+use robhaz_score::signals::median;
+
+/// Longest step between frames over which a rate is integrated, s: the estimators start anew after it.
+pub const LONGEST_GAP: f64 = 0.5;
+
+/// A reading of a frame.
+pub type Of = fn(&WholeFrame) -> Option<f64>;
+/// A reading by its name.
+pub type Reading = (&'static str, Of);
+
+/// What is read of joints and body.
+pub fn readings(rover: &WholeRover) -> [Reading; 8] {
+    [
+        ("left_pin_angle", |f| f.pins[0]),
+        ("right_pin_angle", |f| f.pins[1]),
+        (coupling_angle(rover.coupling), |f| f.coupling),
+        ("body_inclination", |f| f.inclination),
+        ("body_roll", |f| f.roll),
+        ("body_roll_rate", |f| f.rates[0]),
+        ("body_rate", |f| f.rates[1]),
+        ("body_yaw_rate", |f| f.rates[2]),
+    ]
+}
+
+/// A reading of all frames; a NaN where there is none.
+pub fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) -> Vec<f64> {
+    frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect()
+}
+
+/// Sum of the angles of all wheels, rad.
+pub fn wheel_turns(frame: &WholeFrame) -> Option<f64> {
+    frame.wheel_angle.iter().copied().sum()
+}
+
+/// The name of the angle of what joins the sides.
+pub fn coupling_angle(coupling: Coupling) -> &'static str {
+    match coupling {
+        Coupling::Differential => "differential_angle",
+        Coupling::RearBogie => "rear_bogie_angle",
+    }
+}
+
+/// Size of the yaw over a log, rad.
+pub fn body_turn(frames: &[WholeFrame]) -> f64 {
+    let steps = frames.windows(2).filter_map(|w| {
+        let [_, _, rate] = w[0].rates;
+        Some(rate? * (w[1].time - w[0].time))
+    });
+    steps.sum::<f64>().abs()
+}
+
+/// A step between two frames with the angles of all wheels and a yaw rate.
+pub struct YawStep {
+    /// Its length, s.
+    pub time: f64,
+    /// Mean turns of the wheels of left and right, rad.
+    pub sides: [f64; 2],
+    /// Turn of the body to the left by the wheels, if none slips, rad.
+    pub by_wheels: f64,
+    /// Yaw rate at its end, rad/s.
+    pub rate: f64,
+}
+
+/// All such steps of a log.
+pub fn yaw_steps(frames: &[WholeFrame], rover: &WholeRover) -> Vec<YawStep> {
+    let radius = rover.side.geometry.wheel_radius;
+    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+    let read = |frame: &WholeFrame| {
+        let [a, b, c, d, e, f] = frame.wheel_angle;
+        let (left, right) = (a? + b? + c?, d? + e? + f?);
+        let [_, _, rate] = frame.rates;
+        let yaw = radius * (right - left) / (6.0 * track);
+        Some((frame.time, [left / 3.0, right / 3.0], yaw, rate?))
+    };
+    let read: Vec<_> = frames.iter().filter_map(read).collect();
+    let step = |ends: &[(f64, [f64; 2], f64, f64)]| {
+        let ((start, from, before, _), (end, to, yaw, rate)) = (ends[0], ends[1]);
+        YawStep {
+            time: end - start,
+            sides: [to[0] - from[0], to[1] - from[1]],
+            by_wheels: yaw - before,
+            rate,
+        }
+    };
+    read.windows(2).map(step).collect()
+}
+
+/// Median time between frames, s.
+pub fn period(frames: &[WholeFrame]) -> Option<f64> {
+    let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
+    median(steps.collect()).filter(|dt| *dt > 0.0)
+}
+
+/// How many times as long as an ordinary drive the rover takes for the same way ([`slowness`]).
+pub fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
+    /// Time over which a speed is taken, s.
+    const APART: f64 = 1.0;
+    let least = driving_speed(&rover.side) / rover.side.geometry.wheel_radius;
+    let (mut speeds, mut last) = (Vec::new(), None::<(f64, f64)>);
+    for frame in frames {
+        let Some(turned) = wheel_turns(frame) else {
+            continue;
+        };
+        let (time, before) = *last.get_or_insert((frame.time, turned));
+        if frame.time - time > APART {
+            speeds.push((turned - before).abs() / (6.0 * (frame.time - time)));
+            last = Some((frame.time, turned));
+        }
+    }
+    speeds.retain(|speed| *speed > least);
+    slowness(median(speeds), &rover.side)
+}

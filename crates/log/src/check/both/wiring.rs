@@ -1,0 +1,137 @@
+//! Wirings of left and right, signs and sizes of readings of both sides.
+
+use super::frames::coupling_angle;
+use robhaz_estimator::whole::WholeFrame;
+use robhaz_model::Coupling;
+
+/// What to do about the axes of the body's sensor.
+const AXES: &str =
+    "exchange the columns of body_inclination and body_roll, and of body_rate and body_roll_rate";
+
+/// A change of the readings; wheels 0 to 2 of both sides.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Change {
+    /// Encoders of left and right are exchanged.
+    Angle(usize),
+    /// Torques are.
+    Torque(usize),
+    /// Pins are.
+    Pins,
+    /// Differential or rear bogie counts the other way.
+    Coupling,
+    /// Roll and its rate do.
+    Roll,
+    /// Roll and inclination are exchanged, and their rates.
+    Axes,
+    /// The same of a sensor that is turned about its vertical axis: by a right angle to the left, or to the right.
+    Turned(f64),
+    /// All torques are so many times as large.
+    Torques(f64),
+    /// The coupling's angle is so many times as large.
+    CouplingSize(f64),
+    /// The angles of both pins are so many times as large.
+    PinsSize(f64),
+}
+
+use Change::{Angle, Axes, Pins, Roll, Torque, Turned};
+
+/// As wired, then all others that are tried, those with fewer changes first.
+pub fn wirings() -> Vec<Vec<Change>> {
+    type Of = fn(usize) -> Change;
+    let of = |wheels: &[usize], changes: &[Of]| -> Vec<Change> {
+        let each = |change: &Of| wheels.iter().map(|i| change(*i)).collect::<Vec<_>>();
+        changes.iter().flat_map(each).collect()
+    };
+    let kinds: [&[Of]; 3] = [&[Torque], &[Angle], &[Angle, Torque]];
+    let [.., both] = kinds;
+    let mut all = vec![Vec::new()];
+    for i in 0..3 {
+        all.extend(kinds.map(|changes| of(&[i], changes)));
+    }
+    let of_body = [Roll, Axes, Turned(1.0), Turned(-1.0)];
+    all.extend([Pins, Change::Coupling].map(|change| vec![change]));
+    all.extend(of_body.map(|change| vec![change]));
+    // The wheels of a bogie, in front or behind.
+    all.extend([of(&[0, 1], both), of(&[1, 2], both)]);
+    all.extend(kinds.map(|changes| of(&[0, 1, 2], changes)));
+    all.push([of(&[0, 1, 2], both), vec![Pins]].concat());
+    all
+}
+
+impl Change {
+    fn apply(self, frame: &mut WholeFrame) {
+        match self {
+            Angle(i) => frame.wheel_angle.swap(i, i + 3),
+            Torque(i) => frame.motor_torque.swap(i, i + 3),
+            Pins => frame.pins.swap(0, 1),
+            Self::Torques(size) => scale(&mut frame.motor_torque, size),
+            Self::CouplingSize(size) => scale([&mut frame.coupling], size),
+            Self::PinsSize(size) => scale(&mut frame.pins, size),
+            Self::Coupling => scale([&mut frame.coupling], -1.0),
+            Axes => {
+                std::mem::swap(&mut frame.roll, &mut frame.inclination);
+                frame.rates.swap(0, 1);
+            }
+            Turned(way) => {
+                Axes.apply(frame);
+                let [roll_rate, rate, _] = &mut frame.rates;
+                scale([&mut frame.roll, roll_rate], way);
+                scale([&mut frame.inclination, rate], -way);
+            }
+            Roll => scale([&mut frame.roll, &mut frame.rates[0]], -1.0),
+        }
+    }
+
+    /// What to do, in words.
+    pub fn words(self, coupling: Coupling) -> String {
+        let exchange = |part: &str| format!("exchange the columns of left_{part} and right_{part}");
+        match self {
+            Angle(i) => exchange(&format!("wheel{}_angle", i + 1)),
+            Torque(i) => exchange(&format!("wheel{}_motor_torque", i + 1)),
+            Pins => exchange("pin_angle"),
+            Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
+            Axes => AXES.to_owned(),
+            Turned(way) => {
+                let of = match way > 0.0 {
+                    true => "body_inclination and body_rate",
+                    false => "body_roll and body_roll_rate",
+                };
+                format!("{AXES}; then turn the signs of {of}: the sensor is mounted across")
+            }
+            Roll => "turn the signs of body_roll and body_roll_rate".to_owned(),
+            Self::Torques(size) => format!("take {size:.2} of all torques"),
+            Self::CouplingSize(size) => format!("take {size:.2} of {}", coupling_angle(coupling)),
+            Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
+        }
+    }
+}
+
+fn scale<'a>(values: impl IntoIterator<Item = &'a mut Option<f64>>, by: f64) {
+    let values = values.into_iter().flatten();
+    values.for_each(|value| *value *= by);
+}
+
+/// A frame that is wired so.
+pub fn wired(frame: &WholeFrame, wiring: &[Change]) -> WholeFrame {
+    let mut wired = *frame;
+    wiring.iter().for_each(|change| change.apply(&mut wired));
+    wired
+}
+
+/// Whether each torque then answers its own encoder.
+pub fn fits(wiring: &[Change], follows: [Option<bool>; 3]) -> bool {
+    let is_one = |i: usize| wiring.contains(&Angle(i)) != wiring.contains(&Torque(i));
+    (0..3).all(|i| follows[i].is_none_or(|follows| follows != is_one(i)))
+}
+
+/// Whether it is of pins and coupling, of everything, or of the axes of the body's sensor: what the misfit shows.
+pub fn is_of_joints(wiring: &[Change]) -> bool {
+    let is_of_joints = |c: &Change| matches!(c, Pins | Change::Coupling | Axes | Turned(_));
+    wiring.iter().any(is_of_joints)
+}
+
+/// What to do, in words.
+pub fn words(wiring: &[Change], coupling: Coupling) -> String {
+    let words: Vec<String> = wiring.iter().map(|change| change.words(coupling)).collect();
+    words.join("; ")
+}

@@ -1,0 +1,169 @@
+//! Which wiring of wheels and links fits: `kalman` over a part of the log with each of them.
+//!
+//! Which torque belongs to which encoder, the speed control shows ([`crate::check::drive`]). That
+//! leaves the wheel to which both belong, and the link of gyroscope and inclinometer: 12 wirings,
+//! 72 if the torques show nothing. The one with the least mean NIS fits best.
+
+use crate::check::judgement::{AGREE, BETTER, Judgement, REFUSED};
+use crate::check::readings::Readings;
+use crate::check::report::Finding;
+use crate::check::rest::has_quiet;
+use crate::check::stated::Stated;
+use crate::check::wiring::Wiring;
+use robhaz_estimator::{PAIRINGS, SensorFrame};
+
+pub const TEST: &str = "wheels and links";
+const CHANNEL: &str = "all";
+/// Contradiction over the least one of all wirings up to which a wiring fits as well.
+const AS_WELL: f64 = 1.1;
+/// Number of wirings that are named.
+const MOST_SHOWN: usize = 3;
+/// Longest part of a log for which other wirings are tried, s: some metres.
+const LONGEST: f64 = 16.0;
+
+/// The part of a log for which other wirings are tried.
+pub fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
+    let start = frames.first().map_or([None; 3], |f| f.wheel_angle);
+    let moves = |f: &SensorFrame| {
+        let turn = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs());
+        let mut turns = f.wheel_angle.into_iter().zip(start).filter_map(turn);
+        turns.any(|turn| turn > 0.1)
+    };
+    let moved = frames.iter().position(moves).unwrap_or(0);
+    let from = frames[moved].time - 1.0;
+    let begin = frames.partition_point(|f| f.time < from);
+    let end = frames.partition_point(|f| f.time < from + LONGEST);
+    &frames[begin..end.max(begin)]
+}
+
+/// The wirings that are tried, the fewest changes first, each with its contradiction: the sum of the
+/// mean NIS, less the least one of the encoders, since what no wiring changes would only hide their
+/// differences.
+struct Tried(Vec<(Wiring, f64)>);
+
+impl Tried {
+    fn new(part: &[SensorFrame], stated: &Stated<'_>, wirings: Vec<Wiring>) -> Self {
+        let judge = |wiring: Wiring| (wiring, Judgement::of(part, stated, &wiring));
+        let judged: Vec<(Wiring, Judgement)> = wirings.into_iter().map(judge).collect();
+        let of_encoders = judged.iter().map(|(_, found)| found.of_encoders);
+        let common = of_encoders.fold(f64::INFINITY, f64::min);
+        let compared = |(wiring, found): &(Wiring, Judgement)| (*wiring, found.nis - common);
+        Self(judged.iter().map(compared).collect())
+    }
+
+    fn least(&self) -> f64 {
+        let all = self.0.iter().map(|(_, contradiction)| *contradiction);
+        all.fold(f64::INFINITY, f64::min)
+    }
+
+    fn of_log(&self) -> f64 {
+        let mut all = self.0.iter();
+        let own = all.find(|(wiring, _)| *wiring == Wiring::OF_LOG);
+        own.map_or(REFUSED, |(_, contradiction)| *contradiction)
+    }
+
+    fn up_to(&self, most: f64) -> impl Iterator<Item = Wiring> + '_ {
+        let fits = self.0.iter().filter(move |(_, found)| *found <= most);
+        fits.map(|(wiring, _)| *wiring)
+    }
+}
+
+/// Those in which the torques belong to the encoders of `order`, if these show it, and that of the log. Few
+/// where all agrees as wired (`agrees`).
+fn tried(
+    part: &[SensorFrame],
+    stated: &Stated<'_>,
+    order: Option<[usize; 3]>,
+    agrees: bool,
+) -> Tried {
+    let tried = |order: Option<[usize; 3]>, few: bool| {
+        let mut wirings = Wiring::all(order);
+        if !wirings.contains(&Wiring::OF_LOG) {
+            wirings.insert(0, Wiring::OF_LOG);
+        }
+        // One sensor of the body gives the readings of both links.
+        wirings.retain(|wiring| !(stated.body.is_some() && wiring.links));
+        // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
+        wirings.retain(|wiring| !few || wiring.moved() <= 4 && !wiring.links);
+        Tried::new(part, stated, wirings)
+    };
+    if !agrees {
+        return tried(order, false);
+    }
+    let few = tried(Some(PAIRINGS[0]), true);
+    // Where another wiring fits better, the torques may belong to other encoders, too.
+    match few.least() < BETTER * few.of_log() {
+        true => tried(order, false),
+        false => few,
+    }
+}
+
+/// The finding, and the wiring that the log should have, if another one is certain. `order`, `certain`: see
+/// [`crate::check::agreement::findings`]; `agrees`: the readings do as wired.
+pub fn finding(
+    log: &Readings<'_>,
+    stated: &Stated<'_>,
+    part: &[SensorFrame],
+    order: Option<[usize; 3]>,
+    agrees: bool,
+    certain: f64,
+) -> (Finding, Option<Wiring>) {
+    let is_other = order.is_some_and(|order| order != PAIRINGS[0]);
+    let mut tried = tried(part, stated, order, agrees && !is_other);
+    let of_log = tried.of_log();
+    // Where the torques belong to other encoders, the wiring of the log is none to choose.
+    (tried.0).retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
+    let least = tried.least();
+    // The first that fits as well as the best: the fewest changes.
+    let best = tried.up_to(AS_WELL * least).next();
+    let best = best.unwrap_or(Wiring::OF_LOG);
+    // The log's own wiring excludes another one as far as the other one would have to exclude it.
+    let margin = match best == Wiring::OF_LOG {
+        true => 1.0 / BETTER,
+        false => AS_WELL,
+    };
+    let as_well = tried.up_to(margin * least);
+    let as_well: Vec<Wiring> = as_well
+        .filter(|wiring| ![best, Wiring::OF_LOG].contains(wiring))
+        .collect();
+    // Where the readings agree far better than stated, or too few of them show it, another wiring
+    // that fits better than that of the log is none to choose, but it fits as well.
+    let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
+    let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
+    let is_certain = certain <= 0.0 && better.is_some() && least < BETTER * of_log;
+    let figure = format!(
+        "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {of_log:.1} as wired, {least:.1} at best",
+        tried.0.len()
+    );
+    let finding = |channel: String| {
+        Finding::ok(TEST, channel, figure)
+            .with("as wired", of_log, "-")
+            .with("at best", least, "-")
+    };
+    // Torques that may be in another unit show no wiring.
+    if has_quiet(&log.findings, "torque") {
+        let remedy = "correct the unit of the torques, or state their noise, first";
+        (finding(CHANNEL.to_owned()).cannot_tell(remedy), None)
+    } else if is_certain || best != Wiring::OF_LOG && is_other {
+        let remedy = format!("{}{}", best.words(), also(&as_well));
+        (finding(best.channels()).fault(remedy), Some(best))
+    } else if let [other, ..] = others[..] {
+        let remedy = format!(
+            "turn one wheel after the other by hand: its encoder and torque must change{}",
+            also(&others)
+        );
+        (finding(other.channels()).cannot_tell(remedy), None)
+    } else {
+        (finding(CHANNEL.to_owned()), None)
+    }
+}
+
+/// Wirings that fit as well as the best, in words, a line each.
+fn also(wirings: &[Wiring]) -> String {
+    let line = |wiring: &Wiring| format!("\nfits as well: {}", wiring.words());
+    let mut lines: String = wirings.iter().take(MOST_SHOWN).map(line).collect();
+    if let more @ 1.. = wirings.len().saturating_sub(MOST_SHOWN) {
+        lines += &format!("\nand {more} more");
+    }
+    lines
+}
