@@ -56,7 +56,7 @@ const REPEATED: f64 = 8.7e-3;
 pub struct GroundPoint {
     /// Place along the path, m, horizontal, forward positive.
     pub x: f64,
-    /// Place of the axle of a wheel that touches the point, m: what knows the point from others.
+    /// Place of the axle of a wheel that touches the point, m: what tells it from other points.
     pub axle_x: f64,
     /// Standard deviation of `x`, m.
     pub sigma_x: f64,
