@@ -43,6 +43,8 @@ pub struct Cell {
     pub slope_variance: f64,
     /// Variance of the place when the point was stored, m^2.
     pub place_variance: f64,
+    /// Whether the filters had settled then: before, what they take for slopes teaches no wheel.
+    pub settled: bool,
 }
 
 /// A place in memory.

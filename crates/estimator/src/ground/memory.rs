@@ -15,6 +15,9 @@ const UNEVEN: f64 = 3e-4;
 /// Speed at which a section starts, m/s. Before, the robot rests, and there is nothing to store.
 /// Guard.
 const MOVING: f64 = 0.005;
+/// Way of a section after which the filters have settled, over the wheel radius.
+/// Chosen; held by `tests/check/trusted.rs`.
+const SETTLES: f64 = 1.0;
 /// Least number of passed points that show it.
 const LEAST_PASSES: i64 = 3;
 /// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of
@@ -94,6 +97,8 @@ pub(crate) struct GroundMemory {
     way: [f64; 2],
     /// Radius of the wheels, m.
     radius: f64,
+    /// Way since the section started, m.
+    travelled: f64,
     /// Distance of neighbouring wheels, m: the length after which passes show an error of the direction
     /// anew.
     between: f64,
@@ -125,6 +130,7 @@ impl GroundMemory {
             place_variance: 0.0,
             way: [0.0; 2],
             radius,
+            travelled: 0.0,
             between,
             length_since_direction: 0.0,
             passes_since_direction: 0,
@@ -202,6 +208,7 @@ impl GroundMemory {
             self.place = [self.place[0] + way[0], self.place[1] + way[1]];
             self.way = [self.way[0] + way[0], self.way[1] + length];
             self.length_since_direction += length;
+            self.travelled += length;
             // White noise of the same effect: `sigma^2 2 T dt`.
             self.place_variance += 2.0 * ACCELERATION.time * speed_sigma * speed_sigma * motion.dt;
         }
@@ -306,6 +313,7 @@ impl GroundMemory {
             slope: slope + level * of_nodes,
             slope_variance: contact.slope_variance,
             place_variance: self.place_variance,
+            settled: self.travelled > SETTLES * self.radius,
         };
         self.cells.store(number, cell);
     }
@@ -413,9 +421,13 @@ impl GroundMemory {
     }
 
     /// What mapped ground shows of the contact angle of wheel `i`, rad, and the variance of the
-    /// white noise of the same effect, one measurement a point. `None` on unmapped ground.
+    /// white noise of the same effect, one measurement a point. `None` on unmapped ground, and where it was
+    /// mapped before the filters had settled.
     pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
+        let settled = |number: i64| self.cells.known(number).filter(|cell| cell.settled);
+        let number = self.cells.number(place);
+        settled(number).and(settled(number + 1))?;
         let (slope, sigma) = self.slope_at(place)?;
         let white = (2.0 * SLOPE_LASTS / self.cells.spacing).max(1.0);
         let variance = self.drift.contradiction() * (sigma * sigma + REPEATED * REPEATED);

@@ -181,7 +181,7 @@ fn a_run_hands_over_every_point() -> Result<(), RunError> {
         run(&scene(&[best, rate, "record.duration=9"]), &mut [&mut kept])?;
         let points = kept.0;
         assert!(points.len() > 170, "{}", points.len());
-        let far = points.windows(2).map(|p| p[1].x - p[0].x);
+        let far = points.windows(2).map(|p| p[1].axle_x - p[0].axle_x);
         assert!(far.into_iter().all(|d| d > 0.009 && d < 0.095));
         found.push(points);
     }

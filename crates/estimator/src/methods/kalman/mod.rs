@@ -62,8 +62,6 @@ pub(crate) struct KalmanFilters {
     /// Of a side of a whole rover: how it rolls, as of the last estimate.
     pub rolling: Option<Rolling>,
     push: PushFilter,
-    /// Way of the robot while no section of the ground runs, m.
-    approach: f64,
     pub across: Across,
 }
 
@@ -125,11 +123,6 @@ impl KalmanFilters {
     /// Guard.
     const LARGEST_FORCE: f64 = 15.0;
 
-    /// Way before a section of the ground starts, over the wheel radius: what the filters take for slopes
-    /// until they have settled would teach the wheels that come there.
-    /// Chosen; held by `tests/check/trusted.rs`: 3 does as well.
-    const APPROACH: f64 = 1.0;
-
     /// Creates the filters of a robot at rest.
     pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
         let mean_load = robot.mean_wheel_load();
@@ -153,7 +146,6 @@ impl KalmanFilters {
             scale: checks::scale_filter(robot, budget, Across::NONE.trailing),
             rolling: None,
             push: PushFilter::new(3.0 * mean_load),
-            approach: 0.0,
             across: Across::NONE,
         }
     }
@@ -371,18 +363,6 @@ impl KalmanFilters {
     fn update_ground(&mut self, instant: &Instant<'_>, arms: &Arms) {
         let nominal = instant.nominal;
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
-        if self.ground.wheel_places().is_none() {
-            let way = self.motion.speed() * instant.dt;
-            self.approach = if self.standing.stands {
-                0.0
-            } else {
-                self.approach + way
-            };
-            if self.approach < Self::APPROACH * robot.geometry.wheel_radius {
-                return;
-            }
-            self.approach = 0.0;
-        }
         let angle = |i: usize| {
             let (_, sigma) = self.motion.input(state::CONTACT_ANGLE.of(i));
             (self.contact_angle(i, instant.inputs), sigma)
