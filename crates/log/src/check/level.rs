@@ -15,6 +15,7 @@
 
 use crate::check::LARGEST_FROUDE;
 use crate::check::report::Finding;
+use crate::check::rest;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
 use robhaz_model::{Robot, Vec2, rotate};
@@ -36,8 +37,6 @@ const LARGEST_DIFFERENCE: f64 = 1.5;
 const STEEPEST: f64 = 1.0;
 /// Turn of the wheels within which a robot has not moved, rad.
 const STILL: f64 = 0.02;
-/// Shortest rest at the start, s: a log that begins in a drive has none.
-const SHORTEST_REST: f64 = 0.3;
 
 pub const TEST: &str = "zero by the torques";
 
@@ -351,7 +350,7 @@ impl Ways {
                         );
                     }
                 } else {
-                    if moment.time - began < SHORTEST_REST {
+                    if moment.time - began < rest::SHORTEST {
                         found.rest = Default::default();
                     }
                     found.ends = Some([slope; 2]);

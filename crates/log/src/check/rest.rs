@@ -11,7 +11,7 @@ use robhaz_score::signals::{mean, median, rms};
 use std::f64::consts::{PI, TAU};
 
 /// Shortest rest that is used, s.
-const SHORTEST: f64 = 0.3;
+pub const SHORTEST: f64 = 0.3;
 /// Turn of a wheel within 50 ms that ends the rest, rad: 0.2 mm at the rim of robot A.
 const STILL: f64 = 2e-3;
 /// The same in counts of a coarse encoder: at rest it may change between two neighbours.
