@@ -224,3 +224,42 @@ fn a_roll_at_rest_is_said() {
         );
     }
 }
+
+/// A side that comes later than the other one, and a drive that comes later than the others of its side, are
+/// named with their delay: wheels that roll start and stop together.
+#[test]
+fn readings_of_a_slower_bus_are_named() {
+    let folder = folder(BUDGET);
+    let readings = drive();
+    let table = std::fs::read_to_string(&readings).unwrap();
+    let mut rows = table.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let header = rows.next().unwrap();
+    let rows: Vec<_> = rows.collect();
+    let late = folder.path().join("late.csv");
+    for (prefix, channel) in [
+        ("right_", "wheels of right after those of left"),
+        ("left_wheel2", "left: encoder 2 after the others"),
+    ] {
+        for (samples, is_late) in [(0_usize, false), (5, true)] {
+            rewritten(&readings, &late, |row, cells| {
+                let before = &rows[row.saturating_sub(samples)];
+                for ((name, cell), before) in header.iter().zip(cells).zip(before) {
+                    if name.starts_with(prefix) {
+                        *cell = (*before).to_owned();
+                    }
+                }
+                true
+            });
+            let (is_right, said) = checked(folder.path(), &late);
+            assert_eq!(is_right, !is_late, "{prefix}: {said}");
+            let mut faults = said.lines().filter(|line| line.starts_with("FAULT"));
+            assert_eq!(faults.any(|line| line.contains(channel)), is_late, "{said}");
+            // 100 ms, between samples to 20.
+            let near = ["offset = -0.09", "offset = -0.10", "offset = -0.11"];
+            assert!(
+                !is_late || near.iter().any(|near| said.contains(near)),
+                "{said}"
+            );
+        }
+    }
+}

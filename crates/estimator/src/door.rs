@@ -18,6 +18,7 @@ pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> Estima
     let EstimatorSettings {
         masses,
         sides,
+        height_over_half_track,
         method,
         viscous_damping,
         gear_efficiency,
@@ -32,9 +33,10 @@ pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> Estima
         compression: compression / units.length,
         moment_lever: moment_lever / units.length,
         budget: budget_in(units, &budget),
-        // Choices and a ratio.
+        // Choices and ratios.
         masses,
         sides,
+        height_over_half_track,
         gear_efficiency,
         nonnegative,
     }
@@ -88,6 +90,7 @@ fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         contact_angle_time,
         body_cg,
         link_mass,
+        payload,
         load_covariance,
         wheel_radius,
         cross_slope,
@@ -105,6 +108,7 @@ fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         rate_walk: rate_walk * units.time * robhaz_model::sqrt(units.time),
         contact_angle_time: contact_angle_time / units.time,
         body_cg: body_cg / units.length,
+        payload: payload / units.mass,
         load_covariance: load_covariance.map(|covariance| {
             let mut of_loads = [units.mass * units.length; LOAD_PARAMETERS];
             of_loads[0] = units.mass;

@@ -150,8 +150,13 @@ impl Estimator {
             flags |= Flags::SENSOR_STALE;
             dt = if time.is_finite() { time } else { UNKNOWN_TIME };
         }
-        let interrupted = dt > LONGEST_GAP || set_back;
+        let found = self
+            .kalman_filters()
+            .and_then(|filters| filters.speed_at_found_link(frame));
+        flags |= Flags::SENSOR_STALE.when(found.is_some());
+        let interrupted = dt > LONGEST_GAP || set_back || found.is_some();
         let (noise, moves) = self.start.take(frame.time, &frame.wheel_angle, interrupted);
+        let moves = moves.or(found);
         self.nominal.settings.budget.inclination_noise = noise;
         let nominal = &self.nominal;
         let with_angles = nominal.settings.needs_contact_angles();

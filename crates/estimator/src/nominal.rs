@@ -62,7 +62,11 @@ impl Nominal {
             },
             other_side: match settings.sides {
                 Sides::Plane => None,
-                Sides::OneOfTwo => Some(OtherSide::new(robot, settings.budget.cross_slope)),
+                Sides::OneOfTwo => {
+                    let tangent = libm::tan(settings.budget.cross_slope);
+                    let share = settings.height_over_half_track * tangent;
+                    Some(OtherSide::new(robot, share))
+                }
             },
         }
     }
@@ -150,13 +154,17 @@ impl Nominal {
                 * robhaz_model::sqrt(0.5 * loads.bars[Bar::Body as usize].force.norm_squared());
             r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
         }
-        if budget.link_mass > 0.0 {
-            for bar in Bar::LINKS {
+        let [m1, m2, m3] = self.masses.links.map(|mass| budget.link_mass * mass);
+        let [link1, link2, link3] = Bar::LINKS;
+        for (bar, mass) in [
+            (Bar::Body, budget.payload),
+            (link1, m1),
+            (link2, m2),
+            (link3, m3),
+        ] {
+            if mass > 0.0 {
                 let mut part = Loads::default();
-                part.bars[bar as usize].force = Vec2::new(
-                    0.0,
-                    GRAVITY * budget.link_mass * self.masses.links[bar as usize - 1],
-                );
+                part.bars[bar as usize].force = Vec2::new(0.0, GRAVITY * mass);
                 r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
             }
         }
@@ -231,7 +239,7 @@ impl Nominal {
 /// See [`Nominal::mass_sigma`].
 fn mass_sigma(robot: &Robot, settings: &EstimatorSettings) -> f64 {
     let budget = &settings.budget;
-    let mut variance = 0.0;
+    let mut variance = budget.payload * budget.payload;
     for link in &robot.mass.links {
         variance += budget.link_mass * budget.link_mass * link * link;
     }
@@ -269,6 +277,32 @@ mod tests {
         for (found, expected) in found.into_iter().zip([front, middle, -front - middle]) {
             assert!((found - expected.abs()).abs() < 1e-12, "{found} {expected}");
         }
+    }
+
+    /// Closed form: a payload moves eq. (8) as the weight of a body that is heavier by it. Rounding.
+    #[test]
+    fn a_payload_is_weight_of_the_body() {
+        let robot = Robot::default_a();
+        let of_load = |robot: &Robot, payload: f64| {
+            let mut settings = EstimatorSettings::kalman();
+            settings.budget.payload = payload;
+            let nominal = Nominal::new(robot, settings);
+            let arms = Arms::new(&robot.geometry, 0.1, -0.1).expect("a pose");
+            let loads = Loads::at_rest(&nominal.masses);
+            let equations = nominal.equations(arms, [0.1, -0.1], loads, &[0.0; 3], &[0.0; 3]);
+            let equations = equations.expect("regular");
+            let carriers = &robot.geometry.carriers;
+            let lever = nominal.settings.moment_lever;
+            let side = Equilibrium::load_side(&equations.arms, carriers, &loads, lever).0;
+            (side, nominal.load_noise(&equations))
+        };
+        let payload = 2.0;
+        let mut heavier = robot.clone();
+        heavier.mass.body += payload;
+        let ((light, exact), (_, stated)) = (of_load(&robot, 0.0), of_load(&robot, payload));
+        let moved = of_load(&heavier, 0.0).0 - light;
+        let error = stated - exact - moved * moved.transpose();
+        assert!(error.amax() < 1e-9, "{error}");
     }
 
     /// Closed form: a moment of the pin of a bogie turns both links against each other, and nothing else

@@ -157,6 +157,10 @@ pub struct NoiseBudget {
     pub body_cg: f64,
     /// Relative error of each link's mass.
     pub link_mass: f64,
+    /// Mass that the body may carry or lack beside the nominal one, kg: cargo, an arm's load, a battery. Of a
+    /// robot of one side, what that side carries. Its centre is that of the body, with the error
+    /// [`Self::body_cg`].
+    pub payload: f64,
     /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count
     /// in addition to the two above, which are 0 then.
     pub load_covariance: Option<LoadCovariance>,
@@ -234,6 +238,7 @@ impl NoiseBudget {
             contact_angle_time: 0.3,
             body_cg: 0.0,
             link_mass: 0.0,
+            payload: 0.0,
             load_covariance: None,
             wheel_radius: 0.0,
             cross_slope: 5.0 * DEGREE,
@@ -248,6 +253,10 @@ pub struct EstimatorSettings {
     pub masses: Masses,
     /// What the robot of one side is a side of. Readings do not show it.
     pub sides: Sides,
+    /// Height of the centre of mass over half of the track, -, of a robot of [`Sides::OneOfTwo`]: part of a side's
+    /// weight that a slope across moves to the other side, over the slope's tangent. 1 of a robot that tips over
+    /// at 45 deg, as the rovers on Mars are built to bear.
+    pub height_over_half_track: f64,
     /// How tractions and link angles are found.
     pub method: Method,
     /// Nominal viscous damping B of the wheel module, N m s.
@@ -297,6 +306,7 @@ impl EstimatorSettings {
         Self {
             masses: Masses::True,
             sides: Sides::Plane,
+            height_over_half_track: 1.0,
             method: Method::Paper(PaperMethod::DEFAULT),
             viscous_damping: 0.15,
             gear_efficiency: 1.0,

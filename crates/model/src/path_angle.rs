@@ -66,8 +66,9 @@ impl<const N: usize> PathAngle<N> {
     /// Difference of a wheel's speed from the filtered one beyond which its encoder has jumped, m/s,
     /// for wheels of 0.1 m.
     const LARGEST_CHANGE: f64 = 2.0;
-    /// Time constant of the speed, s.
-    const SPEED_TIME: f64 = 0.2;
+    /// Time constant of the speed, s. While a robot starts or stops, its lag is one of the rate, which looks like
+    /// ground that tilts. Encoders of 500 counts a turn leave less.
+    const SPEED_TIME: f64 = 0.05;
 
     /// For wheels of this radius (m), and readings with white noise (rad a sample).
     pub fn new(wheel_radius: f64, noise: f64) -> Self {

@@ -119,6 +119,19 @@ impl WholeRover {
         Ok(())
     }
 
+    /// Height of the centre of mass above the contacts over half of the mean track, -, in the nominal pose: the
+    /// part of a side's weight that a slope across moves to the other side, over its tangent.
+    pub fn height_over_half_track(&self) -> f64 {
+        let (geometry, mass) = (&self.side.geometry, &self.side.mass);
+        let axle = geometry.axles.iter().map(|axle| axle.y).sum::<f64>() / 3.0;
+        let mut moment = 3.0 * mass.wheel * axle + mass.body * geometry.body_cg.y;
+        for (link, centre) in mass.links.iter().zip(&geometry.link_cg) {
+            moment += link * centre.y;
+        }
+        let height = moment / mass.total() - axle + geometry.wheel_radius;
+        3.0 * height / self.half_tracks.iter().sum::<f64>()
+    }
+
     /// Mean static load of a wheel, N: a sixth of the weight.
     pub fn mean_wheel_load(&self) -> f64 {
         self.side.mean_wheel_load()

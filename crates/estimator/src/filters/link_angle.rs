@@ -42,6 +42,8 @@ pub struct LinkAngleKalman {
     expected: f64,
     /// Time since the gyroscope was last read, s.
     unread: f64,
+    /// The same of the inclinometer.
+    silent: f64,
     /// What a rate that follows from the angle of a joint errs by in addition to the gyroscope's
     /// noise, rad/s.
     pub joint_noise: f64,
@@ -146,6 +148,10 @@ impl LinkAngleKalman {
         force_angle: f64,
     ) -> Option<Innovation> {
         let (last, held) = (self.rate, self.unread > 0.0);
+        self.silent = match readings.inclination {
+            Some(_) => 0.0,
+            None => (self.silent + dt).min(f64::MAX),
+        };
         self.predict(budget, dt, readings.rate);
         // The low-pass filtered rate takes over a change that only an impact can cause.
         let change = self.rate - last;
@@ -243,6 +249,19 @@ impl LinkAngleKalman {
     /// without its bias.
     pub(crate) fn settled_sigma(&self) -> f64 {
         self.filter.estimated(ANGLE).1
+    }
+
+    /// Whether the angle is hardly known: no reading has shown it for a while.
+    pub(crate) fn is_uncertain(&self) -> bool {
+        /// Half a degree: errors of the angle that move N by a hundredth.
+        /// Guard.
+        const UNCERTAIN: f64 = 8.7e-3;
+        self.settled_sigma() > UNCERTAIN
+    }
+
+    /// The same for so long that what the filters have found meanwhile is wrong.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.silent > LONGEST_GAP && self.is_uncertain()
     }
 
     /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,

@@ -4,7 +4,7 @@
 //! | load on the body | size, one standard deviation |
 //! |---|---|
 //! | push: horizontal, half of the difference of both sides' sums of horizontal forces | found: [`crate::filters::PushFilter`] |
-//! | share: vertical, as a cross slope moves the weight | the side's weight times [`STABLE`] times the tangent of the cross slope |
+//! | share: vertical, as a cross slope moves the weight | the side's weight times the tangent of the cross slope times the height of the centre of mass over half of the track |
 //! | twist of a four-bar: moment | the share, which acts anywhere between the body's pins P and S |
 //!
 //! All act at the body's centre of mass. A rocker's pivot at the body is close to it, and the
@@ -18,12 +18,6 @@ use super::loads::{Load, Loads};
 use nalgebra::{Matrix4, Vector4};
 use robhaz_model::{Bar, Carrier, Robot, Suspension, Vec2};
 
-/// Part of the weight of a side that moves to the other one, over the tangent of the cross slope:
-/// 2 h/b, with h the height of the centre of mass and b the track. 1 for a robot that tips over at
-/// 45 deg, as the rovers on Mars are built to bear: a share that is right needs no further key.
-/// Data sheet.
-const STABLE: f64 = 1.0;
-
 /// Standard deviations of the loads on the body by the other side that no reading shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OtherSide {
@@ -34,10 +28,10 @@ pub(crate) struct OtherSide {
 }
 
 impl OtherSide {
-    /// For a side of this nominal robot on ground with this slope across the way, rad, as a
-    /// standard deviation.
-    pub fn new(robot: &Robot, cross_slope: f64) -> Self {
-        let share = STABLE * libm::tan(cross_slope) * 3.0 * robot.mean_wheel_load();
+    /// For a side of this nominal robot of whose weight a `part` moves to the other side, as a standard
+    /// deviation.
+    pub fn new(robot: &Robot, part: f64) -> Self {
+        let share = part * 3.0 * robot.mean_wheel_load();
         Self {
             share,
             twist: match robot.geometry.suspension {

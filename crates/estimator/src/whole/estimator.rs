@@ -5,7 +5,9 @@
 
 mod across;
 mod scale;
+mod sliding;
 
+use self::sliding::Sliding;
 use super::estimate::{TipLine, WholeEstimate};
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame};
@@ -83,13 +85,7 @@ pub struct WholeEstimator {
     known: [bool; READINGS.len()],
     /// Velocities of both sides' Q, m/s, as of the last frame.
     velocity: [Vec2; 2],
-    /// Speeds of the rims, m/s, as of the last frame.
-    rims: [f64; 6],
-    /// Speeds at which the wheels slide across their planes, m/s, mean over [`TURN_TIME`]; `None` of a
-    /// rover that stands.
-    sliding: Option<[f64; 6]>,
-    /// Way of the fastest rim since the last rest, m.
-    rolled: f64,
+    sliding: Sliding,
     /// Mean square of the contact angles' differences from their mean, rad^2.
     roughness: f64,
     /// Normal forces at rest on level ground, N.
@@ -157,8 +153,10 @@ impl WholeEstimator {
         };
         let side = &rover.side;
         let level = level_loads(rover).map_err(|_| WholeRoverError::FourBar)?;
+        let mut of_side = settings;
+        of_side.budget.payload *= 0.5;
         let side_estimator = || {
-            let mut estimator = Estimator::new(side, settings);
+            let mut estimator = Estimator::new(side, of_side);
             if let Some(motion) = estimator.motion() {
                 motion.couple();
             }
@@ -178,9 +176,7 @@ impl WholeEstimator {
             yaw: [0.0; 2],
             known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
-            rims: [0.0; 6],
-            sliding: None,
-            rolled: 0.0,
+            sliding: Sliding::default(),
             roughness: 0.0,
             level,
             last: level,
@@ -224,8 +220,14 @@ impl WholeEstimator {
         let states = steps.each_ref().map(|step| &step.state);
         self.velocity = states.map(|state| state.velocity);
         let radius = self.rover.side.geometry.wheel_radius;
-        self.rims = core::array::from_fn(|i| radius * states[i / 3].spin[i % 3][0]);
-        self.follow_sliding(dt);
+        let rims = core::array::from_fn(|i| radius * states[i / 3].spin[i % 3][0]);
+        self.sliding.follow(
+            &self.rover,
+            &self.units,
+            &rims,
+            [self.yaw_rate, dt],
+            &self.steering,
+        );
         let found = self.solve(states, roll, dt);
         let (mut forces, inclination, lateral_force) =
             found.map_err(|_| EstimateError::Singular)?;
@@ -252,7 +254,7 @@ impl WholeEstimator {
             axial_share: forces.axial,
             tip_margin,
             tip_line,
-            dragged: self.dragged().is_some(),
+            dragged: self.sliding.dragged().is_some(),
             misfit: forces.misfit,
             torque_scale,
             body_flags,

@@ -295,26 +295,21 @@ pub(super) fn consider(
             forces.consider(&equations.of_load(Link::Body, Vec3::zeros(), Vec3::zeros(), moment));
         }
     }
-    let parts = [
-        (Link::Rocker(0), posture.rocker_centres[0]),
-        (Link::Rocker(1), posture.rocker_centres[1]),
-        (Link::Bogie(0), posture.bogie_centres[0]),
-        (Link::Bogie(1), posture.bogie_centres[1]),
-    ];
-    if budget.link_mass > 0.0 {
-        let [m1, m2, _] = mass.links;
-        let (of_bogie, of_rocker) = if matches!(bogie_index(rover), Ok(0)) {
-            (m1, m2)
-        } else {
-            (m2, m1)
-        };
-        for (link, at) in parts {
-            let of_link = if matches!(link, Link::Bogie(_)) {
-                of_bogie
-            } else {
-                of_rocker
-            };
-            let force = specific_force * (budget.link_mass * of_link);
+    let [m1, m2, _] = mass.links.map(|link| budget.link_mass * link);
+    let (bogie, rocker) = if matches!(bogie_index(rover), Ok(0)) {
+        (m1, m2)
+    } else {
+        (m2, m1)
+    };
+    for (link, at, mass) in [
+        (Link::Body, posture.body_centre, budget.payload),
+        (Link::Rocker(0), posture.rocker_centres[0], rocker),
+        (Link::Rocker(1), posture.rocker_centres[1], rocker),
+        (Link::Bogie(0), posture.bogie_centres[0], bogie),
+        (Link::Bogie(1), posture.bogie_centres[1], bogie),
+    ] {
+        if mass > 0.0 {
+            let force = specific_force * mass;
             forces.consider(&equations.of_load(link, at, force, Vec3::zeros()));
         }
     }

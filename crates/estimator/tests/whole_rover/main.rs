@@ -12,11 +12,13 @@ mod rolling;
 mod rover;
 mod truth;
 
-use nalgebra::{Rotation3, SMatrix, Vector4};
+use nalgebra::{Rotation3, SMatrix, SVector, Vector4};
 use proptest::prelude::*;
+use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_estimator::whole::{
-    JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeMotion, WholePosture,
+    JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeEstimate,
+    WholeEstimator, WholeFrame, WholeMotion, WholePosture,
 };
 use robhaz_model::{Carrier, Coupling, GRAVITY, Robot, Vec2, WholeRover};
 use rover::{equilibrium, on_a_plane, open_source_rover, triple_bogie, typical};
@@ -67,6 +69,62 @@ fn a_steered_wheel_climbs_a_cross_slope() {
         let heading = turned * Vec3::new(angle.cos(), angle.sin(), 0.0);
         // Rounding.
         assert!((found - heading.z.asin()).abs() < 1e-12, "{found}");
+    }
+}
+
+/// Closed form: what is stated for a payload is what it does, at rest on level ground: its part of the covariance
+/// of N is `d d'`, `d` the difference of N to a rover whose body is heavier by it. Rounding.
+#[test]
+fn a_payload_is_stated() {
+    const PAYLOAD: f64 = 1.5;
+    for rover in [open_source_rover(), triple_bogie(0.2)] {
+        let at_rest = |rover: &WholeRover, payload: f64| {
+            let mut settings = EstimatorSettings::kalman();
+            settings.budget.payload = payload;
+            let mut estimator = WholeEstimator::new(rover, settings, [1e-3; 2]).expect("a rover");
+            let frame = WholeFrame {
+                time: 0.0,
+                wheel_angle: [Some(0.0); 6],
+                motor_torque: [Some(0.0); 6],
+                steering: [None; 6],
+                pins: [Some(0.0); 2],
+                coupling: Some(0.0),
+                inclination: Some(0.0),
+                roll: Some(0.0),
+                rates: [Some(0.0); 3],
+            };
+            estimator.update(&frame).expect("an estimate")
+        };
+        let mut heavier = rover.clone();
+        heavier.side.mass.body += 0.5 * PAYLOAD;
+        let (nominal, stated) = (at_rest(&rover, 0.0), at_rest(&rover, PAYLOAD));
+        let found = at_rest(&heavier, 0.0).normal_force;
+        let moved = SVector::from(found) - SVector::from(nominal.normal_force);
+        let covariance =
+            |of: &WholeEstimate| SMatrix::<f64, 6, 6>::from_fn(|i, j| of.covariance[i][j]);
+        let added = covariance(&stated) - covariance(&nominal);
+        let error = (added - moved * moved.transpose()).amax();
+        assert!(error < 1e-6 * added.amax(), "{error} {added}");
+        assert!((moved.sum() - PAYLOAD * GRAVITY).abs() < 0.01, "{moved}");
+    }
+}
+
+/// Equivalence: the part of a side's weight that moves on a cross slope is that of the nine rows, for a rover whose
+/// tracks are one. The axial forces of wheels in one line are in the planes of the tracks. Rounding.
+#[test]
+fn the_weight_that_a_cross_slope_moves_is_that_of_the_rows() {
+    for (height, roll) in [(0.0, 0.05_f64), (0.2, -0.1)] {
+        let mut rover = open_source_rover();
+        rover.half_tracks = [0.2; 3];
+        rover.side.geometry.body_cg.y += height;
+        let found = on_a_plane(&rover, &WholeMotion::at_rest(GRAVITY, 0.0, roll)).normal;
+        let [left, right] = [0, 3].map(|k| found[k..k + 3].iter().sum::<f64>());
+        let weight = 3.0 * rover.mean_wheel_load() * roll.cos();
+        let moved = rover.height_over_half_track() * roll.tan() * weight;
+        assert!(
+            (right - left - 2.0 * moved).abs() < 1e-9,
+            "{left} {right} {moved}"
+        );
     }
 }
 

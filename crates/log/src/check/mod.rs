@@ -15,6 +15,7 @@
 //! | `noise` | Noise of the links' sensors while driving, single wrong readings | what ground can do |
 //! | `pin_delay` | Delay of the angle of pin Q | each wheel passes the same ground |
 //! | `newton` | Late torques, their size | the robot that starts |
+//! | `in_step` | Delays of encoders behind each other | wheels start and stop together |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `course`, `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `level` | The zero that all inclinometers have in common | work of the torques on the way |
@@ -40,6 +41,7 @@ mod delay;
 mod drive;
 mod gears;
 mod ground;
+mod in_step;
 mod judgement;
 mod jumps;
 mod level;
@@ -174,6 +176,7 @@ impl Readings<'_> {
         }
         self.take([ground::distance(self)]);
         self.take([level(self)]);
+        self.take([in_step::of_wheels(&self.recording)]);
         let start = newton::Start::of(self);
         self.take(start::size(start));
         let (drive, order) = drive::findings(self, start);

@@ -174,7 +174,8 @@ fn least_change(clock: &Clock<'_>, channel: Channel) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
-fn steps(time: f64, dt: f64) -> usize {
+/// Number of steps of `dt` in a time (s), at least one.
+pub fn steps(time: f64, dt: f64) -> usize {
     ((time / dt).round() as usize).max(1)
 }
 

@@ -172,7 +172,10 @@ impl LogChoice {
 
     /// Settings of an estimator with the drive, the noise budget and the sides that are stated of the log.
     pub fn stated(&self, settings: EstimatorSettings) -> EstimatorSettings {
+        let rover = self.robot.whole_rover();
+        let across = rover.map(|rover| rover.height_over_half_track());
         EstimatorSettings {
+            height_over_half_track: across.unwrap_or(settings.height_over_half_track),
             viscous_damping: self.viscous_damping,
             gear_efficiency: self.gear_efficiency,
             compression: self.compression,

@@ -159,6 +159,10 @@ keys! {
     /// relative error of the masses of links 1 to 3
     link_masses: number(NONE, at_least(0.0).at_most(1.0)) => budget.link_mass;
 
+    /// mass that the body may carry or lack beside the robot's own: cargo, what an arm holds; of a log of one
+    /// side, that side's part
+    payload: number(MASS, at_least(0.0).at_most(1e5)) => budget.payload;
+
     /// covariance of masses, centres of mass and pins of a robot that was weighed, as
     /// `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then
     load_covariance: Covariance => budget.load_covariance;

@@ -181,6 +181,15 @@ impl KalmanFilters {
         started && self.carried.take(wheels, links)
     }
 
+    /// Speed of Q, m/s, if a frame reads the angle of a link that was lost: what is known of the motion.
+    pub fn speed_at_found_link(&self, frame: &SensorFrame) -> Option<f64> {
+        let mut links = self.links.iter().zip([&frame.link1, &frame.link2]);
+        let found = links.any(|(link, read)| link.is_lost() && read.inclination.is_some());
+        let velocity = self.motion.velocity();
+        let speed = robhaz_model::sqrt(velocity.norm_squared());
+        found.then_some(libm::copysign(speed, velocity.x))
+    }
+
     /// Takes over what lasts from `before` after a gap: the memory of the ground, whose section
     /// ends, the torques' scale, and the velocity about which the constraints of rolling are
     /// linearised. All velocities are unknown, because the robot may be moving.
@@ -220,6 +229,7 @@ impl KalmanFilters {
             .each_ref()
             .map(LinkAngleKalman::unmodelled_acceleration);
         self.consider_turning(turning, nominal, equations, &right.sensitivity, &mut forces);
+        self.consider_angles(instant, equations, &mut forces);
         Ok(self.conclude(instant, step, forces))
     }
 
@@ -363,6 +373,10 @@ impl KalmanFilters {
     fn update_ground(&mut self, instant: &Instant<'_>, arms: &Arms) {
         let nominal = instant.nominal;
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
+        if self.links.iter().any(LinkAngleKalman::is_lost) {
+            // Ground that was found by such angles is none to hold later ones to.
+            self.ground.end_section();
+        }
         let angle = |i: usize| {
             let (_, sigma) = self.motion.input(state::CONTACT_ANGLE.of(i));
             (self.contact_angle(i, instant.inputs), sigma)

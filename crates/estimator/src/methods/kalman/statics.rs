@@ -193,6 +193,40 @@ impl KalmanFilters {
         Some((parity, Flags::OUT_OF_RANGE.when(!within_gate)))
     }
 
+    /// Adds what the angles of links err by that are not read for a while to the covariance of N: they move the
+    /// arms of weight and forces.
+    pub(super) fn consider_angles(
+        &self,
+        instant: &Instant<'_>,
+        equations: &Equations,
+        forces: &mut Forces,
+    ) {
+        let (normal, traction) = (forces.normal, forces.traction);
+        let right_side = |equations: &Equations| {
+            let mut rows = equations.equilibrium.right_side(&traction);
+            for (column, n) in equations.equilibrium.h_n.iter().zip(normal) {
+                rows -= column * n;
+            }
+            rows
+        };
+        let (nominal, now) = (instant.nominal, right_side(equations));
+        for (k, link) in self.links.iter().enumerate() {
+            if !link.is_uncertain() {
+                continue;
+            }
+            let mut angles = equations.link_angles;
+            angles[k] += link.settled_sigma();
+            let [theta1, theta2] = angles;
+            // A linkage that does not close there has no such angle.
+            let turned = Arms::new(&nominal.robot.geometry, theta1, theta2).ok();
+            let turned =
+                turned.and_then(|arms| self.equations(nominal, instant.inputs, arms, angles).ok());
+            if let Some(turned) = turned {
+                forces.consider(&equations.inverse, &(right_side(&turned) - now));
+            }
+        }
+    }
+
     /// Adds what errors of the links' angular accelerations with these standard deviations (rad/s^2)
     /// cost to the covariance of N.
     ///

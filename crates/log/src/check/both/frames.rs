@@ -1,9 +1,11 @@
 //! What the tests of both sides take from the frames.
 
-use crate::check::recording::{driving_speed, slowness};
+use crate::check::in_step;
+use crate::check::recording::{SMOOTHING, driving_speed, slowness};
+use crate::check::report::Finding;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::{Coupling, WholeRover};
-use robhaz_score::signals::median;
+use robhaz_score::signals::{derivative, median};
 
 /// Longest step between frames over which a rate is integrated, s: the estimators start anew after it.
 pub const LONGEST_GAP: f64 = 0.5;
@@ -94,6 +96,20 @@ pub fn yaw_steps(frames: &[WholeFrame], rover: &WholeRover) -> Vec<YawStep> {
 pub fn period(frames: &[WholeFrame]) -> Option<f64> {
     let steps = frames.windows(2).map(|w| w[1].time - w[0].time);
     median(steps.collect()).filter(|dt| *dt > 0.0)
+}
+
+/// Delay of the wheels of right behind those of left.
+pub fn in_step(frames: &[WholeFrame]) -> Option<Finding> {
+    let dt = period(frames)?;
+    let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
+    let mean = |side: usize| {
+        let turn = |f: &WholeFrame| {
+            let [a, b, c] = [0, 1, 2].map(|i| f.wheel_angle[3 * side + i]);
+            Some((a? + b? + c?) / 3.0)
+        };
+        derivative(&values(frames, turn), half, dt)
+    };
+    Some(in_step::of_sides([&mean(0), &mean(1)], dt))
 }
 
 /// How many times as long as an ordinary drive the rover takes for the same way ([`slowness`]).

@@ -21,8 +21,8 @@ pub use contradiction::contradiction;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, SIDES, check_unless_stamped, delay, drive, ground, level, limits, links, stamps, start,
-    wheels,
+    Level, SIDES, check_unless_stamped, delay, drive, ground, in_step, level, limits, links,
+    stamps, start, wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -98,6 +98,11 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     // In a turn the set speeds differ.
     let is_straight = frames::body_turn(frames) < STRAIGHT;
     let pace = frames::pace(frames, rover);
+    // One wheel that is late makes its side late.
+    let is_of_wheel = |f: &Finding| is_fault(f) && f.channel.ends_with(in_step::OF_WHEELS);
+    if is_straight && !findings.iter().any(is_of_wheel) {
+        findings.extend(frames::in_step(frames));
+    }
     let follows = [0, 1, 2].map(|i| torques::follows(frames, i, pace).filter(|_| is_straight));
     let of_torques = torques::finding(follows);
     if is_fault(&of_torques) {
