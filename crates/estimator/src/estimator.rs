@@ -213,6 +213,9 @@ impl Estimator {
         filters.across = Across {
             velocity: across.velocity.map(|velocity| velocity / speed),
             place: across.place.map(|place| place / length),
+            slope: across.slope,
+            of_sensor: across.of_sensor * self.units.time / speed,
+            follow: across.follow,
             shares: across.shares,
             slip: across.slip.map(|slip| slip / speed),
             settled: across.settled,

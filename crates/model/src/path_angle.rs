@@ -155,16 +155,23 @@ impl<const N: usize> PathAngle<N> {
                 .map(|(then, turn)| radius * (now - turn) / (time - then));
             *last = Some((time, now));
         }
-        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut sum, mut size, mut count) = (0.0, 0.0, 0.0);
         let largest = Self::LARGEST_CHANGE * sqrt(radius / 0.1);
-        for speed in self.rolled.iter().flatten() {
-            if libm::fabs(speed - self.speed) <= largest {
-                sum += speed;
-                count += 1.0;
+        for side in self.rolled.chunks(3) {
+            let mut of_side = 0.0;
+            for speed in side.iter().flatten() {
+                if libm::fabs(libm::fabs(*speed) - libm::fabs(self.speed)) <= largest {
+                    of_side += speed;
+                    count += 1.0;
+                }
             }
+            sum += of_side;
+            size += libm::fabs(of_side);
         }
         if count > 0.0 && dt > 0.0 {
-            let speed = sum / count;
+            // On the spot the sides turn against each other: the way is that of the wheels.
+            let opposed = libm::fabs(sum) < 0.5 * size;
+            let speed = if opposed { size } else { sum } / count;
             self.way += speed * dt;
             self.speed += crate::low_pass_share(dt, Self::SPEED_TIME) * (speed - self.speed);
         }

@@ -6,8 +6,10 @@
 mod across;
 mod scale;
 mod sliding;
+mod yaw;
 
 use self::sliding::Sliding;
+use self::yaw::Yaw;
 use super::estimate::{TipLine, WholeEstimate};
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame};
@@ -74,13 +76,9 @@ pub struct WholeEstimator {
     /// In the units of the filters.
     body: BodyInputs,
     roll: LinkAngleKalman,
-    /// Rate of yaw, rad/s, and steering, rad: the last readings.
-    yaw_rate: f64,
+    yaw: Yaw,
+    /// The last readings, rad.
     steering: [f64; 6],
-    /// Mean rate of yaw over [`TURN_TIME`], rad/s.
-    turning: f64,
-    /// Low-pass filtered rate of yaw, rad/s, and its derivative, rad/s^2.
-    yaw: [f64; 2],
     /// Which of [`READINGS`] there have been.
     known: [bool; READINGS.len()],
     /// Velocities of both sides' Q, m/s, as of the last frame.
@@ -111,9 +109,6 @@ const READINGS: [&str; 7] = [
     "rates (yaw)",
 ];
 
-/// Time constant of the low pass on the rate of yaw whose derivative is the acceleration, s.
-/// Chosen; insensitive.
-const YAW_TIME: f64 = 0.03;
 /// Time after which a yaw rate is that of a turn, s: ground under one wheel turns the rover to and fro.
 /// Chosen; insensitive.
 const TURN_TIME: f64 = 0.5;
@@ -170,10 +165,8 @@ impl WholeEstimator {
             readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
             roll: LinkAngleKalman::new(&settings.budget),
-            yaw_rate: 0.0,
+            yaw: Yaw::new(&settings.budget),
             steering: [0.0; 6],
-            turning: 0.0,
-            yaw: [0.0; 2],
             known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
             sliding: Sliding::default(),
@@ -225,8 +218,9 @@ impl WholeEstimator {
             &self.rover,
             &self.units,
             &rims,
-            [self.yaw_rate, dt],
+            &self.yaw,
             &self.steering,
+            dt,
         );
         let found = self.solve(states, roll, dt);
         let (mut forces, inclination, lateral_force) =
@@ -321,7 +315,7 @@ impl WholeEstimator {
         // A log may begin in a turn.
         let [.., yaw_is_known] = self.known;
         if let (false, Some(first)) = (yaw_is_known, yaw_rate.filter(|rate| rate.is_finite())) {
-            (self.turning, self.yaw) = (first, [first, 0.0]);
+            self.yaw.start(first);
         }
         for (known, read) in self.known.iter_mut().zip(readings) {
             *known |= read.is_some_and(f64::is_finite);
@@ -340,16 +334,9 @@ impl WholeEstimator {
         let gate = Gate::new(budget, &self.rover.side);
         let flags = self.body.take(frame.roll, rates, dt / time, &gate);
         let [roll_rate, yaw_rate] = &self.body.rates;
-        self.yaw_rate = yaw_rate.recent().unwrap_or(0.0) / time;
-        self.turning +=
-            robhaz_model::low_pass_share(dt, TURN_TIME * time) * (self.yaw_rate - self.turning);
-        if dt > 0.0 {
-            let [smooth, acceleration] = &mut self.yaw;
-            let weight = robhaz_model::low_pass_share(dt, YAW_TIME * time);
-            let change = weight * (self.yaw_rate - *smooth);
-            *smooth += change;
-            *acceleration += weight * (change / dt - *acceleration);
-        }
+        let reading = yaw_rate.recent().map(|rate| rate / time);
+        let stands = self.sliding.stands();
+        self.yaw.take(budget, reading, stands, [dt, time]);
         let readings = LinkReading {
             inclination: self.body.roll.now(),
             rate: roll_rate.now(),
@@ -358,7 +345,7 @@ impl WholeEstimator {
         let roll = &mut self.roll;
         if roll.started {
             let [left, right] = self.velocity;
-            let across = 0.5 * (left.x + right.x) * self.yaw_rate / self.rover.side.gravity;
+            let across = 0.5 * (left.x + right.x) * self.yaw.rate / self.rover.side.gravity;
             roll.jump(budget, roll_rate.late, roll_rate.left_out(), dt / time);
             roll.update(budget, dt / time, &readings, across);
         } else if let Some(angle) = readings.inclination {
@@ -431,7 +418,7 @@ impl WholeEstimator {
         let coupled = self.readings.coupled();
         let inputs = SideInputs::new(rover, states, coupled, self.steering, roll[0])?;
         let posture = WholePosture::new(rover, &inputs.joints)?;
-        let yaw = [self.yaw_rate, self.yaw[1]];
+        let yaw = [self.yaw.rate, self.yaw.acceleration];
         let motion = inputs.motion(rover, &posture, roll, yaw);
         let mut equations =
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;

@@ -72,6 +72,14 @@ pub(crate) struct Across {
     pub velocity: [Vec2; 3],
     /// Place of each axle relative to that in the plane of the side, m.
     pub place: [Vec2; 3],
+    /// How the slope along each wheel follows from that of the line of the axles: factor, and what is added,
+    /// rad, for a steered wheel on ground that is tilted across.
+    pub slope: [[f64; 2]; 3],
+    /// Acceleration of the body's sensor less that of Q, along, m/s^2: in a turn that begins.
+    pub of_sensor: f64,
+    /// Whether wheels come where those ahead of them were: not where they are steered far off the line of the
+    /// axles.
+    pub follow: bool,
     /// Whether there is another side, with which the wheels share the robot: which torque turns which
     /// wheel then shows in both sides only.
     pub shares: bool,
@@ -89,6 +97,9 @@ impl Across {
     pub const NONE: Self = Self {
         velocity: [Vec2::new(0.0, 0.0); 3],
         place: [Vec2::new(0.0, 0.0); 3],
+        slope: [[1.0, 0.0]; 3],
+        of_sensor: 0.0,
+        follow: true,
         shares: false,
         slip: [0.0; 3],
         settled: true,
@@ -373,8 +384,8 @@ impl KalmanFilters {
     fn update_ground(&mut self, instant: &Instant<'_>, arms: &Arms) {
         let nominal = instant.nominal;
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
-        if self.links.iter().any(LinkAngleKalman::is_lost) {
-            // Ground that was found by such angles is none to hold later ones to.
+        if !self.across.follow || self.links.iter().any(LinkAngleKalman::is_lost) {
+            // Such ground is none to hold later wheels to.
             self.ground.end_section();
         }
         let angle = |i: usize| {

@@ -73,7 +73,10 @@ impl KalmanFilters {
     ) -> [Option<RollingResiduals>; 3] {
         let (nominal, inputs, dt) = (instant.nominal, instant.inputs, instant.dt);
         let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let slopes = expected_slopes(arms);
+        let mut slopes = expected_slopes(arms);
+        for (slope, [factor, added]) in slopes.iter_mut().zip(self.across.slope) {
+            *slope = *slope * factor + added;
+        }
         self.detect_standing(instant, arms, &slopes);
         if dt > 0.0 {
             let fresh = inputs.contact_angle.map(|angle| angle.fresh());
@@ -215,7 +218,8 @@ impl KalmanFilters {
             let rate = link.smooth_rate;
             let force =
                 self.motion.acceleration() + perp(arm) * link.acceleration - arm * (rate * rate);
-            force.x / (GRAVITY + force.y).max(Self::LEAST_UPWARD)
+            let along = force.x + self.across.of_sensor;
+            along / (GRAVITY + force.y).max(Self::LEAST_UPWARD)
         })
     }
 }

@@ -26,6 +26,8 @@ impl WholeEstimator {
             let sign = sign(k);
             let mut across = Across {
                 shares: true,
+                follow: self.sliding.follows(),
+                of_sensor: sign * bogie_place * self.yaw.acceleration,
                 trailing: scale::trailing(rover).unwrap_or(Across::NONE.trailing),
                 ..Across::NONE
             };
@@ -34,16 +36,17 @@ impl WholeEstimator {
                 let beside = y - sign * bogie_place;
                 let steering = self.steering.get(3 * k + i).copied().unwrap_or(0.0);
                 let (s, c) = libm::sincos(steering);
-                let ahead = speed - self.yaw_rate * y;
-                let turned = self.yaw_rate * (geometry.axles[i].x - middle);
+                let ahead = speed - self.yaw.rate * y;
+                let turned = self.yaw.rate * (geometry.axles[i].x - middle);
                 let sideways = self.sliding.sideways + turned;
                 let steered = (c - 1.0) * ahead + s * sideways;
+                across.slope[i] = [c, s * self.roll.angle()];
                 across.slip[i] = libm::fabs(s * ahead) * STEERING;
                 let (mut up, mut raised) = (roll_rate * beside, 0.0);
                 if rear_bogie && geometry.carriers[i].index() != bogie {
                     (up, raised) = (up + coupled.1 * y, coupled.0 * y);
                 }
-                across.velocity[i] = Vec2::new(steered - self.yaw_rate * beside, up);
+                across.velocity[i] = Vec2::new(steered - self.yaw.rate * beside, up);
                 across.place[i] = Vec2::new(0.0, raised);
             }
             across

@@ -25,7 +25,7 @@ impl WholeEstimator {
         let axles = &self.rover.side.geometry.axles;
         let between = trailing(&self.rover).map(|i| axles[0].x - axles[i].x);
         let speed = 0.5 * (self.velocity[0].x + self.velocity[1].x);
-        let turned = between.map(|between| libm::fabs(self.turning * between));
+        let turned = between.map(|between| libm::fabs(self.yaw.mean * between));
         let is_straight = turned.is_some_and(|turned| turned < STRAIGHT * libm::fabs(speed));
         let rolling = left.rolling().zip(right.rolling());
         let rolling = rolling.filter(|_| settled && is_straight);

@@ -1,6 +1,7 @@
 //! Wheels that slide across their planes, by rims, steering and yaw.
 
 use super::TURN_TIME;
+use super::yaw::Yaw;
 use crate::common::DRIVING_SPEED;
 use crate::whole::posture::sign;
 use robhaz_model::{Units, WholeRover};
@@ -14,36 +15,56 @@ pub(super) struct Sliding {
     pub sideways: f64,
     /// Way of the fastest rim since the last rest, m.
     pub rolled: f64,
-    /// Means over [`TURN_TIME`] of how fast each wheel slides across, and of the sizes of all rims' speeds, m/s.
     /// `None` before the first frame: a log may begin in a turn.
-    mean: Option<([f64; 6], f64)>,
+    mean: Option<Means>,
     /// Least speed of a rover that drives, m/s.
     least: f64,
+    /// What errors of the yaw make of these means, m/s.
+    of_noise: f64,
+}
+
+/// Deviations of the yaw that count.
+const GATE: f64 = 2.0;
+/// Sine of the angle to the rover's plane beyond which a wheel does not follow the one ahead: 20 deg.
+/// Chosen.
+const OFF: f64 = 0.34;
+
+/// Means over [`TURN_TIME`], m/s.
+#[derive(Clone, Copy, Debug, Default)]
+struct Means {
+    /// How fast each wheel slides across its plane.
+    across: [f64; 6],
+    /// How fast it moves to the left of the rover.
+    left: [f64; 6],
+    /// Size of the rims' speeds.
+    rims: f64,
 }
 
 impl Sliding {
-    /// Takes the speeds of the `rims` (m/s), the rate of yaw (rad/s) and the steering (rad), `dt` (s) after the
-    /// last ones.
+    /// Takes the speeds of the `rims` (m/s), the yaw and the steering (rad), `dt` (s) after the last ones.
     pub fn follow(
         &mut self,
         rover: &WholeRover,
         units: &Units,
         rims: &[f64; 6],
-        [yaw_rate, dt]: [f64; 2],
+        yaw: &Yaw,
         steering: &[f64; 6],
+        dt: f64,
     ) {
         self.least = DRIVING_SPEED * units.speed();
         let fastest = rims.iter().fold(0.0_f64, |a, rim| a.max(rim.abs()));
         if fastest < self.least {
-            (self.sideways, self.rolled, self.mean) = (0.0, 0.0, Some(([0.0; 6], 0.0)));
+            (self.sideways, self.rolled, self.mean) = (0.0, 0.0, Some(Means::default()));
             return;
         }
         self.rolled += fastest * dt;
         let axles = &rover.side.geometry.axles;
         let turned = |i: usize| {
             let y = sign(i / 3) * rover.half_tracks[i % 3];
-            [-yaw_rate * y, yaw_rate * (axles[i % 3].x - axles[1].x)]
+            [-yaw.rate * y, yaw.rate * (axles[i % 3].x - axles[1].x)]
         };
+        let length = axles[0].x - axles[2].x;
+        self.of_noise = GATE * yaw.mean_sigma([dt, units.time]) * length;
         let heading = steering.map(libm::sincos);
         let (mut ahead, mut sideways, mut size) = (0.0, 0.0, 0.0);
         for (i, (rim, (s, c))) in rims.iter().zip(heading).enumerate() {
@@ -53,20 +74,40 @@ impl Sliding {
             size += rim.abs() / 6.0;
         }
         self.sideways = sideways;
-        let now: [f64; 6] = core::array::from_fn(|i| {
-            let ((s, c), [along, across]) = (heading[i], turned(i));
-            c * (sideways + across) - s * (ahead + along)
+        let left: [f64; 6] = core::array::from_fn(|i| sideways + turned(i)[1]);
+        let across = core::array::from_fn(|i| {
+            let ((s, c), [along, _]) = (heading[i], turned(i));
+            c * left[i] - s * (ahead + along)
         });
-        let (across, rims) = self.mean.get_or_insert((now, size));
-        if *rims <= 0.0 {
+        let now = Means {
+            across,
+            left,
+            rims: size,
+        };
+        let mean = self.mean.get_or_insert(now);
+        if mean.rims <= 0.0 {
             // The first frame after a rest.
-            *rims = size;
+            mean.rims = size;
         }
         let weight = robhaz_model::low_pass_share(dt, TURN_TIME * units.time);
-        *rims += weight * (size - *rims);
-        for (mean, now) in across.iter_mut().zip(now) {
-            *mean += weight * (now - *mean);
+        mean.rims += weight * (size - mean.rims);
+        for i in 0..6 {
+            mean.across[i] += weight * (across[i] - mean.across[i]);
+            mean.left[i] += weight * (left[i] - mean.left[i]);
         }
+    }
+
+    /// Whether no wheel turns.
+    pub fn stands(&self) -> bool {
+        self.mean.is_some_and(|mean| mean.rims <= 0.0)
+    }
+
+    /// Whether each wheel moves close to along the rover's plane, so that it comes where those ahead were.
+    pub fn follows(&self) -> bool {
+        self.mean.is_none_or(|mean| {
+            let beyond = |left: &f64| left.abs() > OFF * mean.rims.max(self.least) + self.of_noise;
+            !mean.left.iter().any(beyond)
+        })
     }
 
     /// Largest speed at which a wheel is dragged across, m/s.
@@ -75,8 +116,8 @@ impl Sliding {
         /// by, and what a tyre's elasticity takes.
         /// Chosen; insensitive.
         const DRAGGED: f64 = 0.1;
-        let (across, rims) = self.mean?;
-        let least = DRAGGED * rims.max(self.least);
+        let Means { across, rims, .. } = self.mean?;
+        let least = DRAGGED * rims.max(self.least) + self.of_noise;
         let sliding = across.into_iter().map(f64::abs);
         sliding.filter(|sliding| *sliding > least).reduce(f64::max)
     }
@@ -85,9 +126,20 @@ impl Sliding {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::NoiseBudget;
     use robhaz_model::{Carrier, Coupling, Robot, Vec2};
 
     const YAW: f64 = 0.3;
+
+    /// A gyroscope without errors that reads a rate, rad/s.
+    fn exact(rate: f64) -> Yaw {
+        let mut budget = NoiseBudget::typical();
+        budget.rate_noise = 0.0;
+        let mut yaw = Yaw::new(&budget);
+        yaw.start(rate);
+        yaw
+    }
+
     const DT: f64 = 0.01;
 
     fn rover() -> WholeRover {
@@ -138,7 +190,7 @@ mod tests {
         ] {
             let (rims, steering) = rolling(&rover, ahead, sideways, yaw);
             let mut sliding = Sliding::default();
-            sliding.follow(&rover, &units, &rims, [yaw, DT], &steering);
+            sliding.follow(&rover, &units, &rims, &exact(yaw), &steering, DT);
             assert!((sliding.sideways - sideways).abs() < 1e-12, "{sliding:?}");
             assert_eq!(sliding.dragged(), None, "{ahead} {sideways} {yaw}");
         }
@@ -147,7 +199,7 @@ mod tests {
         let far = axles.map(|x| YAW * (x - mean).abs());
         let rims = [-0.1, -0.1, -0.1, 0.1, 0.1, 0.1];
         let mut sliding = Sliding::default();
-        sliding.follow(&rover, &units, &rims, [YAW, DT], &[0.0; 6]);
+        sliding.follow(&rover, &units, &rims, &exact(YAW), &[0.0; 6], DT);
         let dragged = sliding.dragged().unwrap_or(0.0);
         let farthest = far.into_iter().fold(0.0, f64::max);
         assert!((dragged - farthest).abs() < 1e-12, "{dragged} {farthest}");
@@ -167,7 +219,7 @@ mod tests {
             let yaw = 0.4 * speed * (3.0 * time).sin();
             let rims =
                 core::array::from_fn(|i| speed - yaw * sign(i / 3) * rover.half_tracks[i % 3]);
-            sliding.follow(&rover, &units, &rims, [yaw, DT], &[0.0; 6]);
+            sliding.follow(&rover, &units, &rims, &exact(yaw), &[0.0; 6], DT);
             assert_eq!(sliding.dragged(), None, "{time}: {sliding:?}");
         }
     }
