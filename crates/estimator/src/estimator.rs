@@ -141,6 +141,7 @@ impl Estimator {
     fn read(&mut self, frame: &SensorFrame) -> Result<(f64, Flags), EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
         let set_back = flags.contains(Flags::SENSOR_STALE);
+        let frame = &self.inputs.without_repeats(frame, dt);
         let nominal = &self.nominal;
         // Where it contradicts the time stamps. The paper's filters use these.
         let by_wheels = self

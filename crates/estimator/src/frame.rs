@@ -262,6 +262,43 @@ impl Encoder {
     }
 }
 
+/// Whether an inertial sensor gives the same numbers over and over, as of a bus that hangs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Repeats<const N: usize> {
+    last: [Option<u64>; N],
+    /// For how long they have been the same while the wheels turned, s.
+    time: f64,
+}
+
+impl<const N: usize> Default for Repeats<N> {
+    fn default() -> Self {
+        Self {
+            last: [None; N],
+            time: 0.0,
+        }
+    }
+}
+
+impl<const N: usize> Repeats<N> {
+    /// Time from which on they are no readings, s: more than the period of a sensor of 10 Hz.
+    /// Chosen.
+    const LONGEST: f64 = 0.15;
+
+    /// Takes the numbers of a frame `dt` (s) after the last one. Zeros may last, of exact sensors.
+    pub fn take(&mut self, numbers: [Option<f64>; N], dt: f64, turns: bool) -> bool {
+        let bits = numbers.map(|number| number.map(f64::to_bits));
+        let is_read = numbers.iter().flatten().all(|number| number.abs() > 0.0);
+        let repeats = is_read && bits == self.last && bits.iter().any(Option::is_some);
+        self.time = match repeats {
+            true if turns => self.time + dt,
+            true => self.time,
+            false => 0.0,
+        };
+        self.last = bits;
+        self.time > Self::LONGEST
+    }
+}
+
 /// All readings, each with its last good value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Inputs {
@@ -273,6 +310,7 @@ pub(crate) struct Inputs {
     pub contact_angle: [Held; 3],
     /// [`LinkReading::rate_error`] of the last rates, rad/s.
     pub joint_noise: [f64; 2],
+    repeats: [Repeats<2>; 2],
 }
 
 /// By how much readings may change: the gate of the jumps.
@@ -360,6 +398,20 @@ impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
     /// Guard.
     pub const STALE_AFTER: f64 = 0.1;
+
+    /// A frame `dt` seconds after the last one without the readings of links whose sensor gives the same numbers
+    /// over and over.
+    pub fn without_repeats(&mut self, frame: &SensorFrame, dt: f64) -> SensorFrame {
+        let turns = self.encoder.iter().any(|encoder| encoder.speed.abs() > 0.0);
+        let mut frame = *frame;
+        let links = [&mut frame.link1, &mut frame.link2];
+        for (link, repeats) in links.into_iter().zip(&mut self.repeats) {
+            if repeats.take([link.inclination, link.rate], dt, turns) {
+                *link = LinkReading::default();
+            }
+        }
+        frame
+    }
 
     /// Takes a frame `dt` seconds after the last one. Contact angles are read `with_angles` only.
     pub fn take(

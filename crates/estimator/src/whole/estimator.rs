@@ -19,7 +19,7 @@ use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::{JointMeasurement, MotionFilter};
 use crate::flags::Flags;
-use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, SHORTEST_STEP};
+use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, Repeats, SHORTEST_STEP};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::start::{Carried, Start};
@@ -75,6 +75,7 @@ pub struct WholeEstimator {
     readings: SideReadings,
     /// In the units of the filters.
     body: BodyInputs,
+    repeats: Repeats<5>,
     roll: LinkAngleKalman,
     yaw: Yaw,
     /// The last readings, rad.
@@ -164,6 +165,7 @@ impl WholeEstimator {
             sides,
             readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
+            repeats: Repeats::default(),
             roll: LinkAngleKalman::new(&settings.budget),
             yaw: Yaw::new(&settings.budget),
             steering: [0.0; 6],
@@ -188,7 +190,7 @@ impl WholeEstimator {
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let (dt, interrupted) = self.advance_clock(frame.time)?;
-        let frame = &frame.with_rates_of_attitude();
+        let frame = &self.read_body(frame.with_rates_of_attitude(), dt);
         self.begin(frame, interrupted);
         self.take(frame);
         let frames = self.readings.frames(frame);
@@ -254,6 +256,17 @@ impl WholeEstimator {
             body_flags,
             sides: [left, right],
         })
+    }
+
+    /// The frame without the readings of a body's sensor that gives the same numbers over and over.
+    fn read_body(&mut self, mut frame: WholeFrame, dt: f64) -> WholeFrame {
+        let [p, q, r] = frame.rates;
+        let numbers = [frame.inclination, frame.roll, p, q, r];
+        let turns = !self.sliding.stands();
+        if self.repeats.take(numbers, dt / self.units.time, turns) {
+            (frame.inclination, frame.roll, frame.rates) = (None, None, [None; 3]);
+        }
+        frame
     }
 
     /// The filter of the roll starts anew where the first frames show that the rover drives, as those of
