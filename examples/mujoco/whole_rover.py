@@ -102,7 +102,8 @@ class Case:
     ground: Callable = flat
     cross_slope: float = 0.0  # deg, left side up: gravity is inclined
     speed: float = 0.2  # m/s of O
-    radius: float = math.inf  # of the turn to the left, m, about a point beside the middle wheels
+    radius: float = math.inf  # of the turn to the left, m, about a point beside the middle wheels; 0 on the spot
+    every: float = math.inf  # s: it halts so often, for two fifths of the time
     steered: bool = False  # the corner wheels steer; else the rover skids
     gains: tuple[float, float] = (1.5, 17.0)  # of the speed control, N m s and N m
     duration: float = 14.0  # s
@@ -124,6 +125,8 @@ CASES = {
     "ackermann": Case(speed=0.1, radius=1.0, steered=True),
     "ackermann-slope10": Case(cross_slope=10, speed=0.1, radius=1.0, steered=True),
     "ackermann-rough": Case(rough(1), speed=0.15, radius=1.5, steered=True, duration=18),
+    "pivot": Case(speed=0.2, radius=0.0, steered=True),
+    "stops": Case(rough(1), duration=20, every=5.0),
     "triple-slope5": Case(cross_slope=5, across=TRIPLE_BOGIE),
     "triple-rough1": Case(rough(1), duration=16, across=TRIPLE_BOGIE),
     "triple-rough1-slope5": Case(rough(1), cross_slope=5, duration=16, across=TRIPLE_BOGIE),
@@ -236,11 +239,16 @@ class World:
         self.planes = [int(self.model.body_mocapid[self.model.body(f"ground{i}").id]) for i in range(6)]
         self.normal, self.integral = np.tile([0.0, 0, 1], (6, 1)), np.zeros(6)
         # A turn about a point on the line of the middle wheels: speed and heading of each wheel.
-        yaw_rate = case.speed / case.radius
+        x = self.robot.axles[[0, 1, 2] * 2, 0]
         y = np.array([(1 - 2 * (i // 3)) * case.across.half_tracks[i % 3] for i in range(6)])
-        along, side = case.speed - yaw_rate * y, yaw_rate * self.robot.axles[[0, 1, 2] * 2, 0]
-        self.heading = np.arctan2(side, along) if case.steered else np.zeros(6)
-        self.speed = np.hypot(along, side) if case.steered else along
+        # On the spot it is the speed of the front wheels.
+        ahead, reach = (0.0, math.hypot(x[0], y[0])) if case.radius == 0 else (case.speed, case.radius)
+        yaw_rate = case.speed / reach
+        along, side = ahead - yaw_rate * y, yaw_rate * x
+        # A wheel is steered by a quarter turn at most, and turns backwards beyond.
+        forwards = np.where(along < 0, -1.0, 1.0)
+        self.heading = np.arctan2(forwards * side, forwards * along) if case.steered else np.zeros(6)
+        self.speed = forwards * np.hypot(along, side) if case.steered else along
 
     def step(self) -> None:
         """One step. Contact forces and accelerations of `data` then belong to the state at its start."""
@@ -249,8 +257,7 @@ class World:
         self._lay_ground()
         mujoco.mj_step1(self.model, d)
         self.time, self.qpos, self.qvel = d.time, d.qpos.copy(), d.qvel.copy()
-        u = min(max((d.time - self.START) / self.RAMP, 0.0), 1.0)
-        error = self.speed / self.robot.radius * u**3 * (10 - 15 * u + 6 * u * u) - self.qvel[self.spins]
+        error = self.speed / self.robot.radius * self._share(d.time) - self.qvel[self.spins]
         kp, ki = self.case.gains
         wanted = kp * error + ki * self.integral
         self.torque = np.clip(wanted, -self.TORQUE_LIMIT, self.TORQUE_LIMIT)
@@ -260,6 +267,13 @@ class World:
         if self.case.steered:
             d.ctrl[6:] = self.heading[[0, 2, 3, 5]]
         mujoco.mj_step2(self.model, d)
+
+    def _share(self, time: float) -> float:
+        """Of its speed that the rover shall have."""
+        since = time - self.START
+        since = since % self.case.every if since > 0 and self.case.every < math.inf else since
+        on, off = (min(max(t / self.RAMP, 0.0), 1.0) for t in (since, since - 0.6 * self.case.every))
+        return sum(s * u**3 * (10 - 15 * u + 6 * u * u) for s, u in ((1, on), (-1, off)))
 
     def _axles(self) -> np.ndarray:
         """Unit vectors along the axles, pointing left."""

@@ -26,8 +26,9 @@ pub struct PathAngle<const N: usize> {
     way: f64,
     /// Time of the last sample, s.
     time: Option<f64>,
-    /// Speed of the wheels, low-pass filtered, m/s.
+    /// Speed of the wheels, low-pass filtered, m/s, and what it lags by, by the same low pass.
     speed: f64,
+    lag: f64,
     /// The bank, from rough to smooth.
     bank: [Slope; MODELS],
     /// Whether there has been a reading.
@@ -67,7 +68,7 @@ impl<const N: usize> PathAngle<N> {
     /// for wheels of 0.1 m.
     const LARGEST_CHANGE: f64 = 2.0;
     /// Time constant of the speed, s. While a robot starts or stops, its lag is one of the rate, which looks like
-    /// ground that tilts. Encoders of 500 counts a turn leave less.
+    /// ground that tilts: it is stated.
     const SPEED_TIME: f64 = 0.05;
 
     /// For wheels of this radius (m), and readings with white noise (rad a sample).
@@ -85,6 +86,7 @@ impl<const N: usize> PathAngle<N> {
             way: 0.0,
             time: None,
             speed: 0.0,
+            lag: 0.0,
             read: 0.0,
             jumped: None,
             keeps_jumps: false,
@@ -137,8 +139,8 @@ impl<const N: usize> PathAngle<N> {
             let beside = model.slope - slope;
             model.covariance[2] + beside * beside
         });
-        let speed = libm::fabs(self.speed);
-        speed * sqrt(variance)
+        let of_lag = slope * self.lag;
+        sqrt(self.speed * self.speed * variance + of_lag * of_lag)
     }
 
     /// Way and speed by the wheels, each over the time since its own last reading: encoders may be
@@ -173,7 +175,10 @@ impl<const N: usize> PathAngle<N> {
             let opposed = libm::fabs(sum) < 0.5 * size;
             let speed = if opposed { size } else { sum } / count;
             self.way += speed * dt;
-            self.speed += crate::low_pass_share(dt, Self::SPEED_TIME) * (speed - self.speed);
+            let weight = crate::low_pass_share(dt, Self::SPEED_TIME);
+            let lag = speed - self.speed;
+            self.speed += weight * lag;
+            self.lag += weight * (lag - self.lag);
         }
     }
 
@@ -360,5 +365,45 @@ mod tests {
         let ratio = (stated / error).sqrt();
         assert!((0.7..3.0).contains(&ratio), "{ratio}");
         assert!((after - 0.42).abs() < 0.1, "{after}");
+    }
+
+    /// Closed form: on a joint that turns by 1 rad/m a robot that brakes from 0.2 m/s within 0.6 s has a rate that
+    /// lags by no more than its acceleration times [`PathAngle::SPEED_TIME`], and none at rest after five such
+    /// times.
+    #[test]
+    fn the_rate_stops_with_the_robot() {
+        let mut angle = PathAngle::<3>::new(0.1, 1e-3);
+        let (dt, lag) = (5e-3, 0.2 / 0.6 * PathAngle::<3>::SPEED_TIME);
+        let mut way = 0.0;
+        for k in 0..900 {
+            let t = dt * f64::from(k);
+            let speed = 0.2 * (1.0 - (t - 3.0) / 0.6).clamp(0.0, 1.0);
+            way += speed * dt;
+            let (_, rate) = angle
+                .update(t, Some(way), &[Some(way / 0.1); 3])
+                .expect("a reading");
+            // A tenth for the slope, which is found within a wheel radius.
+            assert!(
+                t < 1.0 || (rate - speed).abs() < 1.1 * lag,
+                "{t}: {rate} {speed}"
+            );
+            assert!(t < 3.85 || rate.abs() < 0.01 * lag, "{t}: {rate}");
+        }
+    }
+
+    /// Closed form: on the spot the wheels of both sides turn against each other, and the rate of a joint that turns
+    /// evenly with them is that turn.
+    #[test]
+    fn a_turn_on_the_spot_is_a_way() {
+        let mut angle = PathAngle::<6>::new(0.1, 1e-3);
+        let mut last = 0.0;
+        for k in 0..800 {
+            let t = 5e-3 * f64::from(k);
+            let turn = Some(2.0 * t);
+            let back = Some(-2.0 * t);
+            let wheels = [back, back, back, turn, turn, turn];
+            (_, last) = angle.update(t, Some(0.1 * t), &wheels).expect("a reading");
+        }
+        assert!((last - 0.1).abs() < 1e-3, "{last}");
     }
 }
