@@ -451,20 +451,25 @@ impl Inputs {
 
     /// The first reading that no frame has had so far; contact angles count `with_angles` only.
     pub fn never_read(&self, with_angles: bool) -> Option<&'static str> {
-        let unknown = |held: &[Held]| held.iter().any(|h| !h.known);
+        let encoders = self.encoder.each_ref().map(|encoder| encoder.angle.known);
+        let [inclination, rate] = [&self.inclination, &self.rate];
         [
+            ("wheel_angle[0]", encoders[0]),
+            ("wheel_angle[1]", encoders[1]),
+            ("wheel_angle[2]", encoders[2]),
+            ("motor_torque[0]", self.motor_torque[0].known),
+            ("motor_torque[1]", self.motor_torque[1].known),
+            ("motor_torque[2]", self.motor_torque[2].known),
+            ("link1.inclination", inclination[0].known),
+            ("link2.inclination", inclination[1].known),
+            ("link1.rate", rate[0].known),
+            ("link2.rate", rate[1].known),
             (
-                "wheel_angle",
-                self.encoder.iter().any(|encoder| !encoder.angle.known),
+                "contact_angle",
+                !with_angles || self.contact_angle.iter().all(|held| held.known),
             ),
-            ("motor_torque", unknown(&self.motor_torque)),
-            ("link1.inclination", unknown(&self.inclination[..1])),
-            ("link2.inclination", unknown(&self.inclination[1..])),
-            ("link1.rate", unknown(&self.rate[..1])),
-            ("link2.rate", unknown(&self.rate[1..])),
-            ("contact_angle", with_angles && unknown(&self.contact_angle)),
         ]
         .into_iter()
-        .find_map(|(field, unknown)| unknown.then_some(field))
+        .find_map(|(field, known)| (!known).then_some(field))
     }
 }

@@ -100,7 +100,7 @@ pub struct WholeEstimator {
 }
 
 /// Readings that no frame may lack for ever, as [`EstimateError::Missing`] names them.
-const READINGS: [&str; 7] = [
+const READINGS: [&str; 19] = [
     "pins (left)",
     "pins (right)",
     "coupling",
@@ -108,6 +108,18 @@ const READINGS: [&str; 7] = [
     "roll",
     "rates (roll)",
     "rates (yaw)",
+    "wheel_angle[0]",
+    "wheel_angle[1]",
+    "wheel_angle[2]",
+    "wheel_angle[3]",
+    "wheel_angle[4]",
+    "wheel_angle[5]",
+    "motor_torque[0]",
+    "motor_torque[1]",
+    "motor_torque[2]",
+    "motor_torque[3]",
+    "motor_torque[4]",
+    "motor_torque[5]",
 ];
 
 /// Time after which a yaw rate is that of a turn, s: ground under one wheel turns the rover to and fro.
@@ -326,10 +338,12 @@ impl WholeEstimator {
             yaw_rate,
         ];
         // A log may begin in a turn.
-        let [.., yaw_is_known] = self.known;
+        let [_, _, _, _, _, _, yaw_is_known, ..] = self.known;
         if let (false, Some(first)) = (yaw_is_known, yaw_rate.filter(|rate| rate.is_finite())) {
             self.yaw.start(first);
         }
+        let wheels = frame.wheel_angle.iter().chain(&frame.motor_torque);
+        let readings = readings.iter().chain(wheels);
         for (known, read) in self.known.iter_mut().zip(readings) {
             *known |= read.is_some_and(f64::is_finite);
         }

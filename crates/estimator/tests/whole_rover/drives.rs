@@ -471,6 +471,8 @@ fn missing_readings_are_named_or_held() {
         ("coupling", |f| f.coupling = None),
         ("roll", |f| f.roll = Some(f64::NAN)),
         ("rates (yaw)", |f| f.rates[2] = None),
+        ("wheel_angle[4]", |f| f.wheel_angle[4] = None),
+        ("motor_torque[1]", |f| f.motor_torque[1] = None),
     ] {
         let mut frame = table.frame(0);
         without(&mut frame);
