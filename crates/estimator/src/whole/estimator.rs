@@ -122,9 +122,6 @@ const READINGS: [&str; 19] = [
     "motor_torque[5]",
 ];
 
-/// Time after which a yaw rate is that of a turn, s: ground under one wheel turns the rover to and fro.
-/// Chosen; insensitive.
-const TURN_TIME: f64 = 0.5;
 /// Time over which the roughness of the ground is averaged, s.
 /// Chosen; insensitive.
 const ROUGHNESS_TIME: f64 = 5.0;

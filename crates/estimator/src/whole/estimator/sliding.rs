@@ -1,7 +1,6 @@
 //! Wheels that slide across their planes, by rims, steering and yaw.
 
-use super::TURN_TIME;
-use super::yaw::Yaw;
+use super::yaw::{TURN_TIME, Yaw};
 use crate::common::DRIVING_SPEED;
 use crate::whole::posture::sign;
 use robhaz_model::{Units, WholeRover};

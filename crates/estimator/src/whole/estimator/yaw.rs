@@ -1,9 +1,11 @@
 //! The rate of yaw, which no side sees, and its bias.
 
-use super::TURN_TIME;
 use crate::deviation::{SIGNIFICANT, root_sum_square};
 use crate::settings::NoiseBudget;
 
+/// Time after which a yaw rate is that of a turn, s: ground under one wheel turns the rover to and fro.
+/// Chosen; insensitive.
+pub const TURN_TIME: f64 = 0.5;
 /// Time constant of the low pass on the rate of yaw whose derivative is the acceleration, s.
 /// Chosen; insensitive.
 const SMOOTHING: f64 = 0.03;
