@@ -123,6 +123,23 @@ fn the_table_of_the_readme_is_printed() {
     assert!(shown.contains(table), "README:\n{table}\nprinted:\n{shown}");
 }
 
+/// The Rust lines of docs/in-your-program.md are lines of an example, which is compiled.
+#[test]
+fn snippets_for_your_program_are_those_of_its_example() {
+    let example = root().join("crates/scene/examples/in_your_program.rs");
+    let example = std::fs::read_to_string(example).unwrap();
+    let known: BTreeSet<&str> = example.lines().map(str::trim).collect();
+    let page = std::fs::read_to_string(root().join("docs/in-your-program.md")).unwrap();
+    let mut count = 0;
+    for block in page.split("```rust\n").skip(1) {
+        for line in block.split("```").next().unwrap().lines().map(str::trim) {
+            assert!(known.contains(line), "{line}");
+            count += 1;
+        }
+    }
+    assert!(count > 30, "{count}");
+}
+
 /// The scene that `robhaz new` writes lists all friction laws and engines.
 #[test]
 fn a_new_scene_names_all_choices() {

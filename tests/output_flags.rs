@@ -153,6 +153,17 @@ fn exit_codes_are_those_of_the_help() {
     }
 }
 
+/// A file in a folder that is not there: the message names that folder, not the temporary file.
+#[test]
+fn a_missing_folder_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = run(dir.path(), &["new", "sub/dir/x"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("there is no folder sub/dir"), "{said}");
+    assert!(!said.contains(".robhaz-"), "{said}");
+}
+
 /// `--quiet` prints nothing but errors, on either side of the command; documents that were asked
 /// for are still printed.
 #[test]

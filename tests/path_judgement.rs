@@ -70,6 +70,39 @@ fn the_simulated_robot_passes_as_judged() {
     }
 }
 
+/// Equivalence: on a slope of 15 deg with mu = 0.4 the speed control has the forces of the simulated
+/// robot, though its front wheel slides. 1.5 N: inertia, penetration.
+#[test]
+fn the_forces_of_the_speed_control_are_those_of_the_simulation() {
+    let set = ["contact.mu_s=0.4", "contact.mu_d=0.4", "engine.kind=direct"].map(str::to_owned);
+    let scene = Scene::load(&root().join("scenes/ramp.toml"), &set).unwrap();
+    let options = Options {
+        drive: DriveKind::Speed,
+        ..Options::default()
+    };
+    let report = judge(&PathSetup::new(&scene, options).unwrap()).unwrap();
+    let mut plant = Plant::new(&scene.plant_setup()).unwrap();
+    for x in [1.3, 1.35, 1.4] {
+        let at = report.places.iter().find(|place| place.x() >= x).unwrap();
+        let truth = loop {
+            let truth = plant.next_truth().unwrap();
+            if truth.wheels[1].position.x >= at.x() {
+                break truth;
+            }
+        };
+        let (n, t) = (at.normal_force.unwrap(), at.traction.unwrap());
+        for i in 0..3 {
+            let wheel = &truth.wheels[i];
+            let differences = [n[i] - wheel.normal_force, t[i] - wheel.traction];
+            assert!(
+                differences.iter().all(|d| d.abs() < 1.5),
+                "{x} {i}: {differences:?}"
+            );
+        }
+        assert!((t[0] / n[0] - 0.4).abs() < 1e-6, "{x}: {n:?} {t:?}");
+    }
+}
+
 /// The commands of docs/paths.md run, and leave the files that it names.
 #[test]
 fn the_documented_commands_run() {

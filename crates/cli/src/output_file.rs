@@ -46,6 +46,15 @@ impl OutputFile {
         if target.symlink_metadata().is_ok() && !force {
             return Err(exists(target));
         }
+        if let Some(folder) = target.parent().filter(|p| !p.as_os_str().is_empty())
+            && !folder.is_dir()
+        {
+            bail!(
+                help = "create it first",
+                "cannot write {path}: there is no folder {}",
+                folder.display()
+            );
+        }
         interrupt::listen()?;
         let temporary = temporary(target, extension)
             .into_diagnostic()

@@ -3,7 +3,7 @@
 use crate::error::WeighError;
 use crate::measurements::{Accuracy, Measurements, Reading};
 use crate::statics::plate_forces;
-use robhaz_model::{Posture, PostureError, Robot, Vec2, cross};
+use robhaz_model::{GRAVITY, Posture, PostureError, Robot, Vec2, cross};
 
 /// Heights of the horizontal plates under the front, middle and rear wheel, m.
 pub type Blocks = [f64; 3];
@@ -56,7 +56,7 @@ fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], WeighError> {
         return Err(WeighError::new(message));
     }
     let forces = plate_forces(robot, angles, [0.0; 3])?;
-    let least = LEAST_LOAD * robot.mean_wheel_load();
+    let least = LEAST_LOAD * robot.mass.total() * GRAVITY / 3.0;
     match (1..).zip(forces).find(|(_, n)| *n < least) {
         Some((wheel, force)) => Err(WeighError::new(format!(
             "wheel{wheel} would bear {force:.1} N only"
@@ -76,6 +76,7 @@ pub fn simulate(
     mut normal: impl FnMut() -> f64,
 ) -> Result<Measurements, WeighError> {
     let offsets = [0, 1].map(|_| accuracy.inclination_offset * normal());
+    let scales = [0, 1, 2].map(|_| accuracy.draw_scale(&mut normal));
     let mut measurements = Measurements::default();
     for (k, blocks) in postures.iter().enumerate() {
         let refused = |reason: WeighError| {
@@ -93,7 +94,8 @@ pub fn simulate(
             // As in the table of these readings: names in the first line, then a posture a line.
             line: k as u64 + 2,
             inclinations: [0, 1].map(|i| angles[i] + offsets[i] + accuracy.inclination * normal()),
-            forces: forces.map(|n| Some(n + accuracy.scale * normal())),
+            forces: [0, 1, 2]
+                .map(|i| Some(accuracy.shown(forces[i], scales[i]) + accuracy.scale * normal())),
         });
     }
     Ok(measurements)

@@ -1,7 +1,7 @@
 //! Least squares for the unknowns, with the nominal values as prior: Gauss and Newton.
 //!
-//! Unknowns x are errors of the nominal values and of the two inclination offsets, each over its
-//! prior standard deviation. With residuals r of the readings of covariance R and J = dh/dx the sum
+//! Unknowns x are errors of the nominal values, of the two inclination offsets, and of gain and zero
+//! of three scales, each over its prior standard deviation. With residuals r of the readings of covariance R and J = dh/dx the sum
 //! r' R^-1 r + x' x is minimised; the covariance of x is (I + sum J' R^-1 J)^-1. A reading's
 //! covariance R holds the scale's error, and the errors of inclinations and horizontal forces
 //! carried through the statics.
@@ -191,7 +191,9 @@ fn normal_equations(
             by[i] = GRAVITY * parts * prior.deviations[i];
         }
         let residual = weight - prior.robot(unknowns).mass.total() * GRAVITY;
-        let weight = 1.0 / (prior.accuracy.scale * prior.accuracy.scale);
+        // It has a scale of its own.
+        let accuracy = &prior.accuracy;
+        let weight = (accuracy.scale.powi(2) + accuracy.of_constant(weight)).recip();
         normal.information += by * by.transpose() * weight;
         normal.right += by * (residual * weight);
         normal.sum += residual * residual * weight;

@@ -39,7 +39,7 @@ mod statics;
 pub use blocks::{Blocks, simulate};
 pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
-pub use lateral::{Lateral, lateral};
+pub use lateral::{Lateral, lateral, simulate_both};
 pub use loads::{ForceDeviation, WeighedValue};
 pub use measurements::{Accuracy, Measurements, Reading};
 pub use parameters::Tolerances;

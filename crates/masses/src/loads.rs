@@ -16,7 +16,7 @@ use robhaz_estimator::statics::{
     Arms, LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, by_load_parameters,
     load_parameters,
 };
-use robhaz_model::Robot;
+use robhaz_model::{GRAVITY, Robot};
 
 /// A value before and after weighing.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,7 @@ pub struct WeighedValue {
 }
 
 /// Standard deviation of a normal force by errors of masses, centres of mass and pins: RMS over
-/// wheels and over the postures of a drive, N.
+/// wheels and over the postures of a drive, N, at the robot's gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceDeviation {
     /// By the tolerances alone.
@@ -68,6 +68,9 @@ type ByParameters<const ROWS: usize> = SMatrix<f64, ROWS, PARAMETERS>;
 /// Standard deviations for a covariance of the unknowns over their prior deviations.
 pub(crate) struct Deviations {
     pub covariance: LoadCovariance,
+    /// Of the load parameters themselves. In [`Self::covariance`] they also stand for what pins
+    /// change beside them.
+    parameters: [f64; LOAD_PARAMETERS],
     /// See [`ForceDeviation`].
     pub force: f64,
 }
@@ -83,7 +86,11 @@ impl Deviations {
         let of_loads = projection * covariance * projection.transpose();
         let of_loads = (of_loads + of_loads.transpose()) * 0.5;
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| of_loads[(i, j)]));
+        let by = by_parameters(prior, robot, |robot| Ok(load_parameters(robot).into()));
+        let by = by.map_err(WeighError::of_nominal)?;
+        let own: SMatrix<f64, LOAD_PARAMETERS, LOAD_PARAMETERS> = by * covariance * by.transpose();
         Ok(Self {
+            parameters: std::array::from_fn(|i| own[(i, i)].sqrt()),
             // A product A P A' is a covariance.
             covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::not_converged())?,
             force: mean_variance(&by_unknowns, covariance).sqrt(),
@@ -157,12 +164,19 @@ fn projection(
 }
 
 /// Derivatives of the normal forces in the drive's postures by the unknowns over their prior
-/// deviations.
+/// deviations, at the robot's gravity.
 pub(crate) fn forces_by_unknowns(
     prior: &Prior<'_>,
     robot: &Robot,
 ) -> Result<Vec<ByParameters<3>>, WeighError> {
-    let of = |angles| move |robot: &Robot| plate_forces(robot, angles, [0.0; 3]).map(Into::into);
+    // The statics are those of the place of weighing, with 9.81 m/s^2.
+    let share = robot.gravity / GRAVITY;
+    let of = |angles| {
+        move |robot: &Robot| {
+            let forces = plate_forces(robot, angles, [0.0; 3])?;
+            Ok(forces.map(|force| share * force).into())
+        }
+    };
     let at = |angles| by_parameters(prior, robot, of(angles));
     drive_postures(robot).into_iter().map(at).collect()
 }
@@ -185,7 +199,6 @@ pub(crate) fn compare(
     after: &Deviations,
 ) -> Vec<WeighedValue> {
     let (drawn, found) = (load_parameters(nominal), load_parameters(robot));
-    let (prior, deviation) = (before.covariance.rows(), after.covariance.rows());
     let names = LOAD_PARAMETER_NAMES.iter().enumerate();
     names
         .map(|(i, (name, unit))| WeighedValue {
@@ -193,8 +206,8 @@ pub(crate) fn compare(
             unit,
             drawn: drawn[i],
             found: found[i],
-            prior: prior[i][i].sqrt(),
-            deviation: deviation[i][i].sqrt(),
+            prior: before.parameters[i],
+            deviation: after.parameters[i],
         })
         .collect()
 }

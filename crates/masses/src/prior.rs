@@ -7,17 +7,18 @@ use crate::statics::plate_forces;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use robhaz_model::Robot;
 
-/// Number of unknowns with the two offsets of inclinations.
-pub(crate) const UNKNOWNS: usize = PARAMETERS + 2;
+/// Number of unknowns with the two offsets of inclinations, and gain and zero of three scales.
+pub(crate) const UNKNOWNS: usize = SCALES + 6;
+const SCALES: usize = PARAMETERS + 2;
 /// Step of the differences, in prior standard deviations: at most 0.1 mm.
 const DIFFERENCE: f64 = 1e-2;
 
-/// Errors of nominal values and inclination offsets, over their prior standard deviations.
+/// Errors of nominal values, inclination offsets and scales, over their prior standard deviations.
 pub(crate) type Unknowns = SVector<f64, UNKNOWNS>;
 
 /// Forces of one posture and their derivatives by the unknowns, over the wheels.
 pub(crate) struct Predicted {
-    /// Normal forces, N.
+    /// Normal forces as the scales show them, N.
     pub forces: Vector3<f64>,
     /// By the unknowns, N a prior standard deviation.
     pub by_unknowns: SMatrix<f64, 3, UNKNOWNS>,
@@ -73,10 +74,18 @@ impl<'a> Prior<'a> {
             ("offset of inclinations", accuracy.inclination_offset),
             ("error of inclinations", accuracy.inclination),
             ("horizontal force", accuracy.horizontal_force),
+            ("zero error of scales", accuracy.scale_zero),
         ] {
             let allowed = "at least 0 and at most 1000";
             check(name, found, allowed, (0.0..=1e3).contains(&found))?;
         }
+        let (gain, allowed) = (accuracy.scale_gain, "at least 0 and at most 0.5");
+        check(
+            "relative error of scales",
+            gain,
+            allowed,
+            (0.0..=0.5).contains(&gain),
+        )?;
         Ok(Self {
             nominal,
             values: values(nominal),
@@ -99,7 +108,12 @@ impl<'a> Prior<'a> {
     ) -> Result<Vector3<f64>, WeighError> {
         let offset = self.accuracy.inclination_offset;
         let angles = [0, 1].map(|i| inclinations[i] - offset * unknowns[PARAMETERS + i]);
-        plate_forces(&self.robot(unknowns), angles, [0.0; 3]).map(Vector3::from)
+        let forces = plate_forces(&self.robot(unknowns), angles, [0.0; 3])?;
+        let shown = |i: usize| {
+            let errors = [0, 1].map(|k| unknowns[SCALES + 2 * i + k]);
+            self.accuracy.shown(forces[i], errors)
+        };
+        Ok(Vector3::from_fn(|i, _| shown(i)))
     }
 
     /// Forces of a posture that the inclinometers read as `inclinations`, rad.

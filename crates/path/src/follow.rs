@@ -8,15 +8,16 @@
 //! sigma'^2 <= sigma'^2 + 2 d sigma a_max,     sigma'^2 >= sigma'^2 + 2 d sigma a_min
 //! ```
 //!
-//! where a_max and a_min are the accelerations with all wheels sliding ([`Motion::thrust`]). When a
-//! wheel meets a second contact, such as the edge of a kerb, an impact takes some of the speed.
+//! where a_max and a_min are the accelerations with all wheels sliding or at the torque limit
+//! ([`Motion::thrust`]). When a wheel meets a second contact, such as the edge of a kerb, an impact
+//! takes some of the speed.
 //!
 //! The friction of a sliding wheel falls with its slip speed, which is the set speed less the speed
 //! of the robot. The shared control slows down to a crawl while wheels slide, and recovers in
 //! seconds ([`robhaz_control::shared`]).
 
 use crate::motion::Motion;
-use crate::setup::{DriveKind, PathSetup};
+use crate::setup::{DriveKind, PathSetup, Tractions};
 use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
 use robhaz_model::Units;
 
@@ -42,6 +43,9 @@ fn share_after(share: f64, slides: bool, time: f64) -> f64 {
     }
 }
 
+/// Steps of the bisection for a speed at the torque limit: to 1e-9 of the set speed, since what it
+/// lacks adds up from place to place.
+const HALVINGS: u32 = 30;
 /// Slowest speed with which the time between two places is computed, m/s.
 const SLOWEST: f64 = 1e-3;
 
@@ -54,12 +58,12 @@ pub struct Stuck {
     pub tips: bool,
 }
 
-/// Drives along the places with the robot, control and set speed of a setup, no traction of a wheel
-/// above `traction` (N), and `shift` added to every friction coefficient. Speeds (m/s) at the places
-/// go to `speeds`.
+/// Drives along the places with the robot, control and set speed of a setup, tractions within
+/// `limits` at a speed of the rim (m/s), and `shift` added to every friction coefficient. Speeds
+/// (m/s) at the places go to `speeds`.
 pub fn follow(
     setup: &PathSetup,
-    traction: f64,
+    limits: &dyn Fn(f64) -> Tractions,
     places: &[Passed],
     shift: f64,
     speeds: &mut Vec<f64>,
@@ -87,17 +91,19 @@ pub fn follow(
         let mu = friction((set - speed).abs());
         let square = |a: f64| speed * speed + 2.0 * (to.sigma - from.sigma) * a;
         // A wheel that lifts at speed is no obstacle; one that lifts at rest is.
-        let most = motion
-            .thrust(1.0, &mu, speed, traction)
-            .or_else(|| motion.thrust(1.0, &mu, 0.0, traction));
-        let Some(most) = most.map(square) else {
+        let thrust = |rim: f64| {
+            let limits = limits(rim);
+            let at = |speed| motion.thrust(1.0, &mu, speed, &limits);
+            at(speed).or_else(|| at(0.0)).map(square)
+        };
+        let Some(most) = fastest(&thrust, set) else {
             return Some(Stuck { place, tips: true });
         };
         // Square of the least speed at the next place; 0 where the robot does not get faster without
         // brakes.
         let slowest = match motion.coasting(speed) {
             Some(coasts) if square(coasts) <= set * set => 0.0,
-            _ => (motion.thrust(-1.0, &mu, speed, traction)).map_or(0.0, square),
+            _ => (motion.thrust(-1.0, &mu, speed, &limits(speed))).map_or(0.0, square),
         };
         let reached = (set * set).max(slowest).min(most);
         if reached <= 0.0 {
@@ -114,4 +120,27 @@ pub fn follow(
         speeds.push(speed);
     }
     None
+}
+
+/// Square of the largest speed at the next place, m^2/s^2, of what `thrust` gives for a speed of the
+/// rims up to `set` (m/s). At the torque limit the thrust falls with the speed by viscous damping:
+/// the speed that goes with its own thrust. `None` where no forces balance the robot.
+fn fastest(thrust: &dyn Fn(f64) -> Option<f64>, set: f64) -> Option<f64> {
+    let (at_set, at_rest) = (thrust(set)?, thrust(0.0)?);
+    if at_set >= set * set || at_rest <= at_set {
+        return Some(at_set);
+    }
+    if at_rest <= 0.0 {
+        return Some(at_rest);
+    }
+    let (mut slow, mut fast) = (0.0, set);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (slow + fast);
+        if thrust(middle)? > middle * middle {
+            slow = middle;
+        } else {
+            fast = middle;
+        }
+    }
+    Some(slow * slow)
 }

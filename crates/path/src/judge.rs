@@ -4,7 +4,7 @@ use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
 use crate::follow::{Passed, follow};
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
-use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
+use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup, Tractions};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
 
@@ -14,6 +14,8 @@ const CHUNK: usize = 64;
 const GUESS: f64 = 0.5;
 /// Accuracy of the margin of a driven robot, -.
 const MARGIN: f64 = 1e-4;
+/// A needed friction below this is none, -: contact angles are exact to 1e-8.
+const NO_FRICTION: f64 = 1e-7;
 
 /// Judges a path.
 ///
@@ -25,33 +27,43 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
         DriveKind::Ideal => None,
         DriveKind::Shared | DriveKind::Speed => Some(passed(setup, &posed)),
     };
+    let contacts = posed.iter().flat_map(|place| &place.contacts);
+    let largest = contacts.map(|contact| contact.mu).fold(0.0, f64::max);
     let numbered: Vec<usize> = (0..posed.len()).collect();
     let mut places: Vec<Place> = numbered
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut guesses = (GUESS, first_guess(setup));
-            let place = |k: &usize| match &driven {
-                None => judged(setup, &posed[*k], &mut guesses.0),
-                Some(passed) => with_control(setup, &posed[*k], &passed[*k], &mut guesses),
+            let place = |k: &usize| {
+                let mut place = match &driven {
+                    None => judged(setup, &posed[*k], &mut guesses.0),
+                    Some(passed) => with_control(setup, &posed[*k], &passed[*k], &mut guesses),
+                };
+                // Where none is needed all friction of the path can fall away.
+                if place.needed_mu.is_some_and(|needed| needed < NO_FRICTION) {
+                    place.margin = Some(largest);
+                }
+                place
             };
             chunk.iter().map(place).collect::<Vec<_>>()
         })
         .flatten()
         .collect();
-    let driven = driven.map(|passed| drive(setup, &passed, &mut places));
+    let driven = driven.map(|passed| drive(setup, &passed, &mut places, largest));
     Ok(PathReport::new(setup, places, end, driven))
 }
 
 /// Drives along the places, and notes where the robot gets stuck. Returns how far all friction
-/// coefficients can fall before it does, -; `None` where no friction helps.
-fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f64> {
-    let limit = setup.traction_limit();
+/// coefficients can fall before it does, -, at most the `largest` one; `None` where no friction
+/// helps.
+fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place], largest: f64) -> Option<f64> {
+    let limits = |rim| setup.tractions(rim);
     let mut speeds = Vec::with_capacity(passed.len());
-    let stuck = follow(setup, limit, passed, 0.0, &mut speeds);
+    let stuck = follow(setup, &limits, passed, 0.0, &mut speeds);
     for (place, speed) in places.iter_mut().zip(&speeds) {
         place.speed = Some(*speed);
     }
-    let mut passes = |shift: f64| follow(setup, limit, passed, shift, &mut speeds).is_none();
+    let mut passes = |shift: f64| follow(setup, &limits, passed, shift, &mut speeds).is_none();
     let margin = bracket(&mut passes).map(|(mut fails, mut holds)| {
         while holds - fails > MARGIN {
             let middle = 0.5 * (fails + holds);
@@ -62,13 +74,13 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
             }
         }
         // Without friction there is nothing left to fall.
-        (-holds).min(largest_mu(passed))
+        (-holds).min(largest)
     });
     if let Some(stuck) = stuck {
         let place = &mut places[stuck.place];
         let (reason, by) = if stuck.tips {
             (Reason::Tipping, None)
-        } else if follow(setup, f64::INFINITY, passed, 0.0, &mut speeds).is_none() {
+        } else if follow(setup, &|_| Tractions::FREE, passed, 0.0, &mut speeds).is_none() {
             (Reason::Torque, None)
         } else {
             (Reason::Friction, margin.map(|m| -m))
@@ -76,13 +88,6 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Option<f
         place.failure = Some(Failure::new(place.x(), reason, by));
     }
     margin
-}
-
-/// Largest mean of the friction coefficients along the path, -.
-fn largest_mu(passed: &[Passed]) -> f64 {
-    let motions = passed.iter().filter_map(|p| p.motion.as_ref());
-    let contacts = motions.flat_map(|motion| &motion.contacts);
-    contacts.map(|contact| contact.mu).fold(0.0, f64::max)
 }
 
 /// A shift of all friction coefficients with which the robot is stuck, and a larger one with which
@@ -142,13 +147,12 @@ fn with_control(
         from = first_guess(setup);
         controlled(setup, motion, &mut from)
     });
-    if let Some((forced, needed)) = found {
+    if let Some(found) = found {
         guesses.1 = from;
-        let least = posed.contacts.iter().map(|c| c.mu);
-        place.needed_mu = Some(needed);
-        place.margin = Some(least.fold(f64::INFINITY, f64::min) - needed);
-        place.normal_force = Some(forced.normal_force);
-        place.traction = Some(forced.traction);
+        place.needed_mu = Some(found.needed);
+        place.margin = Some(found.margin);
+        place.normal_force = Some(found.forced.normal_force);
+        place.traction = Some(found.forced.traction);
     }
     if posed.clearances.touches() {
         place.failure = Some(Failure::new(place.x(), Reason::Clearance, None));
@@ -165,7 +169,7 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
     let posture = posed.on_ground.posture(&robot.geometry);
     let balance = posture.and_then(|posture| {
         let contacts = posed.contacts.clone();
-        Balance::new(robot, &posture, q, contacts, setup.traction_limit())
+        Balance::new(robot, &posture, q, contacts, setup.tractions(0.0))
     });
     let Ok(balance) = balance else {
         place.failure = Some(Failure::new(x, Reason::Posture, None));
@@ -178,7 +182,7 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
             place.margin = Some(margin);
             place.normal_force = Some(best.normal_force);
             place.traction = Some(best.traction);
-            if margin < 0.0 {
+            if margin < 0.0 && needed >= NO_FRICTION {
                 place.failure = Some(Failure::new(x, Reason::Friction, Some(-margin)));
             }
         }
@@ -225,7 +229,9 @@ fn without_balance(setup: &PathSetup, x: f64, balance: &Balance) -> Failure {
         return Failure::new(x, Reason::Tipping, Some(-load));
     }
     let radius = setup.robot.geometry.wheel_radius;
-    let torque = balance.least_traction().map(|traction| traction * radius);
+    // What drives the robot and the gears.
+    let torque = balance.least_traction();
+    let torque = torque.map(|traction| (traction + setup.losses(0.0)) * radius);
     let beyond = torque.map_or(0.0, |torque| torque - setup.torque_limit);
     if beyond > 0.0 {
         Failure::new(x, Reason::Torque, Some(beyond))

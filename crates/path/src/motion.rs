@@ -17,6 +17,7 @@
 
 use crate::balance::{GroundContact, add_equations, by_wheel, columns_of};
 use crate::mechanism::{OnGround, Tangent};
+use crate::setup::Tractions;
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
 use nalgebra::{Matrix4, Vector4};
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
@@ -93,30 +94,30 @@ impl Motion {
         found.gravity.iter().all(|f| f.is_finite()).then_some(found)
     }
 
-    /// Forces at rest with the ratio T/N of each wheel as given, and no T above `traction` (N).
-    pub fn at_rest(&self, ratios: [f64; 3], traction: f64) -> Option<Forced> {
-        self.forced(ratios, &self.gravity, traction)
+    /// Forces at rest with the ratio T/N of each wheel as given, and T within limits.
+    pub fn at_rest(&self, ratios: [f64; 3], limits: &Tractions) -> Option<Forced> {
+        self.forced(ratios, &self.gravity, limits)
     }
 
     /// Acceleration without tractions, m/s^2, at the speed sigma' (m/s).
     pub fn coasting(&self, speed: f64) -> Option<f64> {
         let right = self.gravity + self.centripetal * (speed * speed);
-        let forced = self.forced([0.0; 3], &right, f64::INFINITY)?;
+        let forced = self.forced([0.0; 3], &right, &Tractions::FREE)?;
         Some(forced.acceleration)
     }
 
     /// The largest acceleration (`sign` 1) or deceleration (-1), m/s^2, at the speed sigma' (m/s):
-    /// every wheel slides, or is at the torque limit, `traction` (N). `mu` is the friction at a
+    /// every wheel slides, or is at the torque limit. `mu` is the friction at a
     /// contact with a given mean. `None` where no N >= 0 balance the robot.
     pub fn thrust(
         &self,
         sign: f64,
         mu: &dyn Fn(f64) -> f64,
         speed: f64,
-        traction: f64,
+        limits: &Tractions,
     ) -> Option<f64> {
         let right = self.gravity + self.centripetal * (speed * speed);
-        self.pushed(sign, mu, &right, traction)
+        self.pushed(sign, mu, &right, limits)
     }
 
     /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place.
@@ -129,16 +130,16 @@ impl Motion {
             stop: (Vector4::zeros(), 0.0),
             ..self.clone()
         };
-        let found = free.pushed(1.0, mu, &right, f64::INFINITY);
+        let found = free.pushed(1.0, mu, &right, &Tractions::FREE);
         found.map_or(0.0, |after| after.max(0.0).min(speed))
     }
 
     /// Four equations for three N and the acceleration, at given T/N. `None` with more than three
     /// contacts, or where a wheel would be pulled down.
-    fn forced(&self, ratios: [f64; 3], right: &Vector4<f64>, traction: f64) -> Option<Forced> {
+    fn forced(&self, ratios: [f64; 3], right: &Vector4<f64>, limits: &Tractions) -> Option<Forced> {
         let columns: &[[Vector4<f64>; 2]; 3] = self.columns.as_slice().try_into().ok()?;
         let (stop, torque) = self.stop;
-        let mut limited = [false; 3];
+        let mut limited = [None; 3];
         let mut lifted = None;
         // Each pass finds one more wheel at a limit.
         for _ in 0..5 {
@@ -150,11 +151,11 @@ impl Motion {
             for (k, [normal, tangent]) in columns.iter().enumerate() {
                 let column = match (lifted == Some(k), limited[k]) {
                     (true, _) => stop,
-                    (false, true) => {
-                        right -= tangent * traction.copysign(ratios[k]);
+                    (false, Some(traction)) => {
+                        right -= tangent * traction;
                         *normal
                     }
-                    (false, false) => normal + tangent * ratios[k],
+                    (false, None) => normal + tangent * ratios[k],
                 };
                 matrix.set_column(k, &column);
             }
@@ -172,18 +173,18 @@ impl Motion {
                 continue;
             }
             let normal = [0, 1, 2].map(|k| if lifted == Some(k) { 0.0 } else { x[k] });
-            let beyond = |k: &usize| !limited[*k] && (ratios[*k] * normal[*k]).abs() > traction;
+            let wanted = [0, 1, 2].map(|k| ratios[k] * normal[k]);
+            let allowed = wanted.map(|traction| limits.within(traction));
+            let beyond =
+                |k: &usize| limited[*k].is_none() && (allowed[*k] - wanted[*k]).abs() > 0.0;
             match (0..3).find(beyond) {
-                Some(k) => limited[k] = true,
+                Some(k) => limited[k] = Some(allowed[k]),
                 None => {
-                    let traction = |k: usize| {
-                        let wanted = ratios[k] * normal[k];
-                        wanted.max(-traction).min(traction)
-                    };
+                    let traction = [0, 1, 2].map(|k| limited[k].unwrap_or(wanted[k]));
                     return Some(Forced {
                         acceleration: x[3],
                         normal_force: by_wheel(&self.contacts, &normal),
-                        traction: by_wheel(&self.contacts, &[0, 1, 2].map(traction)),
+                        traction: by_wheel(&self.contacts, &traction),
                     });
                 }
             }
@@ -198,13 +199,13 @@ impl Motion {
         sign: f64,
         mu: &dyn Fn(f64) -> f64,
         right: &Vector4<f64>,
-        traction: f64,
+        limits: &Tractions,
     ) -> Option<f64> {
         let ratios = [0, 1, 2].map(|i| {
             let contact = self.contacts.iter().find(|c| c.wheel == i);
             contact.map_or(0.0, |c| sign * mu(c.mu))
         });
-        if let Some(forced) = self.forced(ratios, right, traction) {
+        if let Some(forced) = self.forced(ratios, right, limits) {
             return Some(forced.acceleration);
         }
         let mut problem = Problem::new(match sign > 0.0 {
@@ -215,7 +216,7 @@ impl Motion {
         let mut columns = vec![(along, -self.inertia)];
         for (contact, [normal, tangent]) in self.contacts.iter().zip(&self.columns) {
             let n = problem.add_var(0.0, (0.0, f64::INFINITY));
-            let t = problem.add_var(0.0, (-traction, traction));
+            let t = problem.add_var(0.0, (-limits.braking, limits.driving));
             for side in [1.0, -1.0] {
                 let row = [(t, side), (n, -mu(contact.mu))];
                 problem.add_constraint(row, ComparisonOp::Le, 0.0);

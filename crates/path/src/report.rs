@@ -140,7 +140,7 @@ pub struct PathReport {
     /// Largest needed friction of all places that have one, -.
     pub needed_mu: Option<f64>,
     /// How far all friction coefficients can fall before the robot does not pass, -. With the drive
-    /// `ideal` it is the least margin of all places.
+    /// `ideal` it is the least margin of all places. `None` where no friction lets it pass.
     pub margin: Option<f64>,
     /// x of the middle wheel at the least margin, m.
     pub margin_x: Option<f64>,
@@ -177,12 +177,12 @@ impl PathReport {
         // Friction alone depends on mu.
         let other_reason = failures().any(|f| f.reason != Reason::Friction);
         let margin = driven.unwrap_or(least.map(|l| l.0));
+        let margin = margin.filter(|_| !other_reason);
         let spread = driven.zip(least).map_or(0.0, |(_, (margin, x))| {
             MODEL_SPREAD * (setup.mu_at(x) - margin).max(0.0)
         });
         let sigma = options.mu_sigma.hypot(spread);
         let probability = match margin {
-            _ if other_reason => 0.0,
             Some(margin) if sigma > 0.0 => normal_distribution(margin / sigma),
             _ if first_failure.is_none() => 1.0,
             _ => 0.0,
@@ -192,7 +192,7 @@ impl PathReport {
             probability,
             needed_mu: needed.max_by(f64::total_cmp),
             margin,
-            margin_x: least.map(|l| l.1),
+            margin_x: margin.and(least).map(|l| l.1),
             clearance: nearest.map(|n| n.0),
             clearance_x: nearest.map(|n| n.1),
             first_failure,
@@ -283,11 +283,11 @@ impl PathReport {
         parts.map(|part| &part[least(part)]).collect()
     }
 
-    /// Whether a wheel needs more than the available friction somewhere: a driven robot can pass
-    /// all the same.
+    /// Whether a wheel needs all of the available friction somewhere, or more: a driven robot can
+    /// pass all the same.
     fn has_sliding_wheels(&self) -> bool {
-        let needs_more = |place: &Place| place.needed_mu > place.available_mu();
-        self.places.iter().any(needs_more)
+        let slides = |place: &Place| place.margin.is_some_and(|margin| margin <= 0.0);
+        self.places.iter().any(slides)
     }
 
     /// One line: go or no-go, and why.
@@ -306,7 +306,7 @@ impl PathReport {
                 self.distance,
                 self.needed_mu.unwrap_or(0.0),
                 if self.has_sliding_wheels() {
-                    " At places a wheel needs more than there is: it slides, and the robot goes on."
+                    " At places a wheel needs all there is, or more: it slides, and the robot goes on."
                 } else {
                     ""
                 },

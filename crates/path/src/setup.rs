@@ -2,7 +2,7 @@
 
 use robhaz_model::{Robot, named};
 use robhaz_scene::Scene;
-use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::friction::{FrictionLaw, Slip};
 use robhaz_terrain::{Profile, Terrain};
 use serde::Serialize;
 
@@ -69,12 +69,35 @@ pub struct PathSetup {
     pub torque_limit: f64,
     /// Set speed, m/s.
     pub speed: f64,
-    /// Creep speed c of a wheel that grips, T/N = (slip speed)/c, m/s.
-    pub(crate) creep_speed: f64,
+    /// Coulomb friction F in the gear, N m, and viscous damping B, N m s, at the wheel.
+    losses: [f64; 2],
     /// Friction law of the scene.
     friction: FrictionLaw,
     /// Distance that the middle wheel travels, m.
     pub distance: f64,
+}
+
+/// Largest tractions of a wheel that the motor allows, N. Losses of the gear help to brake. Where
+/// they are above the torque limit, `driving` is below 0: the wheel has to be dragged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tractions {
+    /// Backwards.
+    pub braking: f64,
+    /// Forward.
+    pub driving: f64,
+}
+
+impl Tractions {
+    /// No limit.
+    pub const FREE: Self = Self {
+        braking: f64::INFINITY,
+        driving: f64::INFINITY,
+    };
+
+    /// A traction (N) within them.
+    pub fn within(&self, traction: f64) -> f64 {
+        traction.max(-self.braking).min(self.driving)
+    }
 }
 
 /// Distance behind the profile that the rear wheel travels, over the wheel radius.
@@ -132,7 +155,7 @@ impl PathSetup {
             stretches: stretches.collect(),
             torque_limit: scene.drive.torque_limit,
             speed: scene.drive.speed,
-            creep_speed: scene.friction.creep_speed(scene.drive.speed),
+            losses: [scene.drive.gear_friction, scene.drive.viscous_damping],
             friction: scene.friction,
             robot,
             terrain,
@@ -163,9 +186,32 @@ impl PathSetup {
         }
     }
 
-    /// Largest traction of a wheel, N: the torque limit over the wheel radius.
-    pub(crate) fn traction_limit(&self) -> f64 {
-        self.torque_limit / self.robot.geometry.wheel_radius
+    /// T/N of a wheel with an available friction, by the law of the scene, and whether it slides.
+    pub(crate) fn creeping(&self, mu: f64, slip: &Slip) -> (f64, bool) {
+        let law = FrictionLaw {
+            mu_s: mu,
+            mu_d: mu * self.sliding(f64::INFINITY),
+            ..self.friction
+        };
+        let slides = slip.speed().abs() > law.slip_limit(slip);
+        (law.coefficient(slip), slides)
+    }
+
+    /// Losses of gear and wheel module at a speed of the rim (m/s), N at the rim.
+    pub(crate) fn losses(&self, speed: f64) -> f64 {
+        let [friction, damping] = self.losses;
+        let radius = self.robot.geometry.wheel_radius;
+        (friction + damping * speed / radius) / radius
+    }
+
+    /// Largest tractions of a wheel whose rim has this speed (m/s).
+    pub(crate) fn tractions(&self, speed: f64) -> Tractions {
+        let motor = self.torque_limit / self.robot.geometry.wheel_radius;
+        let losses = self.losses(speed);
+        Tractions {
+            braking: motor + losses,
+            driving: motor - losses,
+        }
     }
 }
 

@@ -168,7 +168,10 @@ fn the_torque_limit_bounds_the_slope() {
         let set = format!("drive.torque_limit={limit}");
         judged(&ramp(20.0), &[&set], with_mu(2.0))
     };
-    for place in on_slope(&judged_with(third - 0.01)) {
+    // What no friction mends has no margin.
+    let short = judged_with(third - 0.01);
+    assert!(short.margin.is_none() && short.margin_x.is_none() && short.probability == 0.0);
+    for place in on_slope(&short) {
         let failure = place.failure.unwrap();
         assert_eq!(failure.reason, Reason::Torque);
         // Tolerance of the linear programs: 1e-7 N.
@@ -180,6 +183,44 @@ fn the_torque_limit_bounds_the_slope() {
         assert!(most * 0.1 <= third + 0.01 + 1e-7);
         // Nearly equal tractions need more friction than the best ones.
         assert!(place.needed_mu.unwrap() > 20.0_f64.to_radians().tan() + 0.01);
+    }
+    // The friction of the gear is added to that.
+    let limit = format!("drive.torque_limit={}", third + 0.49);
+    for drive in DriveKind::ALL {
+        let options = Options {
+            drive,
+            ..with_mu(2.0)
+        };
+        let set = [&limit, "drive.gear_friction=0.5"];
+        let failure = judged(&ramp(20.0), &set, options).first_failure.unwrap();
+        assert_eq!(failure.reason, Reason::Torque, "{drive:?}");
+        let free = judged(&ramp(20.0), &[&limit], options);
+        assert!(free.go, "{drive:?}: {:?}", free.first_failure);
+    }
+    let report = judged(
+        &ramp(20.0),
+        &[&limit, "drive.gear_friction=0.5"],
+        with_mu(2.0),
+    );
+    for place in on_slope(&report) {
+        assert!((place.failure.unwrap().by.unwrap() - 0.01).abs() < 1e-6);
+    }
+}
+
+/// Closed form: on a slope with a torque limit the robot goes as fast as viscous damping lets it,
+/// omega = (limit - r W sin(slope)/3)/B. 2 %: the slope is 3 m long.
+#[test]
+fn damping_slows_a_robot_down_at_its_torque_limit() {
+    let third = Robot::default_a().mass.total() * GRAVITY * 15.0_f64.to_radians().sin() / 3.0 * 0.1;
+    let expected = 0.1 * (1.4 - third) / 0.5;
+    let set = ["drive.torque_limit=1.4", "drive.viscous_damping=0.5"];
+    for drive in [DriveKind::Shared, DriveKind::Speed] {
+        let report = judged(&ramp(15.0), &set, driven(drive, 0.8));
+        assert!(report.go);
+        for place in on_slope(&report).iter().rev().take(20) {
+            let speed = place.speed.unwrap();
+            assert!((speed / expected - 1.0).abs() < 0.02, "{speed} {expected}");
+        }
     }
 }
 
@@ -254,6 +295,60 @@ fn long_stairs_need_at_every_step_the_same() {
     assert!((a - b).abs() < 1e-6, "{a} {b}");
 }
 
+/// Closed form: level ground needs no friction, so ice takes none of the margin, and with any
+/// deviation of the coefficients the robot passes; the ice under one wheel or under all.
+#[test]
+fn ice_on_level_ground_takes_no_margin() {
+    for (mu, to) in [(0.02, 0.6), (0.0, 0.6), (0.02, 3.0)] {
+        let set = format!("terrain.stretch=[{{from=0.5,to={to},mu_s={mu},mu_d={mu}}}]");
+        for drive in DriveKind::ALL {
+            let options = Options {
+                distance: Some(1.0),
+                mu_sigma: 0.05,
+                drive,
+                ..Options::default()
+            };
+            let report = judged("[terrain]\nkind = \"flat\"\n", &[&set], options);
+            assert!(report.go, "{drive:?} {mu}: {:?}", report.first_failure);
+            assert!(
+                (report.margin.unwrap() - 0.8).abs() < 1e-9,
+                "{drive:?} {mu}"
+            );
+            assert!(report.probability > 0.9999, "{drive:?} {mu}");
+        }
+    }
+}
+
+/// Closed form: of a wheel on ice, mu = 0, the others hold a slope. On 5 deg the ice of 0.25 m takes
+/// from the margin what the load of its wheel is: at most a half (the middle wheel bears 48 of 137
+/// N), so that it is far above the margin 0 of the ice itself. A wheel needs more than the tangent.
+#[test]
+fn the_other_wheels_hold_one_on_ice() {
+    let ice = "[[terrain.stretch]]\nfrom = 1.5\nto = 1.6\nmu_s = 0.0\nmu_d = 0.0\n";
+    let tan = 5.0_f64.to_radians().tan();
+    let report = judged(&(ramp(5.0) + ice), &[], Options::default());
+    let mut on_ice = 0;
+    for place in on_slope(&report) {
+        let margin = place.margin.unwrap();
+        let contact = |x: &f64| x + 0.1 * 5.0_f64.to_radians().sin();
+        if place
+            .wheel_x
+            .iter()
+            .map(contact)
+            .any(|x| (1.5..1.6).contains(&x))
+        {
+            assert!(
+                margin < 0.8 - 1.2 * tan && margin > 0.8 - 2.0 * tan,
+                "{margin}"
+            );
+            on_ice += 1;
+        } else {
+            assert!((margin - (0.8 - tan)).abs() < 1e-8, "{margin}");
+        }
+    }
+    assert!(on_ice > 20, "{on_ice}");
+}
+
 /// Property: more friction never turns go into no-go; the step is at the needed friction.
 /// Probability: one half at the needed friction, 0.8413 one standard deviation above.
 #[test]
@@ -314,6 +409,29 @@ fn controls_need_no_less_than_the_best() {
                 }
             }
         }
+    }
+}
+
+/// Property: under the speed control no traction is above what friction gives, and where the margin
+/// is below 0 all wheels slide with the friction that would do.
+#[test]
+fn no_wheel_pulls_more_than_its_friction() {
+    for text in [ramp(15.0), kerb(0.05)] {
+        let report = judged(&text, &[], driven(DriveKind::Speed, 0.4));
+        let mut places = 0;
+        for place in report.places.iter().filter(|p| p.contacts == [1; 3]) {
+            let (Some(margin), Some(n), Some(t)) =
+                (place.margin, place.normal_force, place.traction)
+            else {
+                continue;
+            };
+            for i in 0..3 {
+                let most = n[i] * (0.4 - margin.min(0.0)) + 1e-9;
+                assert!(t[i].abs() <= most, "{place:?}");
+            }
+            places += 1;
+        }
+        assert!(places > 100, "{places}");
     }
 }
 

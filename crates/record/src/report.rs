@@ -149,8 +149,10 @@ fn speed(label: &str, summary: &Summary) -> String {
     let friction = friction.map_or(String::new(), |words| format!(", {words}"));
     match (&summary.engine, summary.step_s) {
         (Some(engine), Some(step)) => format!(
-            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms\
+            "{label}: {} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms\
              {friction}). Errors count from {} s on.",
+            // A run that broke off ends between two steps.
+            (1e3 * seconds).round() / 1e3,
             1e3 * step,
             summary.compare_from_s,
         ),

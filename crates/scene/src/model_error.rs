@@ -3,9 +3,10 @@
 
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{
-    Accuracy, Blocks, Measurements, Tolerances, WeighError, Weighed, plan, simulate, weigh,
+    Accuracy, Blocks, Measurements, Tolerances, WeighError, Weighed, plan, simulate, simulate_both,
+    weigh,
 };
-use robhaz_model::{Pins, Robot, Vec2};
+use robhaz_model::{Pins, Robot, Vec2, WholeRover};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;
 use std::f64::consts::TAU;
@@ -163,6 +164,20 @@ pub fn simulated_weighing(
 ) -> Result<Measurements, WeighError> {
     let mut stream = Stream::new(seed, "model_error/scales");
     simulate(robot, blocks, accuracy, || stream.normal())
+}
+
+/// The same of a rover on scales under both sides.
+///
+/// # Errors
+/// As [`simulated_weighing`].
+pub fn simulated_weighing_of_both(
+    rover: &WholeRover,
+    blocks: &[Blocks],
+    accuracy: &Accuracy,
+    seed: u64,
+) -> Result<Measurements, WeighError> {
+    let mut stream = Stream::new(seed, "model_error/scales");
+    simulate_both(rover, blocks, accuracy, || stream.normal())
 }
 
 #[cfg(test)]

@@ -6,9 +6,9 @@ mod text;
 use self::table::{read_table, table};
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
-use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use miette::{IntoDiagnostic, Result, WrapErr, bail, miette};
 use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, lateral, plan, weigh};
-use robhaz_scene::{RobotChoice, simulated_weighing};
+use robhaz_scene::{RobotChoice, simulated_weighing, simulated_weighing_of_both};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz weigh`.
@@ -63,6 +63,13 @@ struct Errors {
     /// Error of a scale's reading, N.
     #[arg(long, value_name = "N", default_value_t = Accuracy::TYPICAL.scale)]
     scale_error: f64,
+    /// Relative error of each scale, the same in all its readings: of one that was not compared
+    /// with known weights.
+    #[arg(long, value_name = "SHARE", default_value_t = Accuracy::TYPICAL.scale_gain)]
+    scale_gain: f64,
+    /// Constant error of each scale, such as a tare that is off, N.
+    #[arg(long, value_name = "N", default_value_t = Accuracy::TYPICAL.scale_zero)]
+    scale_zero: f64,
     /// Constant error of the inclinations of a link, deg.
     #[arg(long, value_name = "DEG", default_value_t = 0.1)]
     inclination_offset: f64,
@@ -86,6 +93,8 @@ impl Errors {
     fn accuracy(&self) -> Accuracy {
         Accuracy {
             scale: self.scale_error,
+            scale_gain: self.scale_gain,
+            scale_zero: self.scale_zero,
             inclination_offset: self.inclination_offset.to_radians(),
             inclination: self.inclination_error.to_radians(),
             horizontal_force: self.horizontal_force,
@@ -145,11 +154,23 @@ fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()>
     let plan = plan(&nominal.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
     say(&text::plan(&plan))?;
     let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
+    let both = nominal.whole_rover().is_some();
     let simulated = args.simulate.as_ref().map(|path| -> Result<Measurements> {
         let real = RobotChoice::load(path)?;
-        simulated_weighing(&real.robot, &blocks, &accuracy, args.seed).into_diagnostic()
+        let simulated = match real.whole_rover() {
+            Some(rover) if both => {
+                simulated_weighing_of_both(&rover, &blocks, &accuracy, args.seed)
+            }
+            None if both => bail!(
+                "{} has [robot.across], but {} has not; allowed: both or none",
+                args.robot.display(),
+                path.display()
+            ),
+            _ => simulated_weighing(&real.robot, &blocks, &accuracy, args.seed),
+        };
+        simulated.into_diagnostic()
     });
-    let text = table(&blocks, simulated.transpose()?.as_ref());
+    let text = table(&blocks, both, simulated.transpose()?.as_ref());
     write(file, &text, "the table")
 }
 

@@ -201,13 +201,16 @@ fn row(
     Ok(())
 }
 
-/// The first line of a table.
-const FIRST_LINE: &str = "block1 [mm],block2 [mm],block3 [mm],link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
+/// The first columns of a table; those of the scales follow.
+const FIRST_COLUMNS: &str = "block1 [mm],block2 [mm],block3 [mm],link1 [deg],link2 [deg]";
+const ONE_SIDE: &str = "wheel1 [N],wheel2 [N],wheel3 [N]";
+const BOTH_SIDES: &str = "left_wheel1 [N],left_wheel2 [N],left_wheel3 [N],right_wheel1 [N],right_wheel2 [N],right_wheel3 [N]";
 
-/// The text of a table for postures on blocks (heights, m): to fill in, or with measurements, one
-/// reading for each posture.
-pub fn table(blocks: &[Blocks], measurements: Option<&Measurements>) -> String {
-    let mut text = FIRST_LINE.to_owned();
+/// The text of a table for postures on blocks (heights, m), of scales under one side or under
+/// both: to fill in, or with measurements, one reading for each posture.
+pub fn table(blocks: &[Blocks], both: bool, measurements: Option<&Measurements>) -> String {
+    let scales = if both { BOTH_SIDES } else { ONE_SIDE };
+    let mut text = format!("{FIRST_COLUMNS},{scales},weight [N]\n");
     for (k, heights) in blocks.iter().enumerate() {
         let reading = measurements.and_then(|m| m.readings.get(k));
         let weight = measurements.and_then(|m| m.weight).filter(|_| k == 0);
@@ -215,7 +218,16 @@ pub fn table(blocks: &[Blocks], measurements: Option<&Measurements>) -> String {
         let angle = |i: usize| Some(format!("{:.3}", reading?.inclinations[i].to_degrees()));
         cells.extend([0, 1].map(|i| angle(i).unwrap_or_default()));
         let force = |force: Option<f64>| force.map_or(String::new(), |n| format!("{n:.2}"));
-        cells.extend([0, 1, 2].map(|i| force(reading.and_then(|r| r.forces[i]))));
+        let mean = |i: usize| reading?.forces[i];
+        if both {
+            let difference = measurements.and_then(|m| m.differences.get(k));
+            for half in [0.5, -0.5] {
+                let of = |i: usize| Some(mean(i)? + half * difference?.forces[i]?);
+                cells.extend([0, 1, 2].map(|i| force(of(i))));
+            }
+        } else {
+            cells.extend([0, 1, 2].map(|i| force(mean(i))));
+        }
         cells.push(force(weight));
         // Writing into a text cannot fail.
         let _ = writeln!(text, "{}", cells.join(","));

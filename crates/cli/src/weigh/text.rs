@@ -21,7 +21,7 @@ pub fn weighed(of: &Weighed) -> String {
     let unseen = match unseen.collect::<Vec<_>>().join(", ").as_str() {
         "" => "The readings determine every value better than the tolerances do.".to_owned(),
         names => {
-            format!("Not observable from these readings, kept at their nominal values: {names}.")
+            format!("Hardly observable from these readings, and hardly corrected: {names}.")
         }
     };
     format!(

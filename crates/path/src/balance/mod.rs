@@ -5,18 +5,20 @@
 //! forces can be chosen. The needed friction is the least m with `|T_k| <= m N_k` and `N_k >= 0` at
 //! every contact k and `|sum of T_k|` of each wheel at most the torque limit over the wheel radius.
 //!
-//! More generally `|T_k| <= (mu_k + e) N_k` is solved for the least e: with mu_k = 0 it is the
+//! More generally `|T_k| <= max(mu_k + e, 0) N_k` is solved for the least e: with mu_k = 0 it is the
 //! needed friction, with the available mu_k it is minus the margin. For a fixed e
 //!
 //! ```text
 //! min t   subject to   H x' = F',   |T_k| - (mu_k + e) N_k <= t w_k,   N_k >= 0
 //! ```
 //!
-//! is a linear program, and e is allowed where t <= 0. From an allowed e the largest
-//! `|T_k|/N_k - mu_k` of its solution is a smaller allowed e, and so on down to the least one
+//! with T_k = 0 where mu_k + e is not above 0 is a linear program, and e is allowed where t <= 0.
+//! From an allowed e the largest `|T_k|/N_k - mu_k` of its solution, over the contacts with a
+//! traction, is a smaller allowed e, and so on down to the least one
 //! (Dinkelbach's method for ratios, with the N_k of the last solution as weights w_k; Crouzeix,
 //! Ferland and Schaible 1985).
 
+use crate::setup::Tractions;
 use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
 use nalgebra::Vector4;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
@@ -25,8 +27,11 @@ use robhaz_model::{Geometry, Posture, PostureError, Robot, Vec2, cross, perp};
 /// An e that is allowed wherever the robot can be balanced at all: a contact that nearly slides
 /// along its own normal.
 const LARGEST: f64 = 1e4;
-/// The search has converged when e falls by less.
+/// The search has converged when e falls by less. A contact whose friction has fallen to that has
+/// none.
 const CONVERGED: f64 = 1e-9;
+/// A traction below this share of the weight is none: the tolerance of the solver.
+const NO_TRACTION: f64 = 1e-9;
 /// Least weight of a contact, N: one that carries next to nothing still counts.
 const LEAST_WEIGHT: f64 = 1e-3;
 /// Largest N and |T| of a contact over the weight of the robot. Two contacts of a wheel can press
@@ -64,8 +69,8 @@ pub struct Balance {
     /// over the wheel radius (N).
     columns: Vec<[Vector4<f64>; 2]>,
     right: Vector4<f64>,
-    /// Largest traction of a wheel, N.
-    most_traction: f64,
+    /// Largest tractions of a wheel.
+    limits: Tractions,
 }
 
 /// Forces that balance the robot.
@@ -149,7 +154,7 @@ impl Balance {
         posture: &Posture,
         q: Vec2,
         contacts: Vec<GroundContact>,
-        most_traction: f64,
+        limits: Tractions,
     ) -> Result<Self, PostureError> {
         let geometry = &robot.geometry;
         let [theta1, theta2, _] = posture.links;
@@ -162,12 +167,13 @@ impl Balance {
             columns: columns_of(geometry, q, &contacts),
             contacts,
             right,
-            most_traction,
+            limits,
         })
     }
 
-    /// The least e with `|T_k| <= (mu_k + e) N_k`, searched from `guess`. Without `available` all
-    /// mu_k are 0, so e is the needed friction.
+    /// The least e with `|T_k| <= max(mu_k + e, 0) N_k`, searched from `guess`. Without `available`
+    /// all mu_k are 0, so e is the needed friction. At least minus the largest mu_k: no friction is
+    /// left then.
     ///
     /// # Errors
     /// [`Unsolved`]
@@ -201,10 +207,16 @@ impl Balance {
         mu: &[f64],
         weights: Option<&[f64]>,
     ) -> Result<Option<(Distribution, Vec<f64>)>, Unsolved> {
-        let mut program = self.program((f64::NEG_INFINITY, f64::INFINITY), 0.0);
+        // Without friction at all contacts nothing else bounds t.
+        let mut program = self.program((-LARGEST * self.right[1].abs(), f64::INFINITY), 0.0);
         let t = program.objective;
         for (k, mu) in mu.iter().enumerate() {
             let (normal, traction) = (program.normal[k], program.traction[k]);
+            if mu + excess <= CONVERGED {
+                let row = [(traction, 1.0)];
+                program.problem.add_constraint(row, ComparisonOp::Eq, 0.0);
+                continue;
+            }
             let weight = weights.map_or(1.0, |w| w[k].max(LEAST_WEIGHT));
             for sign in [1.0, -1.0] {
                 let row = [(traction, sign), (normal, -(mu + excess)), (t, -weight)];
@@ -216,9 +228,12 @@ impl Balance {
             Err(Unsolved::Infeasible) => return Ok(None),
             other => other?,
         };
+        let none = NO_TRACTION * self.right[1].abs();
+        let largest = mu.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let ratios = normal.iter().zip(&traction).zip(mu);
-        let ratios = ratios.map(|((n, t), mu)| if *n > 1e-9 { t.abs() / n - mu } else { -mu });
-        let found = ratios.fold(f64::NEG_INFINITY, f64::max);
+        let ratios = ratios.filter(|((n, t), _)| **n > 1e-9 && t.abs() > none);
+        let ratios = ratios.map(|((n, t), mu)| t.abs() / n - mu);
+        let found = ratios.fold(0.0 - largest, f64::max);
         // An e that is allowed only within the tolerance of the solver is the least one.
         if t > 1e-9 * self.right.norm() {
             return Ok(None);
@@ -226,12 +241,13 @@ impl Balance {
         Ok(Some((self.distribution(found, &normal, &traction), normal)))
     }
 
-    /// The smallest possible largest |T| of a wheel without a limit of the torque, N.
+    /// The smallest possible largest T of a wheel without a limit of the torque, N; backwards less
+    /// by twice the losses of the gear, which help to brake.
     ///
     /// # Errors
     /// [`Unsolved::Infeasible`] where no N >= 0 balance the robot with any tractions.
     pub fn least_traction(&self) -> Result<f64, Unsolved> {
-        let mut program = self.program((0.0, f64::INFINITY), 0.0);
+        let mut program = self.program((f64::NEG_INFINITY, f64::INFINITY), 0.0);
         let largest = program.objective;
         self.limit_tractions(&mut program, Some(largest));
         program.solve().map(|(_, _, value)| value)
@@ -275,11 +291,13 @@ impl Balance {
         }
     }
 
-    /// |sum of T| of each wheel at most a variable, or the limit.
+    /// The sum of T of each wheel within the limits; or at most a variable, and backwards as much
+    /// more as the limits differ.
     fn limit_tractions(&self, program: &mut Program, most: Option<Variable>) {
-        let limit = most.map_or(self.most_traction, |_| 0.0);
+        let Tractions { braking, driving } = self.limits;
         for wheel in 0..3 {
-            for sign in [1.0, -1.0] {
+            for (sign, limit) in [(1.0, driving), (-1.0, braking)] {
+                let limit = most.map_or(limit, |_| limit - driving);
                 let all = self.contacts.iter().zip(&program.traction);
                 let own = all.filter(|(c, _)| c.wheel == wheel);
                 let mut row: Vec<_> = own.map(|(_, t)| (*t, sign)).collect();

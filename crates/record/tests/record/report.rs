@@ -169,8 +169,10 @@ fn a_broken_run_is_marked() {
         reason: "stopped by Ctrl-C".to_owned(),
         time_s: 3.2,
     });
+    broken.duration_s = 32.800_000_000_000_004;
     let text = comparison_table(&[("runs/a", &summary(0)), ("runs/b", &broken)]);
     assert!(!text.contains("runs/a broke off"), "{text}");
+    assert!(text.contains("runs/b: 32.8 s simulated"), "{text}");
     assert!(
         text.contains("runs/b broke off at 3.200 s: stopped by Ctrl-C"),
         "{text}"

@@ -28,7 +28,11 @@ fn balance(theta: [f64; 2], angles: &[f64; 3]) -> (Balance, ReducedSystem) {
     };
     let contacts = [0, 1, 2].map(contact).to_vec();
     let q = Vec2::zeros();
-    let balance = Balance::new(&robot, &posture, q, contacts, 1e4).expect("inside the stops");
+    let limits = Tractions {
+        braking: 1e4,
+        driving: 1e4,
+    };
+    let balance = Balance::new(&robot, &posture, q, contacts, limits).expect("inside the stops");
     let block = BlockForm::new(&FullSystem::new(geometry, &masses, &posture, angles));
     let x_u = block.pin_forces().expect("regular");
     (balance, ReducedSystem::new(&block, &x_u))
