@@ -20,7 +20,7 @@ const BETTER_OF_JOINTS: f64 = 0.97;
 /// Misfit over that of the log as wired of such a case.
 const BETTER_MISFIT: f64 = 0.75;
 /// The likelihood's sum, of misfit, slip and directions, over that of the log as wired, each wheel radius of the way
-/// alike: where it says less, stops and impacts decide. Of 171 honest drives of thirteen rovers none with [`BETTER`] has
+/// alike: where it says less, stops and impacts decide. Of 170 honest drives of thirteen rovers none with [`BETTER`] has
 /// less than 0.57; of exchanged wheels and pins in these the middle one has 0.3.
 const BETTER_LIKELY: f64 = 0.5;
 /// Deviations by which a case wins over the wheel radii of the way: once in 700 of correct logs.
