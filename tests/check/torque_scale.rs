@@ -8,9 +8,9 @@
 use super::common::{Failure, SOFT, checked, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{
-    Channels, Confirmation, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale,
+    Channels, Confirmation, Estimator, EstimatorSettings, Flags, SensorFrame, Sides, TorqueScale,
 };
-use robhaz_log::check::{Finding, Verdict};
+use robhaz_log::check::{Finding, Stated, Verdict, check};
 use robhaz_masses::Tolerances;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
@@ -79,6 +79,46 @@ fn finding(scene: &Scene, frames: &[SensorFrame]) -> Result<Finding, Failure> {
     let mut findings = report.findings.into_iter();
     let of_scale = findings.find(|f| f.test == "scale of torques, mass");
     Ok(of_scale.ok_or("check judges the scale")?)
+}
+
+/// On uneven ground the sides of a robot push each other: a start there shows no size of the torques of one of two, and
+/// one on level ground does. In the plane both do.
+#[test]
+fn one_side_of_two_shows_the_size_of_its_torques_on_level_ground() -> Result<(), Failure> {
+    let level = ["sensors.grade=typical", "record.duration=6"];
+    let uneven = [&["terrain.start=-1", "terrain.seed=7"], &level[..]].concat();
+    for (name, keys, on_uneven) in [("rough", &uneven[..], true), ("flat", &level[..], false)] {
+        let scene = scene(
+            name,
+            &[keys, &["sensors.rate=100", "record.rate=100"]].concat(),
+        )?;
+        let frames = readings(&scene, &TruthRun::of(&scene)?, 1);
+        let best = scene.estimators.last().ok_or("no estimator")?;
+        for sides in [Sides::Plane, Sides::OneOfTwo] {
+            let mut settings = scene.nominal_settings(best)?;
+            settings.sides = sides;
+            let stated = Stated {
+                robot: &scene.nominal_robot()?,
+                settings,
+                body: None,
+                compare_from: scene.record.compare_from,
+            };
+            let report = check(&frames, &stated);
+            let size = report
+                .findings
+                .iter()
+                .find(|f| f.test == "size at the start");
+            let verdict = size.ok_or("no finding")?.verdict;
+            let is_hidden = on_uneven && sides == Sides::OneOfTwo;
+            let expected = if is_hidden {
+                Verdict::CannotTell
+            } else {
+                Verdict::Ok
+            };
+            assert_eq!(verdict, expected, "{name} {sides:?}: {size:?}");
+        }
+    }
+    Ok(())
 }
 
 /// 200 Hz: five times less to compute than at 1 kHz, where readings show more.

@@ -280,6 +280,22 @@ fn the_weight_of_the_rover_is_compared_with_the_torques() {
     assert_eq!(scale["confirmation"], last);
 }
 
+/// What a log leaves open is no alarm: a steady turn does not show the sign of the roll, which is said below the table,
+/// and not in the first line.
+#[test]
+fn what_a_log_leaves_open_is_said_below_the_table() {
+    let folder = folder(BUDGET);
+    let turn = root().join("crates/estimator/tests/whole_rover/turn.csv");
+    let said = estimate(folder.path(), &turn, &["--out", "out"]);
+    let open = "not confirmed by this log: sign of body_roll";
+    let line = said.lines().position(|line| line.contains(open));
+    let table = said.lines().position(|line| line.contains("kalman-right"));
+    assert!(line > table && table.is_some(), "{said}");
+    let told = &summary(&folder.path().join("out"))["both"]["unconfirmed"];
+    let is_told = told.as_array().is_some_and(|open| !open.is_empty());
+    assert!(is_told, "{told}");
+}
+
 /// Fig. 6 of both sides has six wheels, each true and estimated.
 #[test]
 fn figure_6_shows_both_sides() {

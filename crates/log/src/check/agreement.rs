@@ -6,7 +6,7 @@ use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
-use crate::check::{gears, limits, wirings};
+use crate::check::{gears, limits, still, wirings};
 use robhaz_estimator::{Confirmation, EstimateError, EstimatorSettings, SensorFrame, Sides};
 
 pub const TEST: &str = "agreement of all";
@@ -63,7 +63,9 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
             );
             let torques = [0, 1, 2].map(Channel::Torque).into_iter();
             let torques = torques.map(|channel| (channel.to_string(), channel.values(frames)));
-            findings.extend(limits::finding(torques, &own.parity, MIDDLE));
+            let wheels = frames.iter().map(|f| (f.time, f.wheel_angle));
+            let turning = still::turning(wheels, stated.robot);
+            findings.extend(limits::finding(torques, &turning, &own.parity, MIDDLE));
             own
         }
     };

@@ -33,6 +33,9 @@ const LONGEST_STEP: f64 = 0.5;
 const MASS: f64 = 0.01;
 /// Difference of a wheel's turn from the mean of all within [`SMOOTHING`] that is none of a drive, rad.
 const LARGEST_DIFFERENCE: f64 = 1.5;
+/// Difference of the speeds of both sides from their mean, over it, from which on a rover turns: its wheels work
+/// against friction across, which lifts nothing.
+const TURNS: f64 = 0.2;
 /// Slope on which no robot stands, rad.
 const STEEPEST: f64 = 1.0;
 /// Turn of the wheels within which a robot has not moved, rad.
@@ -383,7 +386,14 @@ impl Ways {
                 .map(|(turn, torque)| turn * (torque / *count - known.damping * turn / step));
             let way = radius * mean;
             let back = usize::from(way < 0.0);
-            if step < LONGEST_STEP {
+            // Of one side no reading shows a turn.
+            let beside = match turns.split_at(N / 2) {
+                (left, right) if N == 6 => {
+                    (right.iter().sum::<f64>() - left.iter().sum::<f64>()) / N as f64
+                }
+                _ => 0.0,
+            };
+            if step < LONGEST_STEP && beside.abs() <= TURNS * mean.abs() {
                 found.speed = found.speed.max(way.abs() / step);
                 found.way[back] += way.abs();
                 found.rise[back] += way * (*slopes / *count).sin();
@@ -392,5 +402,43 @@ impl Ways {
             part = Some((moment.time, angle, 1.0, torque, slope));
         }
         Some(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rover that turns on the spot for 8 s, its wheels against friction across of half of the weight, and drives on
+    /// for 8 s on level ground: the work of the turn lifts nothing. Without it the zero is that of the drive, 0.
+    #[test]
+    fn the_work_of_a_turn_on_the_spot_lifts_nothing() {
+        let side = Robot::default_a();
+        let radius = side.geometry.wheel_radius;
+        let budget = NoiseBudget::typical();
+        let torque = 0.5 * 2.0 * side.mass.total() * side.gravity * radius / 6.0;
+        let frame = |k: u32| {
+            let time = 0.02 * f64::from(k);
+            let (turned, driven) = (time.min(8.0), (time - 8.0).max(0.0));
+            let turns = driven <= 0.0;
+            WholeFrame {
+                time,
+                wheel_angle: std::array::from_fn(|i| {
+                    let way = if i < 3 { -1.0 } else { 1.05 };
+                    Some(2.0 * (way * turned + driven))
+                }),
+                motor_torque: std::array::from_fn(|i| {
+                    let way = if i < 3 { -1.0 } else { 1.0 };
+                    Some(if turns { way * torque } else { 0.0 })
+                }),
+                inclination: Some(0.0),
+                roll: Some(0.0),
+                ..WholeFrame::default()
+            }
+        };
+        let frames: Vec<WholeFrame> = (0..800).map(frame).collect();
+        let level = Level::of_both(&frames, &side, &budget, 0.0);
+        assert!(level.allowed.is_some() && !level.contradicts(), "{level:?}");
+        assert!(level.resisted.abs() < 0.01, "{level:?}");
     }
 }

@@ -4,7 +4,8 @@
 //! A torque that is limited spends much time within its noise of its extreme, and passes quickly through what is
 //! below; at the top of a wave it spends twice as much time in the first band as in the next one
 //! (1 to sqrt(2) - 1). What a drive limits acts on the robot as it is read; what a sensor cuts off does not, and
-//! the equations of the robot miss it.
+//! the equations of the robot miss it. At rest a torque is held, and its extreme is no limit: only while wheels turn it
+//! counts.
 
 use crate::check::report::Finding;
 use robhaz_score::signals::{median, smooth, white_noise};
@@ -37,6 +38,8 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
     let noise = white_noise(values)? / ((2 * HALF + 1) as f64).sqrt();
     let means = smooth(values, HALF);
     let band = BAND * noise;
+    // A count of readings.
+    let count = means.iter().filter(|x| x.is_finite()).count() as f64;
     let (mut readings, mut limit, mut most) = (vec![false; values.len()], 0.0, 0);
     for sign in [1.0, -1.0] {
         let signed = means.iter().map(|x| sign * x);
@@ -49,7 +52,7 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
             below >= k && below < k + 1.0
         };
         let [first, next] = [0.0, 1.0].map(|k| means.iter().filter(|x| is_in(**x, k)).count());
-        let share = first as f64 / values.len() as f64;
+        let share = first as f64 / count;
         if first < PILED_UP * next.max(1) || first < LEAST || share < LEAST_SHARE {
             continue;
         }
@@ -63,17 +66,22 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
     (most > 0).then_some((readings, limit))
 }
 
-/// Torques that stay at a limit, by their names, a NaN where a frame has none. `squares`: the normalised square of
-/// the equations' residual in each frame, a NaN where it does not count, and `expected`, their median if all that is
-/// stated holds. `None` of torques without a limit.
+/// Torques that stay at a limit, by their names, a NaN where a frame has none. `turning`: whether a wheel turns in each
+/// frame; `squares`: the normalised square of the equations' residual, a NaN where it does not count, and `expected`,
+/// their median if all that is stated holds. `None` of torques without a limit.
 pub fn finding(
     torques: impl Iterator<Item = (String, Vec<f64>)>,
+    turning: &[bool],
     squares: &[f64],
     expected: f64,
 ) -> Option<Finding> {
     let (mut names, mut limits) = (Vec::new(), Vec::new());
     let mut is_at_any = vec![false; squares.len()];
     for (name, values) in torques {
+        let while_turning = values.iter().zip(turning);
+        let values: Vec<f64> = while_turning
+            .map(|(value, turns)| if *turns { *value } else { f64::NAN })
+            .collect();
         if let Some((readings, limit)) = at_limit(&values) {
             names.push(name);
             limits.push(limit);
@@ -82,8 +90,9 @@ pub fn finding(
         }
     }
     let limit = limits.first()?;
-    let known = squares.iter().zip(is_at_any);
-    let known = known.filter(|(square, _)| square.is_finite());
+    let known = squares.iter().zip(is_at_any).zip(turning);
+    let known = known.filter(|((square, _), turns)| square.is_finite() && **turns);
+    let known = known.map(|(of_frame, _)| of_frame);
     let (at, away): (Vec<_>, Vec<_>) = known.partition(|(_, is_at)| *is_at);
     let [count, others] = [at.len(), away.len()];
     let finding = |figure: String| Finding::ok(TEST, names.join(", "), figure);
@@ -116,6 +125,29 @@ pub fn finding(
 mod tests {
     use super::*;
     use robhaz_sim::random::Stream;
+
+    /// A torque that is held at rest at its extreme, as on a slope, has no limit; one that is held there while wheels
+    /// turn has.
+    #[test]
+    fn a_torque_that_is_held_at_rest_has_no_limit() {
+        let mut random = Stream::new(1, "noise");
+        let held = |k: usize| {
+            if k < 400 {
+                4.0
+            } else {
+                3.0 * (0.02 * k as f64).sin()
+            }
+        };
+        let values: Vec<f64> = (0..2000)
+            .map(|k| held(k) + 0.1 * (random.uniform() - 0.5))
+            .collect();
+        let found = |at_rest: bool| {
+            let turning: Vec<bool> = (0..2000).map(|k| !at_rest || k >= 400).collect();
+            let torque = [("torque".to_owned(), values.clone())];
+            finding(torque.into_iter(), &turning, &[1.0; 2000], 1.0)
+        };
+        assert!(found(true).is_none() && found(false).is_some());
+    }
 
     /// Closed form: a wave that is cut off at half of its height stays there for a third of its time at each
     /// end, and one that is not has no limit, nor has a torque without change.

@@ -82,11 +82,11 @@ use robhaz_score::Agreement;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
-    check_unless_stamped(frames, stated, false)
+    check_side(frames, stated, false)
 }
 
-/// The same; `has_stamps`: the time stamps, which both sides share, have a finding already.
-fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps: bool) -> Report {
+/// The same; `of_both`: of a log of both sides, whose time stamps have a finding already.
+fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, of_both: bool) -> Report {
     let mut stated = *stated;
     let budget = &mut stated.settings.budget;
     let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
@@ -96,13 +96,14 @@ fn check_unless_stamped(frames: &[SensorFrame], stated: &Stated<'_>, has_stamps:
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let mut findings = vec![clock.finding()];
-    findings.extend((!has_stamps).then(|| stamps::finding(&mended, budget)));
+    findings.extend((!of_both).then(|| stamps::finding(&mended, budget)));
     findings.push(sides(&stated));
     let mut log = Readings {
         stated: &stated,
         frames: mended,
         recording,
         findings,
+        has_other_side: of_both || stated.settings.sides == Sides::OneOfTwo,
     };
     log.take(of_jumps);
     if !log.check_channels() {

@@ -15,9 +15,12 @@ use crate::check::LONGEST_STEP;
 use crate::check::readings::Readings;
 use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::rest::rest;
+use crate::check::start::OTHER_SIZE;
 use robhaz_estimator::LATE_TORQUE;
-use robhaz_model::Units;
-use robhaz_score::signals::{Fit, delayed, derivative, deviation, fit, residuals, rms, smooth};
+use robhaz_model::{Robot, Units};
+use robhaz_score::signals::{
+    Fit, delayed, derivative, deviation, fit, integral, mean, residuals, rms, smooth,
+};
 use std::ops::Range;
 
 /// Rest before the first motion, and time after it, that count, s: late torques still pass their peak.
@@ -74,6 +77,9 @@ impl Start {
     pub fn of(log: &Readings<'_>) -> Option<Self> {
         let recording = &log.recording;
         let motion = Motion::of(recording)?;
+        if log.has_other_side && !motion.is_on_a_plane(log) {
+            return None;
+        }
         let tried = LOW_PASSES.map(|constant| motion.tried(log, constant));
         let tried = tried.concat();
         let least = |a: &&Self, b: &&Self| a.left.total_cmp(&b.left);
@@ -149,13 +155,31 @@ impl Motion {
         })
     }
 
+    /// Whether the wheels stay on a plane, but for a slope that asks for less than the sizes that are told apart: a wheel
+    /// that meets other ground turns its link by as much as its contact angle changes over a wheel base, and less before.
+    /// On uneven ground one side pushes the other, and its torques have no law of their own.
+    fn is_on_a_plane(&self, log: &Readings<'_>) -> bool {
+        let (recording, robot) = (&log.recording, log.stated.robot);
+        let rest = 0..self.range.start + recording.steps(BEFORE);
+        let turn = |rate: &Vec<f64>| {
+            let bias = mean(&rate[rest.clone()]).unwrap_or(0.0);
+            let rates: Vec<f64> = rate[self.range.clone()].iter().map(|x| x - bias).collect();
+            range(&integral(&rates, self.dt))
+        };
+        let speed = derivative(&self.angle, self.half, self.dt);
+        let acceleration = derivative(&speed, self.half, self.dt);
+        let weight = robot.mass.total() * robot.gravity;
+        let asked = inertia(robot) * range(&acceleration[self.lead..][self.range.clone()]);
+        let slope = asked / (weight * robot.geometry.wheel_radius);
+        let largest = (1.0 - 1.0 / OTHER_SIZE) * slope;
+        recording.rate.iter().all(|rate| turn(rate) < largest)
+    }
+
     /// What the law leaves with torques behind a low pass of this time constant (s) and each delay.
     fn tried(&self, log: &Readings<'_>, constant: f64) -> Vec<Start> {
         let Self { dt, half, .. } = *self;
         let (robot, stated) = (log.stated.robot, &log.stated.settings);
-        let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
-        let wheels = 3.0 * (mass.wheel_inertia + mass.rotor_inertia);
-        let inertia = wheels + mass.total() * radius * radius;
+        let inertia = inertia(robot);
         let damping = 3.0 * stated.viscous_damping;
         let slides = SLIDES.map(|speed| speed / Units::of(robot).time);
         let (angle, lag) = low_pass(&self.angle, constant, dt);
@@ -191,6 +215,20 @@ impl Motion {
         let shifts = (steps(LAGS.start - lag, dt)..=steps(LAGS.end, dt)).step_by(step);
         shifts.filter_map(of_shift).collect()
     }
+}
+
+/// That of the law, kg m^2.
+fn inertia(robot: &Robot) -> f64 {
+    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
+    3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius
+}
+
+/// Of the values that are there.
+fn range(x: &[f64]) -> f64 {
+    let known = x.iter().filter(|x| x.is_finite());
+    let ends = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = known.fold(ends, |[low, high], x| [low.min(*x), high.max(*x)]);
+    (high - low).max(0.0)
 }
 
 fn steps(time: f64, dt: f64) -> isize {

@@ -13,6 +13,8 @@ pub struct Readings<'a> {
     pub frames: Cow<'a, [SensorFrame]>,
     pub recording: Recording,
     pub findings: Vec<Finding>,
+    /// Whether the robot has another side, which may push this one.
+    pub has_other_side: bool,
 }
 
 impl Readings<'_> {

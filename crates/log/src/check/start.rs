@@ -31,7 +31,7 @@ const OTHER_UNIT: f64 = 5.0;
 
 /// The same where Newton's law of the whole robot holds: masses are known better, and inertias of rotors
 /// to a third.
-const OTHER_SIZE: f64 = 1.4;
+pub const OTHER_SIZE: f64 = 1.4;
 /// Standard deviations by which they are beyond.
 const CERTAIN: f64 = 2.0;
 
@@ -87,6 +87,14 @@ pub fn unit(log: &Readings<'_>) -> Option<Finding> {
 
 /// The size of all torques, of a start that shows it. Beyond that it is their unit.
 pub fn size(start: Option<Start>) -> Option<Finding> {
+    if start.is_none() {
+        let finding = Finding::ok(
+            SIZE,
+            "torques 1 to 3",
+            "no start from a rest on level ground",
+        );
+        return Some(finding.cannot_tell("stand for a second on level ground, and start there"));
+    }
     let is_size = |start: &Start| (1.0 / OTHER_UNIT..OTHER_UNIT).contains(&start.size);
     let Start { size, sigma, .. } = start.filter(is_size)?;
     let figure = format!(

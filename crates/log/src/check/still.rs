@@ -1,6 +1,7 @@
 //! Channels that do not change, and channels at the end of their range.
 
 use crate::check::recorded::{ROUNDING, Recorded};
+use crate::check::recording::driving_speed;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
@@ -129,20 +130,41 @@ pub fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
 
 /// At each frame, which wheels turn: speeds over a quarter of a second before.
 pub fn driving(frames: &[SensorFrame], robot: &Robot) -> Vec<[bool; 3]> {
-    let turns = TURNS / Units::of(robot).time;
+    let wheels: Vec<_> = frames.iter().map(|f| (f.time, f.wheel_angle)).collect();
+    faster(&wheels, TURNS / Units::of(robot).time)
+}
+
+/// At each frame, whether a wheel turns; one without an angle has the last one. `wheels`: times (s) and angles (rad).
+pub fn turning<const N: usize>(
+    wheels: impl Iterator<Item = (f64, [Option<f64>; N])>,
+    robot: &Robot,
+) -> Vec<bool> {
+    let mut held = [None; N];
+    let hold = |(time, angles): (f64, [Option<f64>; N])| {
+        held = std::array::from_fn(|i| angles[i].or(held[i]));
+        (time, held)
+    };
+    let wheels: Vec<_> = wheels.map(hold).collect();
+    let least = driving_speed(robot) / robot.geometry.wheel_radius;
+    let turn = faster(&wheels, least);
+    turn.iter().map(|wheels| wheels.contains(&true)).collect()
+}
+
+/// At each frame, whether each wheel turns faster than that, rad/s.
+fn faster<const N: usize>(wheels: &[(f64, [Option<f64>; N])], least: f64) -> Vec<[bool; N]> {
     let mut from = 0;
-    let turning = |(i, frame): (usize, &SensorFrame)| {
-        while frame.time - frames[from].time > 0.25 && from < i {
+    let turning = |(i, (time, angles)): (usize, &(f64, [Option<f64>; N]))| {
+        while time - wheels[from].0 > 0.25 && from < i {
             from += 1;
         }
-        let before = &frames[from];
-        let elapsed = frame.time - before.time;
-        [0, 1, 2].map(|w| match (frame.wheel_angle[w], before.wheel_angle[w]) {
-            (Some(a), Some(b)) if elapsed > 0.1 => (a - b).abs() > turns * elapsed,
+        let (start, before) = wheels[from];
+        let elapsed = time - start;
+        std::array::from_fn(|w| match (angles[w], before[w]) {
+            (Some(a), Some(b)) if elapsed > 0.1 => (a - b).abs() > least * elapsed,
             _ => false,
         })
     };
-    frames.iter().enumerate().map(turning).collect()
+    wheels.iter().enumerate().map(turning).collect()
 }
 
 /// At each frame, whether two wheels turn, without that of the channel.

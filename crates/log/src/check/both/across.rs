@@ -1,14 +1,16 @@
 //! What the readings of joints and body show by themselves and against the wheels: missing ones, ranges, signs of
 //! roll and yaw, zeros of the joints.
 
-use super::frames::{LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_steps};
+use super::frames::{
+    LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
+};
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use crate::check::{dead, still};
 use crate::readings::side_frame;
-use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
+use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_model::WholeRover;
 use robhaz_score::signals::smooth;
 
@@ -18,6 +20,8 @@ const SMOOTHING: f64 = 0.1;
 const LARGEST_ZERO: f64 = 0.035;
 /// Turn of the body that shows a sign, rad.
 const LEAST_TURN: f64 = 0.03;
+/// Standard deviations of a bias beyond which it is a turn: a false alarm in 16 000.
+const GATE: f64 = 4.0;
 /// Turn of the wheels over that of the gyroscope that is none: a skid turn has more than 1.
 const SMALL: f64 = 0.3;
 
@@ -79,13 +83,14 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     all.map(finding).into()
 }
 
-/// The sign of the roll against its rate, over half a second of an ordinary drive.
+/// The sign of the roll against its rate, over half a second of an ordinary drive. What both have in common over the
+/// whole log shows nothing: a gyroscope's bias.
 pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
     /// Longest time, s: a gyroscope that drifts by 0.1 deg/s turns by less than [`LEAST_TURN`].
     const LONGEST: f64 = 5.0;
     let reading = |f: &WholeFrame| Some((f.time, f.roll?, f.rates[0]?));
     let readings = frames.iter().filter_map(reading);
-    let (mut turned, mut angle, mut products, mut squares) = (0.0, Vec::new(), 0.0, 0.0);
+    let (mut turned, mut angle, mut sums, mut count) = (0.0, Vec::new(), [0.0; 4], 0.0);
     let (mut last, mut gaps) = (None::<(f64, f64)>, 0);
     for (time, roll, rate) in readings {
         if let Some((before, old)) = last.replace((time, rate)) {
@@ -101,8 +106,9 @@ pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
     let pairs = angle.iter().zip(angle.iter().skip(step.max(1)));
     for (a, b) in pairs.filter(|(a, b)| a.3 == b.3) {
         let (by_roll, by_rate) = (b.1 - a.1, b.2 - a.2);
-        products += by_roll * by_rate;
-        squares += by_rate * by_rate;
+        let of_pair = [by_roll, by_rate, by_roll * by_rate, by_rate * by_rate];
+        sums.iter_mut().zip(of_pair).for_each(|(sum, x)| *sum += x);
+        count += 1.0;
         (low, high) = (low.min(by_rate), high.max(by_rate));
     }
     let (test, channel) = ("roll and its rate", "body_roll, body_roll_rate");
@@ -112,7 +118,8 @@ pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
         let remedy = "drive over bumps under one side, or lift one side by hand, while recording";
         return Finding::ok(test, channel, figure).cannot_tell(remedy);
     }
-    let ratio = products / squares;
+    let [by_roll, by_rate, products, squares] = sums.map(|sum| sum / count);
+    let ratio = (products - by_roll * by_rate) / (squares - by_rate * by_rate);
     let figure = format!("the roll changes {ratio:.2} times as its rate says");
     let finding = Finding::ok(test, channel, figure).with("ratio", ratio, "-");
     match ratio {
@@ -125,19 +132,26 @@ pub fn roll(frames: &[WholeFrame], pace: f64) -> Finding {
 }
 
 /// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
-pub fn yaw(frames: &[WholeFrame], rover: &WholeRover) -> Finding {
-    let (mut products, mut squares, mut turned) = (0.0, 0.0, 0.0_f64);
+pub fn yaw(frames: &[WholeFrame], rover: &WholeRover, budget: &NoiseBudget) -> Finding {
+    let (mut products, mut squares, mut turned, mut time) = (0.0, 0.0, 0.0_f64, 0.0);
     let steps = yaw_steps(frames, rover).into_iter();
     for step in steps.filter(|step| step.time < LONGEST_GAP) {
         let by_gyro = step.rate * step.time;
         products += by_gyro * step.by_wheels;
         squares += by_gyro * by_gyro;
         turned += by_gyro;
+        time += step.time;
     }
+    let [_, bias] = yaw_bias(frames, budget);
     let (test, channel) = ("yaw and wheels", "body_yaw_rate");
-    if turned.abs() < 10.0 * LEAST_TURN {
+    if turned.abs() < 10.0 * LEAST_TURN + GATE * bias * time {
         let figure = format!("turned by {:.1} deg", turned.to_degrees());
-        let remedy = "drive a turn of 20 deg or more";
+        let remedy = match GATE * bias * time > LEAST_TURN {
+            true => {
+                "stand for a second first, which shows the gyroscope's bias, and drive a turn of 20 deg or more"
+            }
+            false => "drive a turn of 20 deg or more",
+        };
         return Finding::ok(test, channel, figure).cannot_tell(remedy);
     }
     let ratio = products / squares;
@@ -221,6 +235,7 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::frames::without_yaw_bias;
     use super::super::testing::{rover, turn_left};
     use super::*;
     use crate::check::report::Verdict;
@@ -230,7 +245,7 @@ mod tests {
     #[test]
     fn the_yaw_has_sign_and_unit() {
         let remedy = |change: fn(&mut WholeFrame)| {
-            let finding = yaw(&turn_left(change), &rover());
+            let finding = yaw(&turn_left(change), &rover(), &NoiseBudget::typical());
             finding.remedy.unwrap_or_default()
         };
         assert_eq!(remedy(|_| ()), "");
@@ -238,7 +253,47 @@ mod tests {
         assert!(remedy(|f| f.rates[2] = f.rates[2].map(|x| -x)).contains("turn the sign"));
         let mut frames = turn_left(|_| ());
         frames.retain(|f| !(2.0..6.0).contains(&f.time));
-        assert_eq!(yaw(&frames, &rover()).verdict, Verdict::Ok);
+        let found = yaw(&frames, &rover(), &NoiseBudget::typical());
+        assert_eq!(found.verdict, Verdict::Ok);
+    }
+
+    /// A gyroscope with a bias of 3 deg/s that drives straight on for 10 s: it does not turn where that is stated, a rest
+    /// shows it, and a turn behind it has its sign. Closed form: the roll's ratio to its rate stays 1.
+    #[test]
+    fn a_stated_bias_is_no_turn() {
+        const BIAS: f64 = 0.05;
+        let budget = |rate_bias: f64| NoiseBudget {
+            rate_bias,
+            ..NoiseBudget::typical()
+        };
+        let straight = turn_left(|f| {
+            f.wheel_angle = [Some(2.0 * f.time); 6];
+            f.rates[2] = Some(BIAS);
+        });
+        let verdict = |stated: f64| yaw(&straight, &rover(), &budget(stated)).verdict;
+        assert_eq!(verdict(0.0), Verdict::Fault);
+        assert_eq!(verdict(BIAS), Verdict::CannotTell);
+        let mut turn = turn_left(|f| f.rates[2] = f.rates[2].map(|rate| rate + BIAS));
+        let first = turn[0];
+        for frame in &mut turn {
+            frame.time += 1.0;
+        }
+        let rest = |k: u32| WholeFrame {
+            time: 0.02 * f64::from(k),
+            rates: [Some(0.0), Some(0.0), Some(BIAS)],
+            ..first
+        };
+        let frames: Vec<_> = (0..50).map(rest).chain(turn).collect();
+        let corrected = without_yaw_bias(&frames, &budget(BIAS));
+        let found = yaw(&corrected, &rover(), &budget(BIAS));
+        assert_eq!(found.verdict, Verdict::Ok);
+        assert!((found.numbers[0].value - 1.0).abs() < 0.05, "{found:?}");
+        let rolling = turn_left(|f| {
+            f.roll = Some(0.03 * (3.0 * f.time).sin());
+            f.rates[0] = Some(0.09 * (3.0 * f.time).cos() + 2.0 * BIAS);
+        });
+        let found = roll(&rolling, 1.0);
+        assert!((found.numbers[0].value - 1.0).abs() < 0.02, "{found:?}");
     }
 
     /// Motors mounted mirror-wise: the right wheels count backwards. A rover that spins on the spot, and one

@@ -4,12 +4,13 @@
 use super::STRAIGHT;
 use super::frames::{body_turn, values, wheel_turns};
 use crate::check::agreement::TORQUE_SCALE;
-use crate::check::limits;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
+use crate::check::{limits, still};
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Channels, Confirmation, TorqueScale};
+use robhaz_model::Robot;
 use robhaz_score::Agreement;
 
 /// Median of the misfit of the nine equations if all that is stated holds: of chi-square with three degrees of freedom.
@@ -91,12 +92,13 @@ impl Judgement {
     }
 
     /// The torques at a limit.
-    fn at_limit(&self, frames: &[WholeFrame]) -> Option<Finding> {
+    fn at_limit(&self, frames: &[WholeFrame], side: &Robot) -> Option<Finding> {
         let torques = (0..6).map(|i| {
             let name = format!("{}: {}", ["left", "right"][i / 3], Channel::Torque(i % 3));
             (name, values(frames, |frame| frame.motor_torque[i]))
         });
-        let found = limits::finding(torques, &self.misfits, MIDDLE)?;
+        let turning = still::turning(frames.iter().map(|f| (f.time, f.wheel_angle)), side);
+        let found = limits::finding(torques, &turning, &self.misfits, MIDDLE)?;
         // In a turn wheels are dragged across, and torques hardly change.
         Some(match body_turn(frames) < STRAIGHT {
             true => found,
@@ -144,7 +146,10 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let Some(found) = Judgement::of(frames, stated) else {
         return Vec::new();
     };
-    let of_torques = [found.torque_scale(stated), found.at_limit(frames)];
+    let of_torques = [
+        found.torque_scale(stated),
+        found.at_limit(frames, &stated.rover.side),
+    ];
     let agreement = found.agreement(is_found);
     of_torques
         .into_iter()

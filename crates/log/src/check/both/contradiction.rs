@@ -11,7 +11,7 @@
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
 //! by more than what is stated.
 
-use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns};
+use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings};
 use super::wirings::RollOnGround;
 use super::{STRAIGHT, across, torques};
@@ -28,7 +28,7 @@ const CHANCE: f64 = 0.01;
 const BEYOND: f64 = 2.33;
 /// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
 /// impact is no wiring.
-const LARGEST: f64 = 75.0;
+pub(super) const LARGEST: f64 = 75.0;
 /// Longest part of a log that is compared, s, and least time between its frames, of an ordinary drive.
 const LONGEST: f64 = 30.0;
 const STEP: f64 = 0.0099;
@@ -194,9 +194,14 @@ fn part(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Vec<(WholeFrame
 }
 
 /// Why the readings contradict each other without an estimate.
-fn direct(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Option<String> {
+fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<String> {
+    let (rover, budget) = (stated.rover, &stated.settings.budget);
+    let frames = &without_yaw_bias(frames, budget);
     let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
-    let direct = [across::roll(frames, pace), across::yaw(frames, rover)];
+    let direct = [
+        across::roll(frames, pace),
+        across::yaw(frames, rover, budget),
+    ];
     let opposed = across::opposed(frames, rover);
     let direct = direct.iter().chain(&opposed).find(|f| is_fault(f));
     if let Some(finding) = direct {
@@ -214,7 +219,7 @@ fn direct(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Option<String
 /// Whether the readings agree, for an estimate.
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreement {
     let pace = pace(frames, stated.rover);
-    let found = direct(frames, stated.rover, pace);
+    let found = direct(frames, stated, pace);
     let compared = match found {
         None => Compared::new(frames, stated, pace),
         Some(_) => None,

@@ -3,6 +3,8 @@
 use crate::check::in_step;
 use crate::check::recording::{SMOOTHING, driving_speed, slowness};
 use crate::check::report::Finding;
+use crate::check::rest::SHORTEST;
+use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::{Coupling, WholeRover};
 use robhaz_score::signals::{derivative, median};
@@ -54,6 +56,44 @@ pub fn body_turn(frames: &[WholeFrame]) -> f64 {
         Some(rate? * (w[1].time - w[0].time))
     });
     steps.sum::<f64>().abs()
+}
+
+/// Bias of the yaw rate that a rest before the first motion shows, of the size that is stated, and the standard deviation
+/// of what is left of it, rad/s.
+pub fn yaw_bias(frames: &[WholeFrame], budget: &NoiseBudget) -> [f64; 2] {
+    /// Turn of a wheel within which the rover stands, rad: two counts of a coarse encoder.
+    const STILL: f64 = 0.02;
+    /// Standard deviation of a median over that of the mean: the wheels start before they show it.
+    const OF_MEDIAN: f64 = 1.2533;
+    let stated = budget.rate_bias;
+    let mut first = [None; 6];
+    let stands = |f: &&WholeFrame| {
+        let wheels = first.iter_mut().zip(f.wheel_angle);
+        let turns = wheels.filter_map(|(first, angle)| Some(angle? - *first.get_or_insert(angle?)));
+        turns.fold(0.0_f64, |most, turn| most.max(turn.abs())) < STILL
+    };
+    let rest: Vec<&WholeFrame> = frames.iter().take_while(stands).collect();
+    let time = rest.first().zip(rest.last());
+    let is_rest = time.is_some_and(|(from, to)| to.time - from.time > SHORTEST);
+    let rates: Vec<f64> = rest.iter().filter_map(|f| f.rates[2]).collect();
+    // A count of readings.
+    let noise = OF_MEDIAN * budget.rate_noise / (rates.len() as f64).sqrt();
+    match median(rates).filter(|_| is_rest && stated > 0.0) {
+        None => [0.0, stated],
+        Some(shown) => {
+            let share = stated * stated / (stated * stated + noise * noise);
+            [share * shown, stated * (1.0 - share).sqrt()]
+        }
+    }
+}
+
+/// The frames without that bias.
+pub fn without_yaw_bias(frames: &[WholeFrame], budget: &NoiseBudget) -> Vec<WholeFrame> {
+    let [bias, _] = yaw_bias(frames, budget);
+    let mut frames = frames.to_vec();
+    let rates = frames.iter_mut().filter_map(|f| f.rates[2].as_mut());
+    rates.for_each(|rate| *rate -= bias);
+    frames
 }
 
 /// A step between two frames with the angles of all wheels and a yaw rate.

@@ -21,8 +21,8 @@ pub use contradiction::contradiction;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, SIDES, check_unless_stamped, delay, drive, ground, in_step, level, limits, links,
-    stamps, start, wheels,
+    Level, SIDES, check_side, delay, drive, ground, in_step, level, limits, links, stamps, start,
+    wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -58,6 +58,7 @@ const HIDES: [&str; 5] = [
 
 /// Checks the frames of a log of both sides, in order of time.
 pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let frames = &frames::without_yaw_bias(frames, &stated.settings.budget);
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
     let mut stated = *stated;
     let of_stamps = stamps::finding(&left, &mut stated.settings.budget);
@@ -126,7 +127,7 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
-    let yaw = across::yaw(&wired, rover);
+    let yaw = across::yaw(&wired, rover, &stated.settings.budget);
     if !is_fault(&yaw) {
         findings.extend(steering::steering(&wired, rover));
     }
@@ -165,7 +166,7 @@ fn of_side(
             pin: stated.joint[0],
         }),
     };
-    let mut findings = check_unless_stamped(&of_side, &stated_side, true).findings;
+    let mut findings = check_side(&of_side, &stated_side, true).findings;
     let turned = frames::body_turn(frames);
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
