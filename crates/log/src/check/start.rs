@@ -5,7 +5,7 @@
 //! All three negative ones mean the torques, or the encoders: these, if the inclinometers show the
 //! acceleration the other way round, too.
 
-use crate::check::newton::Start;
+use crate::check::newton::{OTHER_SIZE, Start};
 use crate::check::readings::Readings;
 use crate::check::recording::SMOOTHING;
 use crate::check::report::Finding;
@@ -28,10 +28,6 @@ const GATE: f64 = 5.0;
 /// Torques of a start over those that the inertias ask for, from which on, and below one over which,
 /// units are wrong: masses are known better, and the other side of a robot can do no more than all.
 const OTHER_UNIT: f64 = 5.0;
-
-/// The same where Newton's law of the whole robot holds: masses are known better, and inertias of rotors
-/// to a third.
-pub const OTHER_SIZE: f64 = 1.4;
 /// Standard deviations by which they are beyond.
 const CERTAIN: f64 = 2.0;
 

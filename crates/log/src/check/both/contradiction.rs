@@ -13,7 +13,7 @@
 
 use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings};
-use super::wirings::RollOnGround;
+use super::wirings::{LARGEST_MISFIT, RollOnGround};
 use super::{STRAIGHT, across, torques};
 use crate::check::recording::driving_speed;
 use crate::check::report::{Finding, Verdict};
@@ -26,9 +26,6 @@ use robhaz_model::{Coupling, WholeRover};
 const CHANCE: f64 = 0.01;
 /// Its quantile of a normal deviate.
 const BEYOND: f64 = 2.33;
-/// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
-/// impact is no wiring.
-pub(super) const LARGEST: f64 = 75.0;
 /// Longest part of a log that is compared, s, and least time between its frames, of an ordinary drive.
 const LONGEST: f64 = 30.0;
 const STEP: f64 = 0.0099;
@@ -133,7 +130,7 @@ impl Judged {
             }
             count += 1.0;
             rolled += speed.abs() / rover.side.geometry.wheel_radius * step.clamp(0.0, LONGEST_GAP);
-            sum += estimate.misfit.min(LARGEST);
+            sum += estimate.misfit.min(LARGEST_MISFIT);
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
                 sum += health.slip.iter().chain(&health.direction).sum::<f64>();
             }

@@ -1,6 +1,5 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
-use super::contradiction;
 use super::frames::wheel_turns;
 use super::steering;
 use super::wiring::{Change, fits, is_of_joints, wired, wirings, words};
@@ -25,7 +24,10 @@ const BETTER_MISFIT: f64 = 0.75;
 const BETTER_LIKELY: f64 = 0.5;
 /// Deviations by which a case wins over the wheel radii of the way: once in 700 of correct logs.
 const BEYOND: f64 = 3.0;
-/// Largest mean NIS that counts there, as of the misfit: five deviations. An impact is no wiring.
+/// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
+/// impact is no wiring.
+pub(super) const LARGEST_MISFIT: f64 = 75.0;
+/// Largest mean NIS that counts there: the same.
 const LARGEST_NIS: f64 = 25.0;
 /// Sum over the least one up to which a case fits as well.
 const AS_WELL: f64 = 1.05;
@@ -121,7 +123,7 @@ impl Judgement {
             found.misfit += misfit;
             found.sum += misfit;
             found.dragged += f64::from(u8::from(estimate.dragged));
-            let misfit = estimate.misfit.min(contradiction::LARGEST);
+            let misfit = estimate.misfit.min(LARGEST_MISFIT);
             let (mut all, mut likely) = (misfit / 3.0, misfit);
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
                 let tests: [&[f64]; 4] = [
