@@ -119,6 +119,12 @@ impl WholeRover {
         Ok(())
     }
 
+    /// Place of O ahead of the middle axles, m: steered about these, a rover turns in O by as much sideways.
+    pub fn ahead_of_middle(&self) -> f64 {
+        let [_, middle, _] = self.side.geometry.axles;
+        self.pivot.x - middle.x
+    }
+
     /// Height of the centre of mass above the contacts over half of the mean track, -, in the nominal pose: the
     /// part of a side's weight that a slope across moves to the other side, over its tangent.
     pub fn height_over_half_track(&self) -> f64 {

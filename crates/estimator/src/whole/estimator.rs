@@ -369,7 +369,9 @@ impl WholeEstimator {
         let roll = &mut self.roll;
         if roll.started {
             let [left, right] = self.velocity;
-            let across = 0.5 * (left.x + right.x) * self.yaw.rate / self.rover.side.gravity;
+            let sideways = self.yaw.acceleration * self.rover.ahead_of_middle();
+            let across = 0.5 * (left.x + right.x) * self.yaw.rate + sideways;
+            let across = across / self.rover.side.gravity;
             roll.jump(budget, roll_rate.late, roll_rate.left_out(), dt / time);
             roll.update(budget, dt / time, &readings, across);
         } else if let Some(angle) = readings.inclination {

@@ -162,7 +162,9 @@ impl<'a> SideInputs<'a> {
         let [sp, cp] = self.along;
         let (sr, cr) = libm::sincos(roll);
         let mut specific_force = Vec3::new(sp, cp * sr, cp * cr) * rover.side.gravity;
-        specific_force.y += self.speed() * yaw_rate;
+        let ahead = rover.ahead_of_middle();
+        specific_force.x -= yaw_rate * yaw_rate * ahead;
+        specific_force.y += self.speed() * yaw_rate + yawing * ahead;
         for (side, state) in self.states.into_iter().enumerate() {
             // Of Q, in the body's plane; less what the turning of its link adds.
             let a = state.acceleration;

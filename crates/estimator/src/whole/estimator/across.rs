@@ -27,7 +27,8 @@ impl WholeEstimator {
             let mut across = Across {
                 shares: true,
                 follow: self.sliding.follows(),
-                of_sensor: sign * bogie_place * self.yaw.acceleration,
+                of_sensor: sign * bogie_place * self.yaw.acceleration
+                    - self.yaw.rate * self.yaw.rate * rover.ahead_of_middle(),
                 trailing: scale::trailing(rover).unwrap_or(Across::NONE.trailing),
                 ..Across::NONE
             };
