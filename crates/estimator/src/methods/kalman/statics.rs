@@ -215,7 +215,9 @@ impl KalmanFilters {
                 continue;
             }
             let mut angles = equations.link_angles;
-            angles[k] += link.settled_sigma();
+            if let Some(angle) = angles.get_mut(k) {
+                *angle += link.settled_sigma();
+            }
             let [theta1, theta2] = angles;
             // A linkage that does not close there has no such angle.
             let turned = Arms::new(&nominal.robot.geometry, theta1, theta2).ok();

@@ -58,31 +58,30 @@ impl Sliding {
         }
         self.rolled += fastest * dt;
         let axles = &rover.side.geometry.axles;
-        let turned = |i: usize| {
-            let y = sign(i / 3) * rover.half_tracks[i % 3];
-            [-yaw.rate * y, yaw.rate * (axles[i % 3].x - axles[1].x)]
-        };
         let length = axles[0].x - axles[2].x;
         self.of_noise = GATE * yaw.mean_sigma([dt, units.time]) * length;
+        // What the turn adds to the velocity of each wheel, along and to the left.
+        let turned: [[f64; 2]; 6] = core::array::from_fn(|i| {
+            let y = sign(i / 3) * rover.half_tracks[i % 3];
+            [-yaw.rate * y, yaw.rate * (axles[i % 3].x - axles[1].x)]
+        });
         let heading = steering.map(libm::sincos);
         let (mut ahead, mut sideways, mut size) = (0.0, 0.0, 0.0);
-        for (i, (rim, (s, c))) in rims.iter().zip(heading).enumerate() {
-            let [along, across] = turned(i);
+        for ((rim, (s, c)), [along, left]) in rims.iter().zip(heading).zip(turned) {
             ahead += (rim * c - along) / 6.0;
-            sideways += (rim * s - across) / 6.0;
+            sideways += (rim * s - left) / 6.0;
             size += rim.abs() / 6.0;
         }
         self.sideways = sideways;
-        let left: [f64; 6] = core::array::from_fn(|i| sideways + turned(i)[1]);
-        let across = core::array::from_fn(|i| {
-            let ((s, c), [along, _]) = (heading[i], turned(i));
-            c * left[i] - s * (ahead + along)
-        });
-        let now = Means {
-            across,
-            left,
+        let mut now = Means {
             rims: size,
+            ..Means::default()
         };
+        let of_wheels = now.across.iter_mut().zip(&mut now.left);
+        for (((across, left), (s, c)), [along, turn]) in of_wheels.zip(heading).zip(turned) {
+            *left = sideways + turn;
+            *across = c * *left - s * (ahead + along);
+        }
         let mean = self.mean.get_or_insert(now);
         if mean.rims <= 0.0 {
             // The first frame after a rest.
@@ -90,9 +89,9 @@ impl Sliding {
         }
         let weight = robhaz_model::low_pass_share(dt, TURN_TIME * units.time);
         mean.rims += weight * (size - mean.rims);
-        for i in 0..6 {
-            mean.across[i] += weight * (across[i] - mean.across[i]);
-            mean.left[i] += weight * (left[i] - mean.left[i]);
+        let means = mean.across.iter_mut().chain(&mut mean.left);
+        for (mean, now) in means.zip(now.across.into_iter().chain(now.left)) {
+            *mean += weight * (now - *mean);
         }
     }
 
