@@ -2,7 +2,7 @@
 //! them.
 
 use crate::check::delay;
-use crate::check::recording::{Recording, steps};
+use crate::check::recording::{Recording, SMOOTHING, steps};
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use robhaz_score::signals::{Allowed, Delay, median};
@@ -13,16 +13,43 @@ const LONGEST: f64 = 0.3;
 const NONE: f64 = 0.025;
 /// Share of a speed that the other ones explain where all roll.
 const ROLLING: f64 = 0.99;
-/// Time over which what a wheel slips is correlated, s.
-const MEMORY: f64 = 0.25;
+/// Time over which errors of the speeds are correlated, s: that over which they are averaged.
+const MEMORY: f64 = SMOOTHING;
 
+/// What shows it.
+const START: &str = "drive straight on, from a rest to a rest, without slip";
 /// What the channel of the wheels of a side ends with.
 pub const OF_WHEELS: &str = "after the others";
 
-/// Delay of the spin speed of the wheels `one` behind that of `other`.
+/// Delay of the spin speed of the wheels `one` behind that of `other`, where these start and stop.
 fn between(one: &[f64], other: &[f64], dt: f64, allowed: &Allowed) -> Option<Delay> {
     let [longest, memory] = [LONGEST, MEMORY].map(|time| steps(time, dt));
-    robhaz_score::signals::delay(one, &[other], longest, memory, dt, *allowed)
+    let starts = starts(other, longest);
+    let one: Vec<f64> = one
+        .iter()
+        .zip(starts)
+        .map(|(x, is)| if is { *x } else { f64::NAN })
+        .collect();
+    let delay = robhaz_score::signals::delay(&one, &[other], longest, memory, dt, *allowed);
+    delay.filter(|delay| delay.seconds.abs() <= LONGEST)
+}
+
+/// The samples within `near` of one at which wheels with these spin speeds turn at less than half of their usual speed: what
+/// the ground does to a drive comes to one wheel after the other.
+fn starts(spin: &[f64], near: usize) -> Vec<bool> {
+    let largest = spin.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    let turning = spin.iter().map(|x| x.abs()).filter(|x| *x > 0.1 * largest);
+    let usual = median(turning.collect()).unwrap_or(0.0);
+    let mut until = 0;
+    let mut found = vec![false; spin.len()];
+    for (k, x) in spin.iter().enumerate() {
+        if x.abs() < 0.5 * usual {
+            let from = k.saturating_sub(near).max(until);
+            until = (k + near + 1).min(spin.len());
+            found[from..until].fill(true);
+        }
+    }
+    found
 }
 
 /// `period`: of the slowest channel, s.
@@ -45,13 +72,22 @@ pub fn of_wheels(recording: &Recording) -> Finding {
     let middle = median(lags.to_vec()).unwrap_or(0.0);
     let off = |i: &usize| (lags[*i] - middle).abs();
     let apart = (0..3).max_by(|i, j| off(i).total_cmp(&off(j))).unwrap_or(0);
-    let others = [1, 2].map(|k| &spin[(apart + k) % 3]);
+    let others = [1, 2].map(|k| (apart + k) % 3);
+    let whose = Channel::Encoder(apart).to_string();
+    let channel = format!("{whose} {OF_WHEELS}");
+    // Waves of the ground come to one wheel after the other.
+    let [a, b] = others.map(|k| lags[k]);
+    if (a - b).abs() > allowed.late {
+        let figure = "each wheel has a delay of its own, as over waves of the ground";
+        let finding = Finding::ok(delay::TEST, channel, figure);
+        return finding.cannot_tell(START);
+    }
+    let others = others.map(|k| &spin[k]);
     let mean: Vec<f64> = (0..others[0].len())
         .map(|k| 0.5 * (others[0][k] + others[1][k]))
         .collect();
-    let whose = Channel::Encoder(apart).to_string();
     finding(
-        &format!("{whose} {OF_WHEELS}"),
+        &channel,
         behind(&spin[apart], &mean),
         &allowed,
         [&whose, "the two others"],
@@ -70,13 +106,40 @@ pub fn of_sides([left, right]: [&[f64]; 2], dt: f64) -> Finding {
 }
 
 fn finding(channel: &str, delay: Option<Delay>, allowed: &Allowed, whose: [&str; 2]) -> Finding {
-    let unknown = [
-        "the wheels do not start and stop together",
-        "drive straight on, from a rest to a rest, without slip",
-    ];
+    let unknown = ["the wheels do not start and stop together", START];
     delay::finding(channel, delay, allowed, unknown, whose, |late, offset| {
         format!(
             "{late} arrive late, by another clock or a slower bus, and so do torques of the same drive: state offset = {offset:.4} of a channel of theirs, [[channel]]"
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wheel whose readings are late by 0.1 s shows that at the start, and one that comes to the waves of the ground
+    /// 0.2 s after the other one shows nothing. Between samples of 10 ms.
+    #[test]
+    fn waves_of_the_ground_are_no_delay() {
+        let dt = 0.01;
+        let spin = |late: f64, behind: f64| -> Vec<f64> {
+            let at = |k: u32| {
+                let time = dt * f64::from(k) - late;
+                let start = ((time - 1.0) / 0.6).clamp(0.0, 1.0);
+                let on_waves = (time - 2.5).clamp(0.0, 1.0);
+                start * (2.0 + on_waves * (3.0 * (time - behind)).sin())
+            };
+            (0..3000).map(at).collect()
+        };
+        let allowed = allowed(dt);
+        let first = spin(0.0, 0.0);
+        for (late, behind) in [(0.0, 0.2), (0.1, 0.0), (0.1, 0.2), (-0.1, 0.2)] {
+            let found = between(&spin(late, behind), &first, dt, &allowed).map(|d| d.seconds);
+            assert!(
+                found.is_some_and(|found| (found - late).abs() < 0.5 * dt),
+                "{late} {behind}: {found:?}"
+            );
+        }
+    }
 }
