@@ -68,7 +68,7 @@ impl<const N: usize> PathAngle<N> {
     /// for wheels of 0.1 m.
     const LARGEST_CHANGE: f64 = 2.0;
     /// Time constant of the speed, s. While a robot starts or stops, its lag is one of the rate, which looks like
-    /// ground that tilts: it is stated.
+    /// another slope of the ground: it is stated.
     const SPEED_TIME: f64 = 0.05;
 
     /// For wheels of this radius (m), and readings with white noise (rad a sample).

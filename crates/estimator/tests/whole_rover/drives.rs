@@ -5,7 +5,7 @@
 //! `WHOLE_ROVER_LOGS=FOLDER cargo test --release -p robhaz-estimator --test whole_rover drives --
 //! --ignored --nocapture`
 
-use crate::rover::{open_source_rover, triple_bogie};
+use crate::rover::{level_frame, open_source_rover, triple_bogie};
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_estimator::whole::{Joints, TipLine, WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{EstimateError, EstimatorSettings, Flags, Health, NoiseBudget};
@@ -383,7 +383,7 @@ fn a_long_drive_stays_level() {
 }
 
 /// Closed form: a rover turns on the spot about its middle axles, with O and the body's sensor a distance d behind
-/// them. The sensor feels `-w^2 d` along and `w' d` across, 0.4 and 0.3 deg in the mean, and the body stays level: within
+/// them. The sensor reads `-w^2 d` along and `w' d` across, 0.4 and 0.3 deg in the mean, and the body stays level: within
 /// 0.1 deg, the stated bias. No wheel is dragged, and no reading contradicts another.
 #[test]
 fn a_turn_on_the_spot_tilts_no_rover() {
@@ -487,15 +487,8 @@ fn a_rover_at_rest_on_a_cross_slope_has_the_closed_form() {
     let mut last = None;
     for k in 0..200 {
         last = Some(estimator.update(&WholeFrame {
-            time: 0.01 * f64::from(k),
-            wheel_angle: [Some(0.0); 6],
-            motor_torque: [Some(0.0); 6],
-            steering: [None; 6],
-            pins: [Some(0.0); 2],
-            coupling: Some(0.0),
-            inclination: Some(0.0),
             roll: Some(slope),
-            rates: [Some(0.0); 3],
+            ..level_frame(0.01 * f64::from(k))
         }));
     }
     let found = last.expect("a frame").expect("an estimate");

@@ -18,10 +18,10 @@ use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_estimator::whole::{
     JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeEstimate,
-    WholeEstimator, WholeFrame, WholeMotion, WholePosture,
+    WholeEstimator, WholeMotion, WholePosture,
 };
 use robhaz_model::{Carrier, Coupling, GRAVITY, Robot, Vec2, WholeRover};
-use rover::{equilibrium, on_a_plane, open_source_rover, triple_bogie, typical};
+use rover::{equilibrium, level_frame, on_a_plane, open_source_rover, triple_bogie, typical};
 
 /// Shares of a unit load at the rocker's pivot among the wheels of a side, by moments about Q and
 /// about the rear axle.
@@ -82,18 +82,7 @@ fn a_payload_is_stated() {
             let mut settings = EstimatorSettings::kalman();
             settings.budget.payload = payload;
             let mut estimator = WholeEstimator::new(rover, settings, [1e-3; 2]).expect("a rover");
-            let frame = WholeFrame {
-                time: 0.0,
-                wheel_angle: [Some(0.0); 6],
-                motor_torque: [Some(0.0); 6],
-                steering: [None; 6],
-                pins: [Some(0.0); 2],
-                coupling: Some(0.0),
-                inclination: Some(0.0),
-                roll: Some(0.0),
-                rates: [Some(0.0); 3],
-            };
-            estimator.update(&frame).expect("an estimate")
+            estimator.update(&level_frame(0.0)).expect("an estimate")
         };
         let mut heavier = rover.clone();
         heavier.side.mass.body += 0.5 * PAYLOAD;

@@ -1,6 +1,6 @@
 //! Rolling resistance of a whole rover that drives on level ground.
 
-use crate::rover::{equilibrium, open_source_rover, triple_bogie, typical};
+use crate::rover::{equilibrium, level_frame, open_source_rover, triple_bogie, typical};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::{Joints, WholeEstimator, WholeFrame, WholeMotion};
 use robhaz_model::{GRAVITY, WholeRover};
@@ -43,16 +43,10 @@ fn found(rover: &WholeRover, sign: f64) -> ([f64; 6], (f64, f64)) {
         let tick = if k % 2 == 0 { 1e-6 } else { -1e-6 };
         let rolls = if spin.abs() > 0.0 { sign } else { 0.0 };
         last = Some(estimator.update(&WholeFrame {
-            time,
             wheel_angle: [Some(angle); 6],
             // A torque that repeats its last bit counts as stuck.
             motor_torque: normal.map(|n| Some(rolls * RESISTANCE * radius * n + tick)),
-            steering: [None; 6],
-            pins: [Some(0.0); 2],
-            coupling: Some(0.0),
-            inclination: Some(0.0),
-            roll: Some(0.0),
-            rates: [Some(0.0); 3],
+            ..level_frame(time)
         }));
     }
     let estimate = last.expect("a frame").expect("an estimate");

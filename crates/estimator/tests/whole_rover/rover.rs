@@ -1,7 +1,8 @@
 //! Rovers for the tests, and their equations.
 
 use robhaz_estimator::whole::{
-    InputCovariance, Joints, WholeEquilibrium, WholeForces, WholeMotion, WholePosture, input,
+    InputCovariance, Joints, WholeEquilibrium, WholeForces, WholeFrame, WholeMotion, WholePosture,
+    input,
 };
 use robhaz_model::{
     Carrier, Coupling, GRAVITY, Geometry, MassSet, PinStop, Robot, Vec2, WholeRover,
@@ -112,4 +113,19 @@ pub fn on_a_plane(rover: &WholeRover, motion: &WholeMotion) -> WholeForces {
     equilibrium(rover, &Joints::default(), motion, &[0.0; 6])
         .solve(&[0.0; 6], &typical())
         .expect("determined")
+}
+
+/// What a rover reads that stands on level ground.
+pub fn level_frame(time: f64) -> WholeFrame {
+    WholeFrame {
+        time,
+        wheel_angle: [Some(0.0); 6],
+        motor_torque: [Some(0.0); 6],
+        steering: [None; 6],
+        pins: [Some(0.0); 2],
+        coupling: Some(0.0),
+        inclination: Some(0.0),
+        roll: Some(0.0),
+        rates: [Some(0.0); 3],
+    }
 }

@@ -62,35 +62,29 @@ fn allowed(period: f64) -> Allowed {
     }
 }
 
-/// The wheel of a side that is latest or earliest against the two others.
+/// The wheel of a side that is latest or earliest, against the one between.
 pub fn of_wheels(recording: &Recording) -> Finding {
     let allowed = allowed(recording.slowest);
-    let spin = &recording.spin;
-    let behind = |one: &[f64], other: &[f64]| between(one, other, recording.dt, &allowed);
-    let lag = |i: usize| behind(&spin[i], &spin[0]).map_or(0.0, |delay| delay.seconds);
+    let behind = |[one, other]: [usize; 2]| {
+        let [one, other] = [one, other].map(|i| recording.spin[i].as_slice());
+        between(one, other, recording.dt, &allowed)
+    };
+    let lag = |i: usize| behind([i, 0]).map_or(0.0, |delay| delay.seconds);
     let lags = [0.0, lag(1), lag(2)];
-    let middle = median(lags.to_vec()).unwrap_or(0.0);
-    let off = |i: &usize| (lags[*i] - middle).abs();
-    let apart = (0..3).max_by(|i, j| off(i).total_cmp(&off(j))).unwrap_or(0);
-    let others = [1, 2].map(|k| (apart + k) % 3);
-    let whose = Channel::Encoder(apart).to_string();
+    let mut order = [0, 1, 2];
+    order.sort_by(|i, j| lags[*i].total_cmp(&lags[*j]));
+    let [early, middle, late] = order;
+    let apart = match lags[late] - lags[middle] >= lags[middle] - lags[early] {
+        true => late,
+        false => early,
+    };
+    let [whose, other] = [apart, middle].map(|i| Channel::Encoder(i).to_string());
     let channel = format!("{whose} {OF_WHEELS}");
-    // Waves of the ground come to one wheel after the other.
-    let [a, b] = others.map(|k| lags[k]);
-    if (a - b).abs() > allowed.late {
-        let figure = "each wheel has a delay of its own, as over waves of the ground";
-        let finding = Finding::ok(delay::TEST, channel, figure);
-        return finding.cannot_tell(START);
-    }
-    let others = others.map(|k| &spin[k]);
-    let mean: Vec<f64> = (0..others[0].len())
-        .map(|k| 0.5 * (others[0][k] + others[1][k]))
-        .collect();
     finding(
         &channel,
-        behind(&spin[apart], &mean),
+        behind([apart, middle]),
         &allowed,
-        [&whose, "the two others"],
+        [&whose, &other],
     )
 }
 

@@ -73,7 +73,7 @@ pub(crate) struct Across {
     /// Place of each axle relative to that in the plane of the side, m.
     pub place: [Vec2; 3],
     /// How the slope along each wheel follows from that of the line of the axles: factor, and what is added,
-    /// rad, for a steered wheel on ground that is tilted across.
+    /// rad, for a steered wheel on a cross slope.
     pub slope: [[f64; 2]; 3],
     /// Acceleration of the body's sensor less that of Q, along, m/s^2: in a turn that begins.
     pub of_sensor: f64,

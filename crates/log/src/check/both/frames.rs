@@ -8,6 +8,7 @@ use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::{Coupling, WholeRover};
 use robhaz_score::signals::{derivative, median};
+use std::borrow::Cow;
 
 /// Longest step between frames over which a rate is integrated, s: the estimators start anew after it.
 pub const LONGEST_GAP: f64 = 0.5;
@@ -88,11 +89,20 @@ pub fn yaw_bias(frames: &[WholeFrame], budget: &NoiseBudget) -> [f64; 2] {
 }
 
 /// The frames without that bias.
-pub fn without_yaw_bias(frames: &[WholeFrame], budget: &NoiseBudget) -> Vec<WholeFrame> {
-    let [bias, _] = yaw_bias(frames, budget);
-    let mut frames = frames.to_vec();
-    let rates = frames.iter_mut().filter_map(|f| f.rates[2].as_mut());
-    rates.for_each(|rate| *rate -= bias);
+pub fn without_yaw_bias<'a>(
+    frames: &'a [WholeFrame],
+    budget: &NoiseBudget,
+) -> Cow<'a, [WholeFrame]> {
+    let mut frames = Cow::Borrowed(frames);
+    // Hours of frames are not copied for nothing.
+    if budget.rate_bias > 0.0 {
+        let [bias, _] = yaw_bias(&frames, budget);
+        let rates = frames
+            .to_mut()
+            .iter_mut()
+            .filter_map(|f| f.rates[2].as_mut());
+        rates.for_each(|rate| *rate -= bias);
+    }
     frames
 }
 
