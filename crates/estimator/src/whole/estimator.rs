@@ -4,6 +4,7 @@
 //! find is the input of the nine rows, and the forces of the rows are those of both sides.
 
 mod across;
+mod intake;
 mod scale;
 mod sliding;
 mod yaw;
@@ -19,7 +20,7 @@ use crate::estimator::{Estimator, SideStep};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::{JointMeasurement, MotionFilter};
 use crate::flags::Flags;
-use crate::frame::{BodyInputs, Gate, LONGEST_GAP, LinkReading, Repeats, SHORTEST_STEP};
+use crate::frame::{BodyInputs, Gate, LinkReading, Repeats};
 use crate::methods::{Across, SideState};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
 use crate::start::{Carried, Start};
@@ -265,88 +266,6 @@ impl WholeEstimator {
             body_flags,
             sides: [left, right],
         })
-    }
-
-    /// The frame without the readings of a body's sensor that gives the same numbers over and over.
-    fn read_body(&mut self, mut frame: WholeFrame, dt: f64) -> WholeFrame {
-        let [p, q, r] = frame.rates;
-        let numbers = [frame.inclination, frame.roll, p, q, r];
-        let turns = !self.sliding.stands();
-        if self.repeats.take(numbers, dt / self.units.time, turns) {
-            (frame.inclination, frame.roll, frame.rates) = (None, None, [None; 3]);
-        }
-        frame
-    }
-
-    /// The filter of the roll starts anew where the first frames show that the rover drives, as those of
-    /// the sides do; they do, too, where it is tilted while its wheels stand. `interrupted`: there is a gap
-    /// before this frame.
-    fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
-        let now = frame.time / self.units.time;
-        let (noise, moves) = self.start.take(now, &frame.wheel_angle, interrupted);
-        self.settings.budget.inclination_noise = noise;
-        if let [Some(a), Some(b), Some(c), ..] = frame.wheel_angle
-            && self.roll.started
-            && self.carried.take([a, b, c], [self.roll.angle(); 2])
-        {
-            self.carried = Carried::default();
-            for side in &mut self.sides {
-                side.start_anew();
-            }
-        }
-        if moves.is_some() || interrupted {
-            self.roll = LinkAngleKalman::new(&self.settings.budget);
-        }
-    }
-
-    /// Sets the time of a frame, s. Returns the time since the last one, s, 0 at the first, and whether
-    /// the filters start anew after a gap or a clock that was set back.
-    fn advance_clock(&mut self, now: f64) -> Result<(f64, bool), EstimateError> {
-        let last = self.time.unwrap_or(now);
-        let (dt, unit) = (now - last, self.units.time);
-        let set_back = dt < -LONGEST_GAP * unit;
-        let allowed = self.time.is_none() || set_back || dt >= SHORTEST_STEP * unit;
-        if !(now.is_finite() && allowed) {
-            return Err(EstimateError::Time { last, now });
-        }
-        self.time = Some(now);
-        if set_back {
-            self.readings = self.readings.started_anew();
-            self.body = BodyInputs::default();
-        }
-        let interrupted = set_back || dt > LONGEST_GAP * unit;
-        if interrupted {
-            self.scale.interrupt();
-        }
-        Ok((dt.max(0.0), interrupted))
-    }
-
-    /// Notes which readings there are, and holds the steering.
-    fn take(&mut self, frame: &WholeFrame) {
-        let [roll_rate, _, yaw_rate] = frame.rates;
-        let [left, right] = frame.pins;
-        let readings = [
-            left,
-            right,
-            frame.coupling,
-            frame.inclination,
-            frame.roll,
-            roll_rate,
-            yaw_rate,
-        ];
-        // A log may begin in a turn.
-        let [_, _, _, _, _, _, yaw_is_known, ..] = self.known;
-        if let (false, Some(first)) = (yaw_is_known, yaw_rate.filter(|rate| rate.is_finite())) {
-            self.yaw.start(first);
-        }
-        let wheels = frame.wheel_angle.iter().chain(&frame.motor_torque);
-        let readings = readings.iter().chain(wheels);
-        for (known, read) in self.known.iter_mut().zip(readings) {
-            *known |= read.is_some_and(f64::is_finite);
-        }
-        for (held, read) in self.steering.iter_mut().zip(frame.steering) {
-            *held = read.filter(|angle| angle.is_finite()).unwrap_or(*held);
-        }
     }
 
     /// Advances roll and yaw. Returns angle (rad), rate (rad/s) and acceleration (rad/s^2) of the
