@@ -32,6 +32,10 @@ pub struct WholeEquilibrium {
     pub rolling: [f64; 6],
     /// Standard deviation of the moment of each pin beside its force, N m.
     pub pin_moment: f64,
+    /// Whether wheels are dragged across their planes.
+    pub dragged: bool,
+    /// Mean square of the ground's tilt across the wheels, rad^2.
+    pub tilt: f64,
     /// Loads, N.
     pub f: Rows,
     /// Derivatives of the loads by the specific force x, y, z, kg.
@@ -40,7 +44,7 @@ pub struct WholeEquilibrium {
     pub mean_load: f64,
     /// Lever of the moment rows, m: twice the wheel radius.
     pub lever: f64,
-    contacts: [Contact; 6],
+    pub(super) contacts: [Contact; 6],
     links: [Link; 6],
     q: [Vec3; 2],
     coupling: Coupling,
@@ -138,6 +142,8 @@ impl WholeEquilibrium {
             sliding: [0.0; 6],
             rolling: [0.0; 6],
             pin_moment: 0.0,
+            dragged: false,
+            tilt: 0.0,
             f,
             by_specific_force,
             mean_load: mass * robhaz_model::sqrt(motion.specific_force.norm_squared()) / 6.0,

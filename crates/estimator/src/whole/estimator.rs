@@ -217,9 +217,8 @@ impl WholeEstimator {
         }
         let mut steps = [of_left?, of_right?];
 
-        // Axial forces of wheels that are dragged last as long as the turn, and are no offsets.
-        if steps[0].dt > 0.0 && across[0].settled {
-            self.impose_parities(&mut steps, roll)
+        if steps[0].dt > 0.0 {
+            self.impose_parities(&mut steps, roll, across[0].settled)
                 .map_err(|_| EstimateError::Singular)?;
         }
         let states = steps.each_ref().map(|step| &step.state);
@@ -300,11 +299,13 @@ impl WholeEstimator {
         ([roll.angle(), roll.smooth_rate / time, turning], flags)
     }
 
-    /// Corrects both sides' filters by the combinations of the rows without normal forces.
+    /// Corrects both sides' filters by the combinations of the rows without normal forces. `settled` as in
+    /// [`Across`].
     fn impose_parities(
         &mut self,
         steps: &mut [SideStep; 2],
         roll: [f64; 3],
+        settled: bool,
     ) -> Result<(), WholeError> {
         let rover = &self.rover;
         let states = steps.each_ref().map(|step| &step.state);
@@ -321,6 +322,7 @@ impl WholeEstimator {
             innovation: -parity.value,
             gradient: inputs.gradient(&parity.gradient),
             sigma: 1.0,
+            settled,
         });
         let dt = steps[0].dt;
         let [left, right] = &mut self.sides;
@@ -369,6 +371,9 @@ impl WholeEstimator {
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         equations.slide(&motion, inputs.speed(), &inputs.creep());
         equations.pin_moment = self.settings.budget.pin_moment;
+        equations.dragged = self.sliding.dragged().is_some();
+        // The ground tilts across the wheels as much as along them.
+        equations.tilt = self.roughness;
         equations.roll(&inputs.rolling_resistance(), &inputs.friction_share());
         Ok((inputs, (posture, motion), equations))
     }
@@ -404,10 +409,9 @@ impl WholeEstimator {
         /// Chosen.
         const TILTED: f64 = 0.5;
         for i in 0..6 {
-            // The ground tilts across the wheel as much as along it.
             let (n, across) = (forces.normal[i], forces.axial * forces.normal[i]);
-            let of_tilt = self.roughness
-                * (across * across + TILTED * of_axial + 0.75 * self.roughness * n * n);
+            let of_tilt = equations.tilt
+                * (across * across + TILTED * of_axial + 0.75 * equations.tilt * n * n);
             forces.covariance[(i, i)] += of_tilt;
             forces.of_tilt[i] = of_tilt;
         }

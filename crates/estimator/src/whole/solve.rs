@@ -4,7 +4,7 @@
 //! proportional to N, as far as the row of the force y and a wheel's sideways motion ask, and the rest is
 //! covariance. So is every other error: each row counts for what it knows.
 
-use super::{ROWS, Rows, WholeEquilibrium, WholeError};
+use super::{Contact, ROWS, Rows, WholeEquilibrium, WholeError};
 use crate::filters::motion::CREEP_SIGMA;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
@@ -39,6 +39,9 @@ const AXIAL: f64 = 0.03;
 /// Share of the variance of axial forces that both wheels of an axle's line have in common: a rigid
 /// body slides across with both. Chosen.
 const OF_AXLE: f64 = 0.7;
+/// Variance of what wheels push each other across over that of what they push along: uniform from -1
+/// to 1. Definition.
+const PUSHED: f64 = 1.0 / 3.0;
 /// Relative error of the axial forces of wheels that move sideways: that of the creep's prior, a tyre's
 /// stiffness across being that along within a factor of two. Textbook.
 const SLIDING: f64 = CREEP_SIGMA;
@@ -212,18 +215,32 @@ impl WholeEquilibrium {
         self.h_n[i] + self.h_a[i] * share
     }
 
-    /// Variance of an axial force beyond the part that is proportional to N, N^2. Where the wheels
-    /// push each other along, friction, which is the same in all directions, lets them push as much
-    /// across: the spread of T about a common T/N.
-    pub(crate) fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
+    /// Variances of the forces, N^2, by which wheels push each other along and across the rover. The linkage
+    /// pushes them along, which the spread of T about a common T/N shows; friction, which is the same in all
+    /// directions, lets them push across by anything up to as much. Those that are dragged do.
+    fn pushes(&self, traction: &[f64; 6], normal: &[f64; 6]) -> [f64; 2] {
         let common = traction.iter().sum::<f64>() / normal.iter().sum::<f64>();
-        let mut sum = 0.0;
-        for (t, n) in traction.iter().zip(normal) {
-            let beyond = t - common * n;
-            sum += beyond * beyond;
+        let share = if self.dragged { 1.0 } else { PUSHED };
+        let (mut square, mut seen) = (0.0, 0.0);
+        for (contact, (t, n)) in self.contacts.iter().zip(traction.iter().zip(normal)) {
+            let (beyond, axial) = (t - common * n, contact.axial);
+            square += beyond * beyond;
+            seen += axial.y * axial.y + share * axial.x * axial.x;
         }
+        let along = square / seen;
         let least = AXIAL * self.mean_load;
-        least * least + sum / 6.0
+        [along, share * along].map(|push| push + least * least)
+    }
+
+    /// Mean variance of the axial forces beyond the part that is proportional to N and what the ground's tilt
+    /// adds, N^2.
+    pub(crate) fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
+        let [along, across] = self.pushes(traction, normal);
+        let of_wheel = |contact: &Contact| {
+            let axial = contact.axial;
+            along * axial.x * axial.x + across * axial.y * axial.y
+        };
+        self.contacts.iter().map(of_wheel).sum::<f64>() / 6.0
     }
 
     /// What an error of each input does to `f - H_T T - H_N N`.
@@ -267,17 +284,21 @@ impl WholeEquilibrium {
             *with = combined(effects, inputs.column(j).iter().copied());
             add(with, &effects[j]);
         }
-        let of_axial = self.axial_variance(traction, normal);
-        let (left, right) = self.h_a.split_at(3);
-        for (i, (left, right)) in left.iter().zip(right).enumerate() {
-            let both = left + right;
-            add(&(both * (OF_AXLE * of_axial)), &both);
-            let slides = |i: usize| self.sliding[i] * normal[i];
-            let both = left * slides(i) + right * slides(i + 3);
-            add(&(both * (SLIDING * SLIDING)), &both);
-            for column in [left, right] {
-                add(&(column * ((1.0 - OF_AXLE) * of_axial)), column);
+        let [along, across] = self.pushes(traction, normal);
+        // N has a part across the wheel then.
+        let of_tilt = self.tilt * self.mean_load * self.mean_load;
+        for i in 0..3 {
+            let pair = [i, i + 3];
+            let (mut across_rover, mut sliding) = (Rows::zeros(), Rows::zeros());
+            for k in pair {
+                let (column, axial) = (self.h_a[k], self.contacts[k].axial);
+                across_rover += column * axial.y;
+                sliding += column * (self.sliding[k] * normal[k]);
+                let own = along * axial.x * axial.x + (1.0 - OF_AXLE) * across * axial.y * axial.y;
+                add(&(column * (own + of_tilt)), &column);
             }
+            add(&(across_rover * (OF_AXLE * across)), &across_rover);
+            add(&(sliding * (SLIDING * SLIDING)), &sliding);
         }
         let by_pins = self.by_pins();
         for (k, column) in covariance.iter_mut().enumerate() {

@@ -5,6 +5,7 @@
 //! which keeps what is stated right and loses little, since what ties the sides are errors that last.
 
 use super::filter::{Guests, MotionFilter};
+use super::tuning::TURN_TIME;
 use crate::deviation::GATE;
 use crate::filters::GaussMarkov;
 use crate::filters::{Innovation, Projection};
@@ -17,8 +18,11 @@ pub(crate) struct JointMeasurement {
     pub innovation: f64,
     /// Derivatives by the uncertain inputs of both sides, in the order of [`state`].
     pub gradient: [[f64; state::INPUTS]; 2],
-    /// Deviation of its error at one sample, which lasts for [`Self::LASTS`].
+    /// Deviation of its error at one sample.
     pub sigma: f64,
+    /// Whether the error lasts for [`Self::LASTS`], or for [`TURN_TIME`]: the axial forces of wheels that are
+    /// dragged do.
+    pub settled: bool,
 }
 
 impl JointMeasurement {
@@ -123,7 +127,12 @@ impl MotionFilter {
             value: measurement.innovation,
             variance: variance + measurement.sigma * measurement.sigma,
         };
-        let error = GaussMarkov::new(measurement.sigma, JointMeasurement::LASTS);
+        let lasts = if measurement.settled {
+            JointMeasurement::LASTS
+        } else {
+            TURN_TIME
+        };
+        let error = GaussMarkov::new(measurement.sigma, lasts);
         let s = variance + error.white(dt);
         if found.inflated(GATE) == Some(found.variance) && s > 0.0 {
             Self::apply_both(left, right, &projections, found.value, s);
