@@ -68,7 +68,7 @@ fn method_in(units: &Units, method: Method) -> Method {
     }
 }
 
-fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
+pub(crate) fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
     let NoiseBudget {
         encoder_counts,
         jitter,

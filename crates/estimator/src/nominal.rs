@@ -183,10 +183,8 @@ impl Nominal {
         if let Some(other) = &self.other_side {
             r += other.of_loads(arms, carriers, lever);
         }
-        if !self.at_stop(equations.link_angles).is_empty() {
-            let torque = STOP_TORQUE / lever;
-            r += square(Vector4::new(0.0, 0.0, torque, -torque));
-        }
+        let of_stop = self.stop_torque(equations.link_angles) / lever;
+        r += square(Vector4::new(0.0, 0.0, of_stop, -of_stop));
         r
     }
 
@@ -208,6 +206,15 @@ impl Nominal {
         let opening = link_angles[0] - link_angles[1];
         let (lower, upper) = (stop.lower + STOP_MARGIN, stop.upper - STOP_MARGIN);
         Flags::AT_STOP.when(opening < lower || opening > upper)
+    }
+
+    /// Standard deviation of the torque of an end stop of the pin, N m, for the angles of links 1 and 2, rad.
+    pub fn stop_torque(&self, link_angles: [f64; 2]) -> f64 {
+        if self.at_stop(link_angles).is_empty() {
+            0.0
+        } else {
+            STOP_TORQUE
+        }
     }
 
     /// Whether a wheel carries load, by its normal force and the standard deviation of that, N.

@@ -5,6 +5,7 @@
 
 mod across;
 mod intake;
+mod joint;
 mod scale;
 mod sliding;
 mod yaw;
@@ -15,14 +16,14 @@ use super::estimate::{TipLine, WholeEstimate};
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame};
 use super::{WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
+use crate::door;
 use crate::estimate::EstimateError;
-use crate::estimator::{Estimator, SideStep};
+use crate::estimator::Estimator;
 use crate::filters::LinkAngleKalman;
-use crate::filters::motion::{JointMeasurement, MotionFilter};
 use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LinkReading, Repeats};
 use crate::methods::{Across, SideState};
-use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, Sides};
+use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, NoiseBudget, Sides};
 use crate::start::{Carried, Start};
 use crate::statics::{DIRECT, Forces};
 use crate::torque_scale::ScaleFilter;
@@ -158,6 +159,7 @@ impl WholeEstimator {
             ..settings
         };
         let side = &rover.side;
+        let units = Units::of(side);
         let level = level_loads(rover).map_err(|_| WholeRoverError::FourBar)?;
         let mut of_side = settings;
         of_side.budget.payload *= 0.5;
@@ -171,12 +173,12 @@ impl WholeEstimator {
         let sides = [side_estimator(), side_estimator()];
         Ok(Self {
             scale: sides[0].scale_filter(scale::trailing(rover).unwrap_or(Across::NONE.trailing)),
-            units: Units::of(side),
+            units,
             sides,
             readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
             repeats: Repeats::default(),
-            roll: LinkAngleKalman::new(&settings.budget),
+            roll: LinkAngleKalman::new(&door::budget_in(&units, &settings.budget)),
             yaw: Yaw::new(&settings.budget),
             steering: [0.0; 6],
             known: [false; READINGS.len()],
@@ -218,6 +220,7 @@ impl WholeEstimator {
         let mut steps = [of_left?, of_right?];
 
         if steps[0].dt > 0.0 {
+            self.impose_body(&mut steps);
             self.impose_parities(&mut steps, roll, across[0].settled)
                 .map_err(|_| EstimateError::Singular)?;
         }
@@ -267,6 +270,11 @@ impl WholeEstimator {
         })
     }
 
+    /// The noise budget in the units of the filters.
+    fn budget_in_units(&self) -> NoiseBudget {
+        door::budget_in(&self.units, &self.settings.budget)
+    }
+
     /// Advances roll and yaw. Returns angle (rad), rate (rad/s) and acceleration (rad/s^2) of the
     /// roll, and the flags of the readings.
     fn update_roll(&mut self, frame: &WholeFrame, dt: f64) -> ([f64; 3], Flags) {
@@ -284,68 +292,21 @@ impl WholeEstimator {
             rate: roll_rate.now(),
             ..LinkReading::default()
         };
+        let in_units = self.budget_in_units();
         let roll = &mut self.roll;
         if roll.started {
             let [left, right] = self.velocity;
             let sideways = self.yaw.acceleration * self.rover.ahead_of_middle();
             let across = 0.5 * (left.x + right.x) * self.yaw.rate + sideways;
             let across = across / self.rover.side.gravity;
-            roll.jump(budget, roll_rate.late, roll_rate.left_out(), dt / time);
-            roll.update(budget, dt / time, &readings, across);
+            let late = (roll_rate.late, roll_rate.left_out());
+            roll.jump(&in_units, late.0, late.1, dt / time);
+            roll.update(&in_units, dt / time, &readings, across);
         } else if let Some(angle) = readings.inclination {
             roll.start(angle, 0.0, readings.rate.unwrap_or(0.0));
         }
         let turning = roll.acceleration / (time * time);
         ([roll.angle(), roll.smooth_rate / time, turning], flags)
-    }
-
-    /// Corrects both sides' filters by the combinations of the rows without normal forces. `settled` as in
-    /// [`Across`].
-    fn impose_parities(
-        &mut self,
-        steps: &mut [SideStep; 2],
-        roll: [f64; 3],
-        settled: bool,
-    ) -> Result<(), WholeError> {
-        let rover = &self.rover;
-        let states = steps.each_ref().map(|step| &step.state);
-        let (inputs, _, equations) = self.equations(states, roll)?;
-        let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
-        let traction = inputs.traction();
-        let covariance = inputs.covariance(rover, roll_sigma);
-        let found = equations.solve_about(&traction, &covariance, &self.last)?;
-        let noise = inputs.noise(rover, roll_sigma);
-        let parities = equations
-            .parities(&traction, &found, &noise)
-            .ok_or(WholeError::Singular)?;
-        let measurements = parities.map(|parity| JointMeasurement {
-            innovation: -parity.value,
-            gradient: inputs.gradient(&parity.gradient),
-            sigma: 1.0,
-            settled,
-        });
-        let dt = steps[0].dt;
-        let [left, right] = &mut self.sides;
-        if let (Some(left), Some(right)) = (left.motion(), right.motion()) {
-            let before = [left.inputs(), right.inputs()];
-            for mut measurement in measurements {
-                // What those before have corrected is no innovation any more.
-                let after = [left.inputs(), right.inputs()];
-                for ((gradient, after), before) in
-                    measurement.gradient.iter().zip(&after).zip(&before)
-                {
-                    for ((derivative, after), before) in gradient.iter().zip(after).zip(before) {
-                        measurement.innovation -= derivative * (after - before);
-                    }
-                }
-                MotionFilter::correct_both(left, right, &measurement, dt);
-            }
-        }
-        let [left, right] = &mut self.sides;
-        let [of_left, of_right] = steps;
-        left.retake(of_left);
-        right.retake(of_right);
-        Ok(())
     }
 
     /// The inputs of the rows, the motion and the rows.
@@ -371,6 +332,7 @@ impl WholeEstimator {
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         equations.slide(&motion, inputs.speed(), &inputs.creep());
         equations.pin_moment = self.settings.budget.pin_moment;
+        equations.stop_torque = states.map(|state| state.stop_torque);
         equations.dragged = self.sliding.dragged().is_some();
         // The ground tilts across the wheels as much as along them.
         equations.tilt = self.roughness;

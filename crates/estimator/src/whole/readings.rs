@@ -98,15 +98,25 @@ impl SideReadings {
         self.coupled
     }
 
+    /// What a differential's angle makes the rates of its rockers err by, of one as much up as of the other
+    /// down, rad/s.
+    pub(super) fn rocker_rate_error(&self) -> f64 {
+        match self.kind {
+            Coupling::Differential => self.coupling.rate_error(),
+            Coupling::RearBogie => 0.0,
+        }
+    }
+
     /// The readings of the left and of the right side in a frame. The pitch of a differential's rockers
     /// is that of the body plus or less its angle; a rear bogie's front halves have the body's.
     pub fn frames(&mut self, frame: &WholeFrame) -> [SensorFrame; 2] {
         let coupling = (self.coupling).update(frame.time, frame.coupling, &frame.wheel_angle);
         self.coupled = coupling.unwrap_or(self.coupled);
-        let (turned, of_rocker) = match self.kind {
-            Coupling::Differential => (coupling, self.coupling.rate_error()),
-            Coupling::RearBogie => (Some((0.0, 0.0)), 0.0),
+        let turned = match self.kind {
+            Coupling::Differential => coupling,
+            Coupling::RearBogie => Some((0.0, 0.0)),
         };
+        let of_rocker = self.rocker_rate_error();
         let [_, pitch_rate, _] = frame.rates;
         let of = |wheels: &[Option<f64>; 6], side: usize| [0, 1, 2].map(|i| wheels[3 * side + i]);
         [0, 1].map(|side: usize| {

@@ -5,31 +5,21 @@
 //! which keeps what is stated right and loses little, since what ties the sides are errors that last.
 
 use super::filter::{Guests, MotionFilter};
-use super::tuning::TURN_TIME;
 use crate::deviation::GATE;
-use crate::filters::GaussMarkov;
 use crate::filters::{Innovation, Projection};
-use crate::state::{self, COUNT, RESISTANCE, TORQUE_GAIN};
+use crate::state::{COUNT, RESISTANCE, TORQUE_GAIN};
 
-/// A measurement of the uncertain inputs of both sides.
+/// A measurement of states of both sides.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct JointMeasurement {
+pub(crate) struct JointMeasurement<const K: usize> {
     /// Measured minus predicted.
     pub innovation: f64,
-    /// Derivatives by the uncertain inputs of both sides, in the order of [`state`].
-    pub gradient: [[f64; state::INPUTS]; 2],
+    /// Of each side: states, each with the derivative by it.
+    pub rows: [[(usize, f64); K]; 2],
     /// Deviation of its error at one sample.
     pub sigma: f64,
-    /// Whether the error lasts for [`Self::LASTS`], or for [`TURN_TIME`]: the axial forces of wheels that are
-    /// dragged do.
-    pub settled: bool,
-}
-
-impl JointMeasurement {
-    /// Correlation time of what its equations do not know, s: axial forces last for some tenths of
-    /// a metre of ground.
-    /// Chosen; insensitive.
-    const LASTS: f64 = 2.0;
+    /// Variance of the white noise that is as uncertain over many samples ([`GaussMarkov::white`]).
+    pub white: f64,
 }
 
 impl MotionFilter {
@@ -88,18 +78,14 @@ impl MotionFilter {
         }
     }
 
-    /// Corrects both sides by a measurement of both, `dt` (s) after the last: `left` keeps the
-    /// covariance of both. One beyond its gate shows what the equations do not hold for, and
+    /// Corrects both sides by a measurement of both: `left` keeps the covariance of both. One beyond its gate shows what the equations do not hold for, and
     /// corrects nothing. Returns the innovation with its predicted variance.
-    pub fn correct_both(
+    pub fn correct_both<const K: usize>(
         left: &mut Self,
         right: &mut Self,
-        measurement: &JointMeasurement,
-        dt: f64,
+        measurement: &JointMeasurement<K>,
     ) -> Innovation {
-        let rows = measurement
-            .gradient
-            .map(|gradient| core::array::from_fn::<_, { state::INPUTS }, _>(|k| (k, gradient[k])));
+        let rows = &measurement.rows;
         let mut projections = [
             left.filter.project(&rows[0]),
             right.filter.project(&rows[1]),
@@ -127,13 +113,7 @@ impl MotionFilter {
             value: measurement.innovation,
             variance: variance + measurement.sigma * measurement.sigma,
         };
-        let lasts = if measurement.settled {
-            JointMeasurement::LASTS
-        } else {
-            TURN_TIME
-        };
-        let error = GaussMarkov::new(measurement.sigma, lasts);
-        let s = variance + error.white(dt);
+        let s = variance + measurement.white;
         if found.inflated(GATE) == Some(found.variance) && s > 0.0 {
             Self::apply_both(left, right, &projections, found.value, s);
         }

@@ -42,5 +42,5 @@ pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use rolling::RollingWheel;
 pub(crate) use tuning::{
-    ACCELERATION, CREEP_SIGMA, PENETRATION_SPEED, REFERENCE_SPEED, SLOPE, SLOPE_LENGTH,
+    ACCELERATION, CREEP_SIGMA, PENETRATION_SPEED, REFERENCE_SPEED, SLOPE, SLOPE_LENGTH, TURN_TIME,
 };

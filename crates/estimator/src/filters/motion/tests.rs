@@ -1,5 +1,6 @@
 //! Tests of the motion filter as a whole.
 
+use super::coupled::JointMeasurement;
 use super::filter::MotionFilter;
 use super::parity::ParityResidual;
 use super::rolling::RollingWheel;
@@ -435,4 +436,35 @@ fn slip_shows_no_torque_without_a_known_load() {
     // The random walk over half a second adds less than 1e-3 of the deviation.
     assert!(unknown.0.abs() < 1e-12, "{unknown:?}");
     assert!((unknown.1 / prior - 1.0).abs() < 1e-3, "{unknown:?}");
+}
+
+/// Closed form: two velocities that are as uncertain as each other, of which a difference is exactly known, take
+/// half of it each; the difference is known then, and their sum is as before.
+#[test]
+fn a_difference_of_both_sides_moves_each_by_half() {
+    let filter = || {
+        let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
+        motion.couple();
+        motion
+    };
+    let [mut left, mut right] = [filter(), filter()];
+    let state = VELOCITY.of(1);
+    let variance = left.filter.p[state][state];
+    let measurement = JointMeasurement {
+        innovation: 0.5 * variance.sqrt(),
+        rows: [[(state, 1.0)], [(state, -1.0)]],
+        sigma: 0.0,
+        white: 0.0,
+    };
+    let found = MotionFilter::correct_both(&mut left, &mut right, &measurement);
+    // Rounding.
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * variance.sqrt();
+    assert!(near(found.variance, 2.0 * variance));
+    let [a, b] = [left.filter.x[state], right.filter.x[state]];
+    assert!(near(a - b, measurement.innovation) && near(a + b, 0.0));
+    let again = MotionFilter::correct_both(&mut left, &mut right, &measurement);
+    assert!(near(again.variance, 0.0), "{again:?}");
+    let covariance = left.guests_of_other()[state][state];
+    let of_sum = left.filter.p[state][state] + right.filter.p[state][state] + 2.0 * covariance;
+    assert!(near(of_sum, 2.0 * variance), "{of_sum} {variance}");
 }

@@ -34,6 +34,8 @@ pub(crate) struct SideState {
     pub rolling_left: [[f64; 3]; 2],
     /// Smoothed signs of the spins, by which friction resists: -1 to 1.
     pub friction_share: [f64; 3],
+    /// Standard deviation of the torque of an end stop between links 1 and 2, N m.
+    pub stop_torque: f64,
     /// Covariance of the errors of acceleration x, y, contact angles, rolling resistance and tractions.
     pub covariance: [[f64; CAUSES]; CAUSES],
     /// Standard deviations of the observers' part of the tractions, N.
@@ -120,6 +122,7 @@ impl KalmanFilters {
             creep: [0, 1, 2].map(|i| self.motion.creep(i).max(least_creep) * units.speed()),
             rolling_resistance: resistance.coefficient(),
             rolling_left: self.rolling_left(nominal),
+            stop_torque: nominal.stop_torque(links.map(|[angle, ..]| angle)) * force * units.length,
             friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,
             observed: (step.right.tractions.each_ref()).map(|t| t.sigma * force),

@@ -36,7 +36,7 @@ impl WholeEstimator {
             }
         }
         if moves.is_some() || interrupted {
-            self.roll = LinkAngleKalman::new(&self.settings.budget);
+            self.roll = LinkAngleKalman::new(&self.budget_in_units());
         }
     }
 
