@@ -138,7 +138,7 @@ pub fn check_both(
     options: &LogOptions,
 ) -> Result<(), LogError> {
     let refused = |message: String| Err(LogError::whole(&channels.source, message));
-    if choice.states_sides && choice.sides != LogSides::Both {
+    if choice.states("sides") && choice.sides != LogSides::Both {
         return refused(format!(
             "has readings of both sides, and the description states sides = \"{}\"; allowed: \"both\", or readings of one side",
             choice.sides.name()

@@ -197,7 +197,7 @@ fn measure(all: &[Channel], choice: &mut LogChoice, options: &LogOptions) -> Vec
     let budget = &mut choice.budget;
     let mut warnings = Vec::new();
     warnings.extend(measured::take_counts(all, &mut budget.encoder_counts));
-    if !choice.states_torque_noise {
+    if !choice.stated.contains("budget.torque_noise") {
         let noise = &mut budget.torque_noise;
         *noise = measured::noise_of_torques(all, *noise, options.allows_empty);
     }

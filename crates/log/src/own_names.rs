@@ -62,7 +62,7 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let is_wheel =
         |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
     let has_both = table.found.iter().any(is_wheel);
-    if choice.sides == LogSides::Both || has_both && !choice.states_sides {
+    if choice.sides == LogSides::Both || has_both && !choice.states("sides") {
         return table.of_both(choice);
     }
     for reading in Reading::of_frame() {
