@@ -100,11 +100,8 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
             .missing
             .extend(time.columns().filter(is_missing).cloned());
     }
-    let is_column = if both {
-        truth::is_column_of_both
-    } else {
-        truth::is_column
-    };
+    let known = truth::columns(both);
+    let is_column = |name: &str| known.iter().any(|column| column == name);
     let (mut columns, mut names, mut factors) = (Vec::new(), Vec::new(), Vec::new());
     for column in table.found.iter().filter(|c| is_column(bare(c))) {
         let name = bare(column).to_owned();
@@ -121,7 +118,7 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
     }
     Ok(Channel {
         offset: clock.map_or(0.0, |c| c.offset),
-        truth: Some(truth::TruthColumns::scaled((names, factors))),
+        truth: Some(truth::TruthColumns::new(names, factors)),
         columns,
         ..table.checked(TRUTH_REMEDY)?
     })
