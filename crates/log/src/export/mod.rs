@@ -105,8 +105,7 @@ fn write_csv(
             .map(|r| values[r.index()].unwrap_or(f64::NAN));
         let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
-            let none = vec![f64::NAN; forces.columns.len()];
-            cells.extend_from_slice(forces.at(time).unwrap_or(&none));
+            cells.extend(forces.cells(time));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
         let text_of = |v: &f64| match v.is_nan() {
