@@ -118,6 +118,10 @@ pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
 impl Course {
     fn add(&mut self, channel: &Channel, row: &Row) -> Result<(), LogError> {
         let first = self.stamps.first().copied().unwrap_or(row.stamp);
+        if matches!(channel.rows, Rows::Topic(..)) && self.is_of_last(row) {
+            join(&mut self.cells, &row.cells);
+            return Ok(());
+        }
         let is_header = matches!(channel.rows, Rows::Topic(_, Clock::Header));
         let is_unset = is_header && row.stamp == Stamp::Nanoseconds(0);
         self.unset += u64::from(is_unset);
@@ -154,6 +158,15 @@ impl Course {
             }
         }
         Ok(())
+    }
+
+    /// Whether a row has the stamp of the last one and other cells alone: joints of one time in messages of their own.
+    fn is_of_last(&self, row: &Row) -> bool {
+        let from = self.cells.len().saturating_sub(row.cells.len());
+        let mut cells = self.cells[from..].iter().zip(&row.cells);
+        let has_other = row.cells.iter().any(|cell| !cell.is_nan());
+        let is_apart = cells.all(|(a, b)| a.is_nan() || b.is_nan());
+        self.stamps.last() == Some(&row.stamp) && has_other && is_apart
     }
 
     /// Refuses stamps that are no times.
