@@ -7,8 +7,7 @@ use crate::frames::Frames;
 use crate::own_names;
 use crate::readings::Reading;
 use crate::survey::Survey;
-use robhaz_estimator::Method;
-use robhaz_scene::{EstimatorChoice, LogChoice, LogSides, is_wheel_angle};
+use robhaz_scene::{LogChoice, LogSides, is_wheel_angle};
 use std::path::PathBuf;
 
 /// How a log is read.
@@ -211,15 +210,12 @@ pub fn use_contact_angles(
         return Ok(None);
     }
     channels.drop_contact_angles();
-    let could = |e: &&EstimatorChoice| {
-        matches!(e.settings.method, Method::Kalman(method) if method.rolling)
-            && e.settings.needs_contact_angles()
-    };
-    let could = choice.estimators.iter().filter(could);
-    let could: Vec<String> = could.map(|e| format!("--estimator {}", e.name)).collect();
     let left_out = choice.without_contact_angles(options.named_estimators);
     let left_out = left_out.map_err(|error| LogError::whole(&channels.source, error))?;
-    let names = left_out.join(", ");
+    let names: Vec<&str> = left_out.iter().map(|e| e.name.as_str()).collect();
+    let names = names.join(", ");
+    let could = left_out.iter().filter(|e| e.rolls());
+    let could: Vec<String> = could.map(|e| format!("--estimator {}", e.name)).collect();
     let mut notice = format!("no contact angles: {names} take them from the log and are left out");
     if !could.is_empty() {
         notice += &format!("; {} runs without them", could.join(" or "));

@@ -183,8 +183,8 @@ impl LogChoice {
     /// # Errors
     /// [`EstimatorError`]: none of them can.
     pub fn keep_one_of_both(&mut self, named: bool) -> Result<(), EstimatorError> {
-        let refused = self.estimators.iter().find(|e| named && !rolls(e));
-        let found = self.estimators.iter().find(|e| rolls(e));
+        let refused = self.estimators.iter().find(|e| named && !e.rolls());
+        let found = self.estimators.iter().find(|e| e.rolls());
         let (None, Some(found)) = (refused, found.cloned()) else {
             let name = refused.map_or("none of the description", |e| &e.name);
             let such = self.such_as_kalman();
@@ -214,11 +214,14 @@ impl LogChoice {
     }
 
     /// Estimates without contact angles. Estimators that need them are left out, or, if `convert`,
-    /// get the key `contact_angles = "none"`. Returns the names of those that were left out.
+    /// get the key `contact_angles = "none"`. Returns those that were left out.
     ///
     /// # Errors
     /// [`EstimatorError`] where an estimator cannot be converted, or none is left.
-    pub fn without_contact_angles(&mut self, convert: bool) -> Result<Vec<String>, EstimatorError> {
+    pub fn without_contact_angles(
+        &mut self,
+        convert: bool,
+    ) -> Result<Vec<EstimatorChoice>, EstimatorError> {
         let such = self.such_as_kalman();
         for estimator in self.estimators.iter_mut().filter(|_| convert) {
             if let Method::Kalman(method) = &mut estimator.settings.method
@@ -227,16 +230,15 @@ impl LogChoice {
                 method.contact_angles = ContactAngles::Unknown;
             }
         }
-        let left_out: Vec<String> =
-            (self.needing_contact_angles().into_iter().map(str::to_owned)).collect();
-        (self.estimators).retain(|estimator| !estimator.settings.needs_contact_angles());
-        match left_out.as_slice() {
-            [first, ..] if convert => Err(needs_contact_angles(first, such)),
-            [_, ..] if self.estimators.is_empty() => {
-                Err(needs_contact_angles(&left_out.join(", "), such))
-            }
-            _ => Ok(left_out),
-        }
+        let needing = self.needing_contact_angles();
+        let refused = match needing[..] {
+            [first, ..] if convert => Some(needs_contact_angles(first, such)),
+            _ if needing.is_empty() || needing.len() < self.estimators.len() => None,
+            _ => Some(needs_contact_angles(&needing.join(", "), such)),
+        };
+        let needs = |e: &mut EstimatorChoice| e.settings.needs_contact_angles();
+        let left_out = self.estimators.extract_if(.., needs).collect();
+        refused.map_or(Ok(left_out), Err)
     }
 
     /// Names of the estimators that need contact angles.
@@ -254,7 +256,7 @@ impl LogChoice {
     /// The end of a remedy: the preset, unless an estimator of the description hides it.
     fn such_as_kalman(&self) -> &'static str {
         match self.named("kalman") {
-            Ok(found) if rolls(&found) => ", such as --estimator kalman",
+            Ok(found) if found.rolls() => ", such as --estimator kalman",
             _ => {
                 ": turn it on in the description's own kalman, or rename that and take the preset with --estimator kalman"
             }
@@ -282,9 +284,11 @@ impl LogChoice {
     }
 }
 
-/// Whether an estimator runs without contact angles, if need be with another key.
-fn rolls(estimator: &EstimatorChoice) -> bool {
-    matches!(estimator.settings.method, Method::Kalman(method) if method.rolling)
+impl EstimatorChoice {
+    /// Whether it runs without contact angles, if need be with another key.
+    pub fn rolls(&self) -> bool {
+        matches!(self.settings.method, Method::Kalman(method) if method.rolling)
+    }
 }
 
 fn needs_contact_angles(names: &str, such: &str) -> EstimatorError {
