@@ -64,16 +64,16 @@ impl Log {
             channels.all.push(truth_channel);
             files.push(truth.clone());
         }
-        let survey = survey(&mut channels)?;
+        let (origin, duration) = survey(&mut channels)?;
         warnings.extend(mend(&mut channels.all, &mut choice, options)?);
         warnings.extend(measure(&channels.all, &mut choice, options));
         let mount = mount(&channels, &mut choice, options);
         let rate = 1.0 / channels.all[0].report.period;
         let from = &mut choice.compare_from;
-        let record = record(survey.duration, rate, from, &mut warnings);
+        let record = record(duration, rate, from, &mut warnings);
         let from = record.compare_from;
-        warnings.extend(content::check_truth(&channels, &survey, from)?);
-        let mut frames = Frames::new(channels, survey.origin, mount);
+        warnings.extend(content::check_truth(&channels, duration, from)?);
+        let mut frames = Frames::new(channels, origin, mount);
         warnings.extend(content::few_compared(&frames, from));
         let fingerprint = fingerprint(&files, &choice)?;
         let jitter = jitter(&mut frames, &choice, options)?;

@@ -7,19 +7,8 @@ use crate::mcap_events::Clock;
 use crate::order::{Accept, GAP, Order};
 use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
-use crate::truth::TruthRows;
 use robhaz_run::ChannelReport;
 use robhaz_score::signals::median;
-
-/// What was read, beside the rows.
-pub struct Survey {
-    /// Time stamp of the first frame.
-    pub origin: Stamp,
-    /// Time from the first frame to the last, s.
-    pub duration: f64,
-    /// Which rows of the truth can be compared with; `None` without truth.
-    pub truth: Option<TruthRows>,
-}
 
 /// A channel while it is read.
 #[derive(Default)]
@@ -58,23 +47,14 @@ fn join(cells: &mut [f64], row: &[f64]) -> bool {
     differ
 }
 
-/// Reads all rows of all channels.
+/// Reads all rows of all channels. Returns the stamp of the first frame, and the time from it to the last one, s.
 ///
 /// # Errors
 /// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or
 /// channels whose times have nothing in common.
-pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
+pub fn survey(channels: &mut Channels) -> Result<(Stamp, f64), LogError> {
     let mut courses: Vec<Course> = channels.all.iter().map(|_| Course::default()).collect();
-    let of_truth = channels.all.iter().find(|channel| channel.truth.is_some());
-    let of_truth = of_truth.and_then(|channel| channel.truth.as_ref());
-    let mut truth = of_truth.map(|truth| TruthRows::new(&truth.names));
-    let cut_off = channels.read(|i, row| {
-        let channel = &channels.all[i];
-        if let Some(truth) = truth.as_mut().filter(|_| channel.truth.is_some()) {
-            truth.add(row.stamp, &row.cells);
-        }
-        courses[i].add(channel, &row)
-    })?;
+    let cut_off = channels.read(|i, row| courses[i].add(&channels.all[i], &row))?;
     for (course, channel) in courses.iter().zip(&channels.all) {
         course.check_stamps(channel)?;
     }
@@ -108,11 +88,7 @@ pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
             )));
         }
     }
-    Ok(Survey {
-        origin,
-        duration,
-        truth,
-    })
+    Ok((origin, duration))
 }
 
 impl Course {

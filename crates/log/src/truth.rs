@@ -1,6 +1,5 @@
 //! Truth from a table: N and T of each wheel, their contacts, and the pins of Fig. 5.
 
-use crate::stamp::Stamp;
 use robhaz_model::Vec2;
 use robhaz_run::BothTruth;
 use robhaz_sim::Truth;
@@ -60,57 +59,6 @@ pub fn is_of_both(columns: &[String]) -> bool {
 /// What a row of a table of the truth gives: the truth of one side or of a robot in the plane, or that of both sides.
 pub type FoundTruth = (Option<Truth>, Option<BothTruth>);
 
-/// Which rows of a table of the truth can be compared with: those with N and T of every wheel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TruthRows {
-    /// Number of all rows.
-    pub rows: u64,
-    /// Number of rows with all required columns.
-    pub whole: u64,
-    /// Stamps of the first and the last of these.
-    pub span: Option<(Stamp, Stamp)>,
-    /// Cells of the required columns, and number of rows without each.
-    empty: Vec<(usize, u64)>,
-}
-
-impl TruthRows {
-    /// No rows yet of a table with these columns, named as in a run, among them the required ones.
-    pub fn new(columns: &[String]) -> Self {
-        let required = required(is_of_both(columns));
-        let cells = (0..columns.len()).filter(|i| required.contains(&columns[*i]));
-        Self {
-            rows: 0,
-            whole: 0,
-            span: None,
-            empty: cells.map(|cell| (cell, 0)).collect(),
-        }
-    }
-
-    /// Adds a row.
-    pub fn add(&mut self, stamp: Stamp, cells: &[f64]) {
-        self.rows += 1;
-        for (cell, count) in &mut self.empty {
-            *count += u64::from(cells[*cell].is_nan());
-        }
-        if self.empty.iter().all(|(cell, _)| cells[*cell].is_finite()) {
-            self.whole += 1;
-            let first = self.span.map_or(stamp, |(first, _)| first);
-            self.span = Some((first, stamp));
-        }
-    }
-
-    /// The required columns that are empty somewhere, with the number of rows, in words.
-    pub fn lacks(&self, columns: &[String]) -> String {
-        let of_column = |(cell, count): &(usize, u64)| {
-            let name = columns.get(*cell).filter(|_| *count > 0)?;
-            Some(format!("{name} in {count}"))
-        };
-        let columns: Vec<String> = self.empty.iter().filter_map(of_column).collect();
-        let (rows, columns) = (self.rows, columns.join(", "));
-        format!("of {rows} rows there is no number for {columns}")
-    }
-}
-
 /// Whether a column is a state or a contact angle.
 fn jumps(name: &str) -> bool {
     let ends = ["contact_angle", "sliding", "contacts"];
@@ -145,6 +93,14 @@ impl TruthColumns {
             names,
             factors,
         }
+    }
+
+    /// The cells of the columns that a table must have, in their order.
+    pub fn required(&self) -> Vec<usize> {
+        let of_wheels = self.wheels.iter().flat_map(|wheel| &wheel[..REQUIRED]);
+        let mut cells: Vec<usize> = of_wheels.flatten().copied().collect();
+        cells.sort_unstable();
+        cells
     }
 
     /// The cells between those of two rows, at the `share` of the way from the near one: what jumps is
