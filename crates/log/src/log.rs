@@ -107,43 +107,33 @@ impl Log {
         let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
-        let Some(estimator) = self.whole_estimator(&choice)? else {
+        let (LogSides::Both, [one]) = (choice.sides, &description.estimators[..]) else {
             description.certain = certain(&self.frames.all_of_links(), &choice.robot.robot);
             return Ok(Run::of(description, self.into_source()));
         };
-        if let (Some(rover), [one]) = (choice.robot.whole_rover(), &description.estimators[..]) {
-            let side = |side: &str| EstimatorDescription {
-                label: format!("{}-{side}", one.label),
-                ..one.clone()
-            };
-            let stated = StatedBoth {
-                rover: &rover,
-                settings: one.settings,
-                joint: choice.pin,
-                compare_from: self.record.compare_from,
-            };
-            let found = contradiction(&self.frames.all_of_both(), &stated);
-            description.both = Some(BothDescription {
-                label: one.label.clone(),
-                coupling: rover.coupling,
-                contradiction: found.contradiction,
-                unconfirmed: found.unconfirmed,
-            });
-            description.estimators = ["left", "right"].map(side).into();
-        }
-        Ok(Run::of_both(description, self.into_source(), estimator))
-    }
-
-    /// The estimator of a log of both sides; `None` of another log.
-    fn whole_estimator(&self, choice: &LogChoice) -> Result<Option<WholeEstimator>, LogError> {
-        let (LogSides::Both, [listed]) = (choice.sides, &choice.estimators[..]) else {
-            return Ok(None);
-        };
         let source = self.frames.source();
-        let rover = own_names::rover(source, choice)?;
-        let estimator = WholeEstimator::new(&rover, choice.settings(listed), choice.pin);
+        let rover = own_names::rover(source, &choice)?;
+        let estimator = WholeEstimator::new(&rover, one.settings, choice.pin);
         let estimator = estimator.map_err(|e| LogError::whole(source, e))?;
-        Ok(Some(estimator))
+        let side = |side: &str| EstimatorDescription {
+            label: format!("{}-{side}", one.label),
+            ..one.clone()
+        };
+        let stated = StatedBoth {
+            rover: &rover,
+            settings: one.settings,
+            joint: choice.pin,
+            compare_from: self.record.compare_from,
+        };
+        let found = contradiction(&self.frames.all_of_both(), &stated);
+        description.both = Some(BothDescription {
+            label: one.label.clone(),
+            coupling: rover.coupling,
+            contradiction: found.contradiction,
+            unconfirmed: found.unconfirmed,
+        });
+        description.estimators = ["left", "right"].map(side).into();
+        Ok(Run::of_both(description, self.into_source(), estimator))
     }
 
     /// Its readings alone.
