@@ -7,7 +7,7 @@ use super::sensors::Sensors;
 use crate::channel::Channels;
 use crate::error::LogError;
 use crate::messages::{
-    FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_odometry, encode_wrench, nanoseconds,
+    FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_wrench, nanoseconds,
 };
 use crate::own_names;
 use crate::place::LogPlace;
@@ -168,8 +168,8 @@ impl<'a> Estimate<'a> {
         }
         let is_whole = slip.len() == 3 * self.sides.len();
         if let Some((topic, odometry)) = self.odometry.as_mut().filter(|_| is_whole) {
-            let moved = odometry.add(time, &step(time, readings, sensors, [slip, slope]));
-            topics.write(*topic, time, &encode_odometry(time, &moved))?;
+            let message = odometry.add(time, &step(time, readings, sensors, [slip, slope]));
+            topics.write(*topic, time, &message)?;
         }
         Ok(())
     }
