@@ -144,20 +144,12 @@ impl Log {
 
 /// The channels of a log, whose rows are not read yet.
 fn channels(place: &LogPlace) -> Result<Vec<Channel>, LogError> {
-    let LogPlace {
-        path,
-        table,
-        splits,
-        choice,
-        ..
-    } = place;
-    match (&choice.mapping, table) {
-        (Some(mapping), table) => {
-            mapped::channels(path, table.as_deref(), splits.as_deref(), mapping)
-        }
+    let choice = &place.choice;
+    match (&choice.mapping, place.files.first()) {
+        (Some(mapping), _) => mapped::channels(&place.path, &place.files, mapping),
         (None, Some(table)) if is_mcap(table) => Ok(vec![own_names::topic(table, choice)?]),
         (None, Some(table)) => Ok(vec![own_names::readings(table, choice)?]),
-        (None, None) => Err(no_table(path)),
+        (None, None) => Err(no_table(&place.path)),
     }
 }
 

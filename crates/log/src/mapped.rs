@@ -16,20 +16,18 @@ use robhaz_scene::{
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
-/// The channels of a log; the first is the time base. `splits` are the files of a bag behind its
-/// first one, `table`; `None` of another log.
+/// The channels of a log; the first is the time base. `files` are its table, or those of a bag.
 ///
 /// # Errors
 /// [`LogError`] with all columns that a file does not have.
 pub fn channels(
     log: &Path,
-    table: Option<&Path>,
-    splits: Option<&[PathBuf]>,
+    files: &[PathBuf],
     mapping: &Mapping,
 ) -> Result<Vec<Channel>, LogError> {
     let mut channels = Vec::new();
     if mapping.channels.is_empty() {
-        let Some(table) = table else {
+        let Some(table) = files.first() else {
             let message = "is a folder: state its tables, [[channel]] with name and table, in the description";
             return Err(LogError::whole(log, message));
         };
@@ -38,12 +36,13 @@ pub fn channels(
     // The channel of this name states the clock of the truth.
     let choices = || mapping.channels.iter();
     for choice in choices().filter(|c| c.name != ChannelChoice::TRUTH) {
-        let own = table.filter(|_| splits.is_some() || !log.is_dir());
-        let path = file(log, own, choice)?;
+        let own = files.first();
+        let own = own.filter(|file| is_mcap(file) || !log.is_dir());
+        let path = file(log, own.map(PathBuf::as_path), choice)?;
         let channel = empty(&path, choice.name.clone(), Some(choice))?;
         let is_topic = matches!(channel.rows, Rows::Topic(..));
         channels.push(Channel {
-            splits: splits.filter(|_| is_topic).unwrap_or_default().to_vec(),
+            splits: files.iter().skip(1).filter(|_| is_topic).cloned().collect(),
             ..channel
         });
     }

@@ -45,7 +45,7 @@ pub fn export(
     stop: Stop<'_>,
 ) -> Result<Exported, LogError> {
     let folder = &place.path;
-    let table = place.table.as_ref().ok_or_else(|| no_table(folder))?;
+    let table = place.files.first().ok_or_else(|| no_table(folder))?;
     let readings = Channels {
         source: folder.clone(),
         all: vec![own_names::readings(table, &place.choice)?],
