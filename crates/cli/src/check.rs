@@ -22,7 +22,7 @@ const KALMAN: &str = "kalman";
 /// Checks the log and prints the findings. An error if one is a fault.
 pub fn run(args: &Args) -> Result<()> {
     let mut place = args.log.place()?;
-    let is_of_unknown = !place.choice.states_robot && !place.is_described;
+    let is_of_unknown = !place.choice.states("robot") && !place.is_described;
     // Others may need contact angles.
     place
         .choice

@@ -114,7 +114,7 @@ impl LogArgs {
         let mut place = LogPlace::find(&self.log).map_err(shown)?;
         let (sensors, robot) = (self.sensors.as_deref(), self.robot.as_deref());
         let (choice, notice) = place.choice.clone().described(sensors, robot)?;
-        if !choice.states_robot && !place.is_described {
+        if !choice.states("robot") && !place.is_described {
             let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
             place.warnings.push(warning.to_owned());
         }

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 /// What is known of a bag, in its folder.
 const METADATA: &str = "metadata.yaml";
 
-/// The MCAP files of a bag in the order of its recording; `None` of a folder that is no bag.
+/// The MCAP files of a bag in the order of its recording; none of a folder that is no bag.
 ///
 /// # Errors
 /// [`LogError`]: a file that is not there, or not in MCAP, with what to do.
-pub fn files(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let metadata = folder.join(METADATA);
     let files = if metadata.is_file() {
         let text = fs::read_to_string(&metadata).map_err(LogError::io(&metadata))?;
@@ -41,7 +41,7 @@ pub fn files(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
         };
         return Err(LogError::whole(found, message));
     }
-    Ok((!files.is_empty()).then_some(files))
+    Ok(files)
 }
 
 /// The files of a bag whose recording was killed before its list was written: those of one name, or all that can be no
@@ -156,11 +156,11 @@ mod tests {
         for name in ["a_10.mcap", "a_9.mcap", "notes.txt"] {
             fs::write(folder.path().join(name), "").unwrap();
         }
-        let found = files(folder.path()).unwrap().unwrap();
+        let found = files(folder.path()).unwrap();
         let names: Vec<_> = found.iter().filter_map(|f| f.file_name()).collect();
         assert_eq!(names, ["a_9.mcap", "a_10.mcap"]);
         fs::write(folder.path().join("other.mcap"), "").unwrap();
-        assert!(files(folder.path()).unwrap().is_none());
+        assert!(files(folder.path()).unwrap().is_empty());
         fs::write(
             folder.path().join(METADATA),
             "relative_file_paths: [a_0.db3]",

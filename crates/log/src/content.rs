@@ -6,9 +6,7 @@ use crate::formula::{Source, Upward};
 use crate::frames::Frames;
 use crate::own_names;
 use crate::readings::Reading;
-use crate::survey::Survey;
-use robhaz_estimator::Method;
-use robhaz_scene::{EstimatorChoice, LogChoice, LogSides, is_wheel_angle};
+use robhaz_scene::{LogChoice, LogSides, is_wheel_angle};
 use std::path::PathBuf;
 
 /// How a log is read.
@@ -82,28 +80,36 @@ pub fn check_values(channels: &[Channel], allows_empty: bool) -> Result<Option<S
     Ok((drives && !zeros.is_empty()).then_some(notice))
 }
 
-/// Refuses a truth of which no row is compared with. Returns what the user should know of the other
-/// rows.
+/// Refuses a truth of which no row is compared with in a log that ends at `end`, s. Returns what the user should know
+/// of the other rows.
 pub fn check_truth(
     channels: &Channels,
-    survey: &Survey,
+    end: f64,
     compare_from: f64,
 ) -> Result<Option<String>, LogError> {
-    let mut all = channels.all.iter().enumerate();
-    let of_truth = all.find(|(_, channel)| channel.truth.is_some());
-    let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
+    let mut all = channels.all.iter();
+    let found = all.find_map(|channel| Some((channel, channel.truth.as_ref()?.required())));
+    let Some((channel, cells)) = found else {
         return Ok(None);
     };
     let table = "the table of --truth";
     let refused = |message: String| Err(LogError::place(&channel.path, table, message));
-    let lacks = truth.lacks(&channel.columns);
-    let Some((first, last)) = truth.span else {
+    let lacking = cells.iter().filter_map(|cell| {
+        let empty = channel.rows().filter(|row| row[*cell].is_nan()).count();
+        (empty > 0).then(|| format!("{} in {empty}", channel.columns[*cell]))
+    });
+    let lacking: Vec<String> = lacking.collect();
+    let (rows, columns) = (channel.report.rows, lacking.join(", "));
+    let lacks = format!("of {rows} rows there is no number for {columns}");
+    let is_whole = |(_, row): &(_, &[f64])| cells.iter().all(|cell| row[*cell].is_finite());
+    let whole = channel.times.iter().zip(channel.rows()).filter(is_whole);
+    let mut times = whole.map(|(time, _)| *time);
+    let Some(first) = times.next() else {
         return refused(format!(
             "no row can be compared with: {lacks}; allowed: N and T of each wheel in a row, or no --truth"
         ));
     };
-    let [first, last] = [first, last].map(|stamp| channels.time(index, stamp, survey.origin));
-    let end = survey.duration;
+    let last = times.next_back().unwrap_or(first);
     if last < compare_from || first > end {
         return refused(format!(
             "no row can be compared with: it has N and T of each wheel from {first:.3} to {last:.3} s \
@@ -112,9 +118,8 @@ pub fn check_truth(
              clock differs"
         ));
     }
-    let is_whole = truth.whole == truth.rows;
     let notice = format!("the truth is compared with where it has N and T of each wheel: {lacks}");
-    Ok((!is_whole).then_some(notice))
+    Ok((!lacking.is_empty()).then_some(notice))
 }
 
 /// Says where only some of the frames can be compared with the truth.
@@ -138,7 +143,7 @@ pub fn check_both(
     options: &LogOptions,
 ) -> Result<(), LogError> {
     let refused = |message: String| Err(LogError::whole(&channels.source, message));
-    if choice.states_sides && choice.sides != LogSides::Both {
+    if choice.states("sides") && choice.sides != LogSides::Both {
         return refused(format!(
             "has readings of both sides, and the description states sides = \"{}\"; allowed: \"both\", or readings of one side",
             choice.sides.name()
@@ -211,15 +216,12 @@ pub fn use_contact_angles(
         return Ok(None);
     }
     channels.drop_contact_angles();
-    let could = |e: &&EstimatorChoice| {
-        matches!(e.settings.method, Method::Kalman(method) if method.rolling)
-            && e.settings.needs_contact_angles()
-    };
-    let could = choice.estimators.iter().filter(could);
-    let could: Vec<String> = could.map(|e| format!("--estimator {}", e.name)).collect();
     let left_out = choice.without_contact_angles(options.named_estimators);
     let left_out = left_out.map_err(|error| LogError::whole(&channels.source, error))?;
-    let names = left_out.join(", ");
+    let names: Vec<&str> = left_out.iter().map(|e| e.name.as_str()).collect();
+    let names = names.join(", ");
+    let could = left_out.iter().filter(|e| e.rolls());
+    let could: Vec<String> = could.map(|e| format!("--estimator {}", e.name)).collect();
     let mut notice = format!("no contact angles: {names} take them from the log and are left out");
     if !could.is_empty() {
         notice += &format!("; {} runs without them", could.join(" or "));

@@ -57,4 +57,4 @@ pub use error::LogError;
 pub use export::{ExportFormat, Exported, export};
 pub use log::Log;
 pub use place::{LogPlace, PlaceError};
-pub use truth::is_column as is_truth_column;
+pub use truth::columns as truth_columns;

@@ -64,16 +64,16 @@ impl Log {
             channels.all.push(truth_channel);
             files.push(truth.clone());
         }
-        let survey = survey(&mut channels)?;
+        let (origin, duration) = survey(&mut channels)?;
         warnings.extend(mend(&mut channels.all, &mut choice, options)?);
         warnings.extend(measure(&channels.all, &mut choice, options));
         let mount = mount(&channels, &mut choice, options);
         let rate = 1.0 / channels.all[0].report.period;
         let from = &mut choice.compare_from;
-        let record = record(survey.duration, rate, from, &mut warnings);
+        let record = record(duration, rate, from, &mut warnings);
         let from = record.compare_from;
-        warnings.extend(content::check_truth(&channels, &survey, from)?);
-        let mut frames = Frames::new(channels, survey.origin, mount);
+        warnings.extend(content::check_truth(&channels, duration, from)?);
+        let mut frames = Frames::new(channels, origin, mount);
         warnings.extend(content::few_compared(&frames, from));
         let fingerprint = fingerprint(&files, &choice)?;
         let jitter = jitter(&mut frames, &choice, options)?;
@@ -107,43 +107,33 @@ impl Log {
         let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
-        let Some(estimator) = self.whole_estimator(&choice)? else {
+        let (LogSides::Both, [one]) = (choice.sides, &description.estimators[..]) else {
             description.certain = certain(&self.frames.all_of_links(), &choice.robot.robot);
             return Ok(Run::of(description, self.into_source()));
         };
-        if let (Some(rover), [one]) = (choice.robot.whole_rover(), &description.estimators[..]) {
-            let side = |side: &str| EstimatorDescription {
-                label: format!("{}-{side}", one.label),
-                ..one.clone()
-            };
-            let stated = StatedBoth {
-                rover: &rover,
-                settings: one.settings,
-                joint: choice.pin,
-                compare_from: self.record.compare_from,
-            };
-            let found = contradiction(&self.frames.all_of_both(), &stated);
-            description.both = Some(BothDescription {
-                label: one.label.clone(),
-                coupling: rover.coupling,
-                contradiction: found.contradiction,
-                unconfirmed: found.unconfirmed,
-            });
-            description.estimators = ["left", "right"].map(side).into();
-        }
-        Ok(Run::of_both(description, self.into_source(), estimator))
-    }
-
-    /// The estimator of a log of both sides; `None` of another log.
-    fn whole_estimator(&self, choice: &LogChoice) -> Result<Option<WholeEstimator>, LogError> {
-        let (LogSides::Both, [listed]) = (choice.sides, &choice.estimators[..]) else {
-            return Ok(None);
-        };
         let source = self.frames.source();
-        let rover = own_names::rover(source, choice)?;
-        let estimator = WholeEstimator::new(&rover, choice.settings(listed), choice.pin);
+        let rover = own_names::rover(source, &choice)?;
+        let estimator = WholeEstimator::new(&rover, one.settings, choice.pin);
         let estimator = estimator.map_err(|e| LogError::whole(source, e))?;
-        Ok(Some(estimator))
+        let side = |side: &str| EstimatorDescription {
+            label: format!("{}-{side}", one.label),
+            ..one.clone()
+        };
+        let stated = StatedBoth {
+            rover: &rover,
+            settings: one.settings,
+            joint: choice.pin,
+            compare_from: self.record.compare_from,
+        };
+        let found = contradiction(&self.frames.all_of_both(), &stated);
+        description.both = Some(BothDescription {
+            label: one.label.clone(),
+            coupling: rover.coupling,
+            contradiction: found.contradiction,
+            unconfirmed: found.unconfirmed,
+        });
+        description.estimators = ["left", "right"].map(side).into();
+        Ok(Run::of_both(description, self.into_source(), estimator))
     }
 
     /// Its readings alone.
@@ -154,20 +144,12 @@ impl Log {
 
 /// The channels of a log, whose rows are not read yet.
 fn channels(place: &LogPlace) -> Result<Vec<Channel>, LogError> {
-    let LogPlace {
-        path,
-        table,
-        splits,
-        choice,
-        ..
-    } = place;
-    match (&choice.mapping, table) {
-        (Some(mapping), table) => {
-            mapped::channels(path, table.as_deref(), splits.as_deref(), mapping)
-        }
+    let choice = &place.choice;
+    match (&choice.mapping, place.files.first()) {
+        (Some(mapping), _) => mapped::channels(&place.path, &place.files, mapping),
         (None, Some(table)) if is_mcap(table) => Ok(vec![own_names::topic(table, choice)?]),
         (None, Some(table)) => Ok(vec![own_names::readings(table, choice)?]),
-        (None, None) => Err(no_table(path)),
+        (None, None) => Err(no_table(&place.path)),
     }
 }
 
@@ -197,7 +179,7 @@ fn measure(all: &[Channel], choice: &mut LogChoice, options: &LogOptions) -> Vec
     let budget = &mut choice.budget;
     let mut warnings = Vec::new();
     warnings.extend(measured::take_counts(all, &mut budget.encoder_counts));
-    if !choice.states_torque_noise {
+    if !choice.stated.contains("budget.torque_noise") {
         let noise = &mut budget.torque_noise;
         *noise = measured::noise_of_torques(all, *noise, options.allows_empty);
     }

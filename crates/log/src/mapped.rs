@@ -16,20 +16,18 @@ use robhaz_scene::{
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
-/// The channels of a log; the first is the time base. `splits` are the files of a bag behind its
-/// first one, `table`; `None` of another log.
+/// The channels of a log; the first is the time base. `files` are its table, or those of a bag.
 ///
 /// # Errors
 /// [`LogError`] with all columns that a file does not have.
 pub fn channels(
     log: &Path,
-    table: Option<&Path>,
-    splits: Option<&[PathBuf]>,
+    files: &[PathBuf],
     mapping: &Mapping,
 ) -> Result<Vec<Channel>, LogError> {
     let mut channels = Vec::new();
     if mapping.channels.is_empty() {
-        let Some(table) = table else {
+        let Some(table) = files.first() else {
             let message = "is a folder: state its tables, [[channel]] with name and table, in the description";
             return Err(LogError::whole(log, message));
         };
@@ -38,12 +36,13 @@ pub fn channels(
     // The channel of this name states the clock of the truth.
     let choices = || mapping.channels.iter();
     for choice in choices().filter(|c| c.name != ChannelChoice::TRUTH) {
-        let own = table.filter(|_| splits.is_some() || !log.is_dir());
-        let path = file(log, own, choice)?;
+        let own = files.first();
+        let own = own.filter(|file| is_mcap(file) || !log.is_dir());
+        let path = file(log, own.map(PathBuf::as_path), choice)?;
         let channel = empty(&path, choice.name.clone(), Some(choice))?;
         let is_topic = matches!(channel.rows, Rows::Topic(..));
         channels.push(Channel {
-            splits: splits.filter(|_| is_topic).unwrap_or_default().to_vec(),
+            splits: files.iter().skip(1).filter(|_| is_topic).cloned().collect(),
             ..channel
         });
     }
@@ -297,15 +296,51 @@ fn check(
     let Rows::Table(_, time) = &channel.rows else {
         return Ok(());
     };
-    let path = &channel.path;
-    let columns = Columns { path, found };
+    let columns = Columns {
+        path: &channel.path,
+        found: &found,
+    };
     for reading in readings {
-        columns.check_reading(reading)?;
+        let Some(stated) = stated(reading) else {
+            continue;
+        };
+        let taken_for = match stated.kind {
+            Kind::Current => Kind::Torque,
+            Kind::Counts => Kind::Angle,
+            kind => kind,
+        };
+        let allowed = format!(
+            "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
+            reading.name
+        );
+        let agrees = |unit: &Unit| stated.agrees(unit);
+        columns.check(&reading.column, taken_for, agrees, reading.unit, &allowed)?;
     }
     for imu in imus {
-        columns.check_imu(imu)?;
+        let stated = Stated {
+            kind: Kind::Rate,
+            factor: imu.rate_factor,
+            scale: 1.0,
+        };
+        let name = match imu.rate_factor < 1.0 {
+            true => "deg/s",
+            false => "rad/s",
+        };
+        let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
+        for column in &imu.angular_velocity {
+            let agrees = |unit: &Unit| stated.agrees(unit);
+            columns.check(column, Kind::Rate, agrees, name, &allowed)?;
+        }
     }
-    columns.check_time(time, choice)
+    // Two columns have no unit.
+    if time.nanoseconds.is_some() {
+        return Ok(());
+    }
+    let name = choice.map_or("s", |choice| choice.time_unit.0);
+    let factor = Unit::of(name).map(|unit| unit.factor.to_bits());
+    let agrees = |unit: &Unit| unit.kind != Kind::Time || factor == Some(unit.factor.to_bits());
+    let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
+    columns.check(&time.name, Kind::Time, agrees, name, allowed)
 }
 
 /// Checks that the file of a channel has all columns that are named.
@@ -334,85 +369,36 @@ fn check_names(channel: &Channel, found: &[ColumnInfo]) -> Result<(), LogError> 
 /// The columns of a table, whose names may have units.
 struct Columns<'a> {
     path: &'a Path,
-    found: Vec<ColumnInfo>,
+    found: &'a [ColumnInfo],
 }
 
 impl Columns<'_> {
-    fn of_name(&self, name: &str) -> Option<&ColumnInfo> {
-        self.found.iter().find(|column| column.name == name)
-    }
-
-    fn refused(&self, column: &ColumnInfo, unit: &Unit, stated: &str, allowed: &str) -> LogError {
+    /// Refuses a column with a unit of its own that does not agree with the `stated` one.
+    fn check(
+        &self,
+        name: &str,
+        taken_for: Kind,
+        agrees: impl Fn(&Unit) -> bool,
+        stated: &str,
+        allowed: &str,
+    ) -> Result<(), LogError> {
+        let column = self.found.iter().find(|column| column.name == name);
+        // A time stamp has the unit of its type.
+        let unit = column
+            .filter(|column| !column.is_time_stamp)
+            .and_then(|column| Unit::of_column(column, taken_for));
+        let Some(unit) = unit.filter(|unit| !agrees(unit)) else {
+            return Ok(());
+        };
         let message = format!(
             "its unit is {}, and the description states {stated}; allowed: {allowed}, or rename the column",
             unit.name
         );
-        LogError::place(self.path, format!("column {}", column.name), message)
-    }
-
-    fn check_reading(&self, reading: &ReadingChoice) -> Result<(), LogError> {
-        let column = self.of_name(&reading.column);
-        let Some((column, stated)) = column.zip(stated(reading)) else {
-            return Ok(());
-        };
-        let taken_for = match stated.kind {
-            Kind::Current => Kind::Torque,
-            Kind::Counts => Kind::Angle,
-            kind => kind,
-        };
-        let unit = Unit::of_column(column, taken_for);
-        let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) else {
-            return Ok(());
-        };
-        let name = reading.name;
-        let allowed = format!(
-            "the `unit` of reading.{name} that the column has, or, of a unit that no key states, its factor to SI as `scale`"
-        );
-        Err(self.refused(column, &unit, reading.unit, &allowed))
-    }
-
-    fn check_imu(&self, imu: &ImuChoice) -> Result<(), LogError> {
-        let stated = Stated {
-            kind: Kind::Rate,
-            factor: imu.rate_factor,
-            scale: 1.0,
-        };
-        let name = match imu.rate_factor < 1.0 {
-            true => "deg/s",
-            false => "rad/s",
-        };
-        let columns = imu.angular_velocity.iter();
-        for column in columns.filter_map(|name| self.of_name(name)) {
-            let unit = Unit::of_column(column, Kind::Rate);
-            if let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) {
-                let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
-                return Err(self.refused(column, &unit, name, &allowed));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_time(
-        &self,
-        time: &TimeColumn,
-        choice: Option<&ChannelChoice>,
-    ) -> Result<(), LogError> {
-        let column = self.of_name(&time.name);
-        let column = column.filter(|column| time.nanoseconds.is_none() && !column.is_time_stamp);
-        let Some(column) = column else {
-            return Ok(());
-        };
-        let name = choice.map_or("s", |choice| choice.time_unit.0);
-        let stated = Unit::of(name);
-        let is_other = |unit: &Unit| {
-            let same = |stated: &Unit| stated.factor.to_bits() == unit.factor.to_bits();
-            unit.kind == Kind::Time && !stated.as_ref().is_some_and(same)
-        };
-        let Some(unit) = Unit::of_column(column, Kind::Time).filter(is_other) else {
-            return Ok(());
-        };
-        let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
-        Err(self.refused(column, &unit, name, allowed))
+        Err(LogError::place(
+            self.path,
+            format!("column {name}"),
+            message,
+        ))
     }
 }
 

@@ -229,9 +229,6 @@ pub struct Wanted<'a> {
     count: u64,
     /// Where the columns were in the last message: they hardly ever move.
     places: Vec<usize>,
-    /// A row of which a later message with the same stamp can hold the rest, and which of its cells
-    /// are there.
-    open: Option<(Row, Vec<bool>)>,
 }
 
 /// Reads channels of the files of one log, each of a topic. Returns why a file ends before its end.
@@ -248,7 +245,7 @@ pub fn read(
                 return Ok(());
             };
             for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
-                for row in wanted.add(path, schema, &message)?.into_iter().flatten() {
+                if let Some(row) = wanted.row(path, schema, &message)? {
                     add(wanted.channel, row)?;
                 }
             }
@@ -256,11 +253,6 @@ pub fn read(
         };
         while messages.next(&mut take)?.is_some() {}
         cut_off = cut_off.or(messages.cut_off);
-    }
-    for wanted in channels {
-        if let Some((row, _)) = wanted.open.take() {
-            add(wanted.channel, row)?;
-        }
     }
     Ok(cut_off)
 }
@@ -275,18 +267,16 @@ impl<'a> Wanted<'a> {
             columns,
             count: 0,
             places: vec![0; columns.len()],
-            open: None,
         }
     }
 
-    /// Adds a message. Returns the rows that are complete then, in their order: one that was open,
-    /// that of the message.
-    fn add(
+    /// The row of a message; `None` of one with other columns.
+    fn row(
         &mut self,
         path: &Path,
         schema: &str,
         message: &Message<'_>,
-    ) -> Result<[Option<Row>; 2], LogError> {
+    ) -> Result<Option<Row>, LogError> {
         let (stamp, numbers) = decode(path, self.topic, schema, message.data)?;
         self.count += 1;
         let number = |(name, place): (&String, &mut usize)| {
@@ -299,11 +289,7 @@ impl<'a> Wanted<'a> {
         };
         let columns = self.columns.iter().zip(&mut self.places);
         let found: Vec<_> = columns.map(number).collect();
-        let has: Vec<bool> = found.iter().map(Option::is_some).collect();
-        // A message of other joints.
-        if !has.is_empty() && !has.contains(&true) {
-            return Ok([None, None]);
-        }
+        let is_other = !found.is_empty() && found.iter().all(Option::is_none);
         let cell = |v: &Option<&Number<'_>>| v.map_or(f64::NAN, |v| finite(v.value));
         let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
         let row = Row {
@@ -314,25 +300,6 @@ impl<'a> Wanted<'a> {
             },
             cells: found.iter().map(cell).collect(),
         };
-        let (before, row, has) = match self.open.take() {
-            Some((open, known)) if open.stamp == row.stamp && are_apart(&known, &has) => {
-                let cells = open.cells.iter().zip(&row.cells).zip(&known);
-                let cells = cells.map(|((a, b), known)| *if *known { a } else { b });
-                let cells = cells.collect();
-                let has = known.iter().zip(&has).map(|(a, b)| *a || *b).collect();
-                (None, Row { cells, ..row }, has)
-            }
-            before => (before.map(|(open, _)| open), row, has),
-        };
-        if has.contains(&false) {
-            self.open = Some((row, has));
-            return Ok([before, None]);
-        }
-        Ok([before, Some(row)])
+        Ok((!is_other).then_some(row))
     }
-}
-
-/// Whether no cell is in both.
-fn are_apart(a: &[bool], b: &[bool]) -> bool {
-    a.iter().zip(b).all(|(a, b)| !(*a && *b))
 }

@@ -154,7 +154,7 @@ pub fn nanoseconds(time: f64) -> u64 {
 }
 
 /// A message that starts with the header of a time (s).
-fn with_header(time: f64, frame: &str) -> CdrWriter {
+pub fn with_header(time: f64, frame: &str) -> CdrWriter {
     const SECOND: u64 = 1_000_000_000;
     let time = nanoseconds(time);
     let mut writer = CdrWriter::new();
@@ -175,21 +175,16 @@ pub fn encode_numbers(time: f64, numbers: &[f64]) -> Vec<u8> {
     writer.0
 }
 
-/// A joint.
-pub struct Joint {
-    /// Its name.
-    pub name: String,
-    /// Position rad, velocity rad/s, effort N m.
-    pub numbers: [f64; 3],
-}
+/// A joint: its name, position rad, velocity rad/s, effort N m.
+pub type Joint = (&'static str, [f64; 3]);
 
 /// `JointState`.
 pub fn encode_joints(time: f64, joints: &[Joint]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.count(joints.len());
-    joints.iter().for_each(|joint| writer.text(&joint.name));
+    joints.iter().for_each(|joint| writer.text(joint.0));
     for part in 0..3 {
-        let of_part: Vec<f64> = joints.iter().map(|joint| joint.numbers[part]).collect();
+        let of_part: Vec<f64> = joints.iter().map(|joint| joint.1[part]).collect();
         writer.sequence(&of_part);
     }
     writer.0
@@ -197,7 +192,7 @@ pub fn encode_joints(time: f64, joints: &[Joint]) -> Vec<u8> {
 
 /// Quaternion x y z w to the world of a body with x forward, y to the left, z up: roll (left side up),
 /// inclination (nose up, which turns about y backwards), yaw (to the left), rad.
-fn orientation(roll: f64, inclination: f64, yaw: f64) -> [f64; 4] {
+pub fn orientation(roll: f64, inclination: f64, yaw: f64) -> [f64; 4] {
     let [(sr, cr), (sp, cp), (sy, cy)] = [roll, -inclination, yaw].map(|x| (0.5 * x).sin_cos());
     [
         sr * cp * cy - cr * sp * sy,
@@ -234,43 +229,6 @@ pub fn encode_wrench(time: f64, frame: &str, force: [f64; 3]) -> Vec<u8> {
     let mut writer = with_header(time, frame);
     writer.array(&force);
     writer.array(&[0.0; 3]);
-    writer.0
-}
-
-/// What an `Odometry` says of a frame with x forward, y to the left, z up.
-pub struct OdometryMessage {
-    /// Name of that frame.
-    pub frame: &'static str,
-    /// Where it is, m.
-    pub position: [f64; 3],
-    /// Roll, inclination, yaw, rad.
-    pub attitude: [f64; 3],
-    /// Covariance of position and turns about the axes of the frame `odom`.
-    pub pose_covariance: [[f64; 6]; 6],
-    /// Velocity forward and up along its own axes, m/s.
-    pub velocity: [f64; 2],
-    /// Rates of roll, inclination, yaw, rad/s.
-    pub rates: [f64; 3],
-    /// Variances of velocity and rates along and about its own axes.
-    pub twist_variances: [f64; 6],
-}
-
-/// `Odometry` in the frame `odom`, which is where the rover started.
-pub fn encode_odometry(time: f64, odometry: &OdometryMessage) -> Vec<u8> {
-    let mut writer = with_header(time, "odom");
-    writer.text(odometry.frame);
-    let [roll, inclination, yaw] = odometry.attitude;
-    writer.array(&odometry.position);
-    writer.array(&orientation(roll, inclination, yaw));
-    writer.array(odometry.pose_covariance.as_flattened());
-    let [roll_rate, rate, yaw_rate] = odometry.rates;
-    let [forward, up] = odometry.velocity;
-    writer.array(&[forward, 0.0, up, roll_rate, -rate, yaw_rate]);
-    let mut covariance = [0.0; 36];
-    for (i, variance) in odometry.twist_variances.into_iter().enumerate() {
-        covariance[7 * i] = variance;
-    }
-    writer.array(&covariance);
     writer.0
 }
 

@@ -20,6 +20,8 @@ const REMEDY: &str = "rename the columns, or say with --sensors SENSORS.toml whi
 /// What helps when a table has columns of both sides.
 const BOTH_REMEDY: &str =
     "it has columns of both sides: state sides = \"both\", or none, in the description";
+/// What helps when a table of both sides has other columns.
+const OF_BOTH_REMEDY: &str = "rename the columns, or map them with --sensors SENSORS.toml (docs/logs.md#both-sides); body_specific_force_x, _y and _z stand in for body_inclination and body_roll";
 /// What to do about a table of the truth. A description does not map its columns.
 const TRUTH_REMEDY: &str = "rename the columns as in the table truth of a run: time, and wheelN_normal_force and wheelN_traction of each wheel, of both sides left_wheelN_... and right_wheelN_...";
 
@@ -39,10 +41,7 @@ pub fn topic(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let empty = Channel::new(TOPIC.to_owned(), path, rows);
     let found = empty.found()?;
     let is_of_both = |c: &ColumnInfo| Reading::all().any(|r| r.is_of_both() && r.name() == c.name);
-    let readings: Vec<Reading> = match found.iter().any(is_of_both) {
-        true => Reading::of_both(rover(path, choice)?.coupling).collect(),
-        false => Reading::of_frame().collect(),
-    };
+    let readings = of_log(found.iter().any(is_of_both), path, choice)?;
     let cells = (0..).map(Formula::of_cell);
     Ok(Channel {
         columns: readings.iter().map(|r| r.name().to_owned()).collect(),
@@ -62,22 +61,42 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let is_wheel =
         |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
     let has_both = table.found.iter().any(is_wheel);
-    if choice.sides == LogSides::Both || has_both && !choice.states_sides {
-        return table.of_both(choice);
-    }
-    for reading in Reading::of_frame() {
-        let found = match reading.is_contact_angle() || reading.is_optional() {
-            true => table.column(reading.name(), reading.unit()),
-            false => table.required(reading.name(), reading.unit()),
+    let is_of_both = choice.sides == LogSides::Both || has_both && !choice.states("sides");
+    // In place of inclination and roll of a body.
+    let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
+    let has = |name: &String| table.found.iter().any(|c| bare(c) == name);
+    let has_force = is_of_both && force.iter().all(has);
+    for reading in of_log(is_of_both, path, choice)? {
+        let name = reading.name();
+        let is_of_force = has_force && ["body_inclination", "body_roll"].contains(&name);
+        let may_lack = reading.is_optional() || reading.is_contact_angle() || is_of_force;
+        let formula = match table.column(name, reading.unit(), may_lack) {
+            Some(name) => Formula::of_cell(table.channel.cell(&name)),
+            None if is_of_force => {
+                let of_force = force
+                    .each_ref()
+                    .map(|name| table.column(name, "m/s^2", true));
+                let cells = of_force.map(|name| table.channel.cell(&name.unwrap_or_default()));
+                direction(name, Upward::SpecificForce(cells), [FORWARD, UP])
+            }
+            None => continue,
         };
-        if let Some(name) = found {
-            let cell = Formula::of_cell(table.channel.columns.len());
-            table.channel.readings.push((reading, cell));
-            table.channel.columns.push(name);
-        }
+        table.channel.readings.push((reading, formula));
     }
     table.find_time();
-    table.checked(if has_both { BOTH_REMEDY } else { REMEDY })
+    table.checked(match (is_of_both, has_both) {
+        (true, _) => OF_BOTH_REMEDY,
+        (false, true) => BOTH_REMEDY,
+        (false, false) => REMEDY,
+    })
+}
+
+/// The readings that a log can have, of one side or of `both`.
+fn of_log(both: bool, path: &Path, choice: &LogChoice) -> Result<Vec<Reading>, LogError> {
+    Ok(match both {
+        true => Reading::of_both(rover(path, choice)?.coupling).collect(),
+        false => Reading::of_frame().collect(),
+    })
 }
 
 /// The channel of a table of the truth with the names of a run's table `truth`: at least N and T of
@@ -100,11 +119,8 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
             .missing
             .extend(time.columns().filter(is_missing).cloned());
     }
-    let is_column = if both {
-        truth::is_column_of_both
-    } else {
-        truth::is_column
-    };
+    let known = truth::columns(both);
+    let is_column = |name: &str| known.iter().any(|column| column == name);
     let (mut columns, mut names, mut factors) = (Vec::new(), Vec::new(), Vec::new());
     for column in table.found.iter().filter(|c| is_column(bare(c))) {
         let name = bare(column).to_owned();
@@ -121,7 +137,7 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
     }
     Ok(Channel {
         offset: clock.map_or(0.0, |c| c.offset),
-        truth: Some(truth::TruthColumns::scaled((names, factors))),
+        truth: Some(truth::TruthColumns::new(names, factors)),
         columns,
         ..table.checked(TRUTH_REMEDY)?
     })
@@ -185,9 +201,13 @@ impl Table {
         })
     }
 
-    /// The full name of a column, which may have its unit in brackets. Another unit is a problem.
-    fn column(&mut self, name: &str, allowed: &str) -> Option<String> {
-        let column = self.found.iter().find(|column| bare(column) == name)?;
+    /// The full name of a column, which may have its unit in brackets. Another unit is a problem, and so is a
+    /// column that is not there, unless the table `may_lack` it.
+    fn column(&mut self, name: &str, allowed: &str, may_lack: bool) -> Option<String> {
+        let Some(column) = self.found.iter().find(|column| bare(column) == name) else {
+            self.missing.extend((!may_lack).then(|| name.to_owned()));
+            return None;
+        };
         // However it is written.
         let is_same = |found: &str| match (Unit::of(found), Unit::of(allowed)) {
             (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
@@ -202,43 +222,6 @@ impl Table {
         Some(column.name.clone())
     }
 
-    /// The same of a column that must be there.
-    fn required(&mut self, name: &str, unit: &str) -> Option<String> {
-        let found = self.column(name, unit);
-        if found.is_none() {
-            self.missing.push(name.to_owned());
-        }
-        found
-    }
-
-    /// The channel of a log of both sides. Inclination and roll may follow from the specific force.
-    fn of_both(mut self, choice: &LogChoice) -> Result<Channel, LogError> {
-        let rover = rover(&self.channel.path, choice)?;
-        let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
-        let has = |name: &String| self.found.iter().any(|c| bare(c) == name);
-        let has_force = force.iter().all(has);
-        for reading in Reading::of_both(rover.coupling) {
-            let (name, unit) = (reading.name(), reading.unit());
-            let is_direction = ["body_inclination", "body_roll"].contains(&name);
-            let found = match reading.is_optional() || is_direction && has_force {
-                true => self.column(name, unit),
-                false => self.required(name, unit),
-            };
-            let formula = match found {
-                Some(name) => Formula::of_cell(self.channel.cell(&name)),
-                None if is_direction && has_force => {
-                    let of_force = force.each_ref().map(|name| self.column(name, "m/s^2"));
-                    let cells = of_force.map(|name| self.channel.cell(&name.unwrap_or_default()));
-                    direction(name, Upward::SpecificForce(cells), [FORWARD, UP])
-                }
-                None => continue,
-            };
-            self.channel.readings.push((reading, formula));
-        }
-        self.find_time();
-        self.checked("rename the columns, or map them with --sensors SENSORS.toml (docs/logs.md#both-sides); body_specific_force_x, _y and _z stand in for body_inclination and body_roll")
-    }
-
     fn find_time(&mut self) {
         if let Rows::Table(_, time) = &mut self.channel.rows {
             time.resolve(&self.found, false);
@@ -246,7 +229,7 @@ impl Table {
                 return;
             }
         }
-        let name = self.required(TIME, "s");
+        let name = self.column(TIME, "s", false);
         if let (Some(name), Rows::Table(_, time)) = (name, &mut self.channel.rows) {
             time.name = name;
         }

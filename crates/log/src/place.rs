@@ -22,10 +22,8 @@ pub struct LogPlace {
     pub name: String,
     /// The name of its file or folder, as a name of runs.
     pub file_name: String,
-    /// The table of readings. `None` for a folder without a table of that name.
-    pub(crate) table: Option<PathBuf>,
-    /// The files of a bag that follow the first one, which is `table`; `None` of another log.
-    pub(crate) splits: Option<Vec<PathBuf>>,
+    /// The table of readings, or the files of a bag; none of a folder without either.
+    pub(crate) files: Vec<PathBuf>,
     /// What is known: from the folder of a run or the exported run, else the defaults.
     pub choice: LogChoice,
     /// Whether its folder, or the file itself, states robot and noise budget.
@@ -60,36 +58,28 @@ impl LogPlace {
     /// [`PlaceError`]: no such file or folder, a folder without readings, or a scene in it that
     /// cannot be read.
     pub fn find(path: &Path) -> Result<Self, PlaceError> {
-        let mut splits = None;
-        let (table, folder) = if path.is_dir() {
-            let mut table = table_in(path);
-            if table.is_none()
-                && let Some(mut files) = bag::files(path)?
-            {
-                table = Some(files.remove(0));
-                splits = Some(files);
+        let files = match table_in(path) {
+            Some(table) => vec![table],
+            None if path.is_dir() => bag::files(path)?,
+            None if path.exists() => vec![path.to_path_buf()],
+            None => {
+                let message = "there is no such file or folder";
+                return Err(LogError::whole(path, message).into());
             }
-            (table, Some(path))
-        } else if path.exists() {
-            (Some(path.to_path_buf()), None)
-        } else {
-            let message = "there is no such file or folder";
-            return Err(LogError::whole(path, message).into());
         };
         let mut place = Self {
             name: name_of(path),
             file_name: name_of(path),
             path: path.to_path_buf(),
-            table,
-            splits,
+            files,
             choice: LogChoice::default(),
             is_described: false,
             warnings: Vec::new(),
         };
-        match folder {
-            Some(folder) => place.describe(folder)?,
-            None if bag::is_mcap(path) => place.describe_exported()?,
-            None => {}
+        if path.is_dir() {
+            place.describe(path)?;
+        } else if bag::is_mcap(path) {
+            place.describe_exported()?;
         }
         Ok(place)
     }

@@ -7,19 +7,8 @@ use crate::mcap_events::Clock;
 use crate::order::{Accept, GAP, Order};
 use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
-use crate::truth::TruthRows;
 use robhaz_run::ChannelReport;
 use robhaz_score::signals::median;
-
-/// What was read, beside the rows.
-pub struct Survey {
-    /// Time stamp of the first frame.
-    pub origin: Stamp,
-    /// Time from the first frame to the last, s.
-    pub duration: f64,
-    /// Which rows of the truth can be compared with; `None` without truth.
-    pub truth: Option<TruthRows>,
-}
 
 /// A channel while it is read.
 #[derive(Default)]
@@ -58,23 +47,14 @@ fn join(cells: &mut [f64], row: &[f64]) -> bool {
     differ
 }
 
-/// Reads all rows of all channels.
+/// Reads all rows of all channels. Returns the stamp of the first frame, and the time from it to the last one, s.
 ///
 /// # Errors
 /// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or
 /// channels whose times have nothing in common.
-pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
+pub fn survey(channels: &mut Channels) -> Result<(Stamp, f64), LogError> {
     let mut courses: Vec<Course> = channels.all.iter().map(|_| Course::default()).collect();
-    let of_truth = channels.all.iter().find(|channel| channel.truth.is_some());
-    let of_truth = of_truth.and_then(|channel| channel.truth.as_ref());
-    let mut truth = of_truth.map(|truth| TruthRows::new(&truth.names));
-    let cut_off = channels.read(|i, row| {
-        let channel = &channels.all[i];
-        if let Some(truth) = truth.as_mut().filter(|_| channel.truth.is_some()) {
-            truth.add(row.stamp, &row.cells);
-        }
-        courses[i].add(channel, &row)
-    })?;
+    let cut_off = channels.read(|i, row| courses[i].add(&channels.all[i], &row))?;
     for (course, channel) in courses.iter().zip(&channels.all) {
         course.check_stamps(channel)?;
     }
@@ -108,16 +88,16 @@ pub fn survey(channels: &mut Channels) -> Result<Survey, LogError> {
             )));
         }
     }
-    Ok(Survey {
-        origin,
-        duration,
-        truth,
-    })
+    Ok((origin, duration))
 }
 
 impl Course {
     fn add(&mut self, channel: &Channel, row: &Row) -> Result<(), LogError> {
         let first = self.stamps.first().copied().unwrap_or(row.stamp);
+        if matches!(channel.rows, Rows::Topic(..)) && self.is_of_last(row) {
+            join(&mut self.cells, &row.cells);
+            return Ok(());
+        }
         let is_header = matches!(channel.rows, Rows::Topic(_, Clock::Header));
         let is_unset = is_header && row.stamp == Stamp::Nanoseconds(0);
         self.unset += u64::from(is_unset);
@@ -154,6 +134,15 @@ impl Course {
             }
         }
         Ok(())
+    }
+
+    /// Whether a row has the stamp of the last one and other cells alone: joints of one time in messages of their own.
+    fn is_of_last(&self, row: &Row) -> bool {
+        let from = self.cells.len().saturating_sub(row.cells.len());
+        let mut cells = self.cells[from..].iter().zip(&row.cells);
+        let has_other = row.cells.iter().any(|cell| !cell.is_nan());
+        let is_apart = cells.all(|(a, b)| a.is_nan() || b.is_nan());
+        self.stamps.last() == Some(&row.stamp) && has_other && is_apart
     }
 
     /// Refuses stamps that are no times.

@@ -71,31 +71,15 @@ impl RunDescription {
     /// # Errors
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
     pub fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let estimator = |choice: &EstimatorChoice| {
-            Ok(EstimatorDescription {
-                label: choice.name.clone(),
-                listed: choice.settings,
-                settings: scene.nominal_settings(choice)?,
-            })
-        };
-        let estimators: Result<_, ModelErrorTooLarge> =
-            scene.estimators.iter().map(estimator).collect();
-        let damping = scene.drive.viscous_damping;
         // Every choice as it is written in a resolved scene, with the hashes of its tracks.
         let mut hash = FnvHasher::default();
         hash.write(scene.to_toml("").as_bytes());
+        let nominal = LogChoice::of_scene(scene)?;
         Ok(Self {
-            name: scene.name.clone(),
-            fingerprint: hash.finish(),
-            record: scene.record,
-            estimators: estimators?,
             robot: scene.robot.clone(),
-            nominal_robot: scene.nominal_robot()?,
-            nominal_damping: scene.model_error.nominal_damping(damping),
             has_truth: true,
             world: Some(Box::new(scene.clone())),
-            both: None,
-            certain: 0.0,
+            ..Self::of_log(&scene.name, hash.finish(), scene.record, &nominal)
         })
     }
 

@@ -41,9 +41,7 @@ pub use log::{
     READINGS, ReadingChoice, World, is_of_body, is_of_both, is_optional, is_wheel_angle,
     log_reference, unit_of,
 };
-pub use model_error::{
-    ModelError, ModelErrorTooLarge, simulated_weighing, simulated_weighing_of_both,
-};
+pub use model_error::{ModelError, ModelErrorTooLarge, errors_of_scales};
 pub use plant_failure::PlantFailure;
 pub use robhaz_control::ControlKind;
 pub use robhaz_keys::error::{FileError, Problem, harmless};

@@ -2,11 +2,8 @@
 //! one.
 
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_masses::{
-    Accuracy, Blocks, Measurements, Tolerances, WeighError, Weighed, plan, simulate, simulate_both,
-    weigh,
-};
-use robhaz_model::{Pins, Robot, Vec2, WholeRover};
+use robhaz_masses::{Accuracy, Tolerances, WeighError, Weighed, plan, simulate, weigh};
+use robhaz_model::{Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;
 use std::f64::consts::TAU;
@@ -106,7 +103,7 @@ impl ModelError {
         let plan = plan(drawn, &tolerances, &accuracy, &BLOCKS, POSTURES)?;
         let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
         // Its error is of the simulated robot, not of the nominal one, as `From` would say.
-        let measured = simulated_weighing(robot, &blocks, &accuracy, seed)
+        let measured = simulate(robot, &blocks, &accuracy, errors_of_scales(seed))
             .map_err(|error| ModelErrorTooLarge(error.to_string()))?;
         Ok(weigh(drawn, &measured, &tolerances, &accuracy)?)
     }
@@ -152,32 +149,10 @@ impl ModelError {
     }
 }
 
-/// What scales show of a robot on blocks, m; errors of the stated accuracy are drawn from the seed.
-///
-/// # Errors
-/// [`WeighError`] when the robot cannot take one of the postures.
-pub fn simulated_weighing(
-    robot: &Robot,
-    blocks: &[Blocks],
-    accuracy: &Accuracy,
-    seed: u64,
-) -> Result<Measurements, WeighError> {
+/// The errors of scales that a seed draws: independent normal numbers.
+pub fn errors_of_scales(seed: u64) -> impl FnMut() -> f64 {
     let mut stream = Stream::new(seed, "model_error/scales");
-    simulate(robot, blocks, accuracy, || stream.normal())
-}
-
-/// The same of a rover on scales under both sides.
-///
-/// # Errors
-/// As [`simulated_weighing`].
-pub fn simulated_weighing_of_both(
-    rover: &WholeRover,
-    blocks: &[Blocks],
-    accuracy: &Accuracy,
-    seed: u64,
-) -> Result<Measurements, WeighError> {
-    let mut stream = Stream::new(seed, "model_error/scales");
-    simulate_both(rover, blocks, accuracy, || stream.normal())
+    move || stream.normal()
 }
 
 #[cfg(test)]

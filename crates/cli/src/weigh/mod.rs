@@ -7,8 +7,10 @@ use self::table::{read_table, table};
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr, bail, miette};
-use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, lateral, plan, weigh};
-use robhaz_scene::{RobotChoice, simulated_weighing, simulated_weighing_of_both};
+use robhaz_masses::{
+    Accuracy, Blocks, Measurements, Tolerances, lateral, plan, simulate, simulate_both, weigh,
+};
+use robhaz_scene::{RobotChoice, errors_of_scales};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz weigh`.
@@ -157,16 +159,15 @@ fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()>
     let both = nominal.whole_rover().is_some();
     let simulated = args.simulate.as_ref().map(|path| -> Result<Measurements> {
         let real = RobotChoice::load(path)?;
+        let errors = errors_of_scales(args.seed);
         let simulated = match real.whole_rover() {
-            Some(rover) if both => {
-                simulated_weighing_of_both(&rover, &blocks, &accuracy, args.seed)
-            }
+            Some(rover) if both => simulate_both(&rover, &blocks, &accuracy, errors),
             None if both => bail!(
                 "{} has [robot.across], but {} has not; allowed: both or none",
                 args.robot.display(),
                 path.display()
             ),
-            _ => simulated_weighing(&real.robot, &blocks, &accuracy, args.seed),
+            _ => simulate(&real.robot, &blocks, &accuracy, errors),
         };
         simulated.into_diagnostic()
     });

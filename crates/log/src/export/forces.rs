@@ -3,7 +3,6 @@
 use crate::channel::{TableFormat, stem};
 use crate::error::LogError;
 use crate::mapped;
-use crate::rows::Row;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -19,11 +18,16 @@ const COLUMNS: [&str; 8] = [
     "contact_angle",
     "needed_friction",
     "needed_friction_sigma",
-    SLIP,
+    "slip",
 ];
-const SLIP: &str = "slip";
+/// Contact angle and slip among them.
+pub const SLOPE: usize = 4;
+pub const SLIP: usize = 7;
 /// How many of them the message has.
 pub const OF_MESSAGE: usize = 7;
+
+/// The numbers of a row: those of three wheels of each of [`COLUMNS`]; not a number where one is missing.
+pub type Numbers = [[f64; 3]; COLUMNS.len()];
 
 /// Forces of three wheels, of a robot in the plane or of a side: truth or one estimator.
 pub struct Forces {
@@ -35,30 +39,10 @@ pub struct Forces {
     pub columns: Vec<String>,
     /// Of each its place in [`COLUMNS`], and its wheel.
     places: Vec<[usize; 2]>,
-    rows: Vec<Row>,
+    /// Times, s, and numbers.
+    rows: Vec<(f64, Numbers)>,
     /// The first row that is not earlier than the last row of readings.
     next: usize,
-}
-
-/// The numbers of a row: those of three wheels of each of [`COLUMNS`]; not a number where one is missing.
-pub struct Numbers(pub [[f64; 3]; COLUMNS.len()]);
-
-impl Numbers {
-    /// N and T of each wheel, N.
-    pub fn forces(&self) -> [[f64; 2]; 3] {
-        let [normal, traction, ..] = self.0;
-        core::array::from_fn(|i| [normal[i], traction[i]])
-    }
-
-    /// Slopes of the ground under the wheels, rad.
-    pub fn slopes(&self) -> [f64; 3] {
-        self.0[4]
-    }
-
-    /// Slip of each wheel, rim less ground, m/s.
-    pub fn slip(&self) -> [f64; 3] {
-        self.0[7]
-    }
 }
 
 /// Reads the tables of forces of a folder, in order of their names: the truth and the estimates; of
@@ -135,7 +119,11 @@ impl Forces {
         }
         let mut rows = Vec::new();
         let why = format.read(path, &mapped::time(None), &columns, &mut |row| {
-            rows.push(row);
+            let mut numbers = [[f64::NAN; 3]; COLUMNS.len()];
+            for ([part, wheel], cell) in places.iter().zip(row.cells) {
+                numbers[*part][*wheel] = cell;
+            }
+            rows.push((row.stamp.seconds(), numbers));
             Ok(())
         })?;
         let forces = Self {
@@ -167,29 +155,25 @@ impl Forces {
 
     /// Whether it states the slip of the wheels.
     pub fn has_slip(&self) -> bool {
-        let is_known = |cell: usize| self.rows.iter().any(|row| row.cells[cell].is_finite());
-        let mut columns = self.columns.iter().enumerate();
-        columns.any(|(cell, column)| column.ends_with(SLIP) && is_known(cell))
+        let is_known = |(_, numbers): &(f64, Numbers)| numbers[SLIP].iter().any(|x| x.is_finite());
+        self.rows.iter().any(is_known)
     }
 
-    /// The cells of the row of a time (s), in the order of the columns; `None` where the table has
-    /// none.
-    pub fn at(&mut self, time: f64) -> Option<&[f64]> {
+    /// The numbers of the row of a time (s); `None` where the table has none.
+    pub fn at(&mut self, time: f64) -> Option<&Numbers> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;
         let late = self.rows[self.next..].iter();
-        self.next += late.take_while(|r| r.stamp.seconds() < time - SAME).count();
-        let row = self.rows.get(self.next)?;
-        (row.stamp.seconds() <= time + SAME).then_some(&row.cells)
+        self.next += late.take_while(|(at, _)| *at < time - SAME).count();
+        let (at, numbers) = self.rows.get(self.next)?;
+        (*at <= time + SAME).then_some(numbers)
     }
 
-    /// The numbers of the row of a time, s.
-    pub fn numbers(&mut self, time: f64) -> Option<Numbers> {
-        let cells = self.at(time)?.to_vec();
-        let mut numbers = Numbers([[f64::NAN; 3]; COLUMNS.len()]);
-        for ([part, wheel], cell) in self.places.iter().zip(cells) {
-            numbers.0[*part][*wheel] = cell;
-        }
-        Some(numbers)
+    /// The cells of that row in the order of the columns.
+    pub fn cells(&mut self, time: f64) -> Vec<f64> {
+        let none = [[f64::NAN; 3]; COLUMNS.len()];
+        let numbers = self.at(time).copied().unwrap_or(none);
+        let places = self.places.iter();
+        places.map(|[part, wheel]| numbers[*part][*wheel]).collect()
     }
 }

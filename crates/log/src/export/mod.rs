@@ -45,7 +45,7 @@ pub fn export(
     stop: Stop<'_>,
 ) -> Result<Exported, LogError> {
     let folder = &place.path;
-    let table = place.table.as_ref().ok_or_else(|| no_table(folder))?;
+    let table = place.files.first().ok_or_else(|| no_table(folder))?;
     let readings = Channels {
         source: folder.clone(),
         all: vec![own_names::readings(table, &place.choice)?],
@@ -105,8 +105,7 @@ fn write_csv(
             .map(|r| values[r.index()].unwrap_or(f64::NAN));
         let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
         for forces in &mut *forces {
-            let none = vec![f64::NAN; forces.columns.len()];
-            cells.extend_from_slice(forces.at(time).unwrap_or(&none));
+            cells.extend(forces.cells(time));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
         let text_of = |v: &f64| match v.is_nan() {

@@ -1,6 +1,7 @@
 //! Where the rover is by its wheels, with a covariance that grows with slip.
 
-use crate::messages::OdometryMessage;
+use crate::messages::{orientation, with_header};
+use nalgebra::{Matrix6, Vector3};
 use robhaz_estimator::NoiseBudget;
 use robhaz_scene::LogChoice;
 
@@ -21,7 +22,7 @@ pub struct Odometry {
     /// Time (s) and angles of the wheels of the frame before, rad.
     last: Option<(f64, Vec<f64>)>,
     started: f64,
-    position: [f64; 3],
+    position: Vector3<f64>,
     /// Roll (left side up), inclination (nose up), yaw (to the left), rad.
     attitude: [f64; 3],
     /// Way, its standard deviation, m; sum of the squared noise of the yaw, rad^2.
@@ -56,7 +57,7 @@ impl Odometry {
             budget: choice.budget,
             last: None,
             started: 0.0,
-            position: [0.0; 3],
+            position: Vector3::zeros(),
             attitude: [0.0; 3],
             way: 0.0,
             deviation: 0.0,
@@ -64,8 +65,9 @@ impl Odometry {
         }
     }
 
-    /// The message after a step to a time, s.
-    pub fn add(&mut self, time: f64, step: &Step) -> OdometryMessage {
+    /// `Odometry` after a step to a time (s), in the frame `odom`, which is where the rover started, of a frame with x
+    /// forward, y to the left, z up.
+    pub fn add(&mut self, time: f64, step: &Step) -> Vec<u8> {
         let known = |x: f64| if x.is_finite() { x } else { 0.0 };
         let [roll_rate, rate, yaw_rate] = step.rates.map(known);
         for (own, new) in self.attitude.iter_mut().zip(step.attitude) {
@@ -73,35 +75,33 @@ impl Odometry {
         }
         let last = self.last.replace((time, step.angle.clone()));
         let dt = last.as_ref().map_or(0.0, |(before, _)| time - before);
-        let (mut velocity, mut speed_deviation) = ([0.0; 2], 0.0);
+        let ([mut forward, mut upward], mut speed_deviation) = ([0.0; 2], 0.0);
         if let Some((_, before)) = last.filter(|_| dt > 0.0) {
             let ([along, up], deviation) = self.way_of(step, &before, dt, yaw_rate * dt);
             // The heading in the middle of the step.
             let yaw = self.attitude[2] + 0.5 * yaw_rate * dt;
-            let moved = [along * yaw.cos(), along * yaw.sin(), up];
-            for (own, by) in self.position.iter_mut().zip(moved) {
-                *own += by;
-            }
+            self.position += Vector3::new(along * yaw.cos(), along * yaw.sin(), up);
             self.attitude[2] += yaw_rate * dt;
             self.way += along.hypot(up);
             self.deviation += deviation;
             self.yaw_noise += (self.budget.rate_noise * dt).powi(2);
             let (sin, cos) = self.attitude[1].sin_cos();
-            velocity = [along * cos + up * sin, up * cos - along * sin].map(|way| way / dt);
+            forward = (along * cos + up * sin) / dt;
+            upward = (up * cos - along * sin) / dt;
             speed_deviation = deviation / dt;
         } else {
             self.started = time;
         }
         let [roll, inclination, yaw] = self.attitude;
-        OdometryMessage {
-            frame: self.across.map_or("link1", |_| "base_link"),
-            position: self.position,
-            attitude: [roll, inclination, yaw],
-            pose_covariance: self.pose_covariance(time),
-            velocity,
-            rates: [roll_rate, rate, yaw_rate],
-            twist_variances: self.twist_variances(speed_deviation),
-        }
+        let mut message = with_header(time, "odom");
+        message.text(self.across.map_or("link1", |_| "base_link"));
+        message.array(self.position.as_slice());
+        message.array(&orientation(roll, inclination, yaw));
+        message.array(self.pose_covariance(time).as_flattened());
+        message.array(&[forward, 0.0, upward, roll_rate, -rate, yaw_rate]);
+        let variances = self.twist_variances(speed_deviation);
+        message.array(Matrix6::from_diagonal(&variances.into()).as_slice());
+        message.0
     }
 
     /// Way of the rover's middle in a step, level and up, and its deviation along, m: means over the

@@ -110,10 +110,8 @@ impl JointReadings {
             Some((position? - last[self.angle.index()]?) / (time - before))
         });
         let effort = self.torque.and_then(|torque| now[torque.index()]);
-        Joint {
-            name: self.name.to_owned(),
-            numbers: [position, speed, effort].map(|x| x.unwrap_or(f64::NAN)),
-        }
+        let numbers = [position, speed, effort];
+        (self.name, numbers.map(|x| x.unwrap_or(f64::NAN)))
     }
 }
 

@@ -1,13 +1,13 @@
 //! An MCAP file with messages of ROS 2.
 
-use super::forces::{Forces, OF_MESSAGE};
+use super::forces::{Forces, OF_MESSAGE, SLIP, SLOPE};
 use super::odometry::{Odometry, Step};
 use super::readings::{Exported, read};
 use super::sensors::Sensors;
 use crate::channel::Channels;
 use crate::error::LogError;
 use crate::messages::{
-    FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_odometry, encode_wrench, nanoseconds,
+    FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_wrench, nanoseconds,
 };
 use crate::own_names;
 use crate::place::LogPlace;
@@ -150,25 +150,26 @@ impl<'a> Estimate<'a> {
     ) -> Result<(), LogError> {
         let (mut slip, mut slope) = (Vec::new(), Vec::new());
         for (forces, topic, wheels) in &mut self.sides {
-            let Some(found) = forces.numbers(time) else {
+            let Some(found) = forces.at(time).copied() else {
                 continue;
             };
-            let message = encode_numbers(time, found.0[..OF_MESSAGE].as_flattened());
+            let message = encode_numbers(time, found[..OF_MESSAGE].as_flattened());
             topics.write(*topic, time, &message)?;
-            for (i, [normal, traction]) in found.forces().into_iter().enumerate() {
+            let [normal, traction, ..] = found;
+            for (i, (normal, traction)) in normal.into_iter().zip(traction).enumerate() {
                 if traction.is_finite() && normal.is_finite() {
                     let frame = format!("{}_contact", forces.wheel(i));
                     let message = encode_wrench(time, &frame, [traction, 0.0, normal]);
                     topics.write(wheels[i], time, &message)?;
                 }
             }
-            slip.extend(found.slip());
-            slope.extend(found.slopes());
+            slip.extend(found[SLIP]);
+            slope.extend(found[SLOPE]);
         }
         let is_whole = slip.len() == 3 * self.sides.len();
         if let Some((topic, odometry)) = self.odometry.as_mut().filter(|_| is_whole) {
-            let moved = odometry.add(time, &step(time, readings, sensors, [slip, slope]));
-            topics.write(*topic, time, &encode_odometry(time, &moved))?;
+            let message = odometry.add(time, &step(time, readings, sensors, [slip, slope]));
+            topics.write(*topic, time, &message)?;
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget, Si
 use robhaz_keys::reader::nearest;
 use robhaz_model::named;
 use robhaz_sim::sensors::ImuPlace;
+use std::collections::BTreeSet;
 
 named! {
     /// What the readings of a log are of.
@@ -33,6 +34,11 @@ impl LogSides {
     }
 }
 
+/// Keys of which it counts whether they are stated: `sides`, else a log with readings of both sides is of both; the
+/// robot and its errors; and those that else follow from the robot or the log.
+pub(super) const STATED: &str = "sides robot budget.body_cg budget.link_masses budget.load_covariance \
+    budget.wheel_radius budget.gear_friction budget.torque_offset budget.torque_noise drive.viscous_damping";
+
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogChoice {
@@ -42,25 +48,11 @@ pub struct LogChoice {
     /// `sides`: whether the log is of one side of a robot with two, of a robot in the plane, or of
     /// both sides.
     pub sides: LogSides,
-    /// Whether `sides` is stated; else a log with readings of both sides is of both.
-    pub states_sides: bool,
+    /// The keys that are stated, of those of which that counts: `sides`, `robot`, the errors of a robot, and what else
+    /// follows from the robot or the log.
+    pub stated: BTreeSet<&'static str>,
     /// `[robot]`: the nominal robot.
     pub robot: RobotChoice,
-    /// Whether the user stated the robot, here or in a file of its own.
-    pub states_robot: bool,
-    /// Whether the errors of the robot's masses, centres of mass and pins are stated: here, or in
-    /// the file of the robot.
-    pub states_loads: bool,
-    /// Whether `budget.wheel_radius` is stated: 0 counts, too.
-    pub states_radius: bool,
-    /// Whether `budget.gear_friction` is stated; else it follows from the robot.
-    pub states_friction: bool,
-    /// Whether `budget.torque_offset` is stated; else it follows from the robot.
-    pub states_torque_offset: bool,
-    /// Whether `budget.torque_noise` is stated; else the log shows it, or it follows from the robot.
-    pub states_torque_noise: bool,
-    /// Whether `drive.viscous_damping` is stated; else that of the robot's file counts.
-    pub states_damping: bool,
     /// White noise of inclination (rad a sample) and rate (rad/s a sample) of the inertial sensor in
     /// the body of which the readings of the links are made, with the angle of pin Q; `None` of
     /// sensors on the links.
@@ -96,17 +88,10 @@ impl Default for LogChoice {
         Self {
             name: None,
             sides: LogSides::OneOfTwo,
-            states_sides: false,
+            stated: BTreeSet::new(),
             robot: scene.robot,
-            states_robot: false,
-            states_loads: false,
-            states_radius: false,
-            states_friction: false,
-            states_torque_offset: false,
-            states_torque_noise: false,
             body: None,
             pin: [0.1_f64.to_radians(); 2],
-            states_damping: false,
             viscous_damping: scene.drive.viscous_damping,
             gear_efficiency: 1.0,
             compression: EstimatorSettings::kalman().compression,
@@ -147,17 +132,10 @@ impl LogChoice {
             name: Some(scene.name.clone()),
             // The simulated robot.
             sides: LogSides::Plane,
-            states_sides: false,
+            stated: STATED.split(' ').filter(|key| *key != "sides").collect(),
             robot: RobotChoice::new(geometry, mass, robot),
-            states_robot: true,
-            states_loads: true,
-            states_radius: true,
-            states_friction: true,
-            states_torque_offset: true,
-            states_torque_noise: true,
             body: (spec.imu == ImuPlace::Body).then_some([spec.inclination_noise, spec.rate_noise]),
             pin: [spec.pin_noise, spec.pin_bias],
-            states_damping: true,
             viscous_damping: common,
             gear_efficiency: 1.0,
             compression: scene
@@ -168,6 +146,11 @@ impl LogChoice {
             estimators: scene.estimators.iter().map(estimator).collect(),
             mapping: None,
         })
+    }
+
+    /// Whether a key of [`Self::stated`] is stated, here or, of the robot, in a file of its own.
+    pub fn states(&self, key: &str) -> bool {
+        self.stated.contains(key)
     }
 
     /// Settings of an estimator with the drive, the noise budget and the sides that are stated of the log.
@@ -200,8 +183,8 @@ impl LogChoice {
     /// # Errors
     /// [`EstimatorError`]: none of them can.
     pub fn keep_one_of_both(&mut self, named: bool) -> Result<(), EstimatorError> {
-        let refused = self.estimators.iter().find(|e| named && !rolls(e));
-        let found = self.estimators.iter().find(|e| rolls(e));
+        let refused = self.estimators.iter().find(|e| named && !e.rolls());
+        let found = self.estimators.iter().find(|e| e.rolls());
         let (None, Some(found)) = (refused, found.cloned()) else {
             let name = refused.map_or("none of the description", |e| &e.name);
             let such = self.such_as_kalman();
@@ -231,11 +214,14 @@ impl LogChoice {
     }
 
     /// Estimates without contact angles. Estimators that need them are left out, or, if `convert`,
-    /// get the key `contact_angles = "none"`. Returns the names of those that were left out.
+    /// get the key `contact_angles = "none"`. Returns those that were left out.
     ///
     /// # Errors
     /// [`EstimatorError`] where an estimator cannot be converted, or none is left.
-    pub fn without_contact_angles(&mut self, convert: bool) -> Result<Vec<String>, EstimatorError> {
+    pub fn without_contact_angles(
+        &mut self,
+        convert: bool,
+    ) -> Result<Vec<EstimatorChoice>, EstimatorError> {
         let such = self.such_as_kalman();
         for estimator in self.estimators.iter_mut().filter(|_| convert) {
             if let Method::Kalman(method) = &mut estimator.settings.method
@@ -244,16 +230,15 @@ impl LogChoice {
                 method.contact_angles = ContactAngles::Unknown;
             }
         }
-        let left_out: Vec<String> =
-            (self.needing_contact_angles().into_iter().map(str::to_owned)).collect();
-        (self.estimators).retain(|estimator| !estimator.settings.needs_contact_angles());
-        match left_out.as_slice() {
-            [first, ..] if convert => Err(needs_contact_angles(first, such)),
-            [_, ..] if self.estimators.is_empty() => {
-                Err(needs_contact_angles(&left_out.join(", "), such))
-            }
-            _ => Ok(left_out),
-        }
+        let needing = self.needing_contact_angles();
+        let refused = match needing[..] {
+            [first, ..] if convert => Some(needs_contact_angles(first, such)),
+            _ if needing.is_empty() || needing.len() < self.estimators.len() => None,
+            _ => Some(needs_contact_angles(&needing.join(", "), such)),
+        };
+        let needs = |e: &mut EstimatorChoice| e.settings.needs_contact_angles();
+        let left_out = self.estimators.extract_if(.., needs).collect();
+        refused.map_or(Ok(left_out), Err)
     }
 
     /// Names of the estimators that need contact angles.
@@ -271,7 +256,7 @@ impl LogChoice {
     /// The end of a remedy: the preset, unless an estimator of the description hides it.
     fn such_as_kalman(&self) -> &'static str {
         match self.named("kalman") {
-            Ok(found) if rolls(&found) => ", such as --estimator kalman",
+            Ok(found) if found.rolls() => ", such as --estimator kalman",
             _ => {
                 ": turn it on in the description's own kalman, or rename that and take the preset with --estimator kalman"
             }
@@ -299,9 +284,11 @@ impl LogChoice {
     }
 }
 
-/// Whether an estimator runs without contact angles, if need be with another key.
-fn rolls(estimator: &EstimatorChoice) -> bool {
-    matches!(estimator.settings.method, Method::Kalman(method) if method.rolling)
+impl EstimatorChoice {
+    /// Whether it runs without contact angles, if need be with another key.
+    pub fn rolls(&self) -> bool {
+        matches!(self.settings.method, Method::Kalman(method) if method.rolling)
+    }
 }
 
 fn needs_contact_angles(names: &str, such: &str) -> EstimatorError {

@@ -1,6 +1,6 @@
 //! The keys of a log description; from a file to a [`LogChoice`], and back.
 
-use super::choice::{LogChoice, LogSides};
+use super::choice::{LogChoice, LogSides, STATED};
 use super::mapping::{self, CHANNELS, Missing};
 use super::reading::{IMUS, READING};
 use crate::estimators::Estimators;
@@ -226,7 +226,8 @@ impl LogChoice {
     ) -> Result<(Self, Option<String>), FileError> {
         let mut choice = self;
         // How exact the robot of a folder is says nothing of another one.
-        choice.states_loads &= robot.is_none();
+        let is_kept = |key: &&str| robot.is_none() || !OF_ROBOT.contains(key);
+        choice.stated.retain(is_kept);
         if let Some(path) = sensors {
             choice = Self::load(path, choice)?;
         }
@@ -235,21 +236,22 @@ impl LogChoice {
         }
         let robot = &choice.robot.robot;
         let (usual, budget) = (NoiseBudget::typical_for(robot), &mut choice.budget);
-        if !choice.states_friction {
+        let lacks = |key: &str| !choice.stated.contains(key);
+        if lacks("budget.gear_friction") {
             budget.gear_friction = usual.gear_friction;
         }
-        if !choice.states_torque_offset {
+        if lacks("budget.torque_offset") {
             budget.torque_offset = usual.torque_offset;
         }
-        if !choice.states_torque_noise {
+        if lacks("budget.torque_noise") {
             budget.torque_noise = usual.torque_noise;
         }
-        if !choice.states_damping {
+        if lacks("drive.viscous_damping") {
             // That of robot A, for a robot of this weight and size.
             let units = Units::of(robot);
             choice.viscous_damping = Self::default().viscous_damping * units.torque() * units.time;
         }
-        if choice.states_loads {
+        if OF_ROBOT.iter().any(|key| choice.states(key)) {
             return Ok((choice, None));
         }
         let built = Tolerances::built(&choice.robot.robot);
@@ -258,7 +260,7 @@ impl LogChoice {
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(loads.map_err(refused)?);
-        if !choice.states_radius {
+        if !choice.stated.contains("budget.wheel_radius") {
             budget.wheel_radius = Tolerances::RADIUS;
         }
         let millimetres = |length: f64| (1e4 * length).round() / 10.0;
@@ -286,20 +288,20 @@ impl LogChoice {
             robot = RobotChoice::of_section(reader, root);
             let entries = |section: &str| root.get(section).and_then(Node::entries);
             for entry in entries("budget").unwrap_or_default() {
-                if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
-                    self.states_loads = true;
+                if let Some(key) = of_robot(&entry.key) {
+                    self.stated.insert(key);
                     reader.entry(BUDGET, entry, "budget", self);
                 }
             }
             let mut drive = entries("drive").unwrap_or_default().iter();
-            if !self.states_damping
-                && let Some(entry) = drive.find(|entry| entry.key == "viscous_damping")
+            if let Some(entry) = drive.find(|entry| entry.key == "viscous_damping")
+                && self.stated.insert("drive.viscous_damping")
             {
-                self.states_damping = true;
                 reader.entry(DRIVE, entry, "drive", self);
             }
         })?;
-        (self.robot, self.states_robot) = (robot, true);
+        self.robot = robot;
+        self.stated.insert("robot");
         Ok(())
     }
 
@@ -323,7 +325,17 @@ fn read_robot<T>(path: &Path, read: impl FnOnce(&mut Reader, &Node) -> T) -> Res
 }
 
 /// The keys of `[budget]` that belong to the robot, not to its sensors.
-const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
+const OF_ROBOT: [&str; 3] = [
+    "budget.body_cg",
+    "budget.link_masses",
+    "budget.load_covariance",
+];
+
+/// That of this name in `[budget]`.
+fn of_robot(name: &str) -> Option<&'static str> {
+    let mut keys = OF_ROBOT.into_iter();
+    keys.find(|key| key.strip_prefix("budget.") == Some(name))
+}
 
 impl RobotChoice {
     /// The robot of a file with the section `[robot]`, such as a scene. Other sections have no
@@ -360,10 +372,8 @@ impl RobotChoice {
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(*covariance);
         out.head("[budget]", "errors of the weighing");
-        let of_robot = BUDGET
-            .iter()
-            .filter(|key| ROBOTS_BUDGET.contains(&key.name));
-        out.fields(of_robot, &mut choice);
+        let own = BUDGET.iter().filter(|key| of_robot(key.name).is_some());
+        out.fields(own, &mut choice);
         out.0
     }
 }
@@ -376,17 +386,11 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     if maps {
         choice.mapping = None;
     }
-    choice.states_sides |= has("sides");
-    choice.states_loads |= ROBOTS_BUDGET
-        .iter()
-        .any(|key| has(&format!("budget.{key}")));
-    choice.states_radius |= has("budget.wheel_radius");
-    choice.states_friction |= has("budget.gear_friction");
-    choice.states_torque_offset |= has("budget.torque_offset");
-    choice.states_torque_noise |= has("budget.torque_noise");
-    choice.states_damping |= has("drive.viscous_damping");
+    choice
+        .stated
+        .extend(STATED.split(' ').filter(|key| has(key)));
     if has("robot") {
-        (choice.robot, choice.states_robot) = (RobotChoice::default(), true);
+        choice.robot = RobotChoice::default();
     }
     reader.table(LOG, root, "", &mut choice);
     if has("drive.viscous_damping") && !has("estimator") {

@@ -231,6 +231,6 @@ fn the_description_of_the_guide_is_valid() {
     let (_, rest) = page.split_once("```toml\n").unwrap();
     let (text, _) = rest.split_once("```").unwrap();
     let choice = parse(text).unwrap();
-    assert!(choice.states_robot && !LogChoice::default().states_robot);
+    assert!(choice.states("robot") && !LogChoice::default().states("robot"));
     assert!(choice.budget.link_mass > 0.0 && choice.mapping.is_some());
 }
