@@ -5,12 +5,12 @@
 //! |---|---|
 //! | push: horizontal, half of the difference of both sides' sums of horizontal forces | found: [`crate::filters::PushFilter`] |
 //! | share: vertical, as a cross slope moves the weight | the side's weight times the tangent of the cross slope times the height of the centre of mass over half of the track |
-//! | twist of a four-bar: moment | what moves the side's weight from the middle to its front or rear wheel, uniform |
+//! | twist of a four-bar: moment | the share, which acts anywhere between the body's pins P and S |
 //!
 //! All act at the body's centre of mass. A rocker's pivot at the body is close to it, and the
 //! differential makes the moments on both rockers equal: no twist. The body of a triple bogie stands
-//! on three hinges, which take none, either. A body that is fixed to two four-bars leaves undetermined how
-//! they share its moment: where the ground under one side is higher by more than tyres yield, it lifts wheels.
+//! on three hinges, which take none, either. A body that is fixed to two four-bars makes it
+//! undetermined how they share its moment.
 
 use super::arms::Arms;
 use super::equilibrium::Equilibrium;
@@ -36,15 +36,9 @@ impl OtherSide {
             share,
             twist: match robot.geometry.suspension {
                 Suspension::FourBar => {
-                    let [front, _, rear] = robot.geometry.axles;
-                    let weight = 3.0 * robot.mean_wheel_load();
-                    // Ground that is level across is the same under both sides.
-                    let alike = part <= 0.0;
-                    if alike {
-                        0.0
-                    } else {
-                        weight * (front.x - rear.x) / robhaz_model::sqrt(12.0)
-                    }
+                    let between = robot.geometry.pins.p - robot.geometry.pins.s;
+                    // Uniform.
+                    share * robhaz_model::sqrt(between.norm_squared() / 12.0)
                 }
                 Suspension::Bogie { .. } => 0.0,
             },

@@ -15,7 +15,7 @@ use crate::deviation::{GATE, WITHIN};
 use crate::filters::GaussMarkov;
 use crate::filters::Measurement;
 use crate::filters::{Innovation, PushFilter};
-use crate::state::{self, RESISTANCE, TORQUE_GAIN};
+use crate::state;
 
 /// The parity residual of eq. (8) at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -76,29 +76,8 @@ impl MotionFilter {
             let of_load = GaussMarkov::new(robhaz_model::sqrt(load), FILTER_TIME);
             measurement.inflation = of_load.white(dt);
             self.correct(&measurement, &expected, dt);
-            if parity.of_push > 0.0 {
-                self.bound_resistance();
-            }
         }
         (found, within_gate)
-    }
-
-    /// A push that lasts looks like a resistance, but neither gears nor ground drive a wheel: where their sum comes
-    /// out below zero, the states are those that are
-    /// most likely with zero (D. Simon, Kalman filtering with state constraints, IET Control Theory 4, 2010:
-    /// estimate projection).
-    fn bound_resistance(&mut self) {
-        let state = RESISTANCE.of(0);
-        let below = self.filter.x[state].min(0.0);
-        let variance = self.filter.p[state][state];
-        if below < 0.0 && variance > 0.0 {
-            let share = self.filter.p[state].map(|with| with / variance);
-            for (i, (x, share)) in self.filter.x.iter_mut().zip(share).enumerate() {
-                if !TORQUE_GAIN.all().contains(&i) {
-                    *x -= share * below;
-                }
-            }
-        }
     }
 
     /// Variance of the load that no reading shows, N^2.
