@@ -74,6 +74,8 @@ pub struct WholeEstimator {
     settings: EstimatorSettings,
     units: Units,
     sides: [Estimator; 2],
+    /// Whether the body ties the velocities of both sides.
+    tied: bool,
     readings: SideReadings,
     /// In the units of the filters.
     body: BodyInputs,
@@ -175,6 +177,7 @@ impl WholeEstimator {
             scale: sides[0].scale_filter(scale::trailing(rover).unwrap_or(Across::NONE.trailing)),
             units,
             sides,
+            tied: true,
             readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
             repeats: Repeats::default(),
@@ -193,6 +196,16 @@ impl WholeEstimator {
             rover: rover.clone(),
             settings,
         })
+    }
+
+    /// The same, but the body does not tie the velocities of both sides: for a test that compares the roll
+    /// with the ground, which would else follow a roll of the wrong sign.
+    #[must_use]
+    pub fn untied(self) -> Self {
+        Self {
+            tied: false,
+            ..self
+        }
     }
 
     /// Takes the readings of one instant and estimates the forces of that instant. A reading that is
@@ -220,7 +233,9 @@ impl WholeEstimator {
         let mut steps = [of_left?, of_right?];
 
         if steps[0].dt > 0.0 {
-            self.impose_body(&mut steps);
+            if self.tied {
+                self.impose_body(&mut steps);
+            }
             self.impose_parities(&mut steps, roll, across[0].settled)
                 .map_err(|_| EstimateError::Singular)?;
         }

@@ -33,7 +33,8 @@ struct Judgement {
 impl Judgement {
     /// `None` of a rover that cannot be estimated.
     fn of(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<Self> {
-        let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint);
+        let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint)
+            .map(WholeEstimator::untied);
         let mut estimator = estimator.ok()?;
         let start = frames.first().map_or(0.0, |frame| frame.time);
         let mut found = Self {

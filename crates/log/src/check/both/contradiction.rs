@@ -110,7 +110,9 @@ impl Judged {
         wiring: &[Change],
     ) -> Option<Self> {
         let rover = stated.rover;
-        let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint).ok()?;
+        let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint)
+            .ok()?
+            .untied();
         let least = driving_speed(&rover.side);
         let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
         let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);

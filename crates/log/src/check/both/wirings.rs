@@ -106,7 +106,8 @@ impl Judgement {
             sum: REFUSED,
             ..Self::default()
         };
-        let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint);
+        let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint)
+            .map(WholeEstimator::untied);
         let (Ok(mut estimator), false) = (estimator, frames.is_empty()) else {
             return refused;
         };
