@@ -19,9 +19,6 @@ use std::f64::consts::PI;
 const SMOOTHING: f64 = 0.1;
 /// Error of a joint's zero that is to be found, rad: 2 deg of the differential cost 2 % of N.
 const LARGEST_ZERO: f64 = 0.035;
-/// Way over the footprint from which on the wheels have passed the same ground for the most part, and the body has shown
-/// its slopes: the middle has been on that of either end, and half of a footprint more.
-const LEAST_WAY: f64 = 1.5;
 /// Turn of the body that shows a sign, rad.
 const LEAST_TURN: f64 = 0.03;
 /// Standard deviations of a bias beyond which it is a turn: a false alarm in 16 000.
@@ -295,7 +292,8 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
         let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
         let figure = format!("mean over {length:.1} m {shown:.2} deg, at most {at_most:.2} deg");
         let finding = Finding::ok("zero over the way", channel, figure).with("mean", shown, "deg");
-        if length < LEAST_WAY * footprint {
+        // The rear wheels have not come to where the front ones stood.
+        if length < footprint {
             finding.cannot_tell(
                 "drive some metres: on so short a way the wheels stand on other ground throughout",
             )
