@@ -1,8 +1,11 @@
 //! Logs of both sides with faults, and what `check` and `estimate` say of them.
 
-use super::both::{BUDGET, checked, drive, estimate, fixture, folder, rewritten, robot};
+use super::both::{
+    BUDGET, checked, difference, drive, estimate, fixture, folder, forces, rewritten, robot,
+};
 use super::recorded::{refused, summary};
 use crate::support::{robhaz, text};
+use std::f64::consts::PI;
 use std::path::Path;
 
 /// A log that is not of both sides, or a robot that is not: the error says what is missing and what is allowed.
@@ -261,5 +264,141 @@ fn readings_of_a_slower_bus_are_named() {
                 "{said}"
             );
         }
+    }
+}
+
+/// A drive with cells of the columns of these names changed: row, value.
+fn changed(log: &Path, out: &Path, is: impl Fn(&str) -> bool, change: impl Fn(usize, f64) -> f64) {
+    let text = std::fs::read_to_string(log).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    rewritten(log, out, |row, cells| {
+        for (_, cell) in header.iter().zip(cells).filter(|(name, _)| is(name)) {
+            *cell = format!("{:?}", change(row, cell.parse().unwrap()));
+        }
+        true
+    });
+}
+
+/// The rate of the roll hangs from 4 s on, while the other numbers of the sensor change: it is no reading, and the forces are
+/// those of the log without it within 0.6 N, 2 % of the mean load (read, it moves N by 2 N).
+#[test]
+fn one_number_of_a_sensor_that_hangs_is_no_reading() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let wrong = path.join("wrong.csv");
+    let text = std::fs::read_to_string(drive()).unwrap();
+    let of_row = |row: usize| text.lines().nth(row).unwrap().split(',');
+    let place = of_row(0).position(|name| name == "body_roll_rate").unwrap();
+    let held: f64 = of_row(201).nth(place).unwrap().parse().unwrap();
+    let hangs = |row, x| if row < 200 { x } else { held };
+    changed(&drive(), &wrong, |name| name == "body_roll_rate", hangs);
+    let found = |log: &Path| {
+        estimate(path, log, &["--format", "csv", "--out", "out", "--force"]);
+        forces(path, "out")
+    };
+    let apart = difference(&found(&drive()), &found(&wrong));
+    assert!(apart < 0.6, "{apart}");
+}
+
+/// A sensor that hangs upside down, one that is turned by half a turn, and torques in amperes of a motor with 0.4 N m
+/// for each: `estimate` says so in its first line, and `check` what to state. One with an angle or a rate that never changes is
+/// named, and nothing else.
+#[test]
+fn what_no_rover_can_do_is_said_first() {
+    let folder = folder(BUDGET);
+    let path = folder.path();
+    let (log, wrong) = (fixture("readings.csv"), path.join("wrong.csv"));
+    type Change = fn(usize, f64) -> f64;
+    let cases: [(&[&str], Change, &str, &str); 3] = [
+        (
+            &["body_roll"],
+            |_, x| x + if x > 0.0 { -PI } else { PI },
+            "body_roll: up to 3.1",
+            "state up = \"-z\" of imu.body",
+        ),
+        (
+            &[
+                "body_roll",
+                "body_roll_rate",
+                "body_inclination",
+                "body_rate",
+            ],
+            |_, x| -x,
+            "the acceleration of the wheels the other way round",
+            "state forward = \"-x\" of imu.body",
+        ),
+        (
+            &["motor_torque"],
+            |_, x| 0.4 * x,
+            "of what the inertias of the robot ask for",
+            "torque_constant",
+        ),
+    ];
+    let all = |name: &str| name.ends_with("motor_torque");
+    changed(&log, &wrong, all, |_, x| 1000.0 * x);
+    let (_, said) = checked(path, &wrong);
+    assert!(
+        said.contains("range of torques") && said.contains("torque_constant"),
+        "{said}"
+    );
+    for (names, change, said_first, remedy) in cases {
+        let is = |name: &str| {
+            names.contains(&name) || names == ["motor_torque"] && name.ends_with(names[0])
+        };
+        changed(&log, &wrong, is, change);
+        let said = estimate(path, &wrong, &["--out", "out", "--force"]);
+        let first = said.lines().next().unwrap();
+        assert!(
+            first.contains("CONTRADICT") && first.contains(said_first),
+            "{said}"
+        );
+        let (is_right, said) = checked(path, &wrong);
+        assert!(!is_right && said.contains(remedy), "{remedy}: {said}");
+    }
+    for name in [
+        "body_inclination",
+        "body_rate",
+        "body_roll",
+        "left_pin_angle",
+    ] {
+        let dead: [(Change, &str); 2] = [
+            (|_, _| 0.0, "is 0 in all of"),
+            (|row, x| if row < 100 { x } else { 0.0123 }, "dead from"),
+        ];
+        for (change, expected) in dead {
+            changed(&log, &wrong, |of| of == name, change);
+            let (_, said) = checked(path, &wrong);
+            let faults: Vec<_> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+            assert!(
+                faults.len() == 1 && faults[0].contains(name),
+                "{name}: {said}"
+            );
+            assert!(said.contains(expected), "{expected}: {said}");
+            let said = estimate(path, &wrong, &["--out", "out", "--force"]);
+            let first = said.lines().next().unwrap();
+            assert!(
+                first.contains("CONTRADICT") && first.contains(name),
+                "{said}"
+            );
+        }
+    }
+}
+
+/// Parts of a correct drive, from its start, and in motion, have no fault.
+#[test]
+fn a_short_log_has_no_fault() {
+    let folder = folder(BUDGET);
+    let part = folder.path().join("part.csv");
+    for (from, to) in [
+        (0, 80),
+        (0, 125),
+        (150, 200),
+        (150, 250),
+        (150, 300),
+        (250, 400),
+    ] {
+        rewritten(&drive(), &part, |row, _| (from..to).contains(&row));
+        let (is_right, said) = checked(folder.path(), &part);
+        assert!(is_right, "{from} to {to}: {said}");
     }
 }

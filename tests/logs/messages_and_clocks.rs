@@ -137,6 +137,75 @@ fn set_ahead(from: &Path, to: &Path) {
     writer.finish().unwrap();
 }
 
+/// A copy of a file whose messages have another encoding, each changed.
+fn encoded(from: &Path, to: &Path, encoding: &str, change: impl Fn(&mut Vec<u8>)) {
+    let bytes = std::fs::read(from).unwrap();
+    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let mut message = message.unwrap();
+        let mut channel = (*message.channel).clone();
+        encoding.clone_into(&mut channel.message_encoding);
+        message.channel = channel.into();
+        change(message.data.to_mut());
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+/// Messages in another encoding, and those that are compressed one by one, are named with what to convert; a chunk
+/// whose bytes were damaged is none, though its messages can be decoded.
+#[test]
+fn other_encodings_and_damaged_chunks_are_named() {
+    let (folder, _) = recorded("csv", &["record.duration=1.5"]);
+    let folder = folder.path();
+    exported_messages(folder);
+    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
+    let example = example.replace("\"-2 ms\"", "0");
+    std::fs::write(folder.join("mine.toml"), example).unwrap();
+    let (run, other) = (folder.join("run.mcap"), folder.join("other.mcap"));
+    let zstd = [0x28, 0xb5, 0x2f, 0xfd];
+    for (encoding, starts, expected) in [
+        ("json", [0; 4], ["in the encoding \"json\"", "as a table"]),
+        (
+            "ros1",
+            [0; 4],
+            ["in the encoding \"ros1\"", "rosbags-convert"],
+        ),
+        (
+            "cdr",
+            zstd,
+            ["compression_mode MESSAGE", "ros2 bag convert"],
+        ),
+    ] {
+        encoded(&run, &other, encoding, |data| {
+            if starts == zstd {
+                data[..4].copy_from_slice(&zstd);
+            }
+        });
+        let error = refused(folder, &["other.mcap", "--sensors", "mine.toml"]);
+        for expected in expected {
+            assert!(error.contains(expected), "{expected}: {error}");
+        }
+    }
+    let plain = mcap::WriteOptions::new().compression(None);
+    let mut writer = plain
+        .create(std::fs::File::create(&other).unwrap())
+        .unwrap();
+    for message in mcap::MessageStream::new(&std::fs::read(&run).unwrap()).unwrap() {
+        writer.write(&message.unwrap()).unwrap();
+    }
+    writer.finish().unwrap();
+    let mut bytes = std::fs::read(&other).unwrap();
+    estimated(folder, &["other.mcap", "--sensors", "mine.toml"]);
+    // In the position of the first joint of the last message.
+    let name = b"wheel1\0";
+    let place = bytes.windows(name.len()).rposition(|w| w == name).unwrap();
+    bytes[place + 45] ^= 1;
+    std::fs::write(&other, bytes).unwrap();
+    let error = refused(folder, &["other.mcap", "--sensors", "mine.toml"]);
+    assert!(error.to_lowercase().contains("crc"), "{error}");
+}
+
 /// Topics with clocks of their own, by their headers and by the recorder: with the offsets the
 /// estimates are those of the file with one clock, but for the rounding of the times; without them
 /// no row is in common.

@@ -107,7 +107,7 @@ fn climb(robot: &Robot, shared: bool) -> Result<f64, Box<dyn std::error::Error>>
         tracking_time: 0.1,
         friction_test: FrictionTestPlan::default(),
     };
-    let mut controller = Controller::new(&settings);
+    let mut controller = Controller::new(&settings)?;
     let mut estimator = Estimator::new(robot, EstimatorSettings::kalman());
     let weight = robot.mass.total() * robot.gravity * SLOPE.sin();
     // At rest the motors hold the robot.

@@ -1,7 +1,7 @@
 //! The control of any kind.
 
 use crate::friction_test::{FrictionTestResult, FrictionTests};
-use crate::input::{ControlInput, ControlKind, ControlSettings};
+use crate::input::{ControlInput, ControlKind, ControlSettings, ControlSettingsError};
 use crate::shared::Shared;
 use robhaz_model::WheelCommand;
 
@@ -22,12 +22,16 @@ pub enum Controller {
 
 impl Controller {
     /// A control before its first sample.
-    pub fn new(settings: &ControlSettings) -> Self {
-        match settings.kind {
+    ///
+    /// # Errors
+    /// As [`ControlSettings::check`].
+    pub fn new(settings: &ControlSettings) -> Result<Self, ControlSettingsError> {
+        settings.check()?;
+        Ok(match settings.kind {
             ControlKind::Speed => Self::Speed,
             ControlKind::Shared => Self::Shared(Shared::new(settings)),
             ControlKind::FrictionTest => Self::FrictionTest(FrictionTests::new(settings)),
-        }
+        })
     }
 
     /// The commands of front, middle and rear wheel, from the next sample on.

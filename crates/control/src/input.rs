@@ -37,6 +37,57 @@ pub struct FrictionTestPlan {
     pub both_ways: bool,
 }
 
+/// A number of [`ControlSettings`] with which there is no control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlSettingsError {
+    /// Its name.
+    pub field: &'static str,
+    /// Its value.
+    pub found: f64,
+}
+
+impl core::fmt::Display for ControlSettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { field, found } = self;
+        write!(
+            f,
+            "{field} is {found}: gains and damping are at least 0, limits and times above 0, all finite"
+        )
+    }
+}
+
+impl core::error::Error for ControlSettingsError {}
+
+impl ControlSettings {
+    /// Whether there is a control with these numbers; [`ControlKind::Speed`] needs none of them.
+    ///
+    /// # Errors
+    /// The first number that is negative or not finite, or 0 where that is no limit and no time.
+    pub fn check(&self) -> Result<(), ControlSettingsError> {
+        let mean_load = self.robot.mean_wheel_load();
+        let all = [
+            ("viscous_damping", self.viscous_damping, true),
+            ("kp", self.kp, true),
+            ("ki", self.ki, true),
+            ("torque_limit", self.torque_limit, false),
+            ("tracking_time", self.tracking_time, false),
+            ("robot.mean_wheel_load", mean_load, false),
+            ("friction_test.start", self.friction_test.start, true),
+            ("friction_test.rate", self.friction_test.rate, false),
+        ];
+        let is_wrong = |(_, found, may_be_zero): &(&str, f64, bool)| {
+            let is_some = *found > 0.0 || *may_be_zero && *found >= 0.0;
+            !(is_some && found.is_finite())
+        };
+        match all.into_iter().find(is_wrong) {
+            Some((field, found, _)) if self.kind.is_closed_loop() => {
+                Err(ControlSettingsError { field, found })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 impl Default for FrictionTestPlan {
     /// Each wheel in turn from 6 s on, both ways: the robot has rolled for a metre, by which the
     /// errors of the readings are found, at the rate of robot A.
@@ -80,8 +131,25 @@ pub struct ControlInput<'a> {
     pub frame: &'a SensorFrame,
     /// The estimate of the same sample; `None` where the estimator has none.
     pub estimate: Option<&'a Estimate>,
-    /// Set speed of travel over the wheel radius, rad/s.
+    /// Set speed of travel over the wheel radius, rad/s; where it is not finite, the last one holds (0 before the first).
     pub set_speed: f64,
+}
+
+impl ControlInput<'_> {
+    /// The input with the set speed that holds, of which `held` is the last one, rad/s.
+    pub(crate) fn holding(mut self, held: &mut f64) -> Self {
+        if self.set_speed.is_finite() {
+            *held = self.set_speed;
+        }
+        self.set_speed = *held;
+        self
+    }
+
+    /// The torques that were read, N m; `None` of one that is no finite number.
+    pub(crate) fn torques(&self) -> [Option<f64>; 3] {
+        let known = |torque: Option<f64>| torque.filter(|torque| torque.is_finite());
+        self.frame.motor_torque.map(known)
+    }
 }
 
 named! {

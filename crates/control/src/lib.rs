@@ -38,5 +38,7 @@ pub mod shared;
 
 pub use controller::Controller;
 pub use friction_test::{FrictionTestEnd, FrictionTestResult};
-pub use input::{ControlInput, ControlKind, ControlSettings, FrictionTestPlan};
+pub use input::{
+    ControlInput, ControlKind, ControlSettings, ControlSettingsError, FrictionTestPlan,
+};
 pub use robhaz_model::WheelCommand;

@@ -49,8 +49,17 @@ impl<'a> Message<'a> {
     }
 }
 
-/// Channels by number: topic and name of the schema.
-type Topics = HashMap<u16, (String, String)>;
+/// A channel of a file.
+struct Topic {
+    name: String,
+    /// Name of its schema.
+    schema: String,
+    /// Encoding of its messages.
+    encoding: String,
+}
+
+/// Channels by number.
+type Topics = HashMap<u16, Topic>;
 
 /// Messages of a file from its start to its end, also of one without an end.
 struct Messages<'p> {
@@ -68,7 +77,9 @@ struct Messages<'p> {
 
 impl<'p> Messages<'p> {
     fn open(path: &'p Path) -> Result<Self, LogError> {
-        let options = LinearReaderOptions::default().with_record_length_limit(LARGEST_RECORD);
+        let options = LinearReaderOptions::default()
+            .with_record_length_limit(LARGEST_RECORD)
+            .with_validate_chunk_crcs(true);
         Ok(Self {
             path,
             file: open_file(path)?,
@@ -121,7 +132,11 @@ impl<'p> Messages<'p> {
                 }
                 Record::Channel(channel) => {
                     let schema = self.schemas.get(&channel.schema_id).cloned();
-                    let found = (channel.topic, schema.unwrap_or_default());
+                    let found = Topic {
+                        name: channel.topic,
+                        schema: schema.unwrap_or_default(),
+                        encoding: channel.message_encoding,
+                    };
                     self.topics.insert(channel.id, found);
                 }
                 Record::Metadata(found) => {
@@ -167,12 +182,12 @@ pub fn columns(
         let mut messages = Messages::open(path)?;
         while !found.as_deref().is_some_and(is_complete) {
             let next = messages.next(|topics, message| {
-                let of_topic = topics.get(&message.channel).filter(|(of, _)| of == topic);
-                let Some((_, schema)) = of_topic else {
+                let of_topic = topics.get(&message.channel).filter(|of| of.name == topic);
+                let Some(of_topic) = of_topic else {
                     return Ok(());
                 };
                 let known = found.get_or_insert_default();
-                for number in decode(path, topic, schema, message.data)?.1 {
+                for number in decode(path, of_topic, message.data)?.1 {
                     let column = ColumnInfo {
                         name: number.column(),
                         unit: None,
@@ -192,7 +207,7 @@ pub fn columns(
     }
     found.ok_or_else(|| {
         let topics = topics.values();
-        let known = topics.map(|(topic, schema)| format!("{topic} ({schema})"));
+        let known = topics.map(|topic| format!("{} ({})", topic.name, topic.schema));
         let known: Vec<String> = known.collect::<BTreeSet<String>>().into_iter().collect();
         let message = format!(
             "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
@@ -202,19 +217,41 @@ pub fn columns(
     })
 }
 
-fn decode<'a>(
-    path: &Path,
-    topic: &str,
-    schema: &str,
-    data: &'a [u8],
-) -> Result<Decoded<'a>, LogError> {
-    let refused = |message: String| LogError::place(path, format!("topic {topic}"), message);
-    let Some(kind) = MessageKind::of_schema(schema) else {
+fn decode<'a>(path: &Path, topic: &Topic, data: &'a [u8]) -> Result<Decoded<'a>, LogError> {
+    /// First bytes of what zstd compressed.
+    const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+    let place = format!("topic {}", topic.name);
+    let refused = |message: String| LogError::place(path, place.clone(), message);
+    let advice = match topic.encoding.as_str() {
+        "cdr" | "" => None,
+        "ros1" => Some(
+            "convert the bag of ROS 1 that it was made of: `pip install rosbags`, then `rosbags-convert --src BAG --dst FOLDER --dst-storage mcap`",
+        ),
+        _ => Some("record the topic with ROS 2, or write its numbers as a table (docs/logs.md)"),
+    };
+    if let Some(advice) = advice {
+        let found = &topic.encoding;
+        let message = format!(
+            "found messages in the encoding {found:?}, allowed: cdr, that of ROS 2; {advice}"
+        );
+        return Err(refused(message));
+    }
+    let Some(kind) = MessageKind::of_schema(&topic.schema) else {
         let allowed = MessageKind::ALL.map(MessageKind::name).join(", ");
-        let message = format!("found messages of the type {schema:?}, allowed: {allowed}");
+        let message = format!(
+            "found messages of the type {:?}, allowed: {allowed}",
+            topic.schema
+        );
         return Err(refused(message));
     };
-    let other = || format!("found bytes that are no {} in CDR encoding", kind.name());
+    let other = || {
+        match data.starts_with(&ZSTD) {
+        true => "each message is compressed by itself (compression_mode MESSAGE), allowed: none, or chunks of the file; convert the bag: `ros2 bag convert -i FOLDER -o mcap.yaml`, \
+             with mcap.yaml the lines `output_bags:`, `- uri: FOLDER_mcap`, `  storage_id: mcap`, `  all_topics: true`"
+            .to_owned(),
+        false => format!("found bytes that are no {} in CDR encoding", kind.name()),
+    }
+    };
     kind.decode(data).ok_or_else(|| refused(other()))
 }
 
@@ -241,11 +278,11 @@ pub fn read(
     for path in files {
         let mut messages = Messages::open(path)?;
         let mut take = |topics: &Topics, message: Message<'_>| -> Result<(), LogError> {
-            let Some((topic, schema)) = topics.get(&message.channel) else {
+            let Some(topic) = topics.get(&message.channel) else {
                 return Ok(());
             };
-            for wanted in channels.iter_mut().filter(|w| w.topic == *topic) {
-                if let Some(row) = wanted.row(path, schema, &message)? {
+            for wanted in channels.iter_mut().filter(|w| w.topic == topic.name) {
+                if let Some(row) = wanted.row(path, topic, &message)? {
                     add(wanted.channel, row)?;
                 }
             }
@@ -274,10 +311,10 @@ impl<'a> Wanted<'a> {
     fn row(
         &mut self,
         path: &Path,
-        schema: &str,
+        topic: &Topic,
         message: &Message<'_>,
     ) -> Result<Option<Row>, LogError> {
-        let (stamp, numbers) = decode(path, self.topic, schema, message.data)?;
+        let (stamp, numbers) = decode(path, topic, message.data)?;
         self.count += 1;
         let number = |(name, place): (&String, &mut usize)| {
             let is_it = |number: &&Number<'_>| number.is(name);

@@ -213,7 +213,7 @@ fn array_of<'py>(item: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, Py
     let unit = unit.into_iter().find(|(start, _)| dtype.starts_with(start));
     let array = match unit {
         Some((_, unit)) if item.hasattr("to_numpy")? => item.call_method1("to_numpy", (unit,))?,
-        _ => numpy.call_method1("asarray", (item,))?,
+        _ => numpy.call_method1("asarray", (&without_mask(item)?,))?,
     };
     let array = match kind(&array)? {
         'O' => of_objects(&array)?,
@@ -225,6 +225,17 @@ fn array_of<'py>(item: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, Py
             "readings: column {name:?} has {axes} axes, allowed: 1"
         ))),
     }
+}
+
+/// A masked array of numbers as one in which what is masked is missing.
+fn without_mask<'py>(item: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let masked = item.py().import("numpy")?.getattr("ma")?;
+    let is_masked: bool = masked.call_method1("isMaskedArray", (item,))?.extract()?;
+    if !(is_masked && matches!(kind(item)?, 'f' | 'i' | 'u')) {
+        return Ok(item.clone());
+    }
+    let numbers = item.call_method1("astype", ("float64",))?;
+    numbers.call_method1("filled", (f64::NAN,))
 }
 
 /// An array of objects as one of `datetime64` or `timedelta64`, where these are Python's dates or times; others as

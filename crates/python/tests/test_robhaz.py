@@ -106,6 +106,10 @@ def test_faults_of_six_wheels_are_named(tmp_path):
     late = _at_rest(2) | {"left_pin_angle": np.array([np.nan, 0.0])}
     table = robhaz.WholeEstimator(OSR).estimate(late)
     assert np.isnan(table["right_wheel3_normal_force"][0]) and table["time"][0] == 0.0
+    # What is masked is missing.
+    masked = late | {"left_pin_angle": np.ma.masked_array([5.0, 0.0], mask=[True, False])}
+    found = robhaz.WholeEstimator(OSR).estimate(masked)["right_wheel3_normal_force"]
+    assert np.array_equal(found, table["right_wheel3_normal_force"], equal_nan=True)
 
 
 def test_a_table_has_the_columns_and_units_of_a_run(run):

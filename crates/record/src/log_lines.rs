@@ -6,6 +6,8 @@ use robhaz_run::{ChannelReport, LogReport};
 
 /// Share of the records with a flag from which on it is printed.
 const OFTEN: f64 = 0.001;
+/// Share of the records with a missing reading from which on hardly one has all.
+const ALWAYS: f64 = 0.95;
 /// Largest number of readings that are named.
 const FEW: usize = 4;
 
@@ -256,11 +258,16 @@ fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String
         "a wheel without load",
         "the linkage at an end stop",
     ];
-    let often = |(count, flag): (u64, &str)| {
+    let often = |(count, flag, least): (u64, &str, f64)| {
         let share = means.share(count);
-        (share > OFTEN).then(|| format!("{:.1} % with {flag}", 100.0 * share))
+        (share > least).then(|| format!("{:.1} % with {flag}", 100.0 * share))
     };
-    let found: Vec<String> = counts.zip(flags).filter_map(often).collect();
+    // Channels of other rates leave some, and one that is silent has its own line.
+    let missing = "a reading missing: where messages or rows in turn hold some readings each, a [[channel]] of its own for each kind brings them together (docs/logs.md)";
+    let missing = (f.reading_missing, missing, ALWAYS);
+    let counts = counts.zip(flags).map(|(count, flag)| (count, flag, OFTEN));
+    let alternates = Some(missing).filter(|_| means.share(f.reading_stale) < 1.0 - ALWAYS);
+    let found: Vec<String> = counts.chain(alternates).filter_map(often).collect();
     let name = &estimator.name;
     (!found.is_empty()).then(|| format!("{name}, of its records: {}", found.join("; ")))
 }

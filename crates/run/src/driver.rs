@@ -6,7 +6,7 @@ use crate::estimators::Observers;
 use robhaz_control::{ControlInput, Controller, FrictionTestResult};
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
 use robhaz_model::WheelCommand;
-use robhaz_scene::{ModelErrorTooLarge, Scene};
+use robhaz_scene::Scene;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::{Balance, Plant, PlantError, PlantSetup, Truth};
 
@@ -26,14 +26,14 @@ impl Driver {
     /// plan.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
-    pub fn of(scene: &Scene) -> Result<Option<Self>, ModelErrorTooLarge> {
+    /// [`RunError::ModelError`] when the nominal robot is not a valid robot, [`RunError::Control`].
+    pub fn of(scene: &Scene) -> Result<Option<Self>> {
         if !scene.control.kind.is_closed_loop() {
             return Ok(None);
         }
         let settings = scene.control_settings()?;
         Ok(Some(Self {
-            controller: Controller::new(&settings),
+            controller: Controller::new(&settings)?,
             drive: scene.drive.clone(),
             wheel_radius: settings.robot.geometry.wheel_radius,
             estimator: scene.control_estimator(),
@@ -105,7 +105,7 @@ impl DrivenPlant {
 }
 
 /// Sensors, the control's estimator and the control of a scene.
-fn control(scene: &Scene) -> Result<Option<(Observers, Driver)>, ModelErrorTooLarge> {
+fn control(scene: &Scene) -> Result<Option<(Observers, Driver)>> {
     let mut scene = scene.clone();
     let chosen = scene.control_estimator();
     let mut place = 0..;

@@ -1,6 +1,7 @@
 //! Why a run stops early.
 
 use crate::sink::SinkError;
+use robhaz_control::ControlSettingsError;
 use robhaz_scene::{ModelErrorTooLarge, PlantFailure};
 use std::error::Error;
 
@@ -22,6 +23,9 @@ pub enum RunError {
     /// The nominal robot is not a valid robot.
     #[error("model_error")]
     ModelError(#[from] ModelErrorTooLarge),
+    /// The settings of the control.
+    #[error("control")]
+    Control(#[from] ControlSettingsError),
     /// The system has no more threads.
     #[error("cannot start the threads of the estimators")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     with_a_sensor_in_the_body(robot, settings)?;
     println!("{:?}", as_built(robot)?.wheel_radius);
-    println!("{}", ground_and_control(robot, settings));
+    println!("{}", ground_and_control(robot, settings)?);
     Ok(())
 }
 
@@ -86,7 +86,7 @@ fn with_a_sensor_in_the_body(
     Ok(())
 }
 
-fn ground_and_control(robot: &Robot, settings: EstimatorSettings) -> usize {
+fn ground_and_control(robot: &Robot, settings: EstimatorSettings) -> Result<usize, Box<dyn Error>> {
     let mut estimator = Estimator::new(robot, settings);
     let mut controller = Controller::new(&ControlSettings {
         kind: ControlKind::Shared,
@@ -97,7 +97,7 @@ fn ground_and_control(robot: &Robot, settings: EstimatorSettings) -> usize {
         torque_limit: 10.0, // N m at the wheel
         tracking_time: 0.1, // s, of the anti-windup
         friction_test: FrictionTestPlan::default(),
-    });
+    })?;
     let mut profile = Vec::new();
     for k in 0..1000 {
         let frame = read_sensors(1e-2 * f64::from(k));
@@ -114,7 +114,7 @@ fn ground_and_control(robot: &Robot, settings: EstimatorSettings) -> usize {
     let slope = estimator.ground_slope(0.5); // at a place, with its standard deviation
     let places = estimator.wheel_places(); // of the contacts, in the same frame
     println!("{slope:?} {places:?}");
-    profile.len()
+    Ok(profile.len())
 }
 
 fn drive(_: [WheelCommand; 3]) {}

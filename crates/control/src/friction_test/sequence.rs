@@ -72,6 +72,8 @@ pub struct FrictionTests {
     longest: f64,
     /// Time of the last sample, s.
     time: Option<f64>,
+    /// The last finite set speed, rad/s.
+    set_speed: f64,
     /// Low-pass filtered torques, N m.
     torques: [f64; 3],
     stage: Stage,
@@ -107,6 +109,7 @@ impl FrictionTests {
             directions: relieving(&settings.robot).unwrap_or([1.0; 3]),
             longest: LONGEST * Units::of(&settings.robot).torque(),
             time: None,
+            set_speed: 0.0,
             torques: [0.0; 3],
             stage: Stage::Waiting(settings.friction_test.start),
             number: 0,
@@ -132,6 +135,7 @@ impl FrictionTests {
 
     /// The commands of the wheels.
     pub fn update(&mut self, input: &ControlInput<'_>) -> [WheelCommand; 3] {
+        let input = &input.holding(&mut self.set_speed);
         let now = input.frame.time;
         self.follow_torques(input);
         if let Stage::Waiting(from) = self.stage
@@ -184,7 +188,7 @@ impl FrictionTests {
             let dt = (now - last).max(0.0).min(LONGEST_STEP);
             robhaz_model::low_pass_share(dt, TORQUE_SMOOTHING * self.unit)
         });
-        for (smooth, found) in self.torques.iter_mut().zip(&input.frame.motor_torque) {
+        for (smooth, found) in self.torques.iter_mut().zip(input.torques()) {
             if let Some(found) = found {
                 *smooth += weight * (found - *smooth);
             }

@@ -98,6 +98,8 @@ pub struct Shared {
     integral: Option<f64>,
     /// Time of the last sample, s.
     time: f64,
+    /// The last finite set speed, rad/s.
+    set_speed: f64,
 }
 
 impl Shared {
@@ -118,12 +120,13 @@ impl Shared {
             unit: Units::of(&settings.robot).time,
             integral: None,
             time: 0.0,
+            set_speed: 0.0,
         }
     }
 
     /// Motor torques of front, middle and rear wheel, N m.
     pub fn update(&mut self, input: &ControlInput<'_>) -> [f64; 3] {
-        let frame = input.frame;
+        let (input, frame) = (input.holding(&mut self.set_speed), input.frame);
         let dt = match self.integral {
             None => 0.0,
             Some(_) => (frame.time - self.time).max(0.0).min(LONGEST_STEP),
@@ -140,7 +143,7 @@ impl Shared {
         self.update_pace(slides, dt / self.unit);
         let error = self.pace * input.set_speed - motion.reference;
         // The first torques are those that the drives have.
-        let held: f64 = frame.motor_torque.iter().flatten().sum();
+        let held: f64 = input.torques().iter().flatten().sum();
         let integral = *self.integral.get_or_insert(if self.ki > 0.0 {
             held / (3.0 * self.ki)
         } else {

@@ -240,6 +240,57 @@ fn torques_stay_within_the_limit() {
     }
 }
 
+/// Set speeds and torques that are no finite number: the torques of the samples after them are those of a log in which
+/// the last set speed held, and the torque was not read.
+#[test]
+fn what_is_no_number_does_not_last() {
+    let torques = |set: f64, first: Option<f64>| {
+        let mut shared = Shared::new(&settings());
+        let mut last = [0.0; 3];
+        for k in 0..500_u32 {
+            let mut readings = frame(1e-3 * f64::from(k), [2e-3 * f64::from(k); 3]);
+            if k == 0 {
+                readings.motor_torque = [first, Some(0.1), None];
+            }
+            last = shared.update(&ControlInput {
+                frame: &readings,
+                estimate: None,
+                set_speed: if k == 200 { set } else { 2.0 },
+            });
+        }
+        last.map(f64::to_bits)
+    };
+    let right = torques(2.0, None);
+    for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(torques(wrong, Some(wrong)), right, "{wrong}");
+    }
+}
+
+/// Settings with which there is no control are refused by name, and no others.
+#[test]
+fn wrong_settings_are_refused_by_name() {
+    type Part = fn(&mut ControlSettings) -> &mut f64;
+    let parts: [(&str, Part, bool); 6] = [
+        ("viscous_damping", |s| &mut s.viscous_damping, true),
+        ("kp", |s| &mut s.kp, true),
+        ("ki", |s| &mut s.ki, true),
+        ("torque_limit", |s| &mut s.torque_limit, false),
+        ("tracking_time", |s| &mut s.tracking_time, false),
+        ("friction_test.rate", |s| &mut s.friction_test.rate, false),
+    ];
+    for (name, part, may_be_zero) in parts {
+        for wrong in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
+            let mut settings = settings();
+            *part(&mut settings) = wrong;
+            let found = settings.check().map_err(|error| error.field);
+            let allowed = wrong.abs() <= 0.0 && may_be_zero;
+            assert_eq!(found, if allowed { Ok(()) } else { Err(name) }, "{wrong}");
+            settings.kind = ControlKind::Speed;
+            assert_eq!(settings.check(), Ok(()));
+        }
+    }
+}
+
 /// Largest speed (rad/s) of three wheels in the air after a step of the set speed from 0 to 1
 /// rad/s, and their speed after 2 s, with gains at `factor` times their limits and a sample rate
 /// (Hz).

@@ -83,7 +83,7 @@ fn update(estimator: &mut Estimator, k: u32) {
 /// A few samples with a control of any kind: it gets every third estimate only.
 #[inline(never)]
 fn control(kind: ControlKind, robot: &Robot) {
-    let mut controller = Controller::new(&black_box(ControlSettings {
+    let Ok(mut controller) = Controller::new(&black_box(ControlSettings {
         kind,
         robot: robot.clone(),
         viscous_damping: 0.15,
@@ -92,7 +92,9 @@ fn control(kind: ControlKind, robot: &Robot) {
         torque_limit: 10.0,
         tracking_time: 0.1,
         friction_test: FrictionTestPlan::default(),
-    }));
+    })) else {
+        return;
+    };
     let mut estimator = Estimator::new(robot, black_box(EstimatorSettings::kalman()));
     for k in 0..10 {
         let frame = frame(k);

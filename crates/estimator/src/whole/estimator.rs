@@ -215,7 +215,7 @@ impl WholeEstimator {
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let (dt, interrupted) = self.advance_clock(frame.time)?;
-        let frame = &self.read_body(frame.with_rates_of_attitude(), dt);
+        let frame = &self.read_body(*frame, dt);
         self.begin(frame, interrupted);
         self.take(frame);
         let frames = self.readings.frames(frame);

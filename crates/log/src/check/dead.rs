@@ -86,10 +86,45 @@ fn finding(recorded: &Recorded, driving: &[[bool; 3]], unseen: bool) -> Option<F
             true => "torques and gyroscopes change",
             false => "wheels turn",
         };
-        let figure = format!("{name} is {first} in all of {count} frames while {while_moves}");
-        Finding::ok(TEST, channel, figure).fault(format!(
-            "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
-        ))
+        let of = (*first, count);
+        constant(
+            Finding::ok(TEST, channel, ""),
+            &name,
+            of,
+            [what, while_moves],
+        )
+    })
+}
+
+/// The finding of a reading that has the same value in all frames, as many as `count`.
+fn constant(
+    finding: Finding,
+    name: &str,
+    (value, count): (f64, usize),
+    [what, while_moves]: [&str; 2],
+) -> Finding {
+    let figure = format!("{name} is {value} in all of {count} frames while {while_moves}");
+    let mut remedy = format!(
+        "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
+    );
+    if value.abs() <= ROUNDING && (name.contains("inclination") || name.contains("roll")) {
+        remedy += "\nor the orientation of an IMU without one is the identity throughout: state inclination = \"acceleration\" of its [imu]";
+    }
+    Finding { figure, ..finding }.fault(remedy)
+}
+
+/// A reading of the body or a joint with the same value in all frames, of a rover that drives.
+pub fn same(name: &str, values: &[f64]) -> Option<Finding> {
+    let mut known = values.iter().filter(|value| !value.is_nan());
+    let first = *known.next()?;
+    known.all(|v| (v - first).abs() <= ROUNDING).then(|| {
+        let words = ["what this sensor writes", "wheels turn"];
+        constant(
+            Finding::ok(TEST, name, ""),
+            name,
+            (first, values.len()),
+            words,
+        )
     })
 }
 

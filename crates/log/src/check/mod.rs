@@ -120,6 +120,29 @@ fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, of_both: bool) -> Rep
     log.report()
 }
 
+/// What the start of one side of two shows alone: signs, and the size of the torques.
+fn check_start(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
+    let Some(recording) = Recording::new(&Clock::of(frames), stated.robot) else {
+        return Vec::new();
+    };
+    let log = Readings {
+        stated,
+        frames: frames.into(),
+        recording,
+        findings: Vec::new(),
+        has_other_side: true,
+    };
+    if turn(&log.recording) > LARGEST_TURN {
+        return Vec::new();
+    }
+    let (_, forward) = links::acceleration(&log);
+    let size = start::size(newton::Start::of(&log));
+    start::findings(&log, forward)
+        .into_iter()
+        .chain(size)
+        .collect()
+}
+
 impl Readings<'_> {
     /// Each channel by itself. Whether all have values that change; of a log in which some have not, what the
     /// others show, too.

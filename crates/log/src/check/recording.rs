@@ -163,13 +163,18 @@ impl Recording {
     }
 }
 
-/// Least change of a channel between two readings in a row; 0 of one that does not change.
+/// Least change of a channel between two readings in a row, or of such changes, more than rounding: of counts one count,
+/// also where the wheels turn throughout. 0 of one that does not change.
 fn least_change(clock: &Clock<'_>, channel: Channel) -> f64 {
+    /// That of an angle of a million turns, rad.
+    const ROUNDING: f64 = 1e-9;
     let mut least = f64::INFINITY;
     for part in &clock.parts {
         let readings = Part::of(part, channel).readings;
-        let changes = readings.windows(2).map(|w| (w[1].1 - w[0].1).abs());
-        least = changes.filter(|c| *c > 0.0).fold(least, f64::min);
+        let changes: Vec<f64> = readings.windows(2).map(|w| w[1].1 - w[0].1).collect();
+        let second = changes.windows(2).map(|w| w[1] - w[0]);
+        let all = changes.iter().copied().chain(second).map(f64::abs);
+        least = all.filter(|c| *c > ROUNDING).fold(least, f64::min);
     }
     if least.is_finite() { least } else { 0.0 }
 }

@@ -43,7 +43,7 @@ const LEVEL: f64 = 3.0 * DEGREE;
 const STEEPEST: f64 = 60.0 * DEGREE;
 /// Inclination beyond which a sensor hangs upside down, rad: no robot stands within 30 deg of its
 /// roof.
-const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
+pub(super) const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
 
 const ZERO: &str = "zero at rest";
 const NOISE: &str = "noise at rest";
@@ -269,7 +269,7 @@ pub fn rest(recording: &Recording) -> usize {
 
 /// A sensor whose up axis points down. What it shows is then the other way round, and so is its
 /// rate.
-fn upside_down(finding: Finding, channel: Channel) -> Finding {
+pub(super) fn upside_down(finding: Finding, channel: Channel) -> Finding {
     let (imu, change) = match channel {
         Channel::Inclinometer(k) => (format!("link{}", k + 1), Some(Change::UpsideDown(k))),
         _ => ("body".to_owned(), None),
@@ -280,12 +280,17 @@ fn upside_down(finding: Finding, channel: Channel) -> Finding {
     finding.fault(remedy).change(change)
 }
 
+/// An angle at which no robot stands; `zero`: what to do if it is the zero.
+pub(super) fn impossible(finding: Finding, zero: &str) -> Finding {
+    finding.fault(format!(
+        "no robot stands like that: check the unit, and forward and up of the sensor's axes ([imu]); else {zero}"
+    ))
+}
+
 /// At rest the robot may stand on a slope. `key`: what takes the angle, rad.
 fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
     if mean.abs() > STEEPEST {
-        return finding.fault(format!(
-            "no robot stands like that: check the unit, and forward and up of the sensor's axes ([imu]); else add {mean:.5} (rad) to {key}"
-        ));
+        return impossible(finding, &format!("add {mean:.5} (rad) to {key}"));
     }
     finding.cannot_tell(format!(
         "if the robot stood on level ground in its nominal pose, add {mean:.5} (rad) to {key}"

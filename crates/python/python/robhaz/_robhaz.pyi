@@ -14,6 +14,8 @@ _Path: TypeAlias = str | PathLike[str]
 _Three: TypeAlias = tuple[float, float, float]
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _Reading: TypeAlias = float | None
+_Array: TypeAlias = npt.NDArray[np.floating[Any]]
+_Readings: TypeAlias = Sequence[_Reading] | _Array
 _Angles: TypeAlias = Literal["given", "none"]
 _Overrides: TypeAlias = Mapping[str, Any] | Sequence[str]
 
@@ -189,12 +191,12 @@ class Estimator:
     def update(
         self,
         time: float,
-        wheel_angle: Sequence[_Reading],
-        motor_torque: Sequence[_Reading],
-        inclination: Sequence[_Reading],
-        rate: Sequence[_Reading],
-        contact_angle: Sequence[_Reading] | None = None,
-        rate_error: Sequence[float] | None = None,
+        wheel_angle: _Readings,
+        motor_torque: _Readings,
+        inclination: _Readings,
+        rate: _Readings,
+        contact_angle: _Readings | None = None,
+        rate_error: Sequence[float] | _Array | None = None,
     ) -> Estimate:
         """The estimate of the next frame.
 
@@ -285,14 +287,14 @@ class WholeEstimator:
     def update(
         self,
         time: float,
-        wheel_angle: Sequence[_Reading],
-        motor_torque: Sequence[_Reading],
-        pins: Sequence[_Reading],
+        wheel_angle: _Readings,
+        motor_torque: _Readings,
+        pins: _Readings,
         coupling: _Reading,
         inclination: _Reading,
         roll: _Reading,
-        rates: Sequence[_Reading],
-        steering: Sequence[_Reading] | None = None,
+        rates: _Readings,
+        steering: _Readings | None = None,
     ) -> WholeEstimate:
         """The estimate of the next frame.
 

@@ -8,7 +8,8 @@ use crate::start::Carried;
 use crate::whole::readings::WholeFrame;
 
 impl WholeEstimator {
-    /// The frame without the readings of a body's sensor that gives the same numbers over and over.
+    /// The frame with the rates of its attitude, without the readings of a body's sensor that gives the same numbers over
+    /// and over, and without a rate that does: a gyroscope has noise, where an angle may rest.
     pub(super) fn read_body(&mut self, mut frame: WholeFrame, dt: f64) -> WholeFrame {
         let [p, q, r] = frame.rates;
         let numbers = [frame.inclination, frame.roll, p, q, r];
@@ -16,7 +17,13 @@ impl WholeEstimator {
         if self.repeats.take(numbers, dt / self.units.time, turns) {
             (frame.inclination, frame.roll, frame.rates) = (None, None, [None; 3]);
         }
-        frame
+        let noise = self.settings.budget.rate_noise;
+        for (place, rate) in (2..).zip(&mut frame.rates) {
+            if self.repeats.alone(place, noise) {
+                *rate = None;
+            }
+        }
+        frame.with_rates_of_attitude()
     }
 
     /// The filter of the roll starts anew where the first frames show that the rover drives, as those of

@@ -7,12 +7,13 @@ use super::frames::{
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
-use crate::check::{dead, still};
+use crate::check::{dead, rest, still};
 use crate::readings::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_model::WholeRover;
-use robhaz_score::signals::smooth;
+use robhaz_score::signals::{median, smooth};
+use std::f64::consts::PI;
 
 /// Time over which turns of the wheels and slopes are averaged, s.
 const SMOOTHING: f64 = 0.1;
@@ -51,27 +52,88 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
         let beyond = all.iter().filter(|angle| **angle > most).count();
         // Counts of frames.
         (beyond as f64 > OFTEN * all.len() as f64).then(|| {
-            let largest = all.into_iter().fold(0.0, f64::max);
+            let largest = all.iter().copied().fold(0.0, f64::max);
             let figure = format!("up to {largest:.2} rad, where {most:.2} is what the rover can do");
-            Finding::ok("range of joints", channel, figure)
-                .with("largest", largest, "rad")
-                .fault(format!("check its unit and zero: angles in degrees have unit = \"deg\" in reading.{channel}"))
+            let finding =
+                Finding::ok("range of joints", channel, figure).with("largest", largest, "rad");
+            // No direction is beyond half a turn.
+            let is_direction = channel.starts_with("body_") && largest < 1.01 * PI;
+            let usual = median(all).filter(|_| is_direction);
+            match usual {
+                Some(usual) if usual > rest::UPSIDE_DOWN => {
+                    rest::upside_down(finding, Channel::BodyInclination)
+                }
+                Some(usual) if usual > LARGEST => {
+                    let key = offset_key(channel);
+                    rest::impossible(
+                        finding,
+                        &format!("subtract it from {channel}, of an IMU with {key} of imu.body"),
+                    )
+                }
+                _ => finding.fault(format!("check its unit and zero: angles in degrees have unit = \"deg\" in reading.{channel}")),
+            }
         })
     };
     let angles = readings(rover).into_iter().zip(largest);
-    angles.filter_map(finding).collect()
+    let torques = (0..6).filter_map(|i| torque_range(frames, rover, i));
+    angles.filter_map(finding).chain(torques).collect()
 }
 
-/// Whether what no side has by itself repeats its value while the wheels turn: the coupling's angle, and roll and yaw.
+/// A torque beyond that with which a wheel that carried the whole rover would slip at a friction of 1.
+fn torque_range(frames: &[WholeFrame], rover: &WholeRover, i: usize) -> Option<Finding> {
+    let side = &rover.side;
+    let weight = 2.0 * side.mass.total() * side.gravity;
+    let most = weight * side.geometry.wheel_radius;
+    let all = frames
+        .iter()
+        .filter_map(|f| f.motor_torque[i])
+        .map(f64::abs);
+    let all: Vec<f64> = all.filter(|torque| torque.is_finite()).collect();
+    // Half of the time it is more: no spikes.
+    let usual = median(all).filter(|usual| *usual > most)?;
+    let name = format!(
+        "{}_wheel{}_motor_torque",
+        ["left", "right"][i / 3],
+        i % 3 + 1
+    );
+    let figure = format!(
+        "{usual:.1} N m in half of the frames, where a wheel that carries the whole rover slips at {most:.1}"
+    );
+    let remedy = "check its unit: N m at the wheel; of mN m state unit, of a current in A or mA torque_constant (and gear_ratio)";
+    let finding = Finding::ok("range of torques", name, figure).with("usual", usual, "N m");
+    Some(finding.fault(remedy))
+}
+
+/// The key of an IMU that takes the zero of an angle of the body.
+fn offset_key(channel: &str) -> &'static str {
+    match channel {
+        "body_roll" => "roll_offset",
+        _ => "inclination_offset",
+    }
+}
+
+/// Whether what no side has by itself repeats its value while the wheels turn: the coupling's angle, and all of the body.
 pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
     let driving = still::driving(&left, &stated.rover.side);
     let drives = still::drives(&driving, Channel::Pin);
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let (budget, [pin, _]) = (stated.settings.budget, stated.joint);
-    let [_, _, coupling, _, roll, roll_rate, _, yaw_rate] = readings(stated.rover);
+    let [
+        left,
+        right,
+        coupling,
+        inclination,
+        roll,
+        roll_rate,
+        rate,
+        yaw_rate,
+    ] = readings(stated.rover);
+    let drives_ever = drives.contains(&true);
     let finding = |((name, of), noise): (Reading, f64)| {
-        still::stuck(name, (&times, &values(frames, of)), &drives, Some(noise))
+        let values = values(frames, of);
+        let same = dead::same(name, &values).filter(|_| drives_ever && noise > 0.0);
+        same.unwrap_or_else(|| still::stuck(name, (&times, &values), &drives, Some(noise)))
     };
     let (angles, rates) = (budget.inclination_noise, budget.rate_noise);
     let all = [
@@ -80,7 +142,16 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
         (roll_rate, rates),
         (yaw_rate, rates),
     ];
-    all.map(finding).into()
+    // Of these each side has a finding, but of a differential's body made of the coupling, too.
+    let of_sides = [
+        (left, pin),
+        (right, pin),
+        (inclination, angles),
+        (rate, rates),
+    ];
+    let of_sides = of_sides.map(finding);
+    let dead = of_sides.into_iter().filter(super::is_fault);
+    all.map(finding).into_iter().chain(dead).collect()
 }
 
 /// The sign of the roll against its rate, over half a second of an ordinary drive. What both have in common over the
@@ -221,7 +292,12 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
         let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
         let figure = format!("mean over {length:.1} m {shown:.2} deg, at most {at_most:.2} deg");
         let finding = Finding::ok("zero over the way", channel, figure).with("mean", shown, "deg");
-        if mean.abs() > allowed {
+        // The rear wheels have not come to where the front ones stood.
+        if length < footprint {
+            finding.cannot_tell(
+                "drive some metres: on so short a way the wheels stand on other ground throughout",
+            )
+        } else if mean.abs() > allowed {
             finding.fault(format!("subtract {mean:.4} rad from {channel}: state it as its offset, or set its zero on level ground"))
         } else if allowed < LARGEST_ZERO {
             finding

@@ -14,9 +14,9 @@
 use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings};
 use super::wirings::{LARGEST_MISFIT, RollOnGround};
-use super::{STRAIGHT, across, torques};
+use super::{STRAIGHT, across, is_fault, of_start, steering, torques};
 use crate::check::recording::driving_speed;
-use crate::check::report::{Finding, Verdict};
+use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Confirmation, Flags};
@@ -196,18 +196,24 @@ fn part(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Vec<(WholeFrame
 fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<String> {
     let (rover, budget) = (stated.rover, &stated.settings.budget);
     let frames = &without_yaw_bias(frames, budget);
-    let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
+    let words = |finding: Finding| format!("{}: {}", finding.channel, finding.figure);
     let direct = [
         across::roll(frames, pace),
         across::yaw(frames, rover, budget),
     ];
-    let opposed = across::opposed(frames, rover);
-    let direct = direct.iter().chain(&opposed).find(|f| is_fault(f));
-    if let Some(finding) = direct {
-        return Some(format!("{}: {}", finding.channel, finding.figure));
+    let impossible = across::ranges(frames, rover).into_iter();
+    let stuck = across::stuck(frames, stated);
+    let direct = impossible.chain(stuck).chain(direct);
+    let direct = direct.chain(across::opposed(frames, rover));
+    let direct = direct.chain(steering::steering(frames, rover));
+    if let Some(finding) = direct.into_iter().find(is_fault) {
+        return Some(words(finding));
+    }
+    if let Some(finding) = of_start(frames, stated).into_iter().find(is_fault) {
+        return Some(words(finding));
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
-    let wrong = |i: &usize| torques::follows(frames, *i, pace) == Some(false);
+    let wrong = |i: &usize| torques::follows(frames, rover, *i, pace) == Some(false);
     let wheel = (0..3).find(wrong)? + 1;
     (body_turn(frames) < STRAIGHT).then_some(())?;
     Some(format!(

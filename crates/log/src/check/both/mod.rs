@@ -21,8 +21,8 @@ pub use contradiction::contradiction;
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, SIDES, check_side, delay, drive, ground, in_step, level, limits, links, stamps, start,
-    wheels,
+    Level, SIDES, check_side, check_start, delay, drive, ground, in_step, level, limits, links,
+    stamps, start, wheels,
 };
 use crate::readings::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -104,7 +104,8 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     if is_straight && !findings.iter().any(is_of_wheel) {
         findings.extend(frames::in_step(frames));
     }
-    let follows = [0, 1, 2].map(|i| torques::follows(frames, i, pace).filter(|_| is_straight));
+    let follows =
+        [0, 1, 2].map(|i| torques::follows(frames, rover, i, pace).filter(|_| is_straight));
     let of_torques = torques::finding(follows);
     if is_fault(&of_torques) {
         // A side by itself would look for the cause in itself.
@@ -143,13 +144,13 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     findings.extend(agreement::findings(&wired, stated, is_found));
 }
 
-/// The tests of one side, whose links' readings are made of those of the body and the joints.
-fn of_side(
+/// What a test says of the frames of one side, with what is stated of it.
+fn with_side<T>(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
     side: usize,
-    name: &str,
-) -> Vec<Finding> {
+    test: impl Fn(&[SensorFrame], &Stated<'_>) -> T,
+) -> T {
     let (rover, mut settings) = (stated.rover, stated.settings);
     let budget = stated.settings.budget;
     settings.budget = budget.of_body_sensors(&rover.side, stated.joint);
@@ -166,7 +167,34 @@ fn of_side(
             pin: stated.joint[0],
         }),
     };
-    let mut findings = check_side(&of_side, &stated_side, true).findings;
+    test(&of_side, &stated_side)
+}
+
+/// What the start of each side shows of its signs, and of the size of the torques.
+fn of_start(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let of = |(side, name): (usize, &str)| {
+        let mut found = with_side(frames, stated, side, |frames, stated| {
+            check_start(frames, stated)
+        });
+        for finding in &mut found {
+            finding.channel = format!("{name}: {}", finding.channel);
+        }
+        found
+    };
+    let sides = ["left", "right"].into_iter().enumerate();
+    sides.flat_map(of).collect()
+}
+
+/// The tests of one side, whose links' readings are made of those of the body and the joints.
+fn of_side(
+    frames: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    side: usize,
+    name: &str,
+) -> Vec<Finding> {
+    let mut findings = with_side(frames, stated, side, |frames, stated| {
+        check_side(frames, stated, true).findings
+    });
     let turned = frames::body_turn(frames);
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
@@ -184,6 +212,14 @@ fn of_side(
             *finding = finding
                 .clone()
                 .cannot_tell("measure a way: distance over turns of the wheels");
+        }
+        if finding.test == start::TEST
+            && let Some(remedy) = finding
+                .remedy
+                .as_mut()
+                .filter(|r| r.contains("body_inclination"))
+        {
+            *remedy += "\nor the body's IMU is turned by half a turn: state forward = \"-x\" of imu.body; or its orientation is that of the world in its axes: turn the signs of x, y and z of the quaternion";
         }
         finding.channel = format!("{name}: {}", finding.channel);
         // The reading's own name in a remedy.

@@ -2,8 +2,9 @@
 
 use super::STRAIGHT;
 use super::frames::{LONGEST_GAP, body_turn, wheel_turns};
+use super::wiring::ENDS;
 use crate::check::recording::driving_speed;
-use crate::check::report::Finding;
+use crate::check::report::{Finding, Verdict};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 
@@ -21,9 +22,10 @@ pub fn skids(frames: &[WholeFrame]) -> bool {
 
 /// A part of a drive over which steering angles are compared.
 struct Part<'a> {
-    /// Speed (m/s) and yaw rate (rad/s).
+    /// Speed (m/s) and yaw rate (rad/s), and that of the wheels, if none slips.
     speed: f64,
     rate: f64,
+    by_wheels: f64,
     /// The frame at its end.
     end: &'a WholeFrame,
 }
@@ -31,13 +33,19 @@ struct Part<'a> {
 /// The parts of a log without gaps.
 fn parts<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<Part<'a>> {
     let radius = rover.side.geometry.wheel_radius;
+    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+    let apart = |frame: &WholeFrame| -> Option<f64> {
+        let [a, b, c, d, e, f] = frame.wheel_angle;
+        Some(d? + e? + f? - a? - b? - c?)
+    };
     let mut parts = Vec::new();
-    // Time (s) and angle (rad) of the wheels at the start of a part; of its frames the sum of the yaw rates and
-    // their number; time of the frame before.
-    let (mut start, mut yaw, mut count) = (None::<(f64, f64)>, 0.0, 0.0);
+    // Time (s), angle (rad) of the wheels and that of right less left at the start of a part; of its frames the sum
+    // of the yaw rates and their number; time of the frame before.
+    let (mut start, mut yaw, mut count) = (None::<(f64, [f64; 2])>, 0.0, 0.0);
     let mut last = None::<f64>;
     for frame in frames {
-        let (Some(now), [.., Some(rate)]) = (wheel_turns(frame), frame.rates) else {
+        let turned = wheel_turns(frame).zip(apart(frame));
+        let (Some((all, apart)), [.., Some(rate)]) = (turned, frame.rates) else {
             continue;
         };
         let before = last.replace(frame.time).unwrap_or(frame.time);
@@ -45,17 +53,19 @@ fn parts<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<Part<'a>> {
             start = None;
         }
         (yaw, count) = (yaw + rate, count + 1.0);
-        if let Some((time, from)) = start {
-            if frame.time - time < STEERING_STEP {
+        if let Some((time, [from, apart_then])) = start {
+            let elapsed = frame.time - time;
+            if elapsed < STEERING_STEP {
                 continue;
             }
             parts.push(Part {
-                speed: radius * (now - from) / (6.0 * (frame.time - time)),
+                speed: radius * (all - from) / (6.0 * elapsed),
                 rate: yaw / count,
+                by_wheels: radius * (apart - apart_then) / (6.0 * track * elapsed),
                 end: frame,
             });
         }
-        (start, yaw, count) = (Some((frame.time, now)), 0.0, 0.0);
+        (start, yaw, count) = (Some((frame.time, [all, apart])), 0.0, 0.0);
     }
     parts
 }
@@ -69,7 +79,10 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     parts.retain(|part| part.speed.abs() >= least);
     // Of each wheel the sums of the squares of the angle that the turn asks for and of that read, and of their product.
     let mut sums = [[0.0; 3]; 6];
-    for Part { speed, rate, end } in &parts {
+    for Part {
+        speed, rate, end, ..
+    } in &parts
+    {
         for (i, [asked, read, product]) in sums.iter_mut().enumerate() {
             let side = if i < 3 { 1.0 } else { -1.0 };
             let ahead = geometry.axles[i % 3].x - geometry.axles[1].x;
@@ -106,7 +119,50 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
             _ => finding.cannot_tell("drive a turn in which no wheel is dragged across"),
         })
     };
-    (0..6).filter_map(of_wheel).collect()
+    let all: Vec<Finding> = (0..6).filter_map(of_wheel).collect();
+    let is_turned = |f: &Finding| {
+        let ratio = f.numbers.first().map_or(0.0, |number| number.value);
+        f.verdict == Verdict::Fault && (-2.0..-0.5).contains(&ratio)
+    };
+    match all.len() > 1 && all.iter().all(is_turned) {
+        true => vec![opposite(&all, follows(&parts))],
+        false => all,
+    }
+}
+
+/// Correlation of the yaw rate with that of the wheels, whatever its bias.
+fn follows(parts: &[Part<'_>]) -> f64 {
+    // A count of parts.
+    let count = parts.len() as f64;
+    let mean = |of: &dyn Fn(&Part<'_>) -> f64| parts.iter().map(of).sum::<f64>() / count;
+    let [rate, wheels] = [mean(&|part| part.rate), mean(&|part| part.by_wheels)];
+    let product = |a: &dyn Fn(&Part<'_>) -> f64, b: &dyn Fn(&Part<'_>) -> f64| {
+        mean(&|part| a(part) * b(part))
+    };
+    let rates = |part: &Part<'_>| part.rate - rate;
+    let turns = |part: &Part<'_>| part.by_wheels - wheels;
+    product(&rates, &turns) / (product(&rates, &rates) * product(&turns, &turns)).sqrt()
+}
+
+/// All steered wheels the other way round than the turn asks for: one cause, and not one of each. `follows`: see there.
+fn opposite(all: &[Finding], follows: f64) -> Finding {
+    /// Correlation that shows a sign.
+    const CORRELATED: f64 = 0.5;
+    let ratios: Vec<String> = all
+        .iter()
+        .flat_map(|f| &f.numbers)
+        .map(|n| format!("{:.2}", n.value))
+        .collect();
+    let figure = format!("{} of what the turn asks for", ratios.join(", "));
+    let yaw = "turn the sign of body_yaw_rate, to the left positive (of an IMU: world, up and forward of imu.body)";
+    let wheels = format!(
+        "front and rear wheels are exchanged: {ENDS}\nor turn the signs of all steering angles, to the left positive: no reading tells these two, look at the rover"
+    );
+    Finding::ok("steering and turn", "all steered wheels", figure).fault(match follows {
+        follows if follows > CORRELATED => wheels,
+        follows if follows < -CORRELATED => yaw.to_owned(),
+        _ => format!("{yaw}\nor {wheels}"),
+    })
 }
 
 #[cfg(test)]
@@ -147,6 +203,35 @@ mod tests {
                 "{found:?}"
             );
             assert!(found[0].1.contains(remedy), "{found:?}");
+        }
+        // All the other way round: one cause, and the wheels' speeds tell the gyroscope's sign where the turn changes.
+        let reversed = |f: &mut WholeFrame| f.steering = f.steering.map(|x| Some(-x?));
+        let slalom = |of_gyro: f64| {
+            let rover = rover();
+            let geometry = &rover.side.geometry;
+            turn_left(|f| {
+                let (turned, rate) = (0.2 * f.time.sin(), 0.2 * f.time.cos());
+                for i in 0..6 {
+                    let across = rover.half_tracks[i % 3] * if i < 3 { 1.0 } else { -1.0 };
+                    let ahead = geometry.axles[i % 3].x - geometry.axles[1].x;
+                    let rolled = 0.2 * f.time - turned * across;
+                    f.wheel_angle[i] = Some(rolled / geometry.wheel_radius);
+                    let angle = (rate * ahead).atan2(0.2 - rate * across);
+                    f.steering[i] = f.steering[i].map(|_| -of_gyro * angle);
+                }
+                f.rates[2] = Some(of_gyro * rate);
+            })
+        };
+        for (frames, [yaw, ends]) in [
+            (turn_left(reversed), [true; 2]),
+            (slalom(1.0), [false, true]),
+            (slalom(-1.0), [true, false]),
+        ] {
+            let found = steering(&frames, &rover());
+            assert_eq!(found.len(), 1, "{found:?}");
+            let remedy = found[0].remedy.clone().unwrap_or_default();
+            assert_eq!(remedy.contains("body_yaw_rate"), yaw, "{remedy}");
+            assert_eq!(remedy.contains("wheel1 and wheel3"), ends, "{remedy}");
         }
         assert!(skids(&turn_left(|f| f.steering = [None; 6])) && !skids(&turn_left(|_| ())));
         // Straight on nothing shows, and without steering nothing is asked.

@@ -2,7 +2,9 @@
 
 use super::frames::{period, values};
 use crate::check::report::Finding;
+use crate::check::still;
 use robhaz_estimator::whole::WholeFrame;
+use robhaz_model::WholeRover;
 use robhaz_score::signals::{derivative, fit, high_pass, smooth};
 
 /// Time over which speeds and torques are averaged, s, of an ordinary drive.
@@ -11,15 +13,24 @@ const SMOOTHING: f64 = 0.1;
 const SLOWLY: f64 = 0.5;
 /// Share of the torques' differences that a speed control explains.
 const EXPLAINED: f64 = 0.5;
+/// Least drive over [`SMOOTHING`]: of as many independent samples two of noise explain that share once in 10 000 logs,
+/// `(1 - share)^((n - 3)/2)`.
+const LEAST: f64 = 30.0;
 
 /// Whether the difference of the torques of wheel `i` of both sides answers that of its encoders, as a
 /// speed control does; false where one of both, torque or encoder, is exchanged. `None` where the log
 /// does not show it.
-pub fn follows(frames: &[WholeFrame], i: usize, pace: f64) -> Option<bool> {
+pub fn follows(frames: &[WholeFrame], rover: &WholeRover, i: usize, pace: f64) -> Option<bool> {
     let difference = |of: fn(&WholeFrame) -> &[Option<f64>; 6]| {
         values(frames, |frame| Some(of(frame)[i]? - of(frame)[i + 3]?))
     };
     let dt = period(frames)?;
+    let turning = still::turning(frames.iter().map(|f| (f.time, f.wheel_angle)), &rover.side);
+    // A count of frames.
+    let driven = dt * turning.iter().filter(|turns| **turns).count() as f64;
+    if driven < LEAST * pace * SMOOTHING {
+        return None;
+    }
     let half = ((0.5 * pace * SMOOTHING / dt).round() as usize).max(1);
     let angle = difference(|f| &f.wheel_angle);
     let torque = difference(|f| &f.motor_torque);

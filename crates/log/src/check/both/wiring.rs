@@ -8,6 +8,10 @@ use robhaz_model::Coupling;
 const AXES: &str =
     "exchange the columns of body_inclination and body_roll, and of body_rate and body_roll_rate";
 
+/// What to do about front and rear wheels.
+pub const ENDS: &str =
+    "exchange the columns of wheel1 and wheel3 of both sides, angles, torques and steering";
+
 /// A change of the readings; wheels 0 to 2 of both sides.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Change {
@@ -25,6 +29,8 @@ pub enum Change {
     Axes,
     /// The same of a sensor that is turned about its vertical axis: by a right angle to the left, or to the right.
     Turned(f64),
+    /// Front and rear wheels are exchanged, on both sides.
+    Ends,
     /// All torques are so many times as large.
     Torques(f64),
     /// The coupling's angle is so many times as large.
@@ -33,7 +39,7 @@ pub enum Change {
     PinsSize(f64),
 }
 
-use Change::{Angle, Axes, Pins, Roll, Torque, Turned};
+use Change::{Angle, Axes, Ends, Pins, Roll, Torque, Turned};
 
 /// As wired, then all others that are tried, those with fewer changes first.
 pub fn wirings() -> Vec<Vec<Change>> {
@@ -55,6 +61,7 @@ pub fn wirings() -> Vec<Vec<Change>> {
     all.extend([of(&[0, 1], both), of(&[1, 2], both)]);
     all.extend(kinds.map(|changes| of(&[0, 1, 2], changes)));
     all.push([of(&[0, 1, 2], both), vec![Pins]].concat());
+    all.push(vec![Ends]);
     all
 }
 
@@ -64,6 +71,13 @@ impl Change {
             Angle(i) => frame.wheel_angle.swap(i, i + 3),
             Torque(i) => frame.motor_torque.swap(i, i + 3),
             Pins => frame.pins.swap(0, 1),
+            Ends => {
+                for k in [0, 3] {
+                    frame.wheel_angle.swap(k, k + 2);
+                    frame.motor_torque.swap(k, k + 2);
+                    frame.steering.swap(k, k + 2);
+                }
+            }
             Self::Torques(size) => scale(&mut frame.motor_torque, size),
             Self::CouplingSize(size) => scale([&mut frame.coupling], size),
             Self::PinsSize(size) => scale(&mut frame.pins, size),
@@ -89,6 +103,7 @@ impl Change {
             Angle(i) => exchange(&format!("wheel{}_angle", i + 1)),
             Torque(i) => exchange(&format!("wheel{}_motor_torque", i + 1)),
             Pins => exchange("pin_angle"),
+            Ends => ENDS.to_owned(),
             Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
             Axes => AXES.to_owned(),
             Turned(way) => {

@@ -24,6 +24,8 @@ const BETTER_MISFIT: f64 = 0.75;
 const BETTER_LIKELY: f64 = 0.5;
 /// Deviations by which a case wins over the wheel radii of the way: once in 700 of correct logs.
 const BEYOND: f64 = 3.0;
+/// Least number of wheel radii of the way: of fewer a mean difference is beyond that more often.
+const LEAST_PARTS: usize = 10;
 /// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
 /// impact is no wiring.
 pub(super) const LARGEST_MISFIT: f64 = 75.0;
@@ -162,14 +164,31 @@ impl Judgement {
         found
     }
 
+    /// Correlation of the roll with the ground over the deviation of none: Fisher's transform of that of independent
+    /// samples, the wheel radii of the way.
+    fn of_roll(&self) -> f64 {
+        // A count of parts.
+        let samples = self.parts.len() as f64 - 3.0;
+        self.roll.correlation().atanh() * samples.max(0.0).sqrt()
+    }
+
     /// Whether it fits better than the log as wired: by all innovations, or, of joints, by these and
     /// the misfit; and over all of the way. On drives of `examples/mujoco` without a skid turn no other case of a log
     /// that is wired right has less than 0.96 of its sum (`joints`: less than 0.99).
     fn is_better(&self, own: &Self, joints: bool) -> bool {
         let [by_all, by_misfit] = [self.sum / own.sum, self.misfit / own.misfit];
-        let OverWay { likely, beyond } = OverWay::of(own, self);
+        let OverWay {
+            likely,
+            beyond,
+            count,
+        } = OverWay::of(own, self);
+        if count < LEAST_PARTS {
+            return false;
+        }
         // The roll follows the ground with it, and not as wired.
-        let turns_roll = own.roll.correlation() < 0.0 && self.roll.correlation() > CORRELATED;
+        let turns_roll = own.roll.correlation() < 0.0
+            && self.roll.correlation() > CORRELATED
+            && self.of_roll() > BEYOND;
         let of_joints = by_all < BETTER_OF_JOINTS || turns_roll && by_all < 1.0;
         let of_joints = of_joints && by_misfit < BETTER_MISFIT;
         by_all < BETTER && likely < BETTER_LIKELY
@@ -189,6 +208,8 @@ struct OverWay {
     likely: f64,
     /// Mean difference of the sums over its own deviation.
     beyond: f64,
+    /// Number of the wheel radii.
+    count: usize,
 }
 
 impl OverWay {
@@ -208,6 +229,7 @@ impl OverWay {
         Self {
             likely: sum(&|_, other| other[1]) / sum(&|own, _| own[1]),
             beyond: gain / (square / (count * (count - 1.0))).sqrt(),
+            count: pairs.len(),
         }
     }
 }
@@ -222,7 +244,7 @@ fn roll_on_ground(found: &Judgement) -> Finding {
     let finding = finding.with("correlation", correlation, "-");
     if correlation > CORRELATED {
         finding
-    } else if correlation < -CORRELATED {
+    } else if correlation < -CORRELATED && found.of_roll() < -BEYOND {
         finding.fault("turn the signs of body_roll and body_roll_rate: lift the left side by hand, then both must grow; or left and right are exchanged")
     } else {
         finding.cannot_tell("drive over bumps under one side")
