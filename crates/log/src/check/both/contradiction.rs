@@ -198,7 +198,7 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
     let frames = &without_yaw_bias(frames, budget);
     let is_fault = |finding: &Finding| finding.verdict == Verdict::Fault;
     let direct = [
-        across::roll(frames, pace),
+        across::roll(frames, stated, pace),
         across::yaw(frames, rover, budget),
     ];
     let opposed = across::opposed(frames, rover);
