@@ -125,6 +125,13 @@ impl WholeRover {
         self.pivot.x - middle.x
     }
 
+    /// Height of O above the contacts, m, in the nominal pose.
+    pub fn height_of_pivot(&self) -> f64 {
+        let geometry = &self.side.geometry;
+        let axle = geometry.axles.iter().map(|axle| axle.y).sum::<f64>() / 3.0;
+        self.pivot.y - axle + geometry.wheel_radius
+    }
+
     /// Height of the centre of mass above the contacts over half of the mean track, -, in the nominal pose: the
     /// part of a side's weight that a slope across moves to the other side, over its tangent.
     pub fn height_over_half_track(&self) -> f64 {

@@ -65,7 +65,12 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
             let torques = torques.map(|channel| (channel.to_string(), channel.values(frames)));
             let wheels = frames.iter().map(|f| (f.time, f.wheel_angle));
             let turning = still::turning(wheels, stated.robot);
-            findings.extend(limits::finding(torques, &turning, &own.parity, MIDDLE));
+            findings.extend(limits::finding(
+                torques,
+                &turning,
+                &own.parity,
+                [MIDDLE, 0.0],
+            ));
             own
         }
     };

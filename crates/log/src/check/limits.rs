@@ -68,12 +68,13 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
 
 /// Torques that stay at a limit, by their names, a NaN where a frame has none. `turning`: whether a wheel turns in each
 /// frame; `squares`: the normalised square of the equations' residual, a NaN where it does not count, and `expected`,
-/// their median if all that is stated holds. `None` of torques without a limit.
+/// their median if all that is stated holds; `lasting`: what is left over its deviation that errors which last make at
+/// most. `None` of torques without a limit.
 pub fn finding(
     torques: impl Iterator<Item = (String, Vec<f64>)>,
     turning: &[bool],
     squares: &[f64],
-    expected: f64,
+    [expected, lasting]: [f64; 2],
 ) -> Option<Finding> {
     let (mut names, mut limits) = (Vec::new(), Vec::new());
     let mut is_at_any = vec![false; squares.len()];
@@ -112,7 +113,8 @@ pub fn finding(
     let finding = finding
         .with("at a limit", at, "-")
         .with("elsewhere", away, "-");
-    Some(if at > FITS && at > MORE * away || at > MUCH_MORE * away {
+    let is_more = at > FITS && at > MORE * away || at > MUCH_MORE * away;
+    Some(if is_more && at > lasting {
         finding.fault("what is read is cut off there, not what acts: choose a greater range of the current's sensor or of its number")
     } else if at < FITS && away < FITS {
         finding
@@ -124,6 +126,7 @@ pub fn finding(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::report::Verdict;
     use robhaz_sim::random::Stream;
 
     /// A torque that is held at rest at its extreme, as on a slope, has no limit; one that is held there while wheels
@@ -144,9 +147,29 @@ mod tests {
         let found = |at_rest: bool| {
             let turning: Vec<bool> = (0..2000).map(|k| !at_rest || k >= 400).collect();
             let torque = [("torque".to_owned(), values.clone())];
-            finding(torque.into_iter(), &turning, &[1.0; 2000], 1.0)
+            finding(torque.into_iter(), &turning, &[1.0; 2000], [1.0, 0.0])
         };
         assert!(found(true).is_none() && found(false).is_some());
+    }
+
+    /// Where errors last, those of the stated size at a limit are no fault, though elsewhere there are less; larger ones are.
+    #[test]
+    fn errors_that_last_are_no_cut_off() {
+        let mut random = Stream::new(1, "noise");
+        let wave = |k: usize| (3.0 * (0.02 * k as f64).sin()).clamp(-1.5, 1.5);
+        let torque: Vec<f64> = (0..2000)
+            .map(|k| wave(k) + 0.1 * (random.uniform() - 0.5))
+            .collect();
+        let verdict = |at: f64, lasting: f64| {
+            let left = |k: usize| if wave(k).abs() < 1.5 { 0.4 } else { at };
+            let squares: Vec<f64> = (0..2000).map(|k| left(k) * left(k)).collect();
+            let torque = [("torque".to_owned(), torque.clone())];
+            let found = finding(torque.into_iter(), &[true; 2000], &squares, [1.0, lasting]);
+            found.map(|found| found.verdict)
+        };
+        assert_eq!(verdict(1.3, 0.0), Some(Verdict::Fault));
+        assert_eq!(verdict(1.3, 1.5), Some(Verdict::CannotTell));
+        assert_eq!(verdict(1.8, 1.5), Some(Verdict::Fault));
     }
 
     /// Closed form: a wave that is cut off at half of its height stays there for a third of its time at each

@@ -99,7 +99,9 @@ impl Judgement {
             (name, values(frames, |frame| frame.motor_torque[i]))
         });
         let turning = still::turning(frames.iter().map(|f| (f.time, f.wheel_angle)), side);
-        let found = limits::finding(torques, &turning, &self.misfits, MIDDLE)?;
+        // Wheels that are held at a limit are pushed across for as long.
+        let lasting = (WholeEstimate::largest_misfit(self.rolled) / 3.0).sqrt();
+        let found = limits::finding(torques, &turning, &self.misfits, [MIDDLE, lasting])?;
         // In a turn wheels are dragged across, and torques hardly change.
         Some(match body_turn(frames) < STRAIGHT {
             true => found,

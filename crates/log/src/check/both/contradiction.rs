@@ -198,7 +198,7 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
     let frames = &without_yaw_bias(frames, budget);
     let words = |finding: Finding| format!("{}: {}", finding.channel, finding.figure);
     let direct = [
-        across::roll(frames, pace),
+        across::roll(frames, stated, pace),
         across::yaw(frames, rover, budget),
     ];
     let impossible = across::ranges(frames, rover).into_iter();

@@ -50,30 +50,46 @@ pub fn coupling_angle(coupling: Coupling) -> &'static str {
     }
 }
 
-/// Size of the yaw over a log, rad.
+/// How far apart the headings of these frames are, rad: a drive in curves may end as it began.
 pub fn body_turn(frames: &[WholeFrame]) -> f64 {
-    let steps = frames.windows(2).filter_map(|w| {
-        let [_, _, rate] = w[0].rates;
-        Some(rate? * (w[1].time - w[0].time))
-    });
-    steps.sum::<f64>().abs()
+    let (mut heading, mut ends) = (0.0_f64, [0.0_f64; 2]);
+    for pair in frames.windows(2) {
+        let [_, _, rate] = pair[0].rates;
+        heading += rate.unwrap_or(0.0) * (pair[1].time - pair[0].time);
+        ends = [ends[0].min(heading), ends[1].max(heading)];
+    }
+    ends[1] - ends[0]
+}
+
+/// The frames until a second and a half after the wheels begin to turn.
+pub fn start(frames: &[WholeFrame]) -> &[WholeFrame] {
+    const START: f64 = 1.5;
+    let mut moved = frames.iter().skip(standing(frames).count());
+    let Some(first) = moved.next() else {
+        return frames;
+    };
+    &frames[..frames.partition_point(|f| f.time < first.time + START)]
+}
+
+/// The frames before the wheels turn.
+fn standing(frames: &[WholeFrame]) -> impl Iterator<Item = &WholeFrame> {
+    /// Turn of a wheel within which the rover stands, rad: two counts of a coarse encoder.
+    const STILL: f64 = 0.02;
+    let mut first = [None; 6];
+    frames.iter().take_while(move |f| {
+        let wheels = first.iter_mut().zip(f.wheel_angle);
+        let turns = wheels.filter_map(|(first, angle)| Some(angle? - *first.get_or_insert(angle?)));
+        turns.fold(0.0_f64, |most, turn| most.max(turn.abs())) < STILL
+    })
 }
 
 /// Bias of the yaw rate that a rest before the first motion shows, of the size that is stated, and the standard deviation
 /// of what is left of it, rad/s.
 pub fn yaw_bias(frames: &[WholeFrame], budget: &NoiseBudget) -> [f64; 2] {
-    /// Turn of a wheel within which the rover stands, rad: two counts of a coarse encoder.
-    const STILL: f64 = 0.02;
     /// Standard deviation of a median over that of the mean: the wheels start before they show it.
     const OF_MEDIAN: f64 = 1.2533;
     let stated = budget.rate_bias;
-    let mut first = [None; 6];
-    let stands = |f: &&WholeFrame| {
-        let wheels = first.iter_mut().zip(f.wheel_angle);
-        let turns = wheels.filter_map(|(first, angle)| Some(angle? - *first.get_or_insert(angle?)));
-        turns.fold(0.0_f64, |most, turn| most.max(turn.abs())) < STILL
-    };
-    let rest: Vec<&WholeFrame> = frames.iter().take_while(stands).collect();
+    let rest: Vec<&WholeFrame> = standing(frames).collect();
     let time = rest.first().zip(rest.last());
     let is_rest = time.is_some_and(|(from, to)| to.time - from.time > SHORTEST);
     let rates: Vec<f64> = rest.iter().filter_map(|f| f.rates[2]).collect();
@@ -180,4 +196,26 @@ pub fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
     }
     speeds.retain(|speed| *speed > least);
     slowness(median(speeds), &rover.side)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::turn_left;
+    use super::*;
+
+    /// Closed form: a turn to the left for 5 s at 0.2 rad/s and back again turns by 1 rad, though it ends as it began; a start
+    /// lasts until 1.5 s after the first motion.
+    #[test]
+    fn a_drive_in_curves_turns() {
+        let frames = turn_left(|f| f.rates[2] = Some(if f.time < 5.0 { 0.2 } else { -0.2 }));
+        assert!(
+            (body_turn(&frames) - 1.0).abs() < 0.01,
+            "{}",
+            body_turn(&frames)
+        );
+        let moves = |f: &mut WholeFrame| f.wheel_angle = [Some((f.time - 2.0).max(0.0)); 6];
+        let frames = turn_left(moves);
+        let start = start(&frames).last().map_or(0.0, |f| f.time);
+        assert!((start - 3.5).abs() < 0.05, "{start}");
+    }
 }

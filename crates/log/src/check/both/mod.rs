@@ -30,6 +30,9 @@ use robhaz_estimator::whole::{SideReadings, WholeFrame};
 
 /// Turn from which on a drive is none straight on, rad.
 const STRAIGHT: f64 = 0.17;
+/// Turn at a start from which on the sides push each other, rad: straight starts on even ground have up to 0.01, S-curves
+/// 0.08 and more.
+const STARTS_STRAIGHT: f64 = 0.03;
 /// Tests of one side that take it for one that drives straight on.
 const STRAIGHT_ON: [&str; 5] = [
     wheels::TEST,
@@ -124,7 +127,7 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
     let zeroed = !zeros.iter().any(is_fault);
     findings.extend(zeros);
-    findings.push(across::roll(frames, pace));
+    findings.push(across::roll(frames, stated, pace));
     let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
@@ -196,12 +199,22 @@ fn of_side(
         check_side(frames, stated, true).findings
     });
     let turned = frames::body_turn(frames);
+    let is_late = |f: &Finding| f.test == delay::TEST && f.channel == drive::LATE;
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
+    if frames::body_turn(frames::start(frames)) > STARTS_STRAIGHT {
+        // Each side pushes the other one, and has no law of motion of its own.
+        findings.retain(|f| ![start::TEST, start::SIZE].contains(&f.test) && !is_late(f));
+        let finding = Finding::ok(
+            start::TEST,
+            "torques 1 to 3",
+            "the rover turns as it starts",
+        );
+        findings.push(finding.cannot_tell("start straight on, after a rest"));
+    }
     if turned > STRAIGHT {
-        let is_of_drive = |f: &Finding| f.test == delay::TEST && f.channel == drive::LATE;
-        findings.retain(|f| !STRAIGHT_ON.contains(&f.test) && !is_of_drive(f));
+        findings.retain(|f| !STRAIGHT_ON.contains(&f.test) && !is_late(f));
         let figure = format!("turned by {:.0} deg", turned.to_degrees());
         let remedy = "record a drive straight on, too: in a turn wheels of a side pass other ground at other speeds";
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
