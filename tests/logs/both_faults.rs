@@ -126,7 +126,10 @@ fn check_finds_what_is_exchanged() {
             of_axes.replace("kept,", "body_inclination,"),
             "exchange the columns of body_inclination and body_roll, and of body_rate and body_roll_rate",
         ),
-        (changed(&["differential_angle"], |_| 0.0), "dead from"),
+        (
+            changed(&["differential_angle"], |_| 0.0),
+            "differential_angle is 0 in all of",
+        ),
         (
             changed(&["differential_angle"], |_| f64::NAN),
             "differential_angle has no value in",
