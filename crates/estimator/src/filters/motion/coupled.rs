@@ -78,8 +78,9 @@ impl MotionFilter {
         }
     }
 
-    /// Corrects both sides by a measurement of both: `left` keeps the covariance of both. One beyond its gate shows what the equations do not hold for, and
-    /// corrects nothing. Returns the innovation with its predicted variance.
+    /// Corrects both sides by a measurement of both: `left` keeps the covariance of both. One beyond its gate
+    /// shows what the equations do not hold for, and corrects nothing. Returns the innovation with its predicted
+    /// variance.
     pub fn correct_both<const K: usize>(
         left: &mut Self,
         right: &mut Self,
