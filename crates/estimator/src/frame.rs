@@ -262,14 +262,12 @@ impl Encoder {
     }
 }
 
-/// Whether an inertial sensor gives the same numbers over and over, as of a bus that hangs, or one of them.
+/// Whether an inertial sensor gives the same numbers over and over, as of a bus that hangs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Repeats<const N: usize> {
-    last: [Option<f64>; N],
+    last: [Option<u64>; N],
     /// For how long they have been the same while the wheels turned, s.
     time: f64,
-    /// The same of each, how often, and the least change of each so far.
-    each: [(f64, u32, f64); N],
 }
 
 impl<const N: usize> Default for Repeats<N> {
@@ -277,7 +275,6 @@ impl<const N: usize> Default for Repeats<N> {
         Self {
             last: [None; N],
             time: 0.0,
-            each: [(0.0, 0, f64::INFINITY); N],
         }
     }
 }
@@ -286,45 +283,19 @@ impl<const N: usize> Repeats<N> {
     /// Time from which on they are no readings, s: more than the period of a sensor of 10 Hz.
     /// Chosen.
     const LONGEST: f64 = 0.15;
-    /// Time (s) and number of equal readings from which on a noisy one is none. As `check` has it.
-    /// Chosen.
-    const LONGEST_ALONE: (f64, u32) = (1.0, 20);
-    /// Step over its noise from which on equal ones show nothing: of three two are equal by chance, twenty once
-    /// in 3000. As `check` has it.
-    /// Definition.
-    const COARSE: f64 = 2.0;
 
     /// Takes the numbers of a frame `dt` (s) after the last one. Zeros may last, of exact sensors.
     pub fn take(&mut self, numbers: [Option<f64>; N], dt: f64, turns: bool) -> bool {
-        let dt = if turns { dt } else { 0.0 };
-        let (mut all, mut any) = (true, false);
-        for ((own, last), number) in self.each.iter_mut().zip(&self.last).zip(numbers) {
-            let change = number.zip(*last).map(|(now, last)| (now - last).abs());
-            let is_same = number.map(f64::to_bits) == last.map(f64::to_bits);
-            let is_read = number.is_none_or(|number| number.abs() > 0.0);
-            any |= number.is_some();
-            all &= is_same && is_read;
-            match is_same && is_read && number.is_some() {
-                true => (own.0, own.1) = (own.0 + dt, own.1.saturating_add(u32::from(turns))),
-                false => (own.0, own.1) = (0.0, 0),
-            }
-            own.2 = own
-                .2
-                .min(change.filter(|change| *change > 0.0).unwrap_or(own.2));
-        }
-        self.time = if all && any { self.time + dt } else { 0.0 };
-        self.last = numbers;
+        let bits = numbers.map(|number| number.map(f64::to_bits));
+        let is_read = numbers.iter().flatten().all(|number| number.abs() > 0.0);
+        let repeats = is_read && bits == self.last && bits.iter().any(Option::is_some);
+        self.time = match repeats {
+            true if turns => self.time + dt,
+            true => self.time,
+            false => 0.0,
+        };
+        self.last = bits;
         self.time > Self::LONGEST
-    }
-
-    /// Whether a number with white noise, by its place, repeats itself by itself.
-    pub fn alone(&self, place: usize, noise: f64) -> bool {
-        let (longest, most) = Self::LONGEST_ALONE;
-        let own = self.each.get(place).filter(|_| noise > 0.0);
-        own.is_some_and(|(time, count, step)| {
-            let is_coarse = *step < f64::INFINITY && *step > Self::COARSE * noise;
-            *time > longest && *count >= most && !is_coarse
-        })
     }
 }
 

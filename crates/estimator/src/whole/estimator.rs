@@ -10,6 +10,7 @@ mod scale;
 mod sliding;
 mod yaw;
 
+use self::intake::Hung;
 use self::sliding::Sliding;
 use self::yaw::Yaw;
 use super::estimate::{TipLine, WholeEstimate};
@@ -80,6 +81,7 @@ pub struct WholeEstimator {
     /// In the units of the filters.
     body: BodyInputs,
     repeats: Repeats<5>,
+    hung: [Hung; 3],
     roll: LinkAngleKalman,
     yaw: Yaw,
     /// The last readings, rad.
@@ -181,6 +183,7 @@ impl WholeEstimator {
             readings: SideReadings::new(rover, joint_noise),
             body: BodyInputs::default(),
             repeats: Repeats::default(),
+            hung: Default::default(),
             roll: LinkAngleKalman::new(&door::budget_in(&units, &settings.budget)),
             yaw: Yaw::new(&settings.budget),
             steering: [0.0; 6],
