@@ -4,13 +4,14 @@
 //! find is the input of the nine rows, and the forces of the rows are those of both sides.
 
 mod across;
+mod hung;
 mod intake;
 mod joint;
 mod scale;
 mod sliding;
 mod yaw;
 
-use self::intake::Hung;
+use self::hung::Hung;
 use self::sliding::Sliding;
 use self::yaw::Yaw;
 use super::estimate::{TipLine, WholeEstimate};
