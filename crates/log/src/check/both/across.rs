@@ -1,8 +1,8 @@
-//! What the readings of joints and body show by themselves and against the wheels: missing ones, ranges, signs of
-//! roll and yaw, zeros of the joints.
+//! What the readings of joints and body show by themselves and against the wheels: missing ones, ranges, the sign of
+//! yaw, zeros of the joints.
 
 use super::frames::{
-    LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
+    self, LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
 };
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
@@ -12,16 +12,15 @@ use crate::readings::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_model::WholeRover;
-use robhaz_score::signals::{derivative, integral, median, smooth};
+use robhaz_score::signals::{median, smooth};
 use std::f64::consts::PI;
-use std::ops::RangeInclusive;
 
 /// Time over which turns of the wheels and slopes are averaged, s.
-const SMOOTHING: f64 = 0.1;
+pub const SMOOTHING: f64 = 0.1;
 /// Error of a joint's zero that is to be found, rad: 2 deg of the differential cost 2 % of N.
 const LARGEST_ZERO: f64 = 0.035;
 /// Turn of the body that shows a sign, rad.
-const LEAST_TURN: f64 = 0.03;
+pub const LEAST_TURN: f64 = 0.03;
 /// Standard deviations of a bias beyond which it is a turn: a false alarm in 16 000.
 const GATE: f64 = 4.0;
 /// Turn of the wheels over that of the gyroscope that is none: a skid turn has more than 1.
@@ -92,11 +91,7 @@ fn torque_range(frames: &[WholeFrame], rover: &WholeRover, i: usize) -> Option<F
     let all: Vec<f64> = all.filter(|torque| torque.is_finite()).collect();
     // Half of the time it is more: no spikes.
     let usual = median(all).filter(|usual| *usual > most)?;
-    let name = format!(
-        "{}_wheel{}_motor_torque",
-        ["left", "right"][i / 3],
-        i % 3 + 1
-    );
+    let name = frames::of_wheel(i, "motor_torque");
     let figure = format!(
         "{usual:.1} N m in half of the frames, where a wheel that carries the whole rover slips at {most:.1}"
     );
@@ -153,107 +148,6 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let of_sides = of_sides.map(finding);
     let dead = of_sides.into_iter().filter(super::is_fault);
     all.map(finding).into_iter().chain(dead).collect()
-}
-
-/// What is read of the roll: time, roll, its rate, turns of the wheels, yaw rate.
-type RollReading = [f64; 5];
-
-/// Of a part of a log without gaps, at each reading alike smoothed: the roll, what its rate adds up to, and what the
-/// direction of the specific force has besides: a rover accelerates across as it turns, as O turns about the middle
-/// wheels, and as it rolls about the line on which it stands.
-fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
-    let (geometry, gravity) = (&rover.side.geometry, rover.side.gravity);
-    let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
-    let column = |i: usize| -> Vec<f64> { part.iter().map(|reading| reading[i]).collect() };
-    // As smooth as a derivative.
-    let smooth = |x: &[f64]| smooth(&smooth(x, half), half);
-    let slope = |i: usize| derivative(&column(i), half, dt);
-    let of_rate = integral(&column(2), dt);
-    let per_turn = geometry.wheel_radius / 6.0 / gravity;
-    let yaw = smooth(&column(4));
-    let turning = slope(3)
-        .iter()
-        .zip(yaw)
-        .map(|(turn, yaw)| per_turn * turn * yaw)
-        .collect();
-    let times = |factor: f64, x: Vec<f64>| x.iter().map(|x| factor / gravity * x).collect();
-    [
-        smooth(&column(1)),
-        smooth(&of_rate),
-        turning,
-        times(rover.ahead_of_middle(), slope(4)),
-        times(-rover.height_of_pivot(), slope(2)),
-    ]
-}
-
-/// The sign of the roll against its rate, over half a second of an ordinary drive. What both have in common over the
-/// whole log shows nothing: a gyroscope's bias.
-pub fn roll(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Finding {
-    /// Longest time, s: a gyroscope that drifts by 0.1 deg/s turns by less than [`LEAST_TURN`].
-    const LONGEST: f64 = 5.0;
-    /// Error of each part of the acceleration across: tyres yield, wheels slip, and a sensor is not in O.
-    const OF_ACROSS: f64 = 0.5;
-    /// Ratio of right readings.
-    const RIGHT: RangeInclusive<f64> = 0.7..=1.4;
-    let (mut wheels, mut yaw) = (0.0, 0.0);
-    let reading = |f: &WholeFrame| {
-        wheels = wheel_turns(f).unwrap_or(wheels);
-        yaw = f.rates[2].unwrap_or(yaw);
-        Some([f.time, f.roll?, f.rates[0]?, wheels, yaw])
-    };
-    let readings: Vec<RollReading> = frames.iter().filter_map(reading).collect();
-    let steps = readings.windows(2).map(|w| w[1][0] - w[0][0]);
-    let dt = median(steps.collect()).filter(|dt| *dt > 0.0);
-    let dt = dt.unwrap_or(LONGEST_GAP);
-    // Twice the step of the filter of a gyroscope's drift: slow drifts cancel.
-    let apart = (0.5 * pace).min(LONGEST);
-    let step = ((apart / dt).round() as usize).max(1);
-    // Of each, and of its products with what the rate adds up to.
-    let (mut sums, mut products, mut count) = ([0.0; 5], [0.0; 5], 0.0);
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for part in readings.chunk_by(|a, b| b[0] - a[0] <= LONGEST_GAP) {
-        let of_part = rolls(part, stated.rover, dt);
-        for k in step..part.len() {
-            let change = of_part.each_ref().map(|x| x[k] - x[k - step]);
-            let [_, by_rate, ..] = change;
-            if !change.iter().sum::<f64>().is_finite() {
-                continue;
-            }
-            for ((x, sum), product) in change.iter().zip(&mut sums).zip(&mut products) {
-                *sum += x;
-                *product += x * by_rate;
-            }
-            count += 1.0;
-            (low, high) = (low.min(by_rate), high.max(by_rate));
-        }
-    }
-    let (test, channel) = ("roll and its rate", "body_roll, body_roll_rate");
-    let range = high - low;
-    if range.is_nan() || range < LEAST_TURN {
-        let figure = format!("the body rolls by less than 2 deg in {apart:.1} s");
-        let remedy = "drive over bumps under one side, or lift one side by hand, while recording";
-        return Finding::ok(test, channel, figure).cannot_tell(remedy);
-    }
-    let together = |i: usize| (products[i] - sums[i] * sums[1] / count) / count;
-    let [read, .., turning, swinging, rolling] = [0, 1, 2, 3, 4].map(|i| together(i) / together(1));
-    let across = match stated.settings.budget.specific_force {
-        true => [turning, swinging, rolling],
-        false => [0.0; 3],
-    };
-    let ratio = read - across.iter().sum::<f64>();
-    let error = OF_ACROSS * across.iter().map(|part| part.abs()).sum::<f64>();
-    let figure = format!("the roll changes {ratio:.2} times as its rate says");
-    let finding = Finding::ok(test, channel, figure).with("ratio", ratio, "-");
-    match ratio {
-        ratio if RIGHT.contains(&ratio) => finding,
-        ratio if ratio + error < 0.0 => finding.fault(
-            "turn the sign of body_roll or of body_roll_rate: lift the left side by hand, then both must be positive",
-        ),
-        ratio if ratio + error < *RIGHT.start() || ratio - error > *RIGHT.end() => {
-            finding.fault("check the units of both")
-        }
-        _ => finding.cannot_tell("lift one side by hand, slowly: a body that rolls fast accelerates across, which its roll as read contains"),
-    }
 }
 
 /// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
@@ -366,57 +260,9 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
 #[cfg(test)]
 mod tests {
     use super::super::frames::without_yaw_bias;
-    use super::super::testing::{rover, turn_left};
+    use super::super::testing::{rover, stated, turn_left};
     use super::*;
     use crate::check::report::Verdict;
-    use robhaz_estimator::EstimatorSettings;
-
-    fn stated(rover: &WholeRover) -> StatedBoth<'_> {
-        StatedBoth {
-            rover,
-            settings: EstimatorSettings::kalman(),
-            joint: [0.002; 2],
-            compare_from: 0.0,
-        }
-    }
-
-    /// Of an inclinometer without acceleration.
-    fn of_angle(rover: &WholeRover) -> StatedBoth<'_> {
-        let mut stated = stated(rover);
-        stated.settings.budget.specific_force = false;
-        stated
-    }
-
-    /// The roll of a body that rolls to and fro, times `read`; 1 is a reading of the specific force.
-    fn rolling(spin: f64, read: [f64; 2]) -> Finding {
-        let rover = rover();
-        // Of the line on which it stands.
-        let across = rover.height_of_pivot() * spin * spin / rover.side.gravity;
-        let frames = turn_left(|f| {
-            f.rates[2] = Some(0.0);
-            f.roll = Some(0.06 * (read[0] + read[1] * across) * (spin * f.time).sin());
-            f.rates[0] = Some(0.06 * spin * (spin * f.time).cos());
-        });
-        roll(&frames, &stated(&rover), 1.0)
-    }
-
-    /// Closed form: a rover that rolls about the line on which it stands accelerates across by h times the roll's
-    /// acceleration: at 9 rad/s the direction of the specific force turns by 3.2 times the roll, and nothing is wrong. A wrong sign and unit
-    /// show there, too.
-    #[test]
-    fn a_fast_roll_turns_the_specific_force() {
-        for spin in [1.0, 3.0, 6.0, 9.0] {
-            let ratio = |read: [f64; 2]| rolling(spin, read).numbers[0].value;
-            assert!(
-                (ratio([1.0, 1.0]) - 1.0).abs() < 0.25,
-                "{spin} {}",
-                ratio([1.0, 1.0])
-            );
-            assert_eq!(rolling(spin, [1.0, 1.0]).verdict, Verdict::Ok);
-            assert_eq!(rolling(spin, [-1.0, -1.0]).verdict, Verdict::Fault);
-            assert_eq!(rolling(spin, [57.3, 57.3]).verdict, Verdict::Fault);
-        }
-    }
 
     /// A yaw rate in deg/s is no wrong sign, and a gap in a turn is no turn of the wheels: the ratio stays
     /// near 1.
@@ -436,7 +282,7 @@ mod tests {
     }
 
     /// A gyroscope with a bias of 3 deg/s that drives straight on for 10 s: it does not turn where that is stated, a rest
-    /// shows it, and a turn behind it has its sign. Closed form: the roll's ratio to its rate stays 1.
+    /// shows it, and a turn behind it has its sign.
     #[test]
     fn a_stated_bias_is_no_turn() {
         const BIAS: f64 = 0.05;
@@ -466,12 +312,6 @@ mod tests {
         let found = yaw(&corrected, &rover(), &budget(BIAS));
         assert_eq!(found.verdict, Verdict::Ok);
         assert!((found.numbers[0].value - 1.0).abs() < 0.05, "{found:?}");
-        let rolling = turn_left(|f| {
-            f.roll = Some(0.03 * (3.0 * f.time).sin());
-            f.rates[0] = Some(0.09 * (3.0 * f.time).cos() + 2.0 * BIAS);
-        });
-        let found = roll(&rolling, &of_angle(&rover()), 1.0);
-        assert!((found.numbers[0].value - 1.0).abs() < 0.02, "{found:?}");
     }
 
     /// Motors mounted mirror-wise: the right wheels count backwards. A rover that spins on the spot, and one
@@ -515,20 +355,5 @@ mod tests {
         for zero in zeros(&frames, &stated(&rover)) {
             assert_eq!(zero.verdict, Verdict::CannotTell, "{}", zero.figure);
         }
-    }
-
-    /// The roll over a gap of 3 s, in which it changes by 0.3 rad, is not that of its rate there.
-    #[test]
-    fn a_gap_shows_no_roll() {
-        let rolling = |f: &mut WholeFrame| {
-            f.roll = Some(0.1 * (3.0 * f.time).sin());
-            f.rates[0] = Some(0.3 * (3.0 * f.time).cos());
-        };
-        let mut frames = turn_left(rolling);
-        for frame in frames.iter_mut().filter(|f| f.time > 5.0) {
-            frame.roll = frame.roll.map(|roll| roll + 0.3);
-        }
-        frames.retain(|f| !(2.0..5.0).contains(&f.time));
-        assert_eq!(roll(&frames, &of_angle(&rover()), 1.0).verdict, Verdict::Ok);
     }
 }

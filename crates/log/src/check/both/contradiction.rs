@@ -14,7 +14,7 @@
 use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings};
 use super::wirings::{LARGEST_MISFIT, RollOnGround};
-use super::{STRAIGHT, across, is_fault, of_start, steering, torques};
+use super::{STRAIGHT, across, is_fault, of_start, roll, steering, torques};
 use crate::check::recording::driving_speed;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
@@ -198,7 +198,7 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
     let frames = &without_yaw_bias(frames, budget);
     let words = |finding: Finding| format!("{}: {}", finding.channel, finding.figure);
     let direct = [
-        across::roll(frames, stated, pace),
+        roll::roll(frames, stated, pace),
         across::yaw(frames, rover, budget),
     ];
     let impossible = across::ranges(frames, rover).into_iter();

@@ -18,6 +18,11 @@ pub type Of = fn(&WholeFrame) -> Option<f64>;
 /// A reading by its name.
 pub type Reading = (&'static str, Of);
 
+/// The name of a reading of wheel `i`, left 1 to 3, then right 1 to 3.
+pub fn of_wheel(i: usize, quantity: &str) -> String {
+    format!("{}_wheel{}_{quantity}", ["left", "right"][i / 3], i % 3 + 1)
+}
+
 /// What is read of joints and body.
 pub fn readings(rover: &WholeRover) -> [Reading; 8] {
     [

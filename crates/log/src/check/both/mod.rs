@@ -9,6 +9,7 @@ mod across;
 mod agreement;
 mod contradiction;
 mod frames;
+mod roll;
 mod steering;
 #[cfg(test)]
 mod testing;
@@ -127,7 +128,7 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
     let zeroed = !zeros.iter().any(is_fault);
     findings.extend(zeros);
-    findings.push(across::roll(frames, stated, pace));
+    findings.push(roll::roll(frames, stated, pace));
     let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.

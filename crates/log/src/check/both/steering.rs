@@ -1,7 +1,7 @@
 //! Whether the wheels are steered as the rover turns.
 
 use super::STRAIGHT;
-use super::frames::{LONGEST_GAP, body_turn, wheel_turns};
+use super::frames::{self, LONGEST_GAP, body_turn, wheel_turns};
 use super::wiring::ENDS;
 use crate::check::recording::driving_speed;
 use crate::check::report::{Finding, Verdict};
@@ -99,7 +99,7 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     let steers = (0..6).any(|i| has(i) && size(sums[i][1]) > LEAST_STEERING);
     let of_wheel = |i: usize| {
         let [asked, _, product] = sums[i];
-        let name = format!("{}_wheel{}_steering", ["left", "right"][i / 3], i % 3 + 1);
+        let name = frames::of_wheel(i, "steering");
         // Wheels beside the turn's centre do not steer; without a turn nothing shows.
         if !(steers && size(asked) > LEAST_STEERING) {
             return None;

@@ -1,5 +1,7 @@
 //! Drives of a rover for tests.
 
+use crate::check::stated::StatedBoth;
+use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 use robhaz_scene::RobotChoice;
@@ -47,4 +49,14 @@ pub fn turn_left(change: impl Fn(&mut WholeFrame)) -> Vec<WholeFrame> {
         frame
     };
     (0..500).map(frame).collect()
+}
+
+/// What is stated of a rover.
+pub fn stated(rover: &WholeRover) -> StatedBoth<'_> {
+    StatedBoth {
+        rover,
+        settings: EstimatorSettings::kalman(),
+        joint: [0.002; 2],
+        compare_from: 0.0,
+    }
 }
