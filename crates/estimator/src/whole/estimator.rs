@@ -223,7 +223,8 @@ impl WholeEstimator {
         self.begin(frame, interrupted);
         self.take(frame);
         let frames = self.readings.frames(frame);
-        let (roll, body_flags) = self.update_roll(frame, dt);
+        let in_units = self.budget_in_units();
+        let (roll, body_flags) = self.update_roll(frame, &in_units, dt);
         let across = self.across();
         let [left, right] = &mut self.sides;
         // Both take the frame, also where one has no estimate.
@@ -238,7 +239,7 @@ impl WholeEstimator {
 
         if steps[0].dt > 0.0 {
             if self.tied {
-                self.impose_body(&mut steps);
+                self.impose_body(&mut steps, &in_units);
             }
             self.impose_parities(&mut steps, roll, across[0].settled)
                 .map_err(|_| EstimateError::Singular)?;
@@ -294,9 +295,14 @@ impl WholeEstimator {
         door::budget_in(&self.units, &self.settings.budget)
     }
 
-    /// Advances roll and yaw. Returns angle (rad), rate (rad/s) and acceleration (rad/s^2) of the
-    /// roll, and the flags of the readings.
-    fn update_roll(&mut self, frame: &WholeFrame, dt: f64) -> ([f64; 3], Flags) {
+    /// Advances roll and yaw; `in_units` is the noise budget in those of the filters. Returns angle (rad), rate
+    /// (rad/s) and acceleration (rad/s^2) of the roll, and the flags of the readings.
+    fn update_roll(
+        &mut self,
+        frame: &WholeFrame,
+        in_units: &NoiseBudget,
+        dt: f64,
+    ) -> ([f64; 3], Flags) {
         let (budget, time) = (&self.settings.budget, self.units.time);
         let [roll_rate, _, yaw_rate] = frame.rates;
         let rates = [roll_rate, yaw_rate].map(|rate| rate.map(|rate| rate * time));
@@ -311,16 +317,14 @@ impl WholeEstimator {
             rate: roll_rate.now(),
             ..LinkReading::default()
         };
-        let in_units = self.budget_in_units();
         let roll = &mut self.roll;
         if roll.started {
             let [left, right] = self.velocity;
             let sideways = self.yaw.acceleration * self.rover.ahead_of_middle();
             let across = 0.5 * (left.x + right.x) * self.yaw.rate + sideways;
             let across = across / self.rover.side.gravity;
-            let late = (roll_rate.late, roll_rate.left_out());
-            roll.jump(&in_units, late.0, late.1, dt / time);
-            roll.update(&in_units, dt / time, &readings, across);
+            roll.jump(in_units, roll_rate.late, roll_rate.left_out(), dt / time);
+            roll.update(in_units, dt / time, &readings, across);
         } else if let Some(angle) = readings.inclination {
             roll.start(angle, 0.0, readings.rate.unwrap_or(0.0));
         }

@@ -4,6 +4,7 @@ use super::WholeEstimator;
 use crate::estimator::{Estimator, SideStep};
 use crate::filters::GaussMarkov;
 use crate::filters::motion::{JointMeasurement, MotionFilter, TURN_TIME};
+use crate::settings::NoiseBudget;
 use crate::state::{INPUTS, VELOCITY};
 use crate::whole::WholeError;
 use crate::whole::readings::bogie_of;
@@ -16,9 +17,9 @@ const ROWS_LAST: f64 = 2.0;
 
 impl WholeEstimator {
     /// Corrects both sides' filters by the body that they are on: the left Q moves up faster than the right
-    /// one by what the body rolls, and the links that carry them turn.
-    pub(super) fn impose_body(&mut self, steps: &mut [SideStep; 2]) {
-        let (rover, budget) = (&self.rover, self.budget_in_units());
+    /// one by what the body rolls, and the links that carry them turn. `budget`: in the units of the filters.
+    pub(super) fn impose_body(&mut self, steps: &mut [SideStep; 2], budget: &NoiseBudget) {
+        let rover = &self.rover;
         let bogie = bogie_of(&rover.side.geometry);
         let between = 2.0 * rover.link_places[bogie];
         let q = rover.side.geometry.pins.q - rover.pivot;
