@@ -74,15 +74,14 @@ pub fn run(args: &Args) -> Result<()> {
     let mut log = Log::open(place, &options).into_diagnostic()?;
     if log.choice.sides == LogSides::OneOfTwo {
         let slope = log.choice.budget.cross_slope.to_degrees();
-        // No reading of one side shows it: docs/whole-rover.md has measured it.
-        let not_stated = match log.choice.robot.robot.geometry.suspension {
+        let uneven = match log.choice.robot.robot.geometry.suspension {
             Suspension::FourBar => {
-                ", but NOT ground that is a millimetre higher under one side than under the other, which lifts wheels of a body that is fixed to two four-bars: N of front and rear wheel may err by 0.8 of the mean load then"
+                ", and so does uneven ground, which lifts wheels of a body that is fixed to two four-bars by what no reading shows (budget.cross_slope = 0: a floor)"
             }
             Suspension::Bogie { .. } => "",
         };
         let warning = format!(
-            "one side of a robot with two: pushes of the other side and a cross slope of {slope:.1} deg (budget.cross_slope) widen what is stated{not_stated}; {}",
+            "one side of a robot with two: pushes of the other side and a cross slope of {slope:.1} deg (budget.cross_slope) widen what is stated{uneven}; {}",
             Sides::REMEDY
         );
         log.warnings.insert(known, warning);

@@ -8,7 +8,7 @@ use crate::friction::{SlipEvent, WheelFriction};
 use crate::ground::GroundPoint;
 use crate::settings::{EstimatorSettings, KalmanMethod, Method, NoiseBudget, PaperMethod};
 use crate::statics::LOAD_PARAMETERS;
-use robhaz_model::Units;
+use robhaz_model::{LoadShift, Units};
 
 // Each struct is taken apart field by field: a field that is added does not compile here until its
 // unit is known.
@@ -18,7 +18,7 @@ pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> Estima
     let EstimatorSettings {
         masses,
         sides,
-        height_over_half_track,
+        load_shift,
         method,
         viscous_damping,
         gear_efficiency,
@@ -33,12 +33,29 @@ pub(crate) fn settings_in(units: &Units, settings: &EstimatorSettings) -> Estima
         compression: compression / units.length,
         moment_lever: moment_lever / units.length,
         budget: budget_in(units, &budget),
+        load_shift: load_shift_in(units, load_shift),
         // Choices and ratios.
         masses,
         sides,
-        height_over_half_track,
         gear_efficiency,
         nonnegative,
+    }
+}
+
+fn load_shift_in(units: &Units, shift: LoadShift) -> LoadShift {
+    let LoadShift {
+        height_over_half_track,
+        off_centre,
+        share_at,
+        push_at,
+        push_height,
+    } = shift;
+    LoadShift {
+        share_at: share_at.map(|place| place / units.length),
+        push_at: push_at.map(|place| place / units.length),
+        push_height: push_height / units.length,
+        height_over_half_track,
+        off_centre,
     }
 }
 

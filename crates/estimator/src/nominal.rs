@@ -63,9 +63,8 @@ impl Nominal {
             other_side: match settings.sides {
                 Sides::Plane => None,
                 Sides::OneOfTwo => {
-                    let tangent = libm::tan(settings.budget.cross_slope);
-                    let share = settings.height_over_half_track * tangent;
-                    Some(OtherSide::new(robot, share))
+                    let slope = settings.budget.cross_slope;
+                    Some(OtherSide::new(robot, &settings.load_shift, slope))
                 }
             },
         }

@@ -2,7 +2,7 @@
 
 use crate::deviation::root_sum_square;
 use crate::statics::LoadCovariance;
-use robhaz_model::{Robot, Units, Vec2, named};
+use robhaz_model::{LoadShift, Robot, Units, Vec2, named};
 
 named! {
     /// Where the estimator takes the linkage's mass to be.
@@ -253,10 +253,8 @@ pub struct EstimatorSettings {
     pub masses: Masses,
     /// What the robot of one side is a side of. Readings do not show it.
     pub sides: Sides,
-    /// Height of the centre of mass over half of the track, -, of a robot of [`Sides::OneOfTwo`]: part of a side's
-    /// weight that a slope across moves to the other side, over the slope's tangent. 1 of a robot that tips over
-    /// at 45 deg, as the rovers on Mars are built to bear.
-    pub height_over_half_track: f64,
+    /// How load moves between the sides of a robot of [`Sides::OneOfTwo`].
+    pub load_shift: LoadShift,
     /// How tractions and link angles are found.
     pub method: Method,
     /// Nominal viscous damping B of the wheel module, N m s.
@@ -306,7 +304,7 @@ impl EstimatorSettings {
         Self {
             masses: Masses::True,
             sides: Sides::Plane,
-            height_over_half_track: 1.0,
+            load_shift: LoadShift::UNKNOWN,
             method: Method::Paper(PaperMethod::DEFAULT),
             viscous_damping: 0.15,
             gear_efficiency: 1.0,

@@ -280,3 +280,61 @@ fn level_ground_is_as_exact_as_before() {
         plane.error
     );
 }
+
+/// Stated deviation of N of the front wheel over the mean load, of one side of robot A that drives at 0.2 m/s on
+/// waves of the ground, 0.2 m long, on which link 1 turns to and fro by `turn`, rad.
+fn stated_of_four_bar(turn: f64, cross_slope: f64) -> f64 {
+    let robot = Robot::default_a();
+    let budget = NoiseBudget {
+        cross_slope,
+        ..budget(&robot)
+    };
+    let settings = EstimatorSettings {
+        budget,
+        sides: Sides::OneOfTwo,
+        ..EstimatorSettings::kalman_without_angles()
+    };
+    let mut estimator = Estimator::new(&robot, settings);
+    let mut noise = Noise(5);
+    let (speed, wave) = (0.2, std::f64::consts::TAU);
+    let mut stated = 0.0;
+    for k in 0..=1000_u32 {
+        let time = 0.01 * f64::from(k);
+        let drives = (time - 1.0).max(0.0);
+        let link = |angle: f64, rate: f64, noise: &mut Noise| LinkReading {
+            inclination: Some(angle + budget.inclination_noise * noise.next()),
+            rate: Some(rate + budget.rate_noise * noise.next()),
+            rate_error: 0.0,
+        };
+        let moves = f64::from(u8::from(drives > 0.0));
+        let frame = SensorFrame {
+            time,
+            wheel_angle: [Some(speed * drives / robot.geometry.wheel_radius); 3],
+            motor_torque: [Some(budget.torque_noise * noise.next()); 3],
+            link1: link(
+                turn * (wave * drives).sin(),
+                moves * turn * wave * (wave * drives).cos(),
+                &mut noise,
+            ),
+            link2: link(0.0, 0.0, &mut noise),
+            ..SensorFrame::default()
+        };
+        let estimate = estimator.update(&frame).unwrap();
+        stated = estimate.kalman.unwrap().covariance[1][1].sqrt();
+    }
+    stated / robot.mean_wheel_load()
+}
+
+/// A body that is fixed to two four-bars is lifted by ground that is uneven across, up to where a wheel is in the air:
+/// a moment of weight times wheelbase over sqrt(12), as standard deviation, which moves N of the front wheel by some 0.7
+/// of the mean load. It counts where the side finds the ground uneven by more than its wheels give way, and not on
+/// floors, whose cross slope is stated as 0.
+#[test]
+fn uneven_ground_twists_a_body_on_two_four_bars() {
+    let slope = NoiseBudget::typical().cross_slope;
+    let [floor, even, uneven] = [(0.1, 0.0), (0.0, slope), (0.1, slope)]
+        .map(|(turn, slope)| stated_of_four_bar(turn, slope));
+    assert!((0.55..0.85).contains(&uneven), "{uneven}");
+    assert!(even < 0.25 * uneven, "{even} {uneven}");
+    assert!(floor < 0.25 * uneven, "{floor} {uneven}");
+}

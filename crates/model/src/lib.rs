@@ -45,7 +45,7 @@ pub use plane::{cross, direction, perp, rotate, turned};
 pub use posture::{Dyad, Posture, PostureError, corner_s};
 pub use stance::StanceError;
 pub use units::Units;
-pub use whole_rover::{Coupling, WholeRover, WholeRoverError};
+pub use whole_rover::{Coupling, LoadShift, WholeRover, WholeRoverError};
 
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

@@ -46,6 +46,37 @@ pub struct WholeRover {
     pub wheel_inertia: f64,
 }
 
+/// How load moves from one side of a rover to the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadShift {
+    /// Height of the centre of mass above the contacts over half of the mean track, -, in the nominal pose: the
+    /// part of a side's weight that a slope across moves, over its tangent.
+    pub height_over_half_track: f64,
+    /// Part of a side's weight that the lateral place of the body's centre of mass moves, -; to the left is
+    /// positive.
+    pub off_centre: f64,
+    /// Where the body hands on to a side what moves, in the side's nominal pose, m: the pivot of a rocker, or pin Q
+    /// of a triple bogie, whose rear wheels share their load. `None`: the body's centre of mass.
+    pub share_at: Option<Vec2>,
+    /// Where it hands on what the other side pushes: there, too; of a triple bogie above Q by the height of the
+    /// hinge, since pushes turn the rover, and the axial forces that hold it turn the rear bogie about its hinge.
+    pub push_at: Option<Vec2>,
+    /// Standard deviation of the height of that place, m: axial forces may be anything from none to twice those,
+    /// of a triple bogie.
+    pub push_height: f64,
+}
+
+impl LoadShift {
+    /// Of a rover that tips over at 45 deg, as the rovers on Mars are built to bear.
+    pub const UNKNOWN: Self = Self {
+        height_over_half_track: 1.0,
+        off_centre: 0.0,
+        share_at: None,
+        push_at: None,
+        push_height: 0.0,
+    };
+}
+
 /// Reason why a rover is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WholeRoverError {
@@ -132,17 +163,35 @@ impl WholeRover {
         self.pivot.y - axle + geometry.wheel_radius
     }
 
-    /// Height of the centre of mass above the contacts over half of the mean track, -, in the nominal pose: the
-    /// part of a side's weight that a slope across moves to the other side, over its tangent.
-    pub fn height_over_half_track(&self) -> f64 {
+    /// How load moves from one side to the other.
+    pub fn load_shift(&self) -> LoadShift {
+        /// Standard deviation of a uniform distribution, of its half: its reciprocal.
+        const SQRT_3: f64 = 1.732_050_807_568_877_2;
+        let geometry = &self.side.geometry;
+        let mass = &self.side.mass;
+        let half_track = self.half_tracks.iter().sum::<f64>() / 3.0;
+        let (pin, above) = match self.coupling {
+            Coupling::Differential => (self.pivot, 0.0),
+            Coupling::RearBogie => (geometry.pins.q, self.height_of_pivot()),
+        };
+        LoadShift {
+            height_over_half_track: self.height() / half_track,
+            off_centre: mass.body * self.body_place / (half_track * mass.total()),
+            share_at: Some(pin),
+            push_at: Some(pin + Vec2::y() * above),
+            push_height: above / SQRT_3,
+        }
+    }
+
+    /// Height of the centre of mass above the contacts, m, in the nominal pose.
+    fn height(&self) -> f64 {
         let (geometry, mass) = (&self.side.geometry, &self.side.mass);
         let axle = geometry.axles.iter().map(|axle| axle.y).sum::<f64>() / 3.0;
         let mut moment = 3.0 * mass.wheel * axle + mass.body * geometry.body_cg.y;
         for (link, centre) in mass.links.iter().zip(&geometry.link_cg) {
             moment += link * centre.y;
         }
-        let height = moment / mass.total() - axle + geometry.wheel_radius;
-        3.0 * height / self.half_tracks.iter().sum::<f64>()
+        moment / mass.total() - axle + geometry.wheel_radius
     }
 
     /// Mean static load of a wheel, N: a sixth of the weight.

@@ -9,6 +9,7 @@
 //! | torque of the ground on a wheel; the encoder's angle | `wheel_torque.rs`, `wheel_torque/encoder.rs` |
 //! | low passes on rates | `smoothing.rs` |
 //! | push of the other side of a robot with two | `push.rs` |
+//! | unevenness of the ground under one side | `unevenness.rs` |
 //! | motion of the robot, errors of contact angles and torques, creep | `motion/` |
 
 mod kalman;
@@ -18,6 +19,7 @@ pub(crate) mod motion;
 mod paper;
 mod push;
 mod smoothing;
+mod unevenness;
 mod wheel_torque;
 
 pub use kalman::{Innovation, Kalman, Projection};
@@ -26,4 +28,5 @@ pub(crate) use measurement::{Expected, GaussMarkov, Measurement};
 pub use paper::{ComplementaryFilter, TractionObserver};
 pub(crate) use push::PushFilter;
 pub(crate) use smoothing::smoothing_time;
+pub(crate) use unevenness::Unevenness;
 pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, WheelParameters};

@@ -120,8 +120,8 @@ fn what_an_end_stop_holds_is_stated() {
     }
 }
 
-/// Equivalence: the part of a side's weight that moves on a cross slope is that of the nine rows, for a rover whose
-/// tracks are one. The axial forces of wheels in one line are in the planes of the tracks. Rounding.
+/// Equivalence: the part of a side's weight that moves on a cross slope, and by a body whose centre of mass is aside,
+/// is that of the nine rows, for a rover whose tracks are one. The axial forces of wheels in one line are in the planes of the tracks. Rounding.
 #[test]
 fn the_weight_that_a_cross_slope_moves_is_that_of_the_rows() {
     for (height, roll) in [(0.0, 0.05_f64), (0.2, -0.1)] {
@@ -131,9 +131,17 @@ fn the_weight_that_a_cross_slope_moves_is_that_of_the_rows() {
         let found = on_a_plane(&rover, &WholeMotion::at_rest(GRAVITY, 0.0, roll)).normal;
         let [left, right] = [0, 3].map(|k| found[k..k + 3].iter().sum::<f64>());
         let weight = 3.0 * rover.mean_wheel_load() * roll.cos();
-        let moved = rover.height_over_half_track() * roll.tan() * weight;
+        let moved = rover.load_shift().height_over_half_track * roll.tan() * weight;
         assert!(
             (right - left - 2.0 * moved).abs() < 1e-9,
+            "{left} {right} {moved}"
+        );
+        rover.body_place = 0.03;
+        let found = on_a_plane(&rover, &WholeMotion::at_rest(GRAVITY, 0.0, 0.0)).normal;
+        let [left, right] = [0, 3].map(|k| found[k..k + 3].iter().sum::<f64>());
+        let moved = rover.load_shift().off_centre * 3.0 * rover.mean_wheel_load();
+        assert!(
+            (left - right - 2.0 * moved).abs() < 1e-9,
             "{left} {right} {moved}"
         );
     }

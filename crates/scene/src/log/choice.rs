@@ -156,9 +156,9 @@ impl LogChoice {
     /// Settings of an estimator with the drive, the noise budget and the sides that are stated of the log.
     pub fn stated(&self, settings: EstimatorSettings) -> EstimatorSettings {
         let rover = self.robot.whole_rover();
-        let across = rover.map(|rover| rover.height_over_half_track());
+        let shift = rover.map(|rover| rover.load_shift());
         EstimatorSettings {
-            height_over_half_track: across.unwrap_or(settings.height_over_half_track),
+            load_shift: shift.unwrap_or(settings.load_shift),
             viscous_damping: self.viscous_damping,
             gear_efficiency: self.gear_efficiency,
             compression: self.compression,

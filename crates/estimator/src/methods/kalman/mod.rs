@@ -16,7 +16,7 @@ use crate::contact::{
 };
 use crate::estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};
 use crate::filters::motion::MotionFilter;
-use crate::filters::{Innovation, LinkAngleKalman, PushFilter};
+use crate::filters::{Innovation, LinkAngleKalman, PushFilter, Unevenness};
 use crate::flags::Flags;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
@@ -62,6 +62,7 @@ pub(crate) struct KalmanFilters {
     /// Of a side of a whole rover: how it rolls, as of the last estimate.
     pub rolling: Option<Rolling>,
     push: PushFilter,
+    unevenness: Unevenness,
     pub across: Across,
 }
 
@@ -157,6 +158,7 @@ impl KalmanFilters {
             scale: checks::scale_filter(robot, budget, Across::NONE.trailing),
             rolling: None,
             push: PushFilter::new(3.0 * mean_load),
+            unevenness: Unevenness::default(),
             across: Across::NONE,
         }
     }
@@ -295,6 +297,8 @@ impl KalmanFilters {
             .each_ref()
             .map(LinkAngleKalman::impact_acceleration);
         self.consider_turning(impact, nominal, &equations, &right.sensitivity, &mut forces);
+        self.consider_lasting_push(nominal, &equations, &right, &mut forces);
+        self.consider_twist(instant, &equations, &mut forces);
         let loaded =
             |i: usize| nominal.carries_load(forces.normal[i] * stated, self.last_sigma[i] * stated);
         self.loaded = [loaded(0), loaded(1), loaded(2)];

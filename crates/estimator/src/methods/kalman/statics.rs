@@ -3,7 +3,9 @@
 
 use super::KalmanFilters;
 use crate::common::DRIVING_SPEED;
+use crate::deviation::root_sum_square;
 use crate::estimate::{EstimateError, Parity};
+use crate::filters::LinkAngleKalman;
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
 use crate::frame::{Inputs, SHORTEST_STEP};
@@ -15,6 +17,7 @@ use crate::statics::{
     Traction, sensitivity,
 };
 use nalgebra::Matrix4;
+use robhaz_model::{Geometry, Vec2, cross};
 
 impl KalmanFilters {
     /// Eq. (8) for the estimated loads and contact angles.
@@ -128,11 +131,11 @@ impl KalmanFilters {
         right: &mut RightSide,
     ) -> f64 {
         let nominal = instant.nominal;
-        if nominal.other_side.is_none() {
+        let Some(other) = &nominal.other_side else {
             return 0.0;
-        }
+        };
         let (geometry, lever) = (&nominal.robot.geometry, nominal.settings.moment_lever);
-        let by_push = OtherSide::by_push(&equations.arms, &geometry.carriers, lever);
+        let [by_push, turns] = other.by_push(&equations.arms, &geometry.carriers, lever);
         let seen_by = equations.parity_direction.map_or(0.0, |w| w.dot(&by_push));
         let square = seen_by * seen_by;
         let drives = self.motion.velocity().norm_squared() > DRIVING_SPEED * DRIVING_SPEED;
@@ -146,8 +149,62 @@ impl KalmanFilters {
             self.push.update(seen, instant.dt);
         }
         let variance = self.push.variance();
-        right.loads += by_push * by_push.transpose() * variance;
+        let of_push = by_push * by_push.transpose() + turns * turns.transpose();
+        right.loads += of_push * variance;
         square * variance
+    }
+
+    /// Adds what a push of the other side that lasts does to the covariance of all forces: no reading tells it
+    /// from resistance of the wheels.
+    pub(super) fn consider_lasting_push(
+        &self,
+        nominal: &Nominal,
+        equations: &Equations,
+        right: &RightSide,
+        forces: &mut Forces,
+    ) {
+        if nominal.other_side.is_none() {
+            return;
+        }
+        let (sum, _) = self.motion.input(state::RESISTANCE.of(0));
+        let resistance = sum.min(0.0);
+        let rows = right.sensitivity[state::RESISTANCE.of(0)] * resistance;
+        let traction = |i: usize| right.tractions[i].by_resistance * resistance;
+        forces.consider_with(
+            &equations.inverse,
+            &rows,
+            [traction(0), traction(1), traction(2)],
+        );
+    }
+
+    /// Adds what ground that is uneven across does to one side of a robot with two four-bars to the covariance of N.
+    pub(super) fn consider_twist(
+        &mut self,
+        instant: &Instant<'_>,
+        equations: &Equations,
+        forces: &mut Forces,
+    ) {
+        /// Least compression of a wheel under its load, over its radius: hard rubber, 1 mm of 100 mm.
+        /// Textbook.
+        const HARD: f64 = 0.01;
+        let nominal = instant.nominal;
+        let Some(other) = nominal.other_side.filter(OtherSide::twists) else {
+            return;
+        };
+        let (arms, geometry) = (&equations.arms, &nominal.robot.geometry);
+        let height = MiddleWheel::new(geometry, arms);
+        let sigma = self.links.each_ref().map(LinkAngleKalman::settled_sigma);
+        let way = robhaz_model::sqrt(self.motion.velocity().norm_squared()) * instant.dt;
+        let noise = height.sigma(sigma);
+        let given = nominal.settings.compression;
+        let given = given.max(HARD * geometry.wheel_radius);
+        self.unevenness
+            .update(height.above, noise * noise, given, way, height.length);
+        let bias = nominal.settings.budget.inclination_bias;
+        let square = self.unevenness.square(height.sigma([bias; 2]));
+        let lever = nominal.settings.moment_lever;
+        let rows = other.by_twist(arms, &geometry.carriers, lever, (square, given));
+        forces.consider(&equations.inverse, &rows);
     }
 
     /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the
@@ -267,5 +324,46 @@ impl KalmanFilters {
                 forces.consider(&equations.inverse, &(by_acceleration * (arm * sigma)));
             }
         }
+    }
+}
+
+/// Where the axle of the middle wheel is, against the line of the others.
+struct MiddleWheel {
+    /// Height above that line, less that on flat ground, m.
+    above: f64,
+    /// Its derivatives by the angles of both links, m.
+    by_angle: [f64; 2],
+    /// Length of that line, m.
+    length: f64,
+}
+
+impl MiddleWheel {
+    fn new(geometry: &Geometry, arms: &Arms) -> Self {
+        let length =
+            |[front, _, rear]: [Vec2; 3]| robhaz_model::sqrt((front - rear).norm_squared());
+        let above = |axles: [Vec2; 3]| {
+            let [front, middle, rear] = axles;
+            cross(front - rear, middle - rear) / length(axles)
+        };
+        let [front, middle, rear] = arms.axles;
+        let (line, length) = (front - rear, length(arms.axles));
+        let part = line.dot(&(middle - rear)) / (length * length);
+        let mut by_angle = [0.0; 2];
+        let shares = [-part, 1.0, part - 1.0];
+        for ((axle, share), carrier) in arms.axles.iter().zip(shares).zip(geometry.carriers) {
+            if let Some(by_angle) = by_angle.get_mut(carrier.index()) {
+                *by_angle += share * axle.dot(&line) / length;
+            }
+        }
+        Self {
+            above: above(arms.axles) - above(geometry.axles),
+            by_angle,
+            length,
+        }
+    }
+
+    /// Standard deviation of the height for those of both angles, rad.
+    fn sigma(&self, [first, second]: [f64; 2]) -> f64 {
+        root_sum_square(self.by_angle[0] * first, self.by_angle[1] * second)
     }
 }
