@@ -74,3 +74,45 @@ fn inclinations_may_go_from_0_to_a_turn() {
     let [checked, _] = said(turned);
     assert!(!checked.contains("FAULT"), "{checked}");
 }
+
+/// A torque that is 1 N m off: an estimate says what `check` finds, with its remedy, before its forces; of the right log
+/// nothing.
+#[test]
+fn an_estimate_says_what_check_finds() {
+    let off = |drive: &mut LevelDrive| {
+        let values = drive.column("wheel2_motor_torque").iter_mut();
+        values.for_each(|value| *value += 1.0);
+    };
+    let [checked, estimated] = said(off);
+    assert!(checked.contains("FAULT        zero at rest"), "{checked}");
+    let line = "FAULT: zero at rest, torque 2: mean 0.99";
+    assert!(estimated.contains(line), "{estimated}");
+    assert!(
+        estimated.contains(" -> zero it with the motors off"),
+        "{estimated}"
+    );
+    let [_, estimated] = said(|_| {});
+    assert!(!estimated.contains("FAULT"), "{estimated}");
+}
+
+/// Magnetic encoders have white noise: it is measured and counts as that of fewer counts, so that N stays right; and no
+/// test takes it for something else.
+#[test]
+fn white_noise_of_encoders_counts() {
+    let mut random = super::level_drive::normal(4);
+    let noise: Vec<f64> = (0..1803)
+        .map(|_| 0.05_f64.to_radians() * random())
+        .collect();
+    let [checked, estimated] = said(|drive| {
+        for (i, noise) in noise.chunks(601).enumerate() {
+            let values = drive.column(&format!("wheel{}_angle", i + 1)).iter_mut();
+            values.zip(noise).for_each(|(value, noise)| *value += noise);
+        }
+    });
+    assert!(!checked.contains("FAULT"), "{checked}");
+    assert!(
+        estimated.contains("the encoders have a white noise of 0.05"),
+        "{estimated}"
+    );
+    assert!(!estimated.contains("WRONG FORCES"), "{estimated}");
+}

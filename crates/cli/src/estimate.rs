@@ -1,32 +1,19 @@
 //! `robhaz estimate`: the estimators on a recorded log.
 
+use crate::check::Checked;
 use crate::choice::{Choice, choice, choices};
+use crate::log_args::LogArgs;
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
-use miette::{IntoDiagnostic, Report, Result, WrapErr, bail};
+use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_estimator::Sides;
-use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
+use robhaz_log::check::Finding;
+use robhaz_log::{Log, LogOptions, LogPlace};
 use robhaz_model::Suspension;
 use robhaz_scene::LogSides;
 use serde_json::Value;
 use std::path::PathBuf;
 use std::time::Instant;
-
-/// A log and its descriptions, as `robhaz estimate` and `robhaz check` take them.
-#[derive(clap::Args)]
-pub struct LogArgs {
-    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an
-    /// estimate.
-    log: PathBuf,
-    /// The robot: a file with the section robot of a scene, or a weighed robot; by default that of
-    /// the log's folder, else robot A.
-    #[arg(long, value_name = "ROBOT.toml")]
-    robot: Option<PathBuf>,
-    /// Description of the log: columns and units of the readings, clocks, noise budget, nominal
-    /// damping, estimators. See docs/logs.md.
-    #[arg(long, value_name = "SENSORS.toml")]
-    sensors: Option<PathBuf>,
-}
 
 /// Arguments of `robhaz estimate`.
 #[derive(clap::Args)]
@@ -87,6 +74,9 @@ pub fn run(args: &Args) -> Result<()> {
         log.warnings.insert(known, warning);
     }
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
+    let faults = faults(&args.log, &log);
+    let of_faults = of_faults(faults.as_deref());
+    of_faults.iter().for_each(|w| warn_of(&log.name, w));
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let resolved = log.choice.to_toml(&version);
     let mut files = vec![(LogPlace::DESCRIPTION.to_owned(), resolved.into())];
@@ -104,10 +94,11 @@ pub fn run(args: &Args) -> Result<()> {
         work: "reading and estimation",
         files,
     };
-    let document = results::write(log.into_run().into_diagnostic()?, &job, &args.results)?;
+    let mut document = results::write(log.into_run().into_diagnostic()?, &job, &args.results)?;
     let has_forces = |estimator: &Value| !estimator["means"].is_null();
     let estimators = document["summary"]["estimators"].as_object();
     let is_empty = estimators.is_some_and(|all| !all.values().any(has_forces));
+    document["faults"] = serde_json::to_value(&faults).into_diagnostic()?;
     tell_json(|| Ok(document))?;
     if is_empty {
         bail!("{name}: no estimator found a force in the whole log; `robhaz check` says why");
@@ -115,26 +106,32 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-impl LogArgs {
-    /// The log with its descriptions. Warns where the robot, or how exact it is, is not stated.
-    pub fn place(&self) -> Result<LogPlace> {
-        let mut place = LogPlace::find(&self.log).map_err(shown)?;
-        let (sensors, robot) = (self.sensors.as_deref(), self.robot.as_deref());
-        let (choice, notice) = place.choice.clone().described(sensors, robot)?;
-        if !choice.states("robot") && !place.is_described {
-            let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
-            place.warnings.push(warning.to_owned());
-        }
-        place.warnings.extend(notice);
-        place.choice = choice;
-        Ok(place)
+/// The faults that the tests of `robhaz check` find; `None` of a log that they are not run on.
+fn faults(args: &LogArgs, log: &Log) -> Option<Vec<Finding>> {
+    /// Frames up to which they are looked for, an hour at 50 Hz: the tests take twice the time of the estimate.
+    const LONGEST: f64 = 200_000.0;
+    if log.record.duration * log.record.rate > LONGEST {
+        return None;
     }
+    // What keeps it from being checked keeps it from being estimated.
+    let checked = Checked::of(args).ok()?;
+    Some(checked.report.faults().cloned().collect())
 }
 
-/// The error with the excerpt of the scene that it is about.
-pub fn shown(error: PlaceError) -> Report {
-    match error {
-        PlaceError::Scene(error) => error.into(),
-        other => Report::from_err(other),
-    }
+/// What an estimate says of them, a line each.
+fn of_faults(faults: Option<&[Finding]>) -> Vec<String> {
+    /// Faults that are shown.
+    const SHOWN: usize = 5;
+    let Some(faults) = faults else {
+        return vec!["`robhaz check` has not been run on it".to_owned()];
+    };
+    let shown = faults.iter().take(SHOWN).map(|fault| {
+        let remedy = fault.remedy.iter().flat_map(|remedy| remedy.lines());
+        let remedy: String = remedy.take(1).map(|line| format!(" -> {line}")).collect();
+        let (test, channel, figure) = (fault.test, &fault.channel, &fault.figure);
+        format!("FAULT: {test}, {channel}: {figure}{remedy}")
+    });
+    let more = faults.len().saturating_sub(SHOWN);
+    let more = (more > 0).then(|| format!("and {more} faults more: `robhaz check`"));
+    shown.chain(more).collect()
 }

@@ -1,8 +1,8 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
 use crate::choice::{Choice, choice, choices};
-use crate::estimate::shown as shown_place;
 use crate::interrupt;
+use crate::log_args::shown as shown_place;
 use crate::output_file::OutputFile;
 use crate::terminal::{shown, tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};

@@ -9,6 +9,7 @@ mod export;
 mod interrupt;
 mod keys;
 mod live;
+mod log_args;
 mod new;
 mod output;
 mod output_file;

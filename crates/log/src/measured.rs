@@ -5,7 +5,7 @@
 
 use crate::channel::Channel;
 use crate::readings::Reading;
-use robhaz_score::signals::white_noise;
+use robhaz_score::signals::{deviation, median, white_noise};
 
 /// Least share of the usual noise of torques: a filter in the drive may hide errors that last longer.
 const LEAST: f64 = 1.0 / 3.0;
@@ -13,8 +13,8 @@ const LEAST: f64 = 1.0 / 3.0;
 const LEAST_OF_CHECK: f64 = 1.0;
 /// Most of it: more is a torque in another unit, which is to be found and not to be believed.
 const MOST: f64 = 10.0;
-/// Least change of an angle that is not rounding, rad.
-const LEAST_CHANGE: f64 = 1e-9;
+/// Least white noise of an encoder that is one, rad: a three-hundredth of a degree.
+const LEAST_NOISE: f64 = 5e-5;
 /// What a change may differ by from a multiple of the step, in steps: angles written with few digits.
 const OF_STEP: f64 = 0.05;
 /// Fewest changes of up to five steps that show the step, and fewest of several, or gaps of each length,
@@ -48,29 +48,50 @@ pub fn take_noise_of_pins(channels: &[Channel], stated: &mut f64) -> Option<Stri
 }
 
 /// Takes the counts of the encoders (in a turn of the wheel; 0: exact) for the stated ones where they are
-/// fewer, and says so.
+/// fewer, and says so: as their steps show, or their white noise, as that of a magnetic sensor, which errs as much as
+/// that many counts.
 pub fn take_counts(channels: &[Channel], stated: &mut f64) -> Option<String> {
-    let steps = of_readings(channels, "_angle").filter_map(|(reading, values)| {
-        let is_of_wheel = reading.name().contains("wheel") && !reading.is_contact_angle();
+    let of_wheels = of_readings(channels, "_angle")
+        .filter(|(reading, _)| reading.name().contains("wheel") && !reading.is_contact_angle());
+    let (mut steps, mut noise) = (0.0_f64, 0.0_f64);
+    for (_, values) in of_wheels {
         // Angles that are written with so many significant digits get coarser as the wheels turn on.
-        let parts = values.chunks((values.len() / PARTS).max(LEAST_PART));
-        let steps = parts.filter(|_| is_of_wheel).filter_map(step);
-        steps.reduce(f64::max)
+        let parts = || values.chunks((values.len() / PARTS).max(LEAST_PART));
+        steps = parts().filter_map(step).fold(steps, f64::max);
+        noise = noise.max(noise_at_rest(&values).unwrap_or(0.0));
+    }
+    let [of_steps, of_noise] = [steps, noise * f64::sqrt(12.0)].map(|x| std::f64::consts::TAU / x);
+    let counts = of_steps.min(if noise > LEAST_NOISE {
+        of_noise
+    } else {
+        f64::INFINITY
     });
-    let counts = std::f64::consts::TAU / steps.fold(0.0, f64::max);
     if !counts.is_finite() || *stated > 0.0 && *stated < EXCEEDS * counts {
         return None;
     }
     let was = std::mem::replace(stated, counts);
+    let shown = if of_steps <= of_noise {
+        format!("the encoders have {counts:.0} counts in a turn of the wheel, as their steps show")
+    } else {
+        let noise = noise.to_degrees();
+        format!(
+            "the encoders have a white noise of {noise:.3} deg, as that of {counts:.0} counts in a turn of the wheel"
+        )
+    };
     Some(format!(
-        "the encoders have {counts:.0} counts in a turn of the wheel, as their steps show; budget.encoder_counts is {was}: the measured one counts"
+        "{shown}; budget.encoder_counts is {was}: the measured one counts"
     ))
 }
 
 /// The step of which all changes of an angle are multiples, rad; `None` where it is too fine to be seen
 /// between readings.
 fn step(values: &[f64]) -> Option<f64> {
-    let is_change = |change: &f64| *change > LEAST_CHANGE;
+    /// Least change of an angle that is not rounding, rad, and over the last decimal place: in a difference of two changes
+    /// four roundings of half a place meet.
+    const LEAST_CHANGE: f64 = 1e-9;
+    const OF_DECIMAL: f64 = 3.0;
+    let least = LEAST_CHANGE.max(OF_DECIMAL * decimal(values));
+    let is_change = |change: &f64| *change > least;
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     // A wheel that turns by two counts and three shows one count in what its changes differ by.
     let differences = changes.windows(2).map(|w| (w[1] - w[0]).abs());
@@ -95,6 +116,29 @@ fn step(values: &[f64]) -> Option<f64> {
     let are_whole = 50 * sizes.len() >= 49 * moments.len();
     let shows = has_several || vary(gaps.collect()) || are_whole && vary(sizes);
     (fits && shows).then_some(step)
+}
+
+/// White noise of an angle whose wheel rests, rad; `None` of one that never does. Of a wheel that turns, uneven ground
+/// and uneven times look like noise.
+fn noise_at_rest(values: &[f64]) -> Option<f64> {
+    /// Values of a rest: enough for [`white_noise`].
+    const REST: usize = 60;
+    /// White noise over the deviation from the mean: the least share in a rest. Of 60 values it errs by a sixth.
+    const SHARE: f64 = 0.7;
+    let rests = values.chunks_exact(REST).filter_map(|rest| {
+        let all = deviation(rest);
+        (white_noise(rest)? > SHARE * all).then_some(all)
+    });
+    median(rests.collect())
+}
+
+/// The last decimal place of values that are written with at most nine; 0 of others.
+fn decimal(values: &[f64]) -> f64 {
+    // Of 4000 rad in nine places rounding is 5e-4.
+    let is_whole = |value: f64| (value - value.round()).abs() < 0.01;
+    let scales = (0..10).map(|places| 10_f64.powi(places));
+    let mut written = scales.filter(|scale| values.iter().all(|value| is_whole(value * scale)));
+    written.next().map_or(0.0, f64::recip)
 }
 
 /// Whether two values or more come often.
@@ -152,6 +196,18 @@ mod tests {
             assert!(
                 found.is_some_and(|found| (found / counts - 1.0).abs() < 1e-9),
                 "{counts}"
+            );
+        }
+        // Written with six and nine places, as by `%f` and many a logger.
+        for places in [1e6, 1e9] {
+            let written: Vec<f64> = (angles(752.0, 0.5).iter())
+                .map(|x| (x * places).round() / places)
+                .collect();
+            let found = step(&written).map(|step| std::f64::consts::TAU / step);
+            // A thousandth: of the roundings of a place in steps of 8 mrad.
+            assert!(
+                found.is_some_and(|found| (found / 752.0 - 1.0).abs() < 1e-3),
+                "{found:?}"
             );
         }
         // As a rover that drives at 0.2 m/s on 50 Hz: 6.4 counts a reading.
