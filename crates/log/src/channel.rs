@@ -5,11 +5,11 @@ use crate::bag;
 use crate::error::LogError;
 use crate::formula::Formula;
 use crate::mcap_events::{self, Clock, Wanted};
-use crate::readings::{COUNT, Reading, Values};
 use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
 use crate::truth::TruthColumns;
 use crate::{csv_table, parquet_rows};
 use robhaz_run::ChannelReport;
+use robhaz_scene::{Reading, Values};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::slice::Chunks;
@@ -177,9 +177,14 @@ impl Channel {
         self.cells.get(row * columns..(row + 1) * columns)
     }
 
+    /// Whether it has a reading.
+    pub fn has(&self, reading: Reading) -> bool {
+        self.readings.iter().any(|(own, _)| *own == reading)
+    }
+
     /// The readings of a row's cells.
     pub fn values(&self, cells: &[f64]) -> Values {
-        let mut values: Values = [None; COUNT];
+        let mut values: Values = [None; Reading::COUNT];
         for (reading, formula) in &self.readings {
             values[reading.index()] = formula.value(cells);
         }
@@ -244,8 +249,7 @@ impl Channels {
 
     /// Whether a channel has a reading.
     pub fn has(&self, reading: Reading) -> bool {
-        let mut readings = self.all.iter().flat_map(|c| &c.readings);
-        readings.any(|(r, _)| *r == reading)
+        self.all.iter().any(|channel| channel.has(reading))
     }
 
     /// Leaves out the contact angles.
@@ -268,9 +272,7 @@ impl Channels {
 
     /// The readings that no channel has, of those that one side needs.
     pub fn absent(&self) -> Vec<Reading> {
-        let other = Some(!self.is_of_body());
-        let needed = Reading::all()
-            .filter(|r| r.is_of_body() != other && !r.is_of_both() && !r.is_optional());
+        let needed = Reading::of_side(self.is_of_body());
         needed.filter(|r| !self.has(*r)).collect()
     }
 }

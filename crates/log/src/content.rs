@@ -5,8 +5,7 @@ use crate::error::LogError;
 use crate::formula::{Source, Upward};
 use crate::frames::Frames;
 use crate::own_names;
-use crate::readings::Reading;
-use robhaz_scene::{LogChoice, LogSides, is_wheel_angle};
+use robhaz_scene::{LogChoice, LogSides, Reading};
 use std::path::PathBuf;
 
 /// How a log is read.
@@ -36,11 +35,10 @@ pub fn check_values(channels: &[Channel], allows_empty: bool) -> Result<Option<S
             let values = channel.rows().map(|row| formula.value(row));
             let name = reading.name();
             if let Some(first) = values.clone().flatten().next() {
-                drives |= is_wheel_angle(name)
+                drives |= reading.is_wheel_angle()
                     && values.clone().flatten().any(|v| (v - first).abs() > TURNS);
                 let is_zero = |value: f64| value.abs() <= 0.0;
-                let is_torque = name.ends_with("_motor_torque");
-                if is_torque && is_zero(first) && values.flatten().all(is_zero) {
+                if reading.is_torque() && is_zero(first) && values.flatten().all(is_zero) {
                     zeros.push(name);
                 }
                 continue;

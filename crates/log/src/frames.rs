@@ -8,13 +8,13 @@
 use crate::channel::{Channel, Channels};
 use crate::formula::Formula;
 use crate::jitter::Jitter;
-use crate::readings::{self, Reading, Values, frame, side_frame, whole_frame};
 use crate::stamp::Stamp;
 use crate::truth::FoundTruth;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::BodyMount;
 use robhaz_run::{BothSides, ChannelReport, LogReport, RunError, Sample, Source};
+use robhaz_scene::{Reading, Values, frame, whole_frame};
 use std::path::Path;
 
 /// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is
@@ -241,8 +241,19 @@ impl Taken {
     fn nothing(channels: &Channels) -> Self {
         Self {
             channels: vec![TakenOfChannel::default(); channels.all.len()],
-            missing: vec![0; readings::COUNT],
+            missing: vec![0; Reading::COUNT],
         }
+    }
+}
+
+/// The wheels of one side (0 left, 1 right), without links.
+pub fn side_frame(whole: &WholeFrame, side: usize) -> SensorFrame {
+    let of = |wheels: &[Option<f64>; 6]| [0, 1, 2].map(|i| wheels[3 * side + i]);
+    SensorFrame {
+        time: whole.time,
+        wheel_angle: of(&whole.wheel_angle),
+        motor_torque: of(&whole.motor_torque),
+        ..SensorFrame::default()
     }
 }
 

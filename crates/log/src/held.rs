@@ -4,7 +4,7 @@
 
 use crate::channel::Channel;
 use crate::formula::Source;
-use crate::readings::Reading;
+use robhaz_scene::Reading;
 use robhaz_score::signals::median;
 use std::collections::BTreeSet;
 
@@ -61,7 +61,7 @@ const KINDS: [&str; 3] = ["wheel angles", "torques", "links"];
 fn kind_of(reading: Reading) -> Option<&'static str> {
     let [angles, torques, links] = KINDS;
     let kind = match reading.name() {
-        name if name.ends_with("_motor_torque") => torques,
+        _ if reading.is_torque() => torques,
         name if name.contains("wheel") => angles,
         _ => links,
     };

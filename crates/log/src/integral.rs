@@ -7,7 +7,7 @@
 
 use crate::channel::Channel;
 use crate::formula::{Formula, Source};
-use crate::readings::Reading;
+use robhaz_scene::Reading;
 use robhaz_score::signals::median;
 use std::f64::consts::TAU;
 

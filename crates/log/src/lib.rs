@@ -10,7 +10,7 @@
 //! | `rows`, `csv_table`, `parquet_rows` | rows of a table, whatever its format |
 //! | `mcap_events`, `messages`, `cdr` | topics of MCAP files; the ROS 2 messages in them |
 //! | `stamp`, `iso8601`, `order` | time stamps and their order |
-//! | `readings`, `truth` | readings and truth by the names of columns |
+//! | `truth` | truth by the names of columns |
 //! | `own_names`, `mapped`, `units`, `formula`, `channel` | which column is which reading, and in which unit |
 //! | `survey`, `integral`, `frames` | rows of all channels, read and judged; speeds integrated; frames on one time |
 //! | `place`, `bag`, `content`, `log` | from a path to a run; whether a log has what is needed |
@@ -44,7 +44,6 @@ mod order;
 mod own_names;
 mod parquet_rows;
 mod place;
-mod readings;
 mod rows;
 mod stamp;
 mod survey;

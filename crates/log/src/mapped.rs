@@ -5,13 +5,11 @@ use crate::channel::{Channel, Rows, stem};
 use crate::error::LogError;
 use crate::formula::{Formula, Source, Upward, across};
 use crate::mcap_events::Clock;
-use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
 use crate::units::{Kind, Stated, Unit};
 use robhaz_scene::{
-    ChannelChoice, ImuChoice, InclinationSource, Mapping, ReadingChoice, World, is_of_both,
-    is_wheel_angle,
+    ChannelChoice, ImuChoice, InclinationSource, Mapping, Reading, ReadingChoice, World,
 };
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
@@ -49,7 +47,7 @@ pub fn channels(
     for reading in &mapping.readings {
         named(&mut channels, &reading.channel).add_reading(reading);
     }
-    let both = mapping.readings.iter().any(|r| is_of_both(r.name));
+    let both = mapping.readings.iter().any(|r| r.reading().is_of_both());
     for imu in &mapping.imus {
         add_imu(&mut channels, imu, both);
     }
@@ -151,7 +149,7 @@ impl Channel {
     /// that of a joint.
     fn add_reading(&mut self, reading: &ReadingChoice) {
         let is_speed = is_speed(reading)
-            || is_wheel_angle(reading.name)
+            || reading.reading().is_wheel_angle()
                 && matches!(self.rows, Rows::Topic(..))
                 && reading.column.ends_with(".velocity");
         let wraps = reading.wrap > 0.0;
@@ -176,13 +174,7 @@ impl Channel {
                 && reading.offset.abs() > FRAC_PI_2,
             ..Formula::of_cell(cell)
         };
-        self.add(reading.name, formula);
-    }
-
-    fn add(&mut self, name: &str, formula: Formula) {
-        let reading = Reading::all().find(|r| r.name() == name);
-        self.readings
-            .extend(reading.map(|reading| (reading, formula)));
+        self.readings.push((reading.reading(), formula));
     }
 }
 
@@ -218,9 +210,11 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
         ("yaw_rate", false, Some(imu.up), imu.yaw_rate_offset),
     ] {
         let name = format!("{}_{part}", imu.link);
-        if !(both || of_plane) || !is_free(channels, &name) {
+        let is_free = |r: &Reading| channels.iter().all(|c| !c.has(*r));
+        let reading = Reading::named(&name).filter(is_free);
+        let Some(reading) = reading.filter(|_| both || of_plane) else {
             continue;
-        }
+        };
         let own = axis.map_or(&imu.channel, |_| of_rate(imu));
         let channel = named(channels, own);
         let formula = match axis {
@@ -242,7 +236,9 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
                 }
             }
         };
-        channel.add(&name, Formula { offset, ..formula });
+        channel
+            .readings
+            .push((reading, Formula { offset, ..formula }));
     }
 }
 
@@ -267,16 +263,10 @@ fn upward(channel: &mut Channel, imu: &ImuChoice) -> Upward {
     }
 }
 
-/// Whether no channel has a reading yet.
-fn is_free(channels: &[Channel], name: &str) -> bool {
-    let mut readings = channels.iter().flat_map(|c| &c.readings);
-    !readings.any(|(reading, _)| reading.name() == name)
-}
-
 /// Whether a reading is the angle of a wheel, and its unit one of a speed.
 fn is_speed(reading: &ReadingChoice) -> bool {
     let kind = Unit::of(reading.unit).map(|unit| unit.kind);
-    is_wheel_angle(reading.name) && kind == Some(Kind::Rate)
+    reading.reading().is_wheel_angle() && kind == Some(Kind::Rate)
 }
 
 /// Checks that the file of a channel has its columns, in the units that the description states, and

@@ -4,7 +4,7 @@
 //! stated by a fifth.
 
 use crate::channel::Channel;
-use crate::readings::Reading;
+use robhaz_scene::Reading;
 use robhaz_score::signals::{deviation, median, white_noise};
 
 /// Least share of the usual noise of torques: a filter in the drive may hide errors that last longer.

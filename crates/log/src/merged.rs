@@ -3,10 +3,9 @@
 
 use crate::channel::{Channel, Rows};
 use crate::formula::Formula;
-use crate::readings::Reading;
 use crate::survey::{count_gaps, period};
 use robhaz_run::ChannelReport;
-use robhaz_scene::is_wheel_angle;
+use robhaz_scene::Reading;
 
 /// Share of the rows with all readings below which a table was made of several.
 const WHOLE: f64 = 0.5;
@@ -32,7 +31,7 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
         rows.iter().map(is_there).collect()
     };
     let present: Vec<Vec<bool>> = table.readings.iter().map(present).collect();
-    let is_wheel = |k: &usize| is_wheel_angle(table.readings[*k].0.name());
+    let is_wheel = |k: &usize| table.readings[*k].0.is_wheel_angle();
     let parts = parts(&present, rows.len(), is_wheel)?;
     let found = parts.iter().map(|part| of_part(table, part, &rows));
     let mut found: Vec<Channel> = found.collect();

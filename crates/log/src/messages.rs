@@ -2,9 +2,9 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::readings::Reading;
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_model::named;
+use robhaz_scene::Reading;
 
 named! {
     /// A kind of message that holds readings, by the name of its schema.

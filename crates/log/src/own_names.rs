@@ -5,12 +5,11 @@ use crate::error::LogError;
 use crate::formula::{Formula, Upward};
 use crate::mapped::{self, FORWARD, UP, direction};
 use crate::mcap_events::Clock;
-use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::truth;
 use crate::units::{Kind, Unit};
 use robhaz_model::{Suspension, WholeRover};
-use robhaz_scene::{ChannelChoice, LogChoice, LogSides};
+use robhaz_scene::{ChannelChoice, LogChoice, LogSides, Reading};
 use std::path::Path;
 
 /// Name of the time column.

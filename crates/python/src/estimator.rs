@@ -2,14 +2,14 @@
 
 use crate::error::{invalid, of_frame, of_scene, warn};
 use crate::estimate::Estimate;
-use crate::readings::{Readings, known};
+use crate::readings::{Readings, Source, known};
 use crate::table::Table;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_record::{BatchBuilder, Table as Columns};
 use robhaz_run::{EstimatedTerrain, Frame};
-use robhaz_scene::LogChoice;
+use robhaz_scene::{self as scene, LogChoice, Reading};
 
 use std::path::PathBuf;
 
@@ -102,7 +102,9 @@ impl Estimator {
     }
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
-        let readings = Readings::of(readings, self.needs_contact_angles)?;
+        let needed = self.needs_contact_angles;
+        let may_lack = |r: Reading| r.is_optional() || r.is_contact_angle() && !needed;
+        let readings = Readings::of(Source::of(readings)?, Reading::of_frame(), may_lack)?;
         let inner = &mut self.inner;
         Table::of(Columns::estimate(0, &self.name), |rows| {
             py.detach(|| estimate_rows(inner, &readings, rows))
@@ -140,11 +142,11 @@ fn estimate_rows(
 ) -> PyResult<()> {
     let mut sensors = Vec::with_capacity(ROWS_AT_ONCE);
     let mut estimates = Vec::with_capacity(ROWS_AT_ONCE);
-    for first in (0..readings.len()).step_by(ROWS_AT_ONCE) {
+    for first in (0..readings.time.len()).step_by(ROWS_AT_ONCE) {
         sensors.clear();
         estimates.clear();
-        for row in first..readings.len().min(first + ROWS_AT_ONCE) {
-            let frame = readings.frame(row);
+        for row in first..readings.time.len().min(first + ROWS_AT_ONCE) {
+            let frame = scene::frame(readings.time[row], &readings.values(row), None);
             estimates.push(estimator.update(&frame));
             sensors.push(frame);
             if let Some(Err(error @ robhaz_estimator::EstimateError::Time { .. })) =

@@ -7,67 +7,39 @@ use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_scene::{Reading, Values};
 
-/// The columns of the table `sensors` of a run.
+/// The columns of readings that a table has.
 pub struct Readings {
-    time: Vec<f64>,
-    /// Angle, motor torque and contact angle of each wheel; empty without the column.
-    wheels: [[Vec<f64>; 3]; 3],
-    /// Inclination, rate and error of the rate of links 1 and 2; the last empty without the column.
-    links: [[Vec<f64>; 3]; 2],
+    /// Time of each row, s.
+    pub time: Vec<f64>,
+    columns: Vec<(Reading, Vec<f64>)>,
 }
 
 impl Readings {
-    /// Takes the columns out of a dictionary of arrays or a table of robhaz, pandas, polars or
-    /// pyarrow. Contact angles may be missing unless `with_angles`.
-    pub fn of(readings: &Bound<'_, PyAny>, with_angles: bool) -> PyResult<Self> {
-        let source = Source::of(readings)?;
-        let mut wheels: [[Vec<f64>; 3]; 3] = Default::default();
-        for (i, [angle, torque, contact_angle]) in (1..).zip(&mut wheels) {
-            *angle = source.column(&format!("wheel{i}_angle"))?;
-            *torque = source.column(&format!("wheel{i}_motor_torque"))?;
-            let name = format!("wheel{i}_contact_angle");
-            *contact_angle = match with_angles {
-                true => source.column(&name)?,
-                false => source.column_if_there(&name)?,
-            };
+    /// Takes these readings out of a table, which may lack some.
+    pub fn of(
+        source: Source<'_, '_>,
+        readings: impl IntoIterator<Item = Reading>,
+        may_lack: impl Fn(Reading) -> bool,
+    ) -> PyResult<Self> {
+        let mut columns = Vec::new();
+        for reading in readings {
+            if source.has(reading.name()) || !may_lack(reading) {
+                columns.push((reading, source.column(reading.name())?));
+            }
         }
-        let mut links: [[Vec<f64>; 3]; 2] = Default::default();
-        for (i, [inclination, rate, rate_error]) in (1..).zip(&mut links) {
-            *inclination = source.column(&format!("link{i}_inclination"))?;
-            *rate = source.column(&format!("link{i}_rate"))?;
-            *rate_error = source.column_if_there(&format!("link{i}_rate_error"))?;
-        }
-        Ok(Self {
-            wheels,
-            links,
-            time: source.time,
-        })
-    }
-
-    /// Number of rows.
-    pub fn len(&self) -> usize {
-        self.time.len()
+        let time = source.time;
+        Ok(Self { time, columns })
     }
 
     /// The readings of a row; NaN is a missing reading.
-    pub fn frame(&self, row: usize) -> SensorFrame {
-        let value = |column: &Vec<f64>| known(column.get(row).copied());
-        let wheels = |part: usize| [0, 1, 2].map(|i| value(&self.wheels[i][part]));
-        let link = |i: usize| LinkReading {
-            inclination: value(&self.links[i][0]),
-            rate: value(&self.links[i][1]),
-            rate_error: value(&self.links[i][2]).unwrap_or(0.0),
-        };
-        SensorFrame {
-            time: self.time.get(row).copied().unwrap_or(f64::NAN),
-            wheel_angle: wheels(0),
-            motor_torque: wheels(1),
-            link1: link(0),
-            link2: link(1),
-            contact_angle: wheels(2),
+    pub fn values(&self, row: usize) -> Values {
+        let mut values = [None; Reading::COUNT];
+        for (reading, column) in &self.columns {
+            values[reading.index()] = known(Some(column[row]));
         }
+        values
     }
 }
 
@@ -110,21 +82,6 @@ impl<'a, 'py> Source<'a, 'py> {
             )));
         }
         Ok(column)
-    }
-
-    /// The numbers of several columns.
-    pub fn columns<const N: usize>(&self, names: [&str; N]) -> PyResult<[Vec<f64>; N]> {
-        let mut columns = [const { Vec::new() }; N];
-        for (column, name) in columns.iter_mut().zip(names) {
-            *column = self.column(name)?;
-        }
-        Ok(columns)
-    }
-
-    /// The same, empty where there is no such column.
-    pub fn column_if_there(&self, name: &str) -> PyResult<Vec<f64>> {
-        let there = self.has(name).then(|| self.column(name));
-        Ok(there.transpose()?.unwrap_or_default())
     }
 }
 

@@ -2,15 +2,16 @@
 
 use crate::error::{invalid, of_frame, of_scene, warn};
 use crate::estimator::{frame, seconds};
-use crate::readings::{Source, known};
+use crate::readings::{Readings, Source, known};
 use crate::table::Table;
 
 use pyo3::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{WholeEstimate as Found, WholeFrame};
+use robhaz_model::Coupling;
 use robhaz_record::Table as Columns;
 use robhaz_run::{BothFrame, BothSides, Frame};
-use robhaz_scene::LogChoice;
+use robhaz_scene::{LogChoice, Reading, coupling_angle, whole_frame};
 
 use std::path::PathBuf;
 
@@ -77,12 +78,20 @@ impl WholeEstimator {
     }
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
-        let readings = Readings::of(readings)?;
+        let source = Source::of(readings)?;
+        let coupling = match source.has(coupling_angle(Coupling::RearBogie)) {
+            true => Coupling::RearBogie,
+            false => Coupling::Differential,
+        };
+        let mut columns: Vec<Reading> = Reading::of_both(coupling).collect();
+        // What one side has, too, comes last: a table without both lacks the others first.
+        columns.sort_by_key(|reading| !reading.is_of_both());
+        let readings = Readings::of(source, columns, Reading::is_optional)?;
         let inner = &mut self.inner;
         Table::of(Columns::estimate_of_both("whole"), |rows| {
             py.detach(|| {
                 for row in 0..readings.time.len() {
-                    let readings = readings.frame(row);
+                    let readings = whole_frame(readings.time[row], &readings.values(row));
                     let found = inner.update(&readings);
                     if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = found {
                         return Err(of_frame(format!("row {row}: {error}")));
@@ -109,63 +118,6 @@ impl WholeEstimator {
             })
         })
     }
-}
-
-/// The columns of readings of both sides, empty without the column.
-struct Readings {
-    time: Vec<f64>,
-    /// Angle, motor torque and steering of each wheel.
-    wheels: [[Vec<f64>; 3]; 6],
-    pins: [Vec<f64>; 2],
-    coupling: Vec<f64>,
-    attitude: [Vec<f64>; 2],
-    rates: [Vec<f64>; 3],
-}
-
-impl Readings {
-    fn of(readings: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let source = Source::of(readings)?;
-        let mut wheels: [[Vec<f64>; 3]; 6] = Default::default();
-        for (i, [angle, torque, steering]) in wheels.iter_mut().enumerate() {
-            let wheel = wheel(i);
-            *angle = source.column(&format!("{wheel}_angle"))?;
-            *torque = source.column(&format!("{wheel}_motor_torque"))?;
-            *steering = source.column_if_there(&format!("{wheel}_steering"))?;
-        }
-        let rear = Some("rear_bogie_angle").filter(|rear| source.has(rear));
-        let coupling = rear.unwrap_or("differential_angle");
-        Ok(Self {
-            wheels,
-            pins: source.columns(["left_pin_angle", "right_pin_angle"])?,
-            coupling: source.column(coupling)?,
-            attitude: source.columns(["body_inclination", "body_roll"])?,
-            rates: source.columns(["body_roll_rate", "body_rate", "body_yaw_rate"])?,
-            time: source.time,
-        })
-    }
-
-    /// The readings of a row; NaN is a missing reading.
-    fn frame(&self, row: usize) -> WholeFrame {
-        let value = |column: &Vec<f64>| known(column.get(row).copied());
-        let wheels = |part: usize| std::array::from_fn(|i| value(&self.wheels[i][part]));
-        WholeFrame {
-            time: self.time[row],
-            wheel_angle: wheels(0),
-            motor_torque: wheels(1),
-            steering: wheels(2),
-            pins: self.pins.each_ref().map(value),
-            coupling: value(&self.coupling),
-            inclination: value(&self.attitude[0]),
-            roll: value(&self.attitude[1]),
-            rates: self.rates.each_ref().map(value),
-        }
-    }
-}
-
-/// `left_wheel1` to `right_wheel3`.
-fn wheel(i: usize) -> String {
-    let side = if i < 3 { "left" } else { "right" };
-    format!("{side}_wheel{}", i % 3 + 1)
 }
 
 /// See the stub `_robhaz.pyi`.

@@ -38,8 +38,7 @@ pub use estimators::EstimatorChoice;
 pub use load::reference;
 pub use log::{
     ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, LogSides, Mapping,
-    READINGS, ReadingChoice, World, is_of_body, is_of_both, is_optional, is_wheel_angle,
-    log_reference, unit_of,
+    Reading, ReadingChoice, Values, World, coupling_angle, frame, log_reference, whole_frame,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge, errors_of_scales};
 pub use plant_failure::PlantFailure;

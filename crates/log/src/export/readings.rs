@@ -3,8 +3,8 @@
 use super::forces::cut_off;
 use crate::channel::Channels;
 use crate::error::LogError;
-use crate::readings::Values;
 use robhaz_run::Stop;
+use robhaz_scene::Values;
 
 /// What was written.
 #[derive(Clone, Debug, PartialEq, Eq)]

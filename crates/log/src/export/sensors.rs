@@ -2,7 +2,7 @@
 
 use crate::messages::{Joint, MessageKind, encode_imu, encode_joints, encode_numbers};
 use crate::own_names;
-use crate::readings::{Reading, Values};
+use robhaz_scene::{Reading, Values};
 
 /// The readings of an IMU behind the name of its body: roll, inclination, and the rates of roll,
 /// inclination and yaw. What a log does not have is 0, as of a link, which moves in the plane.
@@ -92,8 +92,7 @@ impl JointReadings {
         let full = angle.name();
         let name = full.strip_suffix("_angle").unwrap_or(full);
         let is_torque = |r: &Reading| r.name().strip_suffix("_motor_torque") == Some(name);
-        let is_coupling = ["differential_angle", "rear_bogie_angle"].contains(&full);
-        let may_lack = is_coupling || full.ends_with("_steering");
+        let may_lack = angle.is_of_coupling() || full.ends_with("_steering");
         let is_joint = (may_lack || full.ends_with("_angle")) && !angle.is_contact_angle();
         is_joint.then(|| Self {
             name,

@@ -11,11 +11,10 @@ use crate::messages::{
 };
 use crate::own_names;
 use crate::place::LogPlace;
-use crate::readings::{Values, frame, whole_frame};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 use robhaz_run::Stop;
-use robhaz_scene::LogChoice;
+use robhaz_scene::{LogChoice, Values, frame, whole_frame};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};

@@ -1,8 +1,7 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::reading::{
-    ANY, ImuChoice, READINGS, ReadingChoice, is_of_body, is_of_both, is_optional,
-};
+use super::frame::{READINGS, Reading, is_of_body, is_of_both};
+use super::reading::{ANY, ImuChoice, ReadingChoice};
 use robhaz_keys::prelude::*;
 use serde_json::{Value as Json, json};
 
@@ -168,24 +167,19 @@ fn check_kinds(reader: &mut Reader, root: &Node, named: &[&str], both: bool) {
 fn check_readings(reader: &mut Reader, root: &Node, mapping: &Mapping, named: &[&str], both: bool) {
     let of_body = named.iter().any(|name| is_of_body(name) == Some(true));
     // Steering is 0 where it is not read, and which coupling there is the robot says.
-    let is_needed = |name: &str| match both {
-        _ if is_optional(name) => false,
-        true => {
-            let may_lack = ["differential_angle", "rear_bogie_angle"].contains(&name);
-            (is_of_both(name) || ["body_inclination", "body_rate"].contains(&name)) && !may_lack
-        }
-        false => !is_of_both(name) && is_of_body(name) != Some(!of_body),
+    let needed: Vec<Reading> = match both {
+        true => Reading::of_whole()
+            .filter(|r| !r.is_optional() && !r.is_of_coupling())
+            .collect(),
+        false => Reading::of_side(of_body).collect(),
     };
     let mut without = Vec::new();
-    for name in READINGS
-        .into_iter()
-        .filter(|name| both || !is_of_both(name))
-    {
+    for reading in Reading::all().filter(|r| both || !r.is_of_both()) {
+        let name = reading.name();
         let places = places(mapping, name, both);
         match &places[..] {
-            [] if !is_needed(name) => {}
-            [] => without.push(name),
-            [_] => {}
+            [] if needed.contains(&reading) => without.push(name),
+            [] | [_] => {}
             [first, ..] => {
                 let places = places.join(" and ");
                 let node = root.find(first).unwrap_or(root);

@@ -5,18 +5,18 @@
 //! |---|---|
 //! | `choice` | the result of reading a description |
 //! | `mapping`, `reading` | keys of channels, readings and IMUs: columns, and what follows from them |
+//! | `frame` | readings by their names, and the frames that they make |
 //! | `load` | declarations of the other keys; from a file; as a file |
 
 mod choice;
+mod frame;
 mod load;
 mod mapping;
 mod reading;
 
 pub use choice::{EstimatorError, LogChoice, LogSides};
+pub use frame::{Reading, Values, coupling_angle, frame, whole_frame};
 pub(crate) use load::LOG;
 pub use load::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
-pub use reading::{
-    ImuChoice, InclinationSource, READINGS, ReadingChoice, World, is_of_body, is_of_both,
-    is_optional, is_wheel_angle, unit_of,
-};
+pub use reading::{ImuChoice, InclinationSource, ReadingChoice, World};

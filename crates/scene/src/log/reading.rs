@@ -1,6 +1,7 @@
 //! `[reading.NAME]`: readings that are numbers in a column; `[imu.LINK]`: inclination and rate from
 //! an inertial measurement unit.
 
+use super::frame::{READINGS, Reading};
 use robhaz_keys::prelude::*;
 use robhaz_model::named;
 use serde_json::{Value as Json, json};
@@ -79,80 +80,11 @@ pub struct ReadingChoice {
     of_reading: (),
 }
 
-/// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
-/// and of the angle of pin Q, which may stand in place of those of the links; then those that only a
-/// log of both sides has; then what the rates of the links err by where they follow from a joint.
-pub const READINGS: [&str; 43] = [
-    "wheel1_angle",
-    "wheel1_motor_torque",
-    "wheel1_contact_angle",
-    "wheel2_angle",
-    "wheel2_motor_torque",
-    "wheel2_contact_angle",
-    "wheel3_angle",
-    "wheel3_motor_torque",
-    "wheel3_contact_angle",
-    "link1_inclination",
-    "link1_rate",
-    "link2_inclination",
-    "link2_rate",
-    "body_inclination",
-    "body_rate",
-    "pin_angle",
-    "left_wheel1_angle",
-    "left_wheel1_motor_torque",
-    "left_wheel1_steering",
-    "left_wheel2_angle",
-    "left_wheel2_motor_torque",
-    "left_wheel2_steering",
-    "left_wheel3_angle",
-    "left_wheel3_motor_torque",
-    "left_wheel3_steering",
-    "right_wheel1_angle",
-    "right_wheel1_motor_torque",
-    "right_wheel1_steering",
-    "right_wheel2_angle",
-    "right_wheel2_motor_torque",
-    "right_wheel2_steering",
-    "right_wheel3_angle",
-    "right_wheel3_motor_torque",
-    "right_wheel3_steering",
-    "left_pin_angle",
-    "right_pin_angle",
-    "differential_angle",
-    "rear_bogie_angle",
-    "body_roll",
-    "body_roll_rate",
-    "body_yaw_rate",
-    "link1_rate_error",
-    "link2_rate_error",
-];
-
-/// Whether only a log of both sides has a reading. Inclination and rate of the body belong to
-/// either.
-pub fn is_of_both(name: &str) -> bool {
-    const STARTS: [&str; 6] = [
-        "left_",
-        "right_",
-        "differential_",
-        "rear_bogie_",
-        "body_roll",
-        "body_yaw",
-    ];
-    STARTS.iter().any(|start| name.starts_with(start))
-}
-
-/// Whether a log may lack a reading: the steering of a wheel that is not steered, and what a rate that
-/// follows from a joint errs by.
-pub fn is_optional(name: &str) -> bool {
-    name.ends_with("_steering") || name.ends_with("_rate_error")
-}
-
-/// Whether a reading is of the links, or of the body and pin Q in their place; `None` of the
-/// wheels.
-pub fn is_of_body(name: &str) -> Option<bool> {
-    let of_body = (name.starts_with("body") || name.starts_with("pin")) && !is_of_both(name);
-    (of_body || name.starts_with("link")).then_some(of_body)
+impl ReadingChoice {
+    /// The reading of its name.
+    pub fn reading(&self) -> Reading {
+        Reading::named(self.name).unwrap_or_default()
+    }
 }
 
 keys! {
@@ -215,32 +147,9 @@ pub(super) const READING: ByName<ReadingChoice> = ByName {
     check,
 };
 
-/// Dimension of a reading, and its further units with their factors.
-fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
-    match name {
-        name if name.ends_with("_motor_torque") => (TORQUE, &["N m", "mN m", "A", "mA"]),
-        name if name.contains("_rate") => (ANGULAR_RATE, &["rad/s", "deg/s"]),
-        name if is_wheel_angle(name) => (
-            ANGLE,
-            &["rad", "deg", "turns", "counts", "rad/s", "deg/s", "rpm"],
-        ),
-        _ => (ANGLE, &["rad", "deg", "turns", "counts"]),
-    }
-}
-
-/// The SI unit of a reading.
-pub fn unit_of(name: &str) -> &'static str {
-    dimension(name).0.si()
-}
-
-/// Whether a reading is the angle of a wheel, of which a log may have the speed alone.
-pub fn is_wheel_angle(name: &str) -> bool {
-    name.contains("wheel") && name.ends_with("_angle") && !name.contains("contact")
-}
-
 fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoice) {
-    let name = reading.name;
-    let (dimension, units) = dimension(name);
+    let of = reading.reading();
+    let (dimension, units) = of.dimension();
     let unit = node.get("unit");
     let unit = unit.and_then(|n| reader.word(units, n, &join(path, "unit")));
     let unit = units[unit.unwrap_or(0)];
@@ -260,13 +169,13 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
     needs("counts", reading.counts, unit == "counts");
     let is_current = unit.ends_with('A');
     needs("torque_constant", reading.torque_constant, is_current);
-    let is_of_motor = is_wheel_angle(name) || name.ends_with("_motor_torque");
+    let is_of_motor = of.is_wheel_angle() || of.is_torque();
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
         reader.refuse(found, &join(path, "gear_ratio"), allowed);
     }
     let is_speed = ["rad/s", "deg/s", "rpm"].contains(&unit);
-    if (!is_wheel_angle(name) || is_speed)
+    if (!of.is_wheel_angle() || is_speed)
         && let Some(found) = node.get("wrap")
     {
         let allowed = "wrap of a wheel's angle only: other readings and speeds do not start anew";
@@ -280,17 +189,15 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
 fn factor(unit: &str, keys: &ReadingChoice) -> f64 {
     let gear = keys.gear_ratio;
     let of_unit = match unit {
-        "deg" => 1.0_f64.to_radians() / gear,
+        "deg" | "deg/s" => 1.0_f64.to_radians() / gear,
         "turns" => TAU / gear,
         "counts" => TAU / keys.counts / gear,
-        "rad" => 1.0 / gear,
+        "rad" | "rad/s" => 1.0 / gear,
         "N m" => gear,
         "mN m" => gear / 1e3,
         "A" => keys.torque_constant * gear,
         "mA" => keys.torque_constant * gear / 1e3,
-        "deg/s" => 1.0_f64.to_radians() / gear,
         "rpm" => TAU / 60.0 / gear,
-        "rad/s" => 1.0 / gear,
         _ => 1.0,
     };
     keys.sign * keys.scale * of_unit

@@ -8,7 +8,7 @@ use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use crate::check::{dead, rest, still};
-use crate::readings::side_frame;
+use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_model::WholeRover;

@@ -6,7 +6,8 @@ use crate::check::report::Finding;
 use crate::check::rest::SHORTEST;
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_model::{Coupling, WholeRover};
+use robhaz_model::WholeRover;
+use robhaz_scene::coupling_angle;
 use robhaz_score::signals::{derivative, median};
 use std::borrow::Cow;
 
@@ -45,14 +46,6 @@ pub fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) ->
 /// Sum of the angles of all wheels, rad.
 pub fn wheel_turns(frame: &WholeFrame) -> Option<f64> {
     frame.wheel_angle.iter().copied().sum()
-}
-
-/// The name of the angle of what joins the sides.
-pub fn coupling_angle(coupling: Coupling) -> &'static str {
-    match coupling {
-        Coupling::Differential => "differential_angle",
-        Coupling::RearBogie => "rear_bogie_angle",
-    }
 }
 
 /// How far apart the headings of these frames are, rad: a drive in curves may end as it began.

@@ -25,7 +25,7 @@ use crate::check::{
     Level, SIDES, check_side, check_start, delay, drive, ground, in_step, level, limits, links,
     stamps, start, wheels,
 };
-use crate::readings::side_frame;
+use crate::frames::side_frame;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
 

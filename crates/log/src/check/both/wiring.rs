@@ -1,8 +1,8 @@
 //! Wirings of left and right, signs and sizes of readings of both sides.
 
-use super::frames::coupling_angle;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::Coupling;
+use robhaz_scene::coupling_angle;
 
 /// What to do about the axes of the body's sensor.
 const AXES: &str =
