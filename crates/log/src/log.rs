@@ -11,6 +11,7 @@ use crate::place::{LogPlace, no_table};
 use crate::survey::survey;
 use crate::{held, integral, mapped, measured, merged, own_names, wrap};
 use fnv::FnvHasher;
+use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::WholeEstimator;
 use robhaz_model::BodyMount;
 use robhaz_run::{
@@ -244,16 +245,11 @@ fn of_other_unit(report: &ChannelReport) -> String {
 
 /// The zero that all inclinometers have in common.
 fn level(frames: &Frames, choice: &LogChoice) -> Level {
-    let (robot, damping) = (&choice.robot.robot, choice.viscous_damping);
+    let robot = &choice.robot.robot;
+    let settings = choice.stated(EstimatorSettings::kalman());
     match choice.sides {
-        LogSides::Both => Level::of_both(&frames.all_of_both(), robot, &choice.budget, damping),
-        sides => Level::of_side(
-            &frames.all_of_links(),
-            robot,
-            &choice.budget,
-            damping,
-            sides.of_side(),
-        ),
+        LogSides::Both => Level::of_both(&frames.all_of_both(), robot, &settings),
+        _ => Level::of_side(&frames.all_of_links(), robot, &settings),
     }
 }
 

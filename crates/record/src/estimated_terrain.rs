@@ -1,10 +1,9 @@
 //! The ground that the estimators of a run have found, beside the true one.
 
-use crate::quantile::extremes;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_run::{RunDescription, RunEnd};
-use robhaz_score::{TrueGround, ground_origin};
+use robhaz_score::{TrueGround, extremes, ground_origin};
 use robhaz_terrain::{Surveyed, Terrain};
 
 /// Largest distance of places at which the true ground is computed, m. Between them it is taken as

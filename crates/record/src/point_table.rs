@@ -5,11 +5,11 @@ use crate::batch::{array, field, schema};
 use crate::columns::Kind;
 use crate::error::Result;
 use crate::estimated_terrain::{ComparedPoint, compared};
-use crate::quantile::extremes;
 use crate::table_file::{TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
 use robhaz_run::{RunDescription, RunEnd};
 use robhaz_scene::Scene;
+use robhaz_score::extremes;
 use robhaz_terrain::{Profile, Surveyed, Terrain};
 use std::path::Path;
 

@@ -1,11 +1,4 @@
-//! Extremes and quantiles of a sample.
-
-/// Least and largest of some values; infinite and the wrong way round of none.
-pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
-    let none = (f64::INFINITY, f64::NEG_INFINITY);
-    let wider = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
-    values.into_iter().fold(none, wider)
-}
+//! Quantiles of a sample.
 
 /// Quantiles of values in any order, at each of the `shares` (0 to 1), linear between neighbours:
 /// type 7 of Hyndman and Fan (1996), as R and NumPy have it by default. `None` of no values.

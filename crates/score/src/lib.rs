@@ -45,4 +45,4 @@ pub use progress::{Progress, ProgressMeter};
 pub use rule::{Compared, Inclusion, Rule};
 pub use score::{Score, has_forces};
 pub use statistics::{ForceErrors, Statistics, rms_over_wheels};
-pub use sum::{Rms, Sum};
+pub use sum::{Rms, Sum, extremes};

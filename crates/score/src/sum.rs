@@ -1,4 +1,4 @@
-//! Sums over long runs.
+//! Sums over long runs, and extremes.
 
 /// A sum that keeps the rounding errors of its additions (Neumaier 1974), so that an hour at 1 kHz
 /// is summed as exactly as a second. Each error is found without a branch (Knuth's two-sum).
@@ -58,6 +58,13 @@ impl Rms {
     pub fn value(&self) -> Option<f64> {
         self.squares.mean(self.count).map(f64::sqrt)
     }
+}
+
+/// Least and largest of some values; infinite and the wrong way round of none.
+pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let wider = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
+    values.into_iter().fold(none, wider)
 }
 
 #[cfg(test)]

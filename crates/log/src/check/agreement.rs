@@ -7,7 +7,10 @@ use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
 use crate::check::{gears, limits, still, wirings};
-use robhaz_estimator::{Confirmation, EstimateError, EstimatorSettings, SensorFrame, Sides};
+use robhaz_estimator::{
+    Confirmation, EstimateError, EstimatorSettings, SensorFrame, Sides, TorqueScale,
+};
+use robhaz_model::Robot;
 
 pub const TEST: &str = "agreement of all";
 pub const TORQUE_SCALE: &str = "scale of torques, mass";
@@ -91,25 +94,34 @@ fn torque_scale(own: &Judgement, stated: &Stated<'_>) -> Finding {
             "hold a wheel by a spring scale: its pull times the wheel radius is the torque";
         return Finding::ok(TORQUE_SCALE, CHANNEL, figure).cannot_tell(remedy);
     }
-    let robot = stated.robot;
     let Some(scale) = own.scale else {
         return Finding::ok(TORQUE_SCALE, CHANNEL, "no estimate")
             .cannot_tell("see the faults above");
     };
+    let fault = format!(
+        "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
+        1.0 / scale.ratio
+    );
+    let unknown = "drive gently over a slope of some degrees that is longer than the robot";
+    of_scale(scale, stated.robot, [CHANNEL, "sigma"], [unknown, &fault])
+}
+
+/// The finding of the torques' scale, for a robot or one side of a rover, with the names of channel and deviation, and
+/// the remedies where it is unknown and where it is wrong.
+pub fn of_scale(
+    scale: TorqueScale,
+    robot: &Robot,
+    [channel, sigma]: [&'static str; 2],
+    [unknown, fault]: [&str; 2],
+) -> Finding {
     let figure = scale.in_words(robot.mass.total()).to_string();
-    let finding = Finding::ok(TORQUE_SCALE, CHANNEL, figure)
+    let finding = Finding::ok(TORQUE_SCALE, channel, figure)
         .with("ratio", scale.ratio, "-")
-        .with("sigma", scale.sigma, "-");
+        .with(sigma, scale.sigma, "-");
     match scale.confirmation {
-        Confirmation::Contradicts => finding.fault(format!(
-            "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
-            1.0 / scale.ratio
-        )),
         Confirmation::Confirmed => finding,
-        Confirmation::Unconfirmed => {
-            let remedy = "drive gently over a slope of some degrees that is longer than the robot";
-            finding.cannot_tell(remedy)
-        }
+        Confirmation::Unconfirmed => finding.cannot_tell(unknown),
+        Confirmation::Contradicts => finding.fault(fault),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::check::rewire::{Change, Channel};
 use crate::check::stated::Stated;
 use crate::check::still::drives;
 use robhaz_estimator::SensorFrame;
+use robhaz_score::extremes;
 
 const TEST: &str = "values";
 const EMPTY: &str =
@@ -47,9 +48,8 @@ fn drives_unseen(all: &[Recorded]) -> bool {
     /// Range over the white noise: that of a million readings of noise alone is 10.
     const FAR: f64 = 20.0;
     let range = |recorded: &Recorded| {
-        let known = recorded.values.iter().filter(|v| v.is_finite());
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = known.fold(ends, |(low, high), v| (low.min(*v), high.max(*v)));
+        let known = recorded.values.iter().copied().filter(|v| v.is_finite());
+        let (low, high) = extremes(known);
         high - low
     };
     let moves = |own: &&Recorded| own.noise > 0.0 && range(own) > FAR * own.noise;

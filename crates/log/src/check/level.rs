@@ -17,7 +17,7 @@ use crate::check::LARGEST_FROUDE;
 use crate::check::report::Finding;
 use crate::check::rest;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_estimator::{NoiseBudget, SensorFrame, Sides};
+use robhaz_estimator::{EstimatorSettings, SensorFrame, Sides};
 use robhaz_model::{Robot, Vec2, rotate};
 use std::fmt;
 
@@ -77,9 +77,7 @@ struct Known<'a> {
     side: &'a Robot,
     /// N
     weight: f64,
-    budget: &'a NoiseBudget,
-    /// Viscous damping of a wheel module, N m s.
-    damping: f64,
+    settings: &'a EstimatorSettings,
 }
 
 /// The ways forward and back.
@@ -101,13 +99,7 @@ struct Ways {
 
 impl Level {
     /// Of the frames of one side; one side of two does not carry its weight alone.
-    pub fn of_side(
-        frames: &[SensorFrame],
-        robot: &Robot,
-        budget: &NoiseBudget,
-        damping: f64,
-        sides: Sides,
-    ) -> Self {
+    pub fn of_side(frames: &[SensorFrame], robot: &Robot, settings: &EstimatorSettings) -> Self {
         let geometry = &robot.geometry;
         let axle = |i: usize, links: [f64; 2]| -> Vec2 {
             let angle = links[geometry.carriers[i].index()];
@@ -128,23 +120,17 @@ impl Level {
         let known = Known {
             side: robot,
             weight: robot.mass.total() * robot.gravity,
-            budget,
-            damping,
+            settings,
         };
         let found = Self::of(frames.iter().map(moment), &known);
         Self {
-            allowed: found.allowed.filter(|_| sides == Sides::Plane),
+            allowed: found.allowed.filter(|_| settings.sides == Sides::Plane),
             ..found
         }
     }
 
     /// Of the frames of both sides, with one side of the rover.
-    pub fn of_both(
-        frames: &[WholeFrame],
-        side: &Robot,
-        budget: &NoiseBudget,
-        damping: f64,
-    ) -> Self {
+    pub fn of_both(frames: &[WholeFrame], side: &Robot, settings: &EstimatorSettings) -> Self {
         let moment = |frame: &WholeFrame| Moment {
             time: frame.time,
             angle: frame.wheel_angle,
@@ -155,8 +141,7 @@ impl Level {
         let known = Known {
             side,
             weight: 2.0 * side.mass.total() * side.gravity,
-            budget,
-            damping,
+            settings,
         };
         Self::of(frames.iter().map(moment), &known)
     }
@@ -167,7 +152,7 @@ impl Level {
         };
         let geometry = &known.side.geometry;
         let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
-        let (budget, wheels) = (known.budget, N as f64);
+        let (budget, wheels) = (&known.settings.budget, N as f64);
         let over = 1.0 / (geometry.wheel_radius * known.weight);
         let offset = wheels.sqrt() * budget.torque_offset * over;
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
@@ -380,10 +365,9 @@ impl Ways {
             if turns.iter().any(is_far) {
                 return None;
             }
-            let work = turns
-                .iter()
-                .zip(&*torques)
-                .map(|(turn, torque)| turn * (torque / *count - known.damping * turn / step));
+            let work = turns.iter().zip(&*torques).map(|(turn, torque)| {
+                turn * (torque / *count - known.settings.viscous_damping * turn / step)
+            });
             let way = radius * mean;
             let back = usize::from(way < 0.0);
             // Of one side no reading shows a turn.
@@ -415,7 +399,10 @@ mod tests {
     fn the_work_of_a_turn_on_the_spot_lifts_nothing() {
         let side = Robot::default_a();
         let radius = side.geometry.wheel_radius;
-        let budget = NoiseBudget::typical();
+        let settings = EstimatorSettings {
+            viscous_damping: 0.0,
+            ..EstimatorSettings::kalman()
+        };
         let torque = 0.5 * 2.0 * side.mass.total() * side.gravity * radius / 6.0;
         let frame = |k: u32| {
             let time = 0.02 * f64::from(k);
@@ -437,7 +424,7 @@ mod tests {
             }
         };
         let frames: Vec<WholeFrame> = (0..800).map(frame).collect();
-        let level = Level::of_both(&frames, &side, &budget, 0.0);
+        let level = Level::of_both(&frames, &side, &settings);
         assert!(level.allowed.is_some() && !level.contradicts(), "{level:?}");
         assert!(level.resisted.abs() < 0.01, "{level:?}");
     }

@@ -242,15 +242,7 @@ fn level(log: &Readings<'_>) -> Finding {
         Some(_) => Channel::BodyInclination.to_string(),
         None => ground::CHANNEL.to_owned(),
     };
-    let settings = &stated.settings;
-    Level::of_side(
-        &log.frames,
-        stated.robot,
-        &settings.budget,
-        settings.viscous_damping,
-        settings.sides,
-    )
-    .finding(&channel)
+    Level::of_side(&log.frames, stated.robot, &stated.settings).finding(&channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.

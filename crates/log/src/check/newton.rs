@@ -17,6 +17,7 @@ use crate::check::recording::{Recording, SMOOTHING};
 use crate::check::rest::rest;
 use robhaz_estimator::LATE_TORQUE;
 use robhaz_model::{Robot, Units};
+use robhaz_score::extremes;
 use robhaz_score::signals::{
     Fit, delayed, derivative, deviation, fit, integral, mean, residuals, rms, smooth,
 };
@@ -227,9 +228,7 @@ fn inertia(robot: &Robot) -> f64 {
 
 /// Of the values that are there.
 fn range(x: &[f64]) -> f64 {
-    let known = x.iter().filter(|x| x.is_finite());
-    let ends = [f64::INFINITY, f64::NEG_INFINITY];
-    let [low, high] = known.fold(ends, |[low, high], x| [low.min(*x), high.max(*x)]);
+    let (low, high) = extremes(x.iter().copied().filter(|x| x.is_finite()));
     (high - low).max(0.0)
 }
 

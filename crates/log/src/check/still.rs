@@ -7,6 +7,7 @@ use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
+use robhaz_score::extremes;
 use robhaz_score::signals::{median, white_noise};
 use std::f64::consts::TAU;
 use std::fmt::Display;
@@ -304,8 +305,7 @@ fn again(runs: &[Run]) -> Option<(f64, usize, f64)> {
 fn at_limit(channel: &Recorded) -> Option<Finding> {
     let mut values = channel.values.clone();
     values.retain(|x| !x.is_nan());
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (least, most) = extremes(values.iter().copied());
     if channel.noise <= 0.0 || values.is_empty() || most - least <= ROUNDING {
         return None;
     }

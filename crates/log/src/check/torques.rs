@@ -9,6 +9,7 @@ use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
+use robhaz_score::extremes;
 use robhaz_score::signals::median;
 
 /// Number of visits of a reading near zero that shows a lost sign, if no reading of the log is on the
@@ -120,9 +121,8 @@ impl Torque {
             true => zero.len(),
             false => 0,
         };
-        let all = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
-            range: values.iter().fold(all, |[a, b], v| [a.min(*v), b.max(*v)]),
+            range: extremes(values.iter().copied()).into(),
             visits: visits(&values),
             visits_by_speed: visits(&by_speed),
             zeros: read.windows(2).filter(stops).count(),

@@ -9,10 +9,10 @@ mod run;
 pub mod style;
 mod trace;
 
-pub use crate::quantile::extremes;
 pub use page::{Column, Entry, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
+pub use robhaz_score::extremes;
 pub use trace::{Estimated, Trace};
 
 use crate::error::{Result, create_folder_of};

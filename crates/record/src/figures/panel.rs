@@ -5,10 +5,10 @@ use super::style::{
     truth_line, units, upward_text, write,
 };
 use super::trace::{Estimated, Point, Trace};
-use crate::quantile::extremes;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
+use robhaz_score::extremes;
 use std::ops::Range;
 
 /// Height of the title over a panel, px.

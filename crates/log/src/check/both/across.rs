@@ -4,6 +4,7 @@
 use super::frames::{
     self, LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
 };
+use crate::check::recording::steps;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
@@ -12,6 +13,7 @@ use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_model::WholeRover;
+use robhaz_score::extremes;
 use robhaz_score::signals::{median, smooth};
 use std::f64::consts::PI;
 
@@ -213,29 +215,25 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
 pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let geometry = &stated.rover.side.geometry;
     let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
-    let half = ((0.5 * SMOOTHING / period(frames).unwrap_or(SMOOTHING)).round() as usize).max(1);
+    let half = steps(0.5 * SMOOTHING, period(frames).unwrap_or(SMOOTHING));
     let averaged = |of: Of| smooth(&values(frames, of), half);
     let turned = averaged(wheel_turns);
-    let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let length =
-        geometry.wheel_radius / 6.0 * steps.iter().filter(|step| step.is_finite()).sum::<f64>();
+    let turns: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let known = turns.iter().filter(|turn| turn.is_finite());
+    let length = geometry.wheel_radius / 6.0 * known.sum::<f64>();
     let range = |of: Of| {
         let known = averaged(of).into_iter().filter(|x| x.is_finite());
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = known.fold(ends, |(low, high), x| (x.min(low), x.max(high)));
+        let (low, high) = extremes(known);
         // Without a reading nothing is known.
         (high - low).abs()
     };
     let slopes = range(|f| f.inclination) + range(|f| f.roll);
     let allowed = 3.0 * stated.joint[1] + 0.5 * footprint * slopes / length;
     let of_joint = |(channel, of): Reading| {
-        let parts = steps
-            .iter()
-            .zip(values(frames, of))
-            .filter(|(step, x)| (*step * x).is_finite());
-        let (sum, all) = parts.fold((0.0, 0.0), |(sum, all), (step, x)| {
-            (sum + step * x, all + step)
-        });
+        let parts = turns.iter().zip(values(frames, of));
+        let parts = parts.filter(|(turn, x)| (*turn * x).is_finite());
+        let add = |(sum, all): (f64, f64), (turn, x): (&f64, f64)| (sum + turn * x, all + turn);
+        let (sum, all) = parts.fold((0.0, 0.0), add);
         let mean = sum / all;
         let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
         let figure = format!("mean over {length:.1} m {shown:.2} deg, at most {at_most:.2} deg");

@@ -3,13 +3,13 @@
 
 use super::STRAIGHT;
 use super::frames::{body_turn, values, wheel_turns};
-use crate::check::agreement::TORQUE_SCALE;
+use crate::check::agreement::of_scale;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use crate::check::{limits, still};
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
-use robhaz_estimator::{Channels, Confirmation, TorqueScale};
+use robhaz_estimator::{Channels, TorqueScale};
 use robhaz_model::Robot;
 use robhaz_score::Agreement;
 
@@ -75,21 +75,12 @@ impl Judgement {
 
     /// The torques against the weight.
     fn torque_scale(&self, stated: &StatedBoth<'_>) -> Option<Finding> {
-        let scale = self.scale?;
-        let words = scale.in_words(stated.rover.side.mass.total()).to_string();
-        let channel = "torques 1 to 3 of both sides";
-        let finding = Finding::ok(TORQUE_SCALE, channel, words)
-            .with("ratio", scale.ratio, "-")
-            .with("deviation", scale.sigma, "-");
-        Some(match scale.confirmation {
-            Confirmation::Confirmed => finding,
-            Confirmation::Unconfirmed => {
-                finding.cannot_tell("drive some metres over slopes, straight on, with little torque of one wheel against another")
-            }
-            Confirmation::Contradicts => finding.fault(
-                "correct unit, torque_constant, gear_ratio or scale of all torques, or the robot's masses",
-            ),
-        })
+        let remedies = [
+            "drive some metres over slopes, straight on, with little torque of one wheel against another",
+            "correct unit, torque_constant, gear_ratio or scale of all torques, or the robot's masses",
+        ];
+        let names = ["torques 1 to 3 of both sides", "deviation"];
+        Some(of_scale(self.scale?, &stated.rover.side, names, remedies))
     }
 
     /// The torques at a limit.

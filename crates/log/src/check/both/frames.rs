@@ -1,7 +1,7 @@
 //! What the tests of both sides take from the frames.
 
 use crate::check::in_step;
-use crate::check::recording::{SMOOTHING, driving_speed, slowness};
+use crate::check::recording::{SMOOTHING, driving_speed, slowness, steps};
 use crate::check::report::Finding;
 use crate::check::rest::SHORTEST;
 use robhaz_estimator::NoiseBudget;
@@ -165,7 +165,7 @@ pub fn period(frames: &[WholeFrame]) -> Option<f64> {
 /// Delay of the wheels of right behind those of left.
 pub fn in_step(frames: &[WholeFrame]) -> Option<Finding> {
     let dt = period(frames)?;
-    let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
+    let half = steps(0.5 * SMOOTHING, dt);
     let mean = |side: usize| {
         let turn = |f: &WholeFrame| {
             let [a, b, c] = [0, 1, 2].map(|i| f.wheel_angle[3 * side + i]);

@@ -140,9 +140,7 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     if !findings.iter().any(is_fault) {
         findings.push(contradiction::sizes(&wired, stated, pace));
     }
-    let settings = &stated.settings;
-    let (budget, damping) = (&settings.budget, settings.viscous_damping);
-    let level = Level::of_both(&wired, &rover.side, budget, damping);
+    let level = Level::of_both(&wired, &rover.side, &stated.settings);
     findings.push(level.finding("body_inclination"));
     let is_found = findings.iter().any(is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));

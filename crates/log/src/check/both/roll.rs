@@ -2,6 +2,7 @@
 
 use super::across::{LEAST_TURN, SMOOTHING};
 use super::frames::{LONGEST_GAP, wheel_turns};
+use crate::check::recording::steps;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::WholeFrame;
@@ -17,7 +18,7 @@ type RollReading = [f64; 5];
 /// wheels, and as it rolls about the line on which it stands.
 fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
     let (geometry, gravity) = (&rover.side.geometry, rover.side.gravity);
-    let half = ((0.5 * SMOOTHING / dt).round() as usize).max(1);
+    let half = steps(0.5 * SMOOTHING, dt);
     let column = |i: usize| -> Vec<f64> { part.iter().map(|reading| reading[i]).collect() };
     // As smooth as a derivative.
     let smooth = |x: &[f64]| smooth(&smooth(x, half), half);
@@ -56,12 +57,12 @@ pub fn roll(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Findin
         Some([f.time, f.roll?, f.rates[0]?, wheels, yaw])
     };
     let readings: Vec<RollReading> = frames.iter().filter_map(reading).collect();
-    let steps = readings.windows(2).map(|w| w[1][0] - w[0][0]);
-    let dt = median(steps.collect()).filter(|dt| *dt > 0.0);
+    let periods = readings.windows(2).map(|w| w[1][0] - w[0][0]);
+    let dt = median(periods.collect()).filter(|dt| *dt > 0.0);
     let dt = dt.unwrap_or(LONGEST_GAP);
     // Twice the step of the filter of a gyroscope's drift: slow drifts cancel.
     let apart = (0.5 * pace).min(LONGEST);
-    let step = ((apart / dt).round() as usize).max(1);
+    let step = steps(apart, dt);
     // Of each, and of its products with what the rate adds up to.
     let (mut sums, mut products, mut count) = ([0.0; 5], [0.0; 5], 0.0);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

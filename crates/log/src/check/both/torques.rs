@@ -1,6 +1,7 @@
 //! Torques of left and right against the encoders of both sides.
 
 use super::frames::{period, values};
+use crate::check::recording::steps;
 use crate::check::report::Finding;
 use crate::check::still;
 use robhaz_estimator::whole::WholeFrame;
@@ -31,12 +32,12 @@ pub fn follows(frames: &[WholeFrame], rover: &WholeRover, i: usize, pace: f64) -
     if driven < LEAST * pace * SMOOTHING {
         return None;
     }
-    let half = ((0.5 * pace * SMOOTHING / dt).round() as usize).max(1);
+    let half = steps(0.5 * pace * SMOOTHING, dt);
     let angle = difference(|f| &f.wheel_angle);
     let torque = difference(|f| &f.motor_torque);
     let speed = derivative(&angle, half, dt);
     // Set speeds differ in a turn, torques on a slope: both slowly.
-    let slow = ((pace * SLOWLY / dt).round() as usize).max(1);
+    let slow = steps(pace * SLOWLY, dt);
     let [speed, angle, torque] = [speed, angle, smooth(&torque, half)].map(|x| high_pass(&x, slow));
     let found = fit(&torque, &[&speed, &angle])?;
     let size = |x: &[f64]| {
