@@ -95,13 +95,14 @@ impl Frames {
         }
     }
 
-    /// All frames, without readings of the body; of a log of both sides the wheels of one (0 left, 1
-    /// right).
-    pub fn all(&self, side: usize) -> Vec<SensorFrame> {
-        match self.channels.is_of_both() {
-            true => self.each(|time, values| side_frame(&whole_frame(time, values), side)),
-            false => self.each(|time, values| frame(time, values, None)),
+    /// All frames of each side, of a log of both without links.
+    pub fn of_sides(&self) -> Vec<Vec<SensorFrame>> {
+        if !self.channels.is_of_both() {
+            return vec![self.all_of_links()];
         }
+        let all = self.all_of_both();
+        let side = |side: usize| all.iter().map(|frame| side_frame(frame, side)).collect();
+        vec![side(0), side(1)]
     }
 
     /// All frames of one side, with readings of the links that are made of those of the body.

@@ -213,10 +213,7 @@ fn jitter(
     choice: &LogChoice,
     options: &LogOptions,
 ) -> Result<Jitter, LogError> {
-    let mut sides = vec![frames.all(0)];
-    if choice.sides == LogSides::Both {
-        sides.push(frames.all(1));
-    }
+    let sides = frames.of_sides();
     let jitter = Jitter::of(&sides[0], choice.budget.encoder_counts);
     frames.leave_out_gaps(&jitter);
     let robot = &choice.robot.robot;

@@ -286,40 +286,30 @@ fn check(
     let Rows::Table(_, time) = &channel.rows else {
         return Ok(());
     };
-    let columns = Columns {
-        path: &channel.path,
-        found: &found,
-    };
     for reading in readings {
-        let Some(stated) = stated(reading) else {
-            continue;
+        let allowed = || {
+            format!(
+                "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
+                reading.name
+            )
         };
-        let taken_for = match stated.kind {
-            Kind::Current => Kind::Torque,
-            Kind::Counts => Kind::Angle,
-            kind => kind,
-        };
-        let allowed = format!(
-            "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
-            reading.name
-        );
-        let agrees = |unit: &Unit| stated.agrees(unit);
-        columns.check(&reading.column, taken_for, agrees, reading.unit, &allowed)?;
+        if let Some(stated) = stated(reading) {
+            check_unit(channel, &found, &reading.column, &stated, allowed)?;
+        }
     }
     for imu in imus {
         let stated = Stated {
+            name: match imu.rate_factor < 1.0 {
+                true => "deg/s",
+                false => "rad/s",
+            },
             kind: Kind::Rate,
             factor: imu.rate_factor,
             scale: 1.0,
         };
-        let name = match imu.rate_factor < 1.0 {
-            true => "deg/s",
-            false => "rad/s",
-        };
-        let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
+        let allowed = || format!("the `rate_unit` of imu.{} that the column has", imu.link);
         for column in &imu.angular_velocity {
-            let agrees = |unit: &Unit| stated.agrees(unit);
-            columns.check(column, Kind::Rate, agrees, name, &allowed)?;
+            check_unit(channel, &found, column, &stated, allowed)?;
         }
     }
     // Two columns have no unit.
@@ -327,10 +317,43 @@ fn check(
         return Ok(());
     }
     let name = choice.map_or("s", |choice| choice.time_unit.0);
-    let factor = Unit::of(name).map(|unit| unit.factor.to_bits());
-    let agrees = |unit: &Unit| unit.kind != Kind::Time || factor == Some(unit.factor.to_bits());
-    let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
-    columns.check(&time.name, Kind::Time, agrees, name, allowed)
+    let stated = Stated {
+        name,
+        kind: Kind::Time,
+        factor: Unit::of(name).map_or(1.0, |unit| unit.factor),
+        scale: 1.0,
+    };
+    let allowed =
+        || "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns".to_owned();
+    check_unit(channel, &found, &time.name, &stated, allowed)
+}
+
+/// Refuses a column with a unit of its own that does not agree with the `stated` one.
+fn check_unit(
+    channel: &Channel,
+    found: &[ColumnInfo],
+    name: &str,
+    stated: &Stated,
+    allowed: impl Fn() -> String,
+) -> Result<(), LogError> {
+    let taken_for = match stated.kind {
+        Kind::Current => Kind::Torque,
+        kind => kind,
+    };
+    // A time stamp has the unit of its type.
+    let column = found.iter().find(|c| c.name == name && !c.is_time_stamp);
+    let unit = column.and_then(|column| Unit::of_column(column, taken_for));
+    let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) else {
+        return Ok(());
+    };
+    let message = format!(
+        "its unit is {}, and the description states {}; allowed: {}, or rename the column",
+        unit.name,
+        stated.name,
+        allowed()
+    );
+    let place = format!("column {name}");
+    Err(LogError::place(&channel.path, place, message))
 }
 
 /// Checks that the file of a channel has all columns that are named.
@@ -356,42 +379,6 @@ fn check_names(channel: &Channel, found: &[ColumnInfo]) -> Result<(), LogError> 
     Err(LogError::whole(&channel.path, message))
 }
 
-/// The columns of a table, whose names may have units.
-struct Columns<'a> {
-    path: &'a Path,
-    found: &'a [ColumnInfo],
-}
-
-impl Columns<'_> {
-    /// Refuses a column with a unit of its own that does not agree with the `stated` one.
-    fn check(
-        &self,
-        name: &str,
-        taken_for: Kind,
-        agrees: impl Fn(&Unit) -> bool,
-        stated: &str,
-        allowed: &str,
-    ) -> Result<(), LogError> {
-        let column = self.found.iter().find(|column| column.name == name);
-        // A time stamp has the unit of its type.
-        let unit = column
-            .filter(|column| !column.is_time_stamp)
-            .and_then(|column| Unit::of_column(column, taken_for));
-        let Some(unit) = unit.filter(|unit| !agrees(unit)) else {
-            return Ok(());
-        };
-        let message = format!(
-            "its unit is {}, and the description states {stated}; allowed: {allowed}, or rename the column",
-            unit.name
-        );
-        Err(LogError::place(
-            self.path,
-            format!("column {name}"),
-            message,
-        ))
-    }
-}
-
 /// What is stated of a reading's column.
 fn stated(reading: &ReadingChoice) -> Option<Stated> {
     let unit = Unit::of(reading.unit)?;
@@ -401,6 +388,7 @@ fn stated(reading: &ReadingChoice) -> Option<Stated> {
         kind => (kind, unit.factor),
     };
     Some(Stated {
+        name: reading.unit,
         kind,
         factor,
         scale: reading.scale,

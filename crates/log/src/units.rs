@@ -209,6 +209,8 @@ fn humps(part: &str) -> Vec<&str> {
 
 /// What a description states of a column: its unit, and the factor that numbers in it get.
 pub struct Stated {
+    /// The unit as it is written.
+    pub name: &'static str,
     pub kind: Kind,
     /// Factor to SI, of the unit alone; of counts and currents to angle and torque.
     pub factor: f64,
@@ -231,6 +233,8 @@ impl Stated {
         };
         match (self.kind, column.kind) {
             (a, b) if a == b => a == Kind::Counts || fits(column.factor),
+            // The time may be a column of another quantity.
+            (Kind::Time, _) => true,
             // `gyro_deg` is in degrees a second.
             (Kind::Rate, Kind::Angle) => fits(column.factor),
             // The scale may hold the torque constant, or the counts in a turn.

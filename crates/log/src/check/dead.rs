@@ -86,19 +86,13 @@ fn finding(recorded: &Recorded, driving: &[[bool; 3]], unseen: bool) -> Option<F
             true => "torques and gyroscopes change",
             false => "wheels turn",
         };
-        let of = (*first, count);
-        constant(
-            Finding::ok(TEST, channel, ""),
-            &name,
-            of,
-            [what, while_moves],
-        )
+        constant(channel, &name, (*first, count), [what, while_moves])
     })
 }
 
 /// The finding of a reading that has the same value in all frames, as many as `count`.
 fn constant(
-    finding: Finding,
+    channel: impl ToString,
     name: &str,
     (value, count): (f64, usize),
     [what, while_moves]: [&str; 2],
@@ -110,22 +104,16 @@ fn constant(
     if value.abs() <= ROUNDING && (name.contains("inclination") || name.contains("roll")) {
         remedy += "\nor the orientation of an IMU without one is the identity throughout: state inclination = \"acceleration\" of its [imu]";
     }
-    Finding { figure, ..finding }.fault(remedy)
+    Finding::ok(TEST, channel, figure).fault(remedy)
 }
 
 /// A reading of the body or a joint with the same value in all frames, of a rover that drives.
 pub fn same(name: &str, values: &[f64]) -> Option<Finding> {
     let mut known = values.iter().filter(|value| !value.is_nan());
     let first = *known.next()?;
-    known.all(|v| (v - first).abs() <= ROUNDING).then(|| {
-        let words = ["what this sensor writes", "wheels turn"];
-        constant(
-            Finding::ok(TEST, name, ""),
-            name,
-            (first, values.len()),
-            words,
-        )
-    })
+    let words = ["what this sensor writes", "wheels turn"];
+    let is_constant = known.all(|v| (v - first).abs() <= ROUNDING);
+    is_constant.then(|| constant(name, name, (first, values.len()), words))
 }
 
 /// A reading that is not there, in the whole log or for longer than the estimators bridge, by the times of

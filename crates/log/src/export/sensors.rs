@@ -14,9 +14,8 @@ pub struct Sensors {
     pub topics: Vec<(String, MessageKind)>,
     readings: Vec<Reading>,
     joints: Vec<JointReadings>,
-    imus: Vec<[Option<Reading>; 5]>,
-    /// Frames of the IMUs.
-    frames: &'static [&'static str],
+    /// The IMUs with their frames.
+    imus: Vec<(&'static str, [Option<Reading>; 5])>,
     /// Time (s) and readings of the frame before.
     last: Option<(f64, Values)>,
 }
@@ -37,24 +36,24 @@ impl Sensors {
             true => (MessageKind::WholeReadings, Reading::of_whole().collect()),
             false => (MessageKind::Readings, Reading::of_frame().collect()),
         };
-        let bodies: &[&str] = if both { &["body"] } else { &["link1", "link2"] };
-        let named = |name: String| readings.iter().copied().find(|r| r.name() == name);
-        let imu = |body: &&str| IMU.map(|part| named(format!("{body}_{part}")));
+        // With their frames.
+        let bodies: &[_] = match both {
+            true => &[("body", "base_link")],
+            false => &[("link1", "link1"), ("link2", "link2")],
+        };
+        let named = |name: String| Reading::named(&name).filter(|r| readings.contains(r));
+        let imu =
+            |(body, frame): &(&str, _)| (*frame, IMU.map(|part| named(format!("{body}_{part}"))));
         let joint = |angle: &Reading| JointReadings::of(*angle, &readings);
         let mut topics = vec![
             (own_names::TOPIC.to_owned(), kind),
             ("/joint_states".to_owned(), MessageKind::JointState),
         ];
-        topics.extend((bodies.iter()).map(|body| (format!("/imu/{body}"), MessageKind::Imu)));
+        topics.extend((bodies.iter()).map(|(body, _)| (format!("/imu/{body}"), MessageKind::Imu)));
         Self {
             topics,
             joints: readings.iter().filter_map(joint).collect(),
             imus: bodies.iter().map(imu).collect(),
-            frames: if both {
-                &["base_link"]
-            } else {
-                &["link1", "link2"]
-            },
             readings,
             last: None,
         }
@@ -71,7 +70,7 @@ impl Sensors {
             encode_numbers(time, &numbers.collect::<Vec<f64>>()),
             encode_joints(time, &joints.collect::<Vec<Joint>>()),
         ];
-        for (i, frame) in self.frames.iter().enumerate() {
+        for (i, (frame, _)) in self.imus.iter().enumerate() {
             let (attitude, rates) = self.imu(i, now);
             all.push(encode_imu(time, frame, attitude, rates));
         }
@@ -81,7 +80,7 @@ impl Sensors {
     /// Roll and inclination (rad) of an IMU, and the rates of roll, inclination and yaw, rad/s.
     pub fn imu(&self, i: usize, now: &Values) -> ([f64; 2], [f64; 3]) {
         let of = |reading: Option<Reading>| reading.map_or(0.0, |reading| number(now, reading));
-        let [roll, inclination, rates @ ..] = self.imus[i].map(of);
+        let [roll, inclination, rates @ ..] = self.imus[i].1.map(of);
         ([roll, inclination], rates)
     }
 }

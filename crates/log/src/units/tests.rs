@@ -112,6 +112,7 @@ fn other_words_are_no_units() {
 fn a_scale_can_hold_the_unit() {
     let agrees = |kind, factor, scale, column: &str| {
         let stated = Stated {
+            name: "",
             kind,
             factor,
             scale,
