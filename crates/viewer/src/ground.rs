@@ -11,6 +11,7 @@ use re_sdk_types::components::Radius;
 use robhaz_model::Vec2;
 use robhaz_run::RunDescription;
 use robhaz_scene::Scene;
+use robhaz_score::extremes;
 use robhaz_sim::Truth;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::Terrain;
@@ -61,9 +62,8 @@ impl Ground {
     pub(crate) fn box_of(&self) -> [f64; 4] {
         let (from, to) = self.drawn;
         let points = self.terrain.outline(from, to, SPACING);
-        let heights = || points.iter().map(|p| p.y);
-        let low = heights().fold(f64::MAX, f64::min);
-        [from, to, low, heights().fold(f64::MIN, f64::max)]
+        let (low, high) = extremes(points.iter().map(|p| p.y));
+        [from, to, low, high]
     }
 
     /// Extends the range that must be drawn to the wheels of a record.

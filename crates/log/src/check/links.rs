@@ -280,30 +280,28 @@ fn wrong_sign(
     // Encoders that count backwards show in the other link, too.
     let acceleration = acceleration * other.map_or(1.0, |f| f.of_acceleration());
     let on_ground = other.map_or(Signs::Unknown, |_| on_ground);
-    let (wrong, key, why) = if on_ground == Signs::Equal {
+    let (wrong, why) = if on_ground == Signs::Equal {
         let why = format!("{inclinometer} agrees with the other link on the ground");
-        (gyro, "rate", why)
+        (gyro, why)
     } else if on_ground == Signs::Different {
         let why = "it disagrees with the other link on the ground".to_owned();
-        (inclinometer, "inclination", why)
+        (inclinometer, why)
     } else if acceleration > 0.0 {
         let why = format!("{inclinometer} shows the robot's acceleration with the right sign");
-        (gyro, "rate", why)
+        (gyro, why)
     } else if acceleration < 0.0 {
         let why = "it shows the robot's acceleration with the wrong sign".to_owned();
-        (inclinometer, "inclination", why)
+        (inclinometer, why)
     } else {
-        let why =
-            format!("or {inclinometer}: lifting the front of the link must make both positive");
-        (gyro, "rate", why)
+        let why = "lifting the front of the link must make both positive";
+        (gyro, format!("or {inclinometer}: {why}"))
     };
+    let (reading, link) = (wrong.reading(), k + 1);
     if wrong != wrong.in_frames() {
-        return (wrong, format!("turn round sign of reading.{wrong}"));
+        return (wrong, format!("turn round sign of reading.{reading}"));
     }
-    let link = k + 1;
     let remedy = format!(
-        "{wrong} has the wrong sign ({why}): turn round sign of reading.link{link}_{key}, or the axes of imu.link{link}, in \
-         SENSORS.toml"
+        "{wrong} has the wrong sign ({why}): turn round sign of reading.{reading}, or the axes of imu.link{link}, in SENSORS.toml"
     );
     (wrong, remedy)
 }

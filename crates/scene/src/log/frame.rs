@@ -5,54 +5,36 @@ use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_keys::prelude::{ANGLE, ANGULAR_RATE, Dimension, TORQUE};
 use robhaz_model::{BodyMount, BodyReading, Coupling, LinkReadings};
 
+/// Names of readings, a line for each sensor or wheel: its name, and what is read of it.
+macro_rules! readings {
+    ($($of:literal: $($part:literal),*;)*) => { &[$($(concat!($of, "_", $part)),*),*] };
+}
+
 /// The readings of a frame, by the columns of the table `sensors`; then those of an IMU in the body
 /// and of the angle of pin Q, which may stand in place of those of the links; then those that only a
 /// log of both sides has; then what the rates of the links err by where they follow from a joint.
-pub(super) const READINGS: [&str; 43] = [
-    "wheel1_angle",
-    "wheel1_motor_torque",
-    "wheel1_contact_angle",
-    "wheel2_angle",
-    "wheel2_motor_torque",
-    "wheel2_contact_angle",
-    "wheel3_angle",
-    "wheel3_motor_torque",
-    "wheel3_contact_angle",
-    "link1_inclination",
-    "link1_rate",
-    "link2_inclination",
-    "link2_rate",
-    "body_inclination",
-    "body_rate",
-    "pin_angle",
-    "left_wheel1_angle",
-    "left_wheel1_motor_torque",
-    "left_wheel1_steering",
-    "left_wheel2_angle",
-    "left_wheel2_motor_torque",
-    "left_wheel2_steering",
-    "left_wheel3_angle",
-    "left_wheel3_motor_torque",
-    "left_wheel3_steering",
-    "right_wheel1_angle",
-    "right_wheel1_motor_torque",
-    "right_wheel1_steering",
-    "right_wheel2_angle",
-    "right_wheel2_motor_torque",
-    "right_wheel2_steering",
-    "right_wheel3_angle",
-    "right_wheel3_motor_torque",
-    "right_wheel3_steering",
-    "left_pin_angle",
-    "right_pin_angle",
-    "differential_angle",
-    "rear_bogie_angle",
-    "body_roll",
-    "body_roll_rate",
-    "body_yaw_rate",
-    "link1_rate_error",
-    "link2_rate_error",
-];
+pub(super) const READINGS: &[&str] = readings! {
+    "wheel1": "angle", "motor_torque", "contact_angle";
+    "wheel2": "angle", "motor_torque", "contact_angle";
+    "wheel3": "angle", "motor_torque", "contact_angle";
+    "link1": "inclination", "rate";
+    "link2": "inclination", "rate";
+    "body": "inclination", "rate";
+    "pin": "angle";
+    "left_wheel1": "angle", "motor_torque", "steering";
+    "left_wheel2": "angle", "motor_torque", "steering";
+    "left_wheel3": "angle", "motor_torque", "steering";
+    "right_wheel1": "angle", "motor_torque", "steering";
+    "right_wheel2": "angle", "motor_torque", "steering";
+    "right_wheel3": "angle", "motor_torque", "steering";
+    "left_pin": "angle";
+    "right_pin": "angle";
+    "differential": "angle";
+    "rear_bogie": "angle";
+    "body": "roll", "roll_rate", "yaw_rate";
+    "link1": "rate_error";
+    "link2": "rate_error";
+};
 
 /// A reading of a log, by its place in [`Values`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

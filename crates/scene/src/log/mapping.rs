@@ -114,7 +114,7 @@ impl Form for Missing {
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
         for (item, path) in reader.items(node, path, 0..=usize::MAX, || self.allowed()) {
-            let found = reader.word(&READINGS, item, &path);
+            let found = reader.word(READINGS, item, &path);
             into.extend(found.map(|i| READINGS[i].to_owned()));
         }
     }
@@ -124,7 +124,7 @@ impl Form for Missing {
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(json!({"enum": READINGS.as_slice()}), 0, READINGS.len())
+        items(json!({"enum": READINGS}), 0, READINGS.len())
     }
 }
 

@@ -133,7 +133,7 @@ keys! {
 
 /// `[reading.NAME]`
 pub(super) const READING: ByName<ReadingChoice> = ByName {
-    names: &READINGS,
+    names: READINGS,
     placeholder: "NAME",
     keys: READING_KEYS,
     start: |name| ReadingChoice {

@@ -41,22 +41,17 @@ enum Other {
     Gears(f64),
 }
 
+use Change::{CouplingSize, PinsSize, Torques};
 use Other::{Gears, Reading};
 
 /// What is tried, by what it changes. A size of torques shows in the work on slopes, too.
 const TRIED: [(&str, Other); 10] = [
-    ("size of the torques", Reading(Change::Torques(2.0 / 3.0))),
-    ("size of the torques", Reading(Change::Torques(1.5))),
-    (
-        "size of the coupling's angle",
-        Reading(Change::CouplingSize(0.5)),
-    ),
-    (
-        "size of the coupling's angle",
-        Reading(Change::CouplingSize(2.0)),
-    ),
-    ("size of the pins' angles", Reading(Change::PinsSize(0.5))),
-    ("size of the pins' angles", Reading(Change::PinsSize(2.0))),
+    ("size of the torques", Reading(Torques(2.0 / 3.0))),
+    ("size of the torques", Reading(Torques(1.5))),
+    ("size of the coupling's angle", Reading(CouplingSize(0.5))),
+    ("size of the coupling's angle", Reading(CouplingSize(2.0))),
+    ("size of the pins' angles", Reading(PinsSize(0.5))),
+    ("size of the pins' angles", Reading(PinsSize(2.0))),
     ("gears that lose torque", Gears(0.8)),
     ("gears that lose torque", Gears(0.6)),
     ("sign of body_roll", Reading(Change::Roll)),
@@ -343,7 +338,7 @@ impl<'a> Compared<'a> {
         let mut noted = None;
         for (what, other) in TRIED {
             let confirmed = match other {
-                Reading(Change::Torques(_)) => self.own.weight == Some(Confirmation::Confirmed),
+                Reading(Torques(_)) => self.own.weight == Some(Confirmation::Confirmed),
                 Reading(Change::Roll | Change::Axes) => self.follows() > BEYOND,
                 _ => false,
             };
