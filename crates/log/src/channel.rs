@@ -182,6 +182,14 @@ impl Channel {
         self.readings.iter().any(|(own, _)| *own == reading)
     }
 
+    /// The finite cells of a column, each with the time of its row, s.
+    pub fn column_mut(&mut self, cell: usize) -> impl Iterator<Item = (f64, &mut f64)> {
+        let columns = self.columns.len().max(1);
+        let cells = self.cells.iter_mut().skip(cell).step_by(columns);
+        let cells = self.times.iter().copied().zip(cells);
+        cells.filter(|(_, cell)| cell.is_finite())
+    }
+
     /// The readings of a row's cells.
     pub fn values(&self, cells: &[f64]) -> Values {
         let mut values: Values = [None; Reading::COUNT];

@@ -21,43 +21,36 @@ const OF_MEDIAN: f64 = 0.674_489_750_196_082;
 pub fn of_speeds(channels: &mut [Channel], budget: &mut f64) -> Vec<String> {
     let mut notices = Vec::new();
     for channel in channels {
-        for cell in &channel.speeds {
-            let of_cell =
-                |(_, formula): &&(Reading, Formula)| formula.source == Source::Cell(*cell);
-            let Some((reading, formula)) = channel.readings.iter().find(of_cell) else {
+        for cell in channel.speeds.clone() {
+            let of_cell = |(_, formula): &&(Reading, Formula)| formula.source == Source::Cell(cell);
+            let Some((reading, formula)) = channel.readings.iter().find(of_cell).copied() else {
                 continue;
             };
-            let speeds = channel.rows().map(|row| row[*cell] * formula.factor);
+            let speeds = channel.rows().map(|row| row[cell] * formula.factor);
             let counts = counts(&speeds.collect::<Vec<f64>>(), channel.report.period);
-            let columns = channel.columns.len();
-            integrate(&channel.times, &mut channel.cells, columns, *cell);
+            integrate(channel.column_mut(cell));
             if counts < *budget || *budget <= 0.0 && counts.is_finite() {
                 *budget = counts;
             }
             notices.push(format!(
                 "{} is the integral of {}, a speed; by its noise it counts as an encoder of {budget:.0} counts a turn",
                 reading.name(),
-                channel.columns[*cell],
+                channel.columns[cell],
             ));
         }
     }
     notices
 }
 
-/// Replaces the speeds of a cell of each row by their integral from the first row on. A row without a speed has no
-/// angle; the next one has the turn since the last.
-fn integrate(times: &[f64], cells: &mut [f64], columns: usize, cell: usize) {
+/// Replaces speeds at their times (s) by their integral from the first one on. A row without a speed has no angle; the
+/// next one has the turn since the last.
+fn integrate<'a>(speeds: impl Iterator<Item = (f64, &'a mut f64)>) {
     let (mut angle, mut before) = (0.0, None::<(f64, f64)>);
-    for (time, row) in times.iter().zip(cells.chunks_mut(columns)) {
-        let speed = row[cell];
-        if !speed.is_finite() {
-            continue;
-        }
+    for (time, speed) in speeds {
         if let Some((then, last)) = before {
-            angle += 0.5 * (last + speed) * (time - then);
+            angle += 0.5 * (last + *speed) * (time - then);
         }
-        before = Some((*time, speed));
-        row[cell] = angle;
+        before = Some((time, std::mem::replace(speed, angle)));
     }
 }
 
@@ -90,15 +83,20 @@ mod tests {
     #[test]
     fn a_speed_is_integrated() {
         let times: Vec<f64> = (0..11).map(|k| 0.1 * f64::from(k)).collect();
-        let mut cells: Vec<f64> = times.iter().flat_map(|t| [7.0, 2.0 * t]).collect();
-        cells[9] = f64::NAN;
-        integrate(&times, &mut cells, 2, 1);
-        for (k, (time, row)) in times.iter().zip(cells.chunks(2)).enumerate() {
-            match k {
-                4 => assert!(row[1].is_nan()),
-                _ => assert!((row[1] - time * time).abs() < 1e-12, "{k}"),
-            }
-            assert!((row[0] - 7.0).abs() < 1e-12);
+        let mut cells: Vec<f64> = times.iter().map(|t| 2.0 * t).collect();
+        let rows = times.iter().copied().zip(&mut cells);
+        integrate(
+            rows.enumerate()
+                .filter(|(k, _)| *k != 4)
+                .map(|(_, row)| row),
+        );
+        for (k, (time, angle)) in times
+            .iter()
+            .zip(&cells)
+            .enumerate()
+            .filter(|(k, _)| *k != 4)
+        {
+            assert!((angle - time * time).abs() < 1e-12, "{k}");
         }
     }
 

@@ -7,9 +7,8 @@ use std::f64::consts::TAU;
 /// Continues the values of the cells that start anew after a range: of all that fit, each is the nearest
 /// to the one before. Between two rows they may change by less than half of the range.
 pub fn go_on(channel: &mut Channel) {
-    let columns = channel.columns.len();
-    for (cell, range) in &channel.wraps {
-        continue_cell(&mut channel.cells, columns, *cell, *range);
+    for (cell, range) in channel.wraps.clone() {
+        continue_cells(channel.column_mut(cell).map(|(_, cell)| cell), range);
     }
 }
 
@@ -33,16 +32,12 @@ pub fn take_directions(channel: &mut Channel) {
     }
 }
 
-fn continue_cell(cells: &mut [f64], columns: usize, cell: usize, range: f64) {
+fn continue_cells<'a>(cells: impl Iterator<Item = &'a mut f64>, range: f64) {
     let (mut ranges, mut last) = (0.0, None::<f64>);
-    for row in cells.chunks_mut(columns) {
-        let value = row[cell];
-        if !value.is_finite() {
-            continue;
-        }
-        ranges -= last.map_or(0.0, |last| ((value - last) / range).round());
-        last = Some(value);
-        row[cell] = value + ranges * range;
+    for cell in cells {
+        ranges -= last.map_or(0.0, |last| ((*cell - last) / range).round());
+        last = Some(*cell);
+        *cell += ranges * range;
     }
 }
 
@@ -59,7 +54,8 @@ mod tests {
             let mut cells: Vec<f64> = (0..300).map(|k| wrapped(k) as f64).collect();
             cells[100] = f64::NAN;
             let first = cells[0];
-            continue_cell(&mut cells, 1, 0, 65_536.0);
+            let known = cells.iter_mut().filter(|cell| cell.is_finite());
+            continue_cells(known, 65_536.0);
             for (k, found) in (0..).zip(&cells).filter(|(k, _)| *k != 100) {
                 let expected = first + (counts(k) - counts(0)) as f64;
                 assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");

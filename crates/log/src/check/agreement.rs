@@ -21,18 +21,13 @@ const MIDDLE: f64 = 0.455;
 /// What is stated; `kalman` takes contact angles if each wheel has some.
 fn with_angles<'a>(stated: &Stated<'a>, frames: &[SensorFrame]) -> Stated<'a> {
     let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
-    let EstimatorSettings { method, .. } = match (0..3).all(has_angle) {
+    let usual = match (0..3).all(has_angle) {
         true => EstimatorSettings::kalman(),
         false => EstimatorSettings::kalman_without_angles(),
     };
-    let settings = EstimatorSettings {
-        method,
-        ..stated.settings
-    };
-    Stated {
-        settings,
-        ..*stated
-    }
+    let mut stated = *stated;
+    stated.settings.method = usual.method;
+    stated
 }
 
 /// Whether the readings agree, without a look at other wirings.

@@ -33,8 +33,8 @@ pub type Numbers = [[f64; 3]; COLUMNS.len()];
 pub struct Forces {
     /// `truth`, or the estimator's name.
     pub name: String,
-    /// `left` or `right` of a table of both sides, else empty.
-    pub side: &'static str,
+    /// `left_` or `right_` of a table of both sides, else empty: start of the names of its wheels.
+    side: &'static str,
     /// Its columns.
     pub columns: Vec<String>,
     /// Of each its place in [`COLUMNS`], and its wheel.
@@ -55,7 +55,7 @@ pub fn forces_in(
     both: bool,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Forces>, LogError> {
-    let sides: &[&str] = if both { &["left", "right"] } else { &[""] };
+    let sides: &[&str] = if both { &["left_", "right_"] } else { &[""] };
     let mut all = Vec::new();
     for (name, (path, format)) in tables(folder)? {
         let read = |side: &&'static str| Forces::read(&name, side, &path, format);
@@ -105,10 +105,9 @@ impl Forces {
     ) -> Result<(Self, Option<String>), LogError> {
         let found = format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
-        let start = if side.is_empty() { "" } else { "_" };
         for (part, name) in COLUMNS.into_iter().enumerate() {
             for wheel in 0..3 {
-                let column = format!("{side}{start}wheel{}_{name}", wheel + 1);
+                let column = format!("{side}wheel{}_{name}", wheel + 1);
                 if found.iter().any(|c| c.name == column) {
                     columns.push(column);
                     places.push([part, wheel]);
@@ -139,18 +138,15 @@ impl Forces {
 
     /// Its name with that of its side.
     pub fn label(&self) -> String {
-        match self.side {
-            "" => self.name.clone(),
-            side => format!("{}_{side}", self.name),
+        match self.side.strip_suffix('_') {
+            Some(side) => format!("{}_{side}", self.name),
+            None => self.name.clone(),
         }
     }
 
     /// Name of a wheel (0 to 2).
     pub fn wheel(&self, i: usize) -> String {
-        match self.side {
-            "" => format!("wheel{}", i + 1),
-            side => format!("{side}_wheel{}", i + 1),
-        }
+        format!("{}wheel{}", self.side, i + 1)
     }
 
     /// Whether it states the slip of the wheels.

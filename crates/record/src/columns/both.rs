@@ -31,35 +31,35 @@ impl Table {
         let mut table = Self::new("sensors");
         for i in 0..6 {
             let (start, of) = wheel(i);
-            columns! { table, Source::record_or_none; start, of;
-                "angle", "rad", "encoder, turn against its link, forward positive" => move |f| f.both?.sides.readings.wheel_angle[i];
+            columns! { table, Source::readings; start, of;
+                "angle", "rad", "encoder, turn against its link, forward positive" => move |r| r.wheel_angle[i];
                 "motor_torque", "N m", "motor torque from its current, after the gear, forward positive" =>
-                    move |f| f.both?.sides.readings.motor_torque[i];
+                    move |r| r.motor_torque[i];
                 "steering", "rad", "steering, to the left positive; empty of a wheel that is not steered" =>
-                    move |f| f.both?.sides.readings.steering[i];
+                    move |r| r.steering[i];
             }
         }
         for (k, side) in SIDES.into_iter().enumerate() {
-            columns! { table, Source::record_or_none; format!("{side}_"), format!("{side} ");
+            columns! { table, Source::readings; format!("{side}_"), format!("{side} ");
                 "pin_angle", "rad", "bogie against the link that it is pivoted to, nose up positive" =>
-                    move |f| f.both?.sides.readings.pins[k];
+                    move |r| r.pins[k];
             }
         }
         match coupling {
-            Coupling::Differential => columns! { table, Source::record_or_none; "", "";
-                "differential_angle", "rad", "left rocker against the body, nose up positive" => |f| f.both?.sides.readings.coupling;
+            Coupling::Differential => columns! { table, Source::readings; "", "";
+                "differential_angle", "rad", "left rocker against the body, nose up positive" => |r| r.coupling;
             },
-            Coupling::RearBogie => columns! { table, Source::record_or_none; "", "";
+            Coupling::RearBogie => columns! { table, Source::readings; "", "";
                 "rear_bogie_angle", "rad", "roll of the rear bogie against the body's, left side up positive" =>
-                    |f| f.both?.sides.readings.coupling;
+                    |r| r.coupling;
             },
         }
-        columns! { table, Source::record_or_none; "body_", "body: ";
-            "inclination", "rad", "inclinometer, nose up positive" => |f| f.both?.sides.readings.inclination;
-            "roll", "rad", "inclinometer, left side up positive" => |f| f.both?.sides.readings.roll;
-            "roll_rate", "rad/s", "gyroscope, left side up positive" => |f| f.both?.sides.readings.rates[0];
-            "rate", "rad/s", "gyroscope, nose up positive" => |f| f.both?.sides.readings.rates[1];
-            "yaw_rate", "rad/s", "gyroscope, to the left positive" => |f| f.both?.sides.readings.rates[2];
+        columns! { table, Source::readings; "body_", "body: ";
+            "inclination", "rad", "inclinometer, nose up positive" => |r| r.inclination;
+            "roll", "rad", "inclinometer, left side up positive" => |r| r.roll;
+            "roll_rate", "rad/s", "gyroscope, left side up positive" => |r| r.rates[0];
+            "rate", "rad/s", "gyroscope, nose up positive" => |r| r.rates[1];
+            "yaw_rate", "rad/s", "gyroscope, to the left positive" => |r| r.rates[2];
         }
         table
     }

@@ -2,7 +2,7 @@
 //! values.
 
 use robhaz_estimator::Estimate;
-use robhaz_estimator::whole::WholeEstimate;
+use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_model::{Bar, Pin, Suspension};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_sim::Truth;
@@ -58,6 +58,11 @@ impl Source {
     fn truth_count(get: impl Fn(&Truth) -> u32 + Send + Sync + 'static) -> Self {
         let count = move |f: &Frame<'_>| f64::from(f.truth.map_or(0, &get));
         Self(Kind::Count, Box::new(count))
+    }
+
+    /// Of the readings of both sides.
+    fn readings(get: impl Fn(&WholeFrame) -> Option<f64> + Send + Sync + 'static) -> Self {
+        Self::record_or_none(move |f| get(&f.both?.sides.readings))
     }
 
     /// Of the estimate of both sides.

@@ -117,16 +117,6 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let drives = still::drives(&driving, Channel::Pin);
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let (budget, [pin, _]) = (stated.settings.budget, stated.joint);
-    let [
-        left,
-        right,
-        coupling,
-        inclination,
-        roll,
-        roll_rate,
-        rate,
-        yaw_rate,
-    ] = readings(stated.rover);
     let drives_ever = drives.contains(&true);
     let finding = |((name, of), noise): (Reading, f64)| {
         let values = values(frames, of);
@@ -134,22 +124,15 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
         same.unwrap_or_else(|| still::stuck(name, (&times, &values), &drives, Some(noise)))
     };
     let (angles, rates) = (budget.inclination_noise, budget.rate_noise);
-    let all = [
-        (coupling, pin),
-        (roll, angles),
-        (roll_rate, rates),
-        (yaw_rate, rates),
-    ];
+    let noises = [pin, pin, pin, angles, angles, rates, rates, rates];
     // Of these each side has a finding, but of a differential's body made of the coupling, too.
-    let of_sides = [
-        (left, pin),
-        (right, pin),
-        (inclination, angles),
-        (rate, rates),
-    ];
-    let of_sides = of_sides.map(finding);
-    let dead = of_sides.into_iter().filter(super::is_fault);
-    all.map(finding).into_iter().chain(dead).collect()
+    let is_of_sides = |((name, _), _): &(Reading, f64)| {
+        name.ends_with("_pin_angle") || ["body_inclination", "body_rate"].contains(name)
+    };
+    let all = readings(stated.rover).into_iter().zip(noises);
+    let (of_sides, others): (Vec<_>, Vec<_>) = all.partition(is_of_sides);
+    let dead = of_sides.into_iter().map(finding).filter(super::is_fault);
+    others.into_iter().map(finding).chain(dead).collect()
 }
 
 /// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.

@@ -175,9 +175,7 @@ fn with_side<T>(
 /// What the start of each side shows of its signs, and of the size of the torques.
 fn of_start(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let of = |(side, name): (usize, &str)| {
-        let mut found = with_side(frames, stated, side, |frames, stated| {
-            check_start(frames, stated)
-        });
+        let mut found = with_side(frames, stated, side, check_start);
         for finding in &mut found {
             finding.channel = format!("{name}: {}", finding.channel);
         }
