@@ -46,6 +46,16 @@ pub(crate) struct Instant<'a> {
     pub flags: Flags,
 }
 
+/// Flag of a joint that is near one of its end stops, with an angle and its limits in rad.
+pub fn at_stop(angle: f64, [lower, upper]: [f64; 2]) -> Flags {
+    Flags::AT_STOP.when(angle < lower + STOP_MARGIN || angle > upper - STOP_MARGIN)
+}
+
+/// Standard deviation of the torque of its end stop, N m.
+pub fn stop_torque(at_stop: Flags) -> f64 {
+    if at_stop.is_empty() { 0.0 } else { STOP_TORQUE }
+}
+
 impl Nominal {
     /// Places the masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
@@ -202,18 +212,12 @@ impl Nominal {
     /// Flag of a linkage near an end stop, for the angles of links 1 and 2, rad.
     pub fn at_stop(&self, link_angles: [f64; 2]) -> Flags {
         let stop = &self.robot.geometry.stop;
-        let opening = link_angles[0] - link_angles[1];
-        let (lower, upper) = (stop.lower + STOP_MARGIN, stop.upper - STOP_MARGIN);
-        Flags::AT_STOP.when(opening < lower || opening > upper)
+        at_stop(link_angles[0] - link_angles[1], [stop.lower, stop.upper])
     }
 
     /// Standard deviation of the torque of an end stop of the pin, N m, for the angles of links 1 and 2, rad.
     pub fn stop_torque(&self, link_angles: [f64; 2]) -> f64 {
-        if self.at_stop(link_angles).is_empty() {
-            0.0
-        } else {
-            STOP_TORQUE
-        }
+        stop_torque(self.at_stop(link_angles))
     }
 
     /// Whether a wheel carries load, by its normal force and the standard deviation of that, N.

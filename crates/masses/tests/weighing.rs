@@ -495,6 +495,7 @@ fn open_source_rover() -> WholeRover {
         half_tracks: [0.184, 0.2556, 0.184],
         link_places: [0.181; 2],
         body_place: 0.0,
+        coupling_stop: WholeRover::NO_STOP,
         body_inertia: [0.041, 0.083],
         link_inertias: [[0.0; 2]; 2],
         wheel_inertia: 0.0,

@@ -38,6 +38,9 @@ pub struct WholeRover {
     pub link_places: [f64; 2],
     /// Lateral place of the body's centre of mass, m, left positive.
     pub body_place: f64,
+    /// End stops of the coupling, rad: lower and upper limit of the left rocker's angle against the body, nose up, or
+    /// of a rear bogie's roll against the body's, left side up. [`Self::NO_STOP`] where it has none.
+    pub coupling_stop: [f64; 2],
     /// Roll and yaw inertia of the whole body, kg m^2.
     pub body_inertia: [f64; 2],
     /// Roll and yaw inertia of links 1 and 2 of a side, kg m^2.
@@ -100,7 +103,7 @@ impl core::fmt::Display for WholeRoverError {
             ),
             Self::Entry { entry, found } => write!(
                 f,
-                "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0"
+                "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0, for limits of the coupling below and above 0"
             ),
         }
     }
@@ -109,6 +112,9 @@ impl core::fmt::Display for WholeRoverError {
 impl core::error::Error for WholeRoverError {}
 
 impl WholeRover {
+    /// Limits that no coupling reaches, rad.
+    pub const NO_STOP: [f64; 2] = [-core::f64::consts::PI, core::f64::consts::PI];
+
     /// Checks what lies across, and that the side has a bogie. The side has checks of its own.
     ///
     /// # Errors
@@ -136,6 +142,9 @@ impl WholeRover {
         ] {
             at(entry, found, true)?;
         }
+        let [lower, upper] = self.coupling_stop;
+        at("coupling_stop[0]", lower, lower < 0.0)?;
+        at("coupling_stop[1]", upper, upper > 0.0)?;
         let [link1, link2] = self.link_inertias;
         for (entry, inertias) in [
             ("body_inertia", self.body_inertia),
@@ -217,6 +226,7 @@ mod tests {
             half_tracks: [0.3; 3],
             link_places: [0.25; 2],
             body_place: 0.0,
+            coupling_stop: WholeRover::NO_STOP,
             body_inertia: [0.1, 0.2],
             link_inertias: [[0.0; 2]; 2],
             wheel_inertia: 0.0,
@@ -234,6 +244,7 @@ mod tests {
         refused(|r| r.half_tracks[2] = f64::NAN, "half_tracks");
         refused(|r| r.pivot.y = f64::INFINITY, "pivot.y");
         refused(|r| r.link_inertias[1][0] = -1.0, "link_inertias[1]");
+        refused(|r| r.coupling_stop = [0.1, 0.2], "coupling_stop[0]");
         let four_bar = WholeRover {
             side: Robot::default_a(),
             ..rover.clone()

@@ -138,6 +138,7 @@ fn whole(coupling: Coupling) -> usize {
         half_tracks: [0.3; 3],
         link_places: [0.3; 2],
         body_place: 0.0,
+        coupling_stop: WholeRover::NO_STOP,
         body_inertia: [0.1; 2],
         link_inertias: [[0.01; 2]; 2],
         wheel_inertia: 0.01,

@@ -32,8 +32,8 @@ pub struct WholeEquilibrium {
     pub rolling: [f64; 6],
     /// Standard deviation of the moment of each pin beside its force, N m.
     pub pin_moment: f64,
-    /// The same of the end stops of the bogies' pins, N m: left, right; 0 away from them.
-    pub stop_torque: [f64; 2],
+    /// The same of the end stops of the coupling and of the bogies' pins, left and right, N m; 0 away from them.
+    pub stop_torque: [f64; 3],
     /// Whether wheels are dragged across their planes.
     pub dragged: bool,
     /// Mean square of the ground's tilt across the wheels, rad^2.
@@ -144,7 +144,7 @@ impl WholeEquilibrium {
             sliding: [0.0; 6],
             rolling: [0.0; 6],
             pin_moment: 0.0,
-            stop_torque: [0.0; 2],
+            stop_torque: [0.0; 3],
             dragged: false,
             tilt: 0.0,
             f,
@@ -186,18 +186,18 @@ impl WholeEquilibrium {
         }
     }
 
-    /// Variance of each row by the moments of the pins and their end stops, N^2. A differential's row has the
-    /// moments of both rockers.
+    /// Variance of each row by the moments of coupling and pins and of their end stops, N^2. A differential's row has
+    /// the moments of both rockers.
     pub(crate) fn by_pins(&self) -> Rows {
-        let (pin, [left, right]) = (self.pin_moment, self.stop_torque);
+        let pin = self.pin_moment;
         let rockers = match self.coupling {
             Coupling::Differential => pin * pin,
             Coupling::RearBogie => 0.0,
         };
         let mut rows = Rows::zeros();
-        let beside = [rockers, left * left, right * right];
-        for (row, beside) in rows.iter_mut().skip(Self::COUPLING).zip(beside) {
-            *row = (pin * pin + beside) / (self.lever * self.lever);
+        let beside = [rockers, 0.0, 0.0].into_iter().zip(self.stop_torque);
+        for (row, (beside, stop)) in rows.iter_mut().skip(Self::COUPLING).zip(beside) {
+            *row = (pin * pin + beside + stop * stop) / (self.lever * self.lever);
         }
         rows
     }

@@ -25,6 +25,7 @@ use crate::filters::LinkAngleKalman;
 use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LinkReading, Repeats};
 use crate::methods::{Across, SideState};
+use crate::nominal::{at_stop, stop_torque};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, NoiseBudget, Sides};
 use crate::start::{Carried, Start};
 use crate::statics::{DIRECT, Forces};
@@ -46,6 +47,7 @@ use robhaz_model::{Units, Vec2, WholeRover, WholeRoverError};
 ///     link_places: [0.3; 2],
 ///     coupling: Coupling::Differential,
 ///     body_place: 0.0,
+///     coupling_stop: WholeRover::NO_STOP,
 ///     body_inertia: [0.0; 2],
 ///     link_inertias: [[0.0; 2]; 2],
 ///     wheel_inertia: 0.0,
@@ -268,6 +270,9 @@ impl WholeEstimator {
             return Err(EstimateError::Singular);
         };
         let mut sides = [left, right];
+        for side in &mut sides {
+            side.flags |= self.coupling_at_stop();
+        }
         let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].settled, dt);
         let [left, right] = sides;
         let (tip_margin, tip_line) = self.tip_over(&forces.normal);
@@ -288,6 +293,12 @@ impl WholeEstimator {
             body_flags,
             sides: [left, right],
         })
+    }
+
+    /// Flag of the coupling near an end stop.
+    fn coupling_at_stop(&self) -> Flags {
+        let (angle, _) = self.readings.coupled();
+        at_stop(angle, self.rover.coupling_stop)
     }
 
     /// The noise budget in the units of the filters.
@@ -355,7 +366,10 @@ impl WholeEstimator {
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         equations.slide(&motion, inputs.speed(), &inputs.creep());
         equations.pin_moment = self.settings.budget.pin_moment;
-        equations.stop_torque = states.map(|state| state.stop_torque);
+        let at_stop = self.coupling_at_stop();
+        let of_coupling = stop_torque(at_stop) * self.units.torque();
+        let [left, right] = states.map(|state| state.stop_torque);
+        equations.stop_torque = [of_coupling, left, right];
         equations.dragged = self.sliding.dragged().is_some();
         // The ground tilts across the wheels as much as along them.
         equations.tilt = self.roughness;

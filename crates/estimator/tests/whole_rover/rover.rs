@@ -51,6 +51,7 @@ pub fn open_source_rover() -> WholeRover {
         half_tracks: of(&across["half_tracks"]),
         link_places: of(&across["link_places"]),
         body_place: of(&across["body_place"]),
+        coupling_stop: WholeRover::NO_STOP,
         body_inertia: of(&across["body_inertia"]),
         link_inertias: of(&across["link_inertias"]),
         wheel_inertia: of(&across["wheel_inertia"]),

@@ -5,6 +5,7 @@ use crate::robot::inertias::too_large_across;
 use crate::values::{FARTHEST, POINT};
 use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Coupling, Robot, Suspension, Vec2, WholeRover};
+use std::f64::consts::PI;
 
 /// What a file states; the rest follows from the side. The default is before a file is read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +15,7 @@ pub(crate) struct Across {
     half_tracks: [f64; 3],
     link_places: Option<[f64; 2]>,
     pub(crate) body_place: f64,
+    coupling_stop: Option<[f64; 2]>,
     body_inertia: Option<[f64; 2]>,
     link_inertias: Option<[[f64; 2]; 2]>,
     wheel_inertia: Option<f64>,
@@ -45,6 +47,11 @@ keys! {
     /// lateral place of the body's centre of mass, left positive; nearer to the middle than every
     /// wheel
     body_place: number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)) => body_place;
+
+    /// end stops of the coupling: limits of the left rocker's angle against the body, nose up, or of a rear bogie's
+    /// roll against the body's, left side up
+    coupling_stop ("none"): Maybe(array("[lower, upper], each {}", number(ANGLE, at_least(-PI).at_most(PI))))
+        => coupling_stop;
 
     /// roll and yaw inertia of the whole body about its centre of mass; by default that of a box:
     /// the outline, as wide as the narrowest track
@@ -83,6 +90,7 @@ impl Across {
             half_tracks: self.half_tracks,
             link_places: (self.link_places).unwrap_or([mean_track(link1), mean_track(link2)]),
             body_place: self.body_place,
+            coupling_stop: self.coupling_stop.unwrap_or(WholeRover::NO_STOP),
             body_inertia: self
                 .body_inertia
                 .unwrap_or([of_box(box_of.y), of_box(box_of.x)]),
@@ -103,6 +111,13 @@ impl Across {
                 "the rover tips sideways, with a wheel at {track} m from the middle; allowed: nearer to the middle than every wheel"
             );
             return Err(("body_place", message));
+        }
+        if let Some([lower, upper]) = self.coupling_stop
+            && !(lower < 0.0 && upper > 0.0)
+        {
+            let message =
+                "it is assembled at 0; allowed: a lower limit below 0 and an upper one above";
+            return Err(("coupling_stop", message.to_owned()));
         }
         too_large_across(&self.rover(side)).map_or(Ok(()), Err)
     }

@@ -94,6 +94,7 @@ fn what_lies_across_has_defaults() {
         half_tracks: [0.2, 0.25, 0.21],
         link_places: [0.2, 0.23],
         body_place: 0.0,
+        coupling_stop: WholeRover::NO_STOP,
         body_inertia: [box_of(sizes.y), box_of(sizes.x)],
         link_inertias: [[0.0, yaw1], [0.0, yaw2]],
         wheel_inertia: 0.000225,

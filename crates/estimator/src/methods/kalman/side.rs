@@ -122,7 +122,7 @@ impl KalmanFilters {
             creep: [0, 1, 2].map(|i| self.motion.creep(i).max(least_creep) * units.speed()),
             rolling_resistance: resistance.coefficient(),
             rolling_left: self.rolling_left(nominal),
-            stop_torque: nominal.stop_torque(links.map(|[angle, ..]| angle)) * force * units.length,
+            stop_torque: nominal.stop_torque(links.map(|[angle, ..]| angle)) * units.torque(),
             friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,
             observed: (step.right.tractions.each_ref()).map(|t| t.sigma * force),

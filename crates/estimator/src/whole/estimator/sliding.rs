@@ -149,6 +149,7 @@ mod tests {
             link_places: [0.3; 2],
             coupling: Coupling::Differential,
             body_place: 0.0,
+            coupling_stop: WholeRover::NO_STOP,
             body_inertia: [0.0; 2],
             link_inertias: [[0.0; 2]; 2],
             wheel_inertia: 0.0,
