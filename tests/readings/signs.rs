@@ -4,8 +4,8 @@ use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate};
 use crate::support::text;
 use std::fs;
 
-/// What `check` says of the drive with changed torques, and whether `estimate` refuses it.
-fn checked(change: impl Fn(f64) -> f64) -> (String, bool) {
+/// What `check` says of the drive with changed torques, and `estimate`, and whether this refuses it.
+fn checked(change: impl Fn(f64) -> f64) -> ([String; 2], bool) {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
@@ -18,9 +18,10 @@ fn checked(change: impl Fn(f64) -> f64) -> (String, bool) {
     }
     drive.write(&folder.join("log.csv"));
     let estimated = estimate(folder);
-    let refused = text(&estimated.stderr).contains("their signs are lost");
+    let estimated_said = text(&estimated.stderr);
+    let refused = estimated_said.contains("their signs are lost");
     assert_eq!(refused, !estimated.status.success());
-    (text(&check(folder).stdout), refused)
+    ([text(&check(folder).stdout), estimated_said], refused)
 }
 
 /// Each way to lose a sign is a fault of all three torques, with its name; signed ones have none.
@@ -38,13 +39,17 @@ fn a_lost_sign_is_named() {
             0.45 * (torque / 0.45).trunc()
         }),
     ] {
-        let (said, refused) = checked(change);
+        let ([said, by_estimate], refused) = checked(change);
         // Whole numbers have signs.
         assert_eq!(refused, !name.starts_with("whole"), "{name}");
         assert_eq!(said.matches(name).count(), 3, "{name}: {said}");
+        // What rounding leaves counts.
+        let counts = by_estimate.contains(&format!("the torques are {name}"));
+        assert_eq!(counts, name.starts_with("whole"), "{by_estimate}");
     }
     // Hundredths of a newton metre are finer than the noise.
-    let (said, _) = checked(|torque| (torque * 100.0).round() / 100.0);
+    let ([said, by_estimate], _) = checked(|torque| (torque * 100.0).round() / 100.0);
+    assert!(!by_estimate.contains("whole numbers"), "{by_estimate}");
     let of_sign = said.lines().find(|line| line.contains("  signed  "));
     assert!(of_sign.is_some_and(|line| line.starts_with("ok")), "{said}");
 }

@@ -185,6 +185,8 @@ fn measure(all: &[Channel], choice: &mut LogChoice, options: &LogOptions) -> Vec
         *noise = measured::noise_of_torques(all, *noise, options.allows_empty);
     }
     if !options.allows_empty {
+        let noise = &mut budget.torque_noise;
+        warnings.extend(measured::take_rounding_of_torques(all, noise));
         warnings.extend(measured::take_noise_of_pins(all, &mut choice.pin[0]));
     }
     warnings

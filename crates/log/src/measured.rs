@@ -36,6 +36,59 @@ pub fn noise_of_torques(channels: &[Channel], usual: f64, of_check: bool) -> f64
     found.map_or(usual, |noise| noise.clamp(least * usual, MOST * usual))
 }
 
+/// Takes what a rounding of the torques leaves for their stated white noise (N m) where it is greater, and says so.
+pub fn take_rounding_of_torques(channels: &[Channel], stated: &mut f64) -> Option<String> {
+    let all = of_readings(channels, "_motor_torque");
+    let found = all.filter_map(|(_, values)| Rounding::of(&values));
+    let found = found.max_by(|a, b| a.noise.total_cmp(&b.noise))?;
+    let Rounding { unit, noise } = found;
+    if noise < EXCEEDS * *stated {
+        return None;
+    }
+    let was = std::mem::replace(stated, noise);
+    Some(format!(
+        "the torques are whole numbers of {unit:.3} N m, which leaves errors as of {noise:.3} N m a sample; budget.torque_noise is {was:.3} N m: the measured one counts"
+    ))
+}
+
+/// What a rounding to whole numbers of a unit leaves of torques.
+pub struct Rounding {
+    /// N m
+    pub unit: f64,
+    /// White noise that changes a mean over many samples as much, N m a sample: of one sample the deviation is
+    /// `unit/sqrt(12)`, and the error lasts until the next step, so that the mean has the variance of as many fewer.
+    pub noise: f64,
+}
+
+impl Rounding {
+    /// `None` of torques that have no unit.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let unit = unit(values)?;
+        let is_step = |i: &usize| (values[*i] - values[*i - 1]).abs() > 0.5 * unit;
+        let mut steps = (1..values.len()).filter(is_step);
+        let (first, last) = (steps.next()?, steps.next_back()?);
+        // Counts of samples.
+        let lasts = (last - first) as f64 / (steps.count() + 1) as f64;
+        Some(Self {
+            unit,
+            noise: unit * (lasts / 12.0).sqrt(),
+        })
+    }
+}
+
+/// The unit of which all values are whole numbers: the least difference of two of them, if they are few
+/// and repeat themselves.
+fn unit(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let different = sorted.len();
+    let steps = sorted.windows(2).map(|w| w[1] - w[0]);
+    let unit = steps.fold(f64::INFINITY, f64::min);
+    let whole = |value: &f64| (value / unit - (value / unit).round()).abs() < 0.05;
+    (different > 2 && 4 * different < values.len() && sorted.iter().all(whole)).then_some(unit)
+}
+
 /// Takes the measured white noise of the pins' angles (rad) for the stated one where it is greater, and
 /// says so.
 pub fn take_noise_of_pins(channels: &[Channel], stated: &mut f64) -> Option<String> {
@@ -183,6 +236,29 @@ mod tests {
         (0..1000)
             .map(|k| (angle(k) / count).floor() * count)
             .collect()
+    }
+
+    /// Closed form: torques that rise by a fiftieth of a unit between readings have an error of `unit/sqrt(12)` for fifty of
+    /// them; those with noise of a unit have none that lasts.
+    #[test]
+    fn a_rounding_lasts_until_the_next_step() {
+        let rounded = |noise: f64| -> Vec<f64> {
+            let mut sign = 1.0;
+            let torque = |k: u32| {
+                sign = -sign;
+                0.5 * (0.02 * f64::from(k) + noise * sign).round()
+            };
+            (0..1000).map(torque).collect()
+        };
+        for (noise, lasts) in [(0.0, 50.0_f64), (0.6, 1.0)] {
+            let found = Rounding::of(&rounded(noise)).map(|found| (found.unit, found.noise));
+            let expected = 0.5 * (lasts / 12.0).sqrt();
+            assert!(
+                found.is_some_and(|(unit, error)| (unit - 0.5).abs() < 1e-9
+                    && (error / expected - 1.0).abs() < 0.15),
+                "{noise}: {found:?}"
+            );
+        }
     }
 
     /// Closed form: the step of counts that are seen one by one, also where each reading has at most one

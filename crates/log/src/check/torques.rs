@@ -7,6 +7,7 @@
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
+use crate::measured::Rounding;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
 use robhaz_score::extremes;
@@ -152,9 +153,10 @@ impl Torque {
                 ),
             ]);
         }
-        let unit = unit(&self.values);
-        if let Some(unit) = unit.filter(|unit| *unit > COARSE * noise) {
-            let error = unit / 12.0_f64.sqrt();
+        let rounding = Rounding::of(&self.values);
+        if let Some(Rounding { unit, noise: error }) = rounding
+            && unit > COARSE * noise
+        {
             return Some([
                 format!("whole numbers of {unit:.3} N m; budget.torque_noise is {noise:.3} N m"),
                 format!("log more digits, or state budget.torque_noise = {error:.3}"),
@@ -188,7 +190,8 @@ impl Torque {
         }
         let sizes = self.values.iter().map(|v| v.abs()).filter(|v| *v > 0.0);
         let smallest = sizes.fold(f64::INFINITY, f64::min);
-        let finer = 3.0 * unit.unwrap_or(0.0).max(WINDOW * self.noise);
+        let unit = rounding.map_or(0.0, |rounding| rounding.unit);
+        let finer = 3.0 * unit.max(WINDOW * self.noise);
         let figure = if self.zeros >= NEAR && smallest > finer {
             format!("a dead band: nothing between -{smallest:.3} and {smallest:.3} N m but zero")
         } else if self.zeros_of_band >= NEAR {
@@ -229,19 +232,6 @@ fn speeds(frames: &[SensorFrame], wheel: usize) -> Vec<f64> {
         by.filter(|_| dt > 0.0).map_or(f64::NAN, |by| by / dt)
     };
     (0..frames.len()).map(speed).collect()
-}
-
-/// The unit of which all values are whole numbers: the least difference of two of them, if they are few
-/// and repeat themselves. N m.
-fn unit(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.dedup();
-    let different = sorted.len();
-    let steps = sorted.windows(2).map(|w| w[1] - w[0]);
-    let unit = steps.fold(f64::INFINITY, f64::min);
-    let whole = |value: &f64| (value / unit - (value / unit).round()).abs() < 0.05;
-    (different > 2 && 4 * different < values.len() && sorted.iter().all(whole)).then_some(unit)
 }
 
 /// The distance of the ends over which readings jump to and fro, N m, if between them lies nothing.

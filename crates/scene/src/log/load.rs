@@ -93,7 +93,7 @@ keys! {
     /// error of the time stamps
     jitter: number(TIME, at_least(0.0).at_most(1.0)) => budget.jitter;
 
-    /// white noise of the torque, of a sample
+    /// white noise of the torque, of a sample; `estimate` takes what a rounding leaves where that is more
     torque_noise ("what the log shows; where it shows none, 0.1 of robot A, else in proportion to weight and wheel radius"):
         number(TORQUE, at_least(0.0).at_most(1e3)) => budget.torque_noise;
 
