@@ -94,7 +94,9 @@ pub fn delay(
     }
     let shifted = slices(&shifted);
     let slope = residuals(&slope, &shifted, &fit(&slope, &shifted)?);
-    let correlated = correlation(&residuals(y, &shifted, &here), &slope, memory);
+    let products = residuals(y, &shifted, &here);
+    let products = products.iter().zip(&slope).map(|(r, s)| r * s);
+    let correlated = correlated(&products.collect::<Vec<_>>(), memory);
     let independent = here.count as f64 / correlated - x.len() as f64;
     if independent <= 0.0 {
         return None;
@@ -113,15 +115,13 @@ fn slices(x: &[Vec<f64>]) -> Vec<&[f64]> {
     x.iter().map(Vec::as_slice).collect()
 }
 
-/// Number of samples over which the products of residuals and slopes are correlated: the sum of
-/// their autocorrelation with Bartlett's weights (Newey and West, Econometrica 55, 1987), from 1 to
-/// `longest`.
-fn correlation(residuals: &[f64], slope: &[f64], longest: usize) -> f64 {
-    let product = |(r, s): (&f64, &f64)| if (r * s).is_finite() { r * s } else { 0.0 };
-    let products: Vec<f64> = residuals.iter().zip(slope).map(product).collect();
+/// Number of samples over which errors are correlated: the sum of their autocorrelation with Bartlett's
+/// weights (Newey and West, Econometrica 55, 1987), from 1 to `longest`. One that is missing counts as 0.
+pub fn correlated(errors: &[f64], longest: usize) -> f64 {
     let at = |lag: usize| -> f64 {
-        let later = products.iter().skip(lag);
-        products.iter().zip(later).map(|(a, b)| a * b).sum()
+        let pairs = errors.iter().zip(errors.iter().skip(lag));
+        let products = pairs.map(|(a, b)| a * b);
+        products.filter(|product| product.is_finite()).sum()
     };
     let longest = longest.max(1);
     let weighted = |lag: usize| (1.0 - lag as f64 / longest as f64) * at(lag);
@@ -166,7 +166,7 @@ mod tests {
             if state >> 63 == 0 { 1.0 } else { -1.0 }
         };
         let held: Vec<f64> = (0..2000).flat_map(|_| [sign(); 10]).collect();
-        let found = correlation(&held, &vec![1.0; held.len()], 100);
+        let found = correlated(&held, 100);
         assert!((found / 9.67 - 1.0).abs() < 3.0 * 0.14, "{found}");
     }
 }

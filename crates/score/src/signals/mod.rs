@@ -7,7 +7,7 @@
 mod delay;
 mod fit;
 
-pub use delay::{Allowed, Delay, delay};
+pub use delay::{Allowed, Delay, correlated, delay};
 pub use fit::{Fit, fit, products, residuals, robust_fit};
 
 /// Mean over the `2 half + 1` samples around each; a NaN near the ends, and where more than half of

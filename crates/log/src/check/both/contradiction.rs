@@ -5,7 +5,9 @@
 //! the difference of the sums of normalised innovations squared. With correct readings that happens in
 //! at most `exp(-E)` of the logs (Markov's inequality: the likelihood of the other wiring has the mean 1
 //! under the right one), for all others together in at most their number times as many. The sums are
-//! those of one sample for each [`WholeEstimate::INDEPENDENT`] turn of the wheels.
+//! those of one sample for each [`WholeEstimate::INDEPENDENT`] turn of the wheels, or of fewer where what the two
+//! wirings differ by lasts longer. A wiring that fits better than what is stated lets readings fit gains nothing by
+//! that: some errors are stated as larger than they are.
 //!
 //! The same evidence says whether the sizes of torques and of the joints' angles are confirmed, and
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
@@ -21,6 +23,7 @@ use crate::check::stated::StatedBoth;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Confirmation, Flags};
 use robhaz_model::{Coupling, WholeRover};
+use robhaz_score::signals::{correlated, mean, subtract};
 
 /// Share of the logs with correct readings that may be taken for others.
 const CHANCE: f64 = 0.01;
@@ -31,6 +34,11 @@ const LONGEST: f64 = 30.0;
 const STEP: f64 = 0.0099;
 /// Longest such time, s.
 const LONGEST_STEP: f64 = 0.1;
+/// Wheel radii of the way over which errors may last that make one wiring fit better than another: contact angles of
+/// waves of the ground, some wheel radii long, and what wheels push each other.
+const LONGEST_LASTING: usize = 10;
+/// Mean misfit of readings that all that is stated holds for.
+const FITS: f64 = 3.0;
 
 /// What may be otherwise than stated.
 #[derive(Clone, Copy)]
@@ -80,10 +88,18 @@ pub struct Agreement {
     pub unconfirmed: Vec<String>,
 }
 
+/// What is gained by sums of another wiring in place of its own: misfit, and all else.
+fn gain([own, own_others]: &[f64; 2], [misfit, others]: &[f64; 2]) -> f64 {
+    let by_misfit = (own - misfit).min(own.max(FITS) - misfit.max(FITS));
+    by_misfit + own_others - others
+}
+
 /// What the estimator of both sides says of a wiring.
 struct Judged {
-    /// Mean of the normalised innovations squared: misfit, slip and directions of the wheels.
-    sum: f64,
+    /// Means of the normalised innovations squared: misfit; slip and directions of the wheels.
+    sums: [f64; 2],
+    /// The same of each wheel radius of the way, both together, and the number of the frames.
+    parts: Vec<[f64; 2]>,
     /// Number of the frames that count: the rover drives, no wheel is dragged across, no reading has been
     /// missing for long.
     count: f64,
@@ -109,7 +125,8 @@ impl Judged {
             .ok()?
             .untied();
         let least = driving_speed(&rover.side);
-        let (mut sum, mut count, mut roll) = (0.0, 0.0, RollOnGround::default());
+        let (mut sums, mut parts) = ([0.0; 2], Vec::new());
+        let (mut count, mut roll) = (0.0, RollOnGround::default());
         let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);
         let (mut rolled, mut last) = (0.0, frames.first().map_or(0.0, |(f, _)| f.time));
         for (frame, speed) in frames {
@@ -127,16 +144,22 @@ impl Judged {
             }
             count += 1.0;
             rolled += speed.abs() / rover.side.geometry.wheel_radius * step.clamp(0.0, LONGEST_GAP);
-            sum += estimate.misfit.min(LARGEST_MISFIT);
+            let mut of_frame = [estimate.misfit.min(LARGEST_MISFIT), 0.0];
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
-                sum += health.slip.iter().chain(&health.direction).sum::<f64>();
+                of_frame[1] += health.slip.iter().chain(&health.direction).sum::<f64>();
             }
+            parts.resize(parts.len().max(rolled as usize + 1), [0.0; 2]);
+            let all = of_frame.iter().sum::<f64>();
+            let part = parts[rolled as usize].iter_mut().zip([all, 1.0]);
+            let means = sums.iter_mut().zip(of_frame).chain(part);
+            means.for_each(|(sum, x)| *sum += x);
             if let [Some(rate), ..] = frame.rates {
                 roll.add(rover, &estimate, *speed, rate);
             }
         }
         Some(Self {
-            sum: sum / count,
+            sums: sums.map(|sum| sum / count),
+            parts,
             count,
             rolled,
             correlation: roll.correlation(),
@@ -272,8 +295,19 @@ impl<'a> Compared<'a> {
     }
 
     /// Half of the difference of the sums of normalised innovations squared.
-    fn evidence(&self, sum: f64) -> f64 {
-        0.5 * self.samples * (self.own.sum - sum)
+    fn evidence(&self, other: &Judged) -> f64 {
+        let of_parts =
+            |of: &Judged| -> Vec<f64> { of.parts.iter().map(|[sum, count]| sum / count).collect() };
+        let gains = subtract(&of_parts(&self.own), &of_parts(other));
+        let mean = mean(&gains).unwrap_or(0.0);
+        let errors: Vec<f64> = gains.iter().map(|gain| gain - mean).collect();
+        // A count of parts.
+        let count = errors.iter().filter(|error| error.is_finite()).count() as f64;
+        let lasting = correlated(&errors, LONGEST_LASTING);
+        let samples = self.samples.min(count / lasting);
+        let gain = gain(&self.own.sums, &other.sums);
+        // What speaks against the other one is no alarm.
+        0.5 * gain * if gain > 0.0 { samples } else { self.samples }
     }
 
     /// How far the roll follows the ground, in deviations of a correlation that is none: Fisher's
@@ -297,7 +331,7 @@ impl<'a> Compared<'a> {
         let others = (wirings.len() - 1) as f64;
         let least = (others / CHANCE).ln();
         // No wiring has less than 0.
-        let at_most = self.evidence(0.0);
+        let at_most = 0.5 * self.samples * gain(&self.own.sums, &[0.0; 2]);
         if at_most.is_nan() || at_most <= least {
             return None;
         }
@@ -305,7 +339,7 @@ impl<'a> Compared<'a> {
         let all = all.filter_map(|wiring| Judged::of(&self.part, self.stated, wiring));
         // One that is dragged across, or has no estimate, compares with nothing.
         let all = all.filter(|found| found.count > 0.9 * self.own.count);
-        let evidences = all.map(|found| self.evidence(found.sum));
+        let evidences = all.map(|found| self.evidence(&found));
         let best = evidences.fold(0.0, f64::max);
         (best > least).then(|| {
             format!(
@@ -349,7 +383,7 @@ impl<'a> Compared<'a> {
                 continue;
             };
             // At rest there is none.
-            let evidence = Some(self.evidence(found.sum)).filter(|e| e.is_finite());
+            let evidence = Some(self.evidence(&found)).filter(|e| e.is_finite());
             let evidence = evidence.unwrap_or(0.0);
             if evidence > least {
                 let chance = others * (-evidence).exp();
@@ -373,5 +407,24 @@ impl<'a> Compared<'a> {
             }
         }
         agreement
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What fits better than what is stated lets readings fit gains nothing; a wiring without a contradiction where the
+    /// log has one gains that, and a worse one loses all.
+    #[test]
+    fn a_fit_that_is_too_good_gains_nothing() {
+        for (own, other, expected) in [
+            ([3.5, 0.3], [0.7, 0.5], 0.3),
+            ([8.0, 0.3], [3.5, 0.3], 4.5),
+            ([1.0, 0.0], [2.0, 0.0], -1.0),
+        ] {
+            let found = gain(&own, &other);
+            assert!((found - expected).abs() < 1e-12, "{found}");
+        }
     }
 }
