@@ -81,13 +81,14 @@ impl EstimatorSums {
         }
     }
 
-    /// Why readings that contradict each other may look so; none of torques against the weight, nor of a
+    /// Why readings that contradict each other may look so; none of torques against the weight, nor of an edge in a
     /// run of both sides.
     fn excuse(&self, run: &RunDescription) -> Option<Excuse> {
         let mut of_scale = Channels::TORQUE_SCALE.names();
         let has_other = of_scale.any(|name| self.faulty_channels.contains_key(name));
         let found = self.agreement.contradiction(run.certain);
-        found.filter(|_| !has_other && run.both.is_none())?.excuse
+        let excuse = found.filter(|_| !has_other)?.excuse;
+        excuse.filter(|excuse| run.both.is_none() || *excuse == Excuse::FarApart)
     }
 
     /// The summary of the estimator of a run, whose records had a truth if `compared`.

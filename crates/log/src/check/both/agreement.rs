@@ -7,11 +7,12 @@ use crate::check::agreement::of_scale;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
-use crate::check::{limits, still};
+use crate::check::{certain, limits, still};
+use crate::readings::side_frame;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Channels, TorqueScale};
 use robhaz_model::Robot;
-use robhaz_score::Agreement;
+use robhaz_score::{Agreement, Excuse};
 
 /// Median of the misfit of the nine equations if all that is stated holds: of chi-square with three degrees of freedom.
 const MIDDLE: f64 = 2.366;
@@ -25,9 +26,8 @@ struct Judgement {
     rolled: f64,
     /// Of each side.
     agreements: [Agreement; 2],
-    /// The channels that contradict others, and the time of the first of these, s.
-    faulty: Channels,
-    first: Option<f64>,
+    /// Mean NIS from which on a contradiction of a side is one: see [`certain`].
+    certain: f64,
 }
 
 impl Judgement {
@@ -36,14 +36,14 @@ impl Judgement {
         let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint)
             .map(WholeEstimator::untied);
         let mut estimator = estimator.ok()?;
+        let of_left: Vec<_> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
         let start = frames.first().map_or(0.0, |frame| frame.time);
         let mut found = Self {
             scale: None,
             misfits: vec![f64::NAN; frames.len()],
             rolled: 0.0,
             agreements: [Agreement::new(start + stated.compare_from); 2],
-            faulty: Channels::NONE,
-            first: None,
+            certain: certain(&of_left, &stated.rover.side),
         };
         let mut last = None;
         for (frame, misfit) in frames.iter().zip(&mut found.misfits) {
@@ -59,15 +59,6 @@ impl Judgement {
             if !estimate.dragged {
                 *misfit = estimate.misfit;
                 found.rolled += step.unwrap_or(0.0);
-            }
-            let sides = estimate.sides.iter();
-            let of_sides = sides.filter_map(|side| Some(side.kalman?.health.faulty));
-            // The torques' scale has a finding of its own.
-            let bits = of_sides.fold(0, |all, channels| all | channels.bits());
-            let bits = bits & !Channels::TORQUE_SCALE.bits();
-            if bits != 0 {
-                found.first.get_or_insert(frame.time);
-                found.faulty |= Channels::from_bits(bits);
             }
         }
         Some(found)
@@ -107,15 +98,30 @@ impl Judgement {
         let mut figure = format!(
             "misfit of the nine equations {mean:.1} on average, 3 if all that is stated holds"
         );
-        if let Some(time) = self.first {
-            let names = self.faulty.names().collect::<Vec<&str>>().join(", ");
+        // Those of an edge have none here.
+        let is_far_apart = |excuse: Option<Excuse>| excuse == Some(Excuse::FarApart);
+        let sides = self.agreements.iter();
+        let contradictions = sides.filter_map(|side| {
+            let found = side.contradiction(self.certain)?;
+            Some((side.first()?, found.faulty, is_far_apart(found.excuse)))
+        });
+        let contradictions: Vec<(f64, Channels, bool)> = contradictions.collect();
+        if !contradictions.is_empty() {
+            let time = contradictions.iter().map(|(time, ..)| *time);
+            let time = time.fold(f64::INFINITY, f64::min);
+            let all = contradictions.iter().map(|(_, channels, _)| *channels);
+            let all = all.fold(Channels::NONE, |all, channels| all | channels);
+            let names = all.names().collect::<Vec<&str>>().join(", ");
             figure += &format!("; from {time:.1} s on {names} contradict others");
         }
-        let wrong = self.agreements.map(|side| side.out_of_range());
-        let is_often = |share: &f64| *share > Agreement::FEW_OUT_OF_RANGE;
-        let is_wrong = wrong.iter().any(is_often);
-        if is_wrong {
-            let [left, right] = wrong.map(|share| 100.0 * share);
+        let wrong = self
+            .agreements
+            .each_ref()
+            .map(|side| side.wrong(self.certain));
+        let of_forces = wrong.iter().flatten();
+        if of_forces.clone().next().is_some() {
+            let shares = self.agreements.map(|side| 100.0 * side.out_of_range());
+            let [left, right] = shares;
             figure += &format!(
                 "; forces that neither weight nor impacts explain in {left:.1} and {right:.1} % of the frames, left and right"
             );
@@ -124,10 +130,14 @@ impl Judgement {
             Finding::ok("agreement of both sides", "all", figure).with("misfit", mean, "-");
         // Without a frame that counts the mean is no number, and contradicts nothing.
         let is_beyond = mean > WholeEstimate::largest_misfit(self.rolled);
-        let agrees = self.first.is_none() && !is_beyond && !is_wrong;
+        let excused = contradictions.iter().map(|(.., excused)| *excused);
+        let excused = excused.chain(of_forces.map(|excuse| is_far_apart(*excuse)));
+        let agrees = excused.clone().next().is_none() && !is_beyond;
+        let is_excused = !is_beyond && excused.fold(true, |all, one| all && one);
         match (agrees, is_found) {
             (true, _) => finding,
             (false, true) => finding.cannot_tell("correct the faults above first"),
+            (false, false) if is_excused => finding.cannot_tell(Excuse::FarApart.in_words()),
             (false, false) => finding.fault(
                 "readings contradict each other, and no test names the cause: check signs, zeros, scales and the budget of the channels that are named, and turn one wheel after the other by hand",
             ),
