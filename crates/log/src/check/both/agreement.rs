@@ -133,7 +133,7 @@ impl Judgement {
         let excused = contradictions.iter().map(|(.., excused)| *excused);
         let excused = excused.chain(of_forces.map(|excuse| is_far_apart(*excuse)));
         let agrees = excused.clone().next().is_none() && !is_beyond;
-        let is_excused = !is_beyond && excused.fold(true, |all, one| all && one);
+        let is_excused = !is_beyond && excused.clone().all(|one| one);
         match (agrees, is_found) {
             (true, _) => finding,
             (false, true) => finding.cannot_tell("correct the faults above first"),
