@@ -108,13 +108,9 @@ impl Log {
         let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
-        let is_of_both = choice.sides == LogSides::Both;
-        let frames = match is_of_both {
-            true => self.frames.all(0),
-            false => self.frames.all_of_links(),
-        };
-        description.certain = certain(&frames, &choice.robot.robot);
-        let (true, [one]) = (is_of_both, &description.estimators[..]) else {
+        let sides = self.frames.of_sides();
+        description.certain = certain(&sides[0], &choice.robot.robot);
+        let (LogSides::Both, [one]) = (choice.sides, &description.estimators[..]) else {
             return Ok(Run::of(description, self.into_source()));
         };
         let source = self.frames.source();

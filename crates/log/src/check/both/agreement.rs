@@ -8,7 +8,7 @@ use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
 use crate::check::{certain, limits, still};
-use crate::readings::side_frame;
+use crate::frames::side_frame;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Channels, TorqueScale};
 use robhaz_model::Robot;
