@@ -15,6 +15,8 @@ use robhaz_model::Robot;
 pub const TEST: &str = "agreement of all";
 pub const TORQUE_SCALE: &str = "scale of torques, mass";
 const CHANNEL: &str = "all";
+/// Deviations by which a ratio of the torques is beyond 0, and beyond 1, if it is a scale: 0.1 % by chance.
+const SCALE: f64 = 3.0;
 /// Median of a normalised square if all that is stated holds: of chi-square with one degree of freedom.
 const MIDDLE: f64 = 0.455;
 
@@ -109,10 +111,22 @@ pub fn of_scale(
     [channel, sigma]: [&'static str; 2],
     [unknown, fault]: [&str; 2],
 ) -> Finding {
-    let figure = scale.in_words(robot.mass.total()).to_string();
-    let finding = Finding::ok(TORQUE_SCALE, channel, figure)
-        .with("ratio", scale.ratio, "-")
-        .with(sigma, scale.sigma, "-");
+    let is_scale = scale.ratio.min((scale.ratio - 1.0).abs()) > SCALE * scale.sigma;
+    let finding = |figure: String| {
+        Finding::ok(TORQUE_SCALE, channel, figure)
+            .with("ratio", scale.ratio, "-")
+            .with(sigma, scale.sigma, "-")
+    };
+    if scale.confirmation == Confirmation::Contradicts && !is_scale {
+        let [fits, error] = [scale.ratio, scale.sigma].map(|of| of * robot.mass.total());
+        let figure = format!(
+            "the torques do not lift the robot as its links say: they would fit {fits:.1} +- {error:.1} kg a side, which no scale and no mass explains"
+        );
+        return finding(figure).fault(
+            "a zero of an inclinometer or a gyroscope explains it, or one that sits on another link, or is late: stand for a second on level ground, where all read 0, state their offsets, and check what each is mounted on",
+        );
+    }
+    let finding = finding(scale.in_words(robot.mass.total()).to_string());
     match scale.confirmation {
         Confirmation::Confirmed => finding,
         Confirmation::Unconfirmed => finding.cannot_tell(unknown),

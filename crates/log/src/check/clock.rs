@@ -1,7 +1,8 @@
 //! The time stamps of a log: its parts between long gaps and jumps of the clock.
 //!
 //! Wheels that turn at a steady speed are a clock, too: where all three have turned by much more or
-//! less than the time stamps say, the clock was set.
+//! less than the time stamps say, the clock was set. Where they turn by whole periods more, and the stamps go on evenly,
+//! rows are lost, and the stamps were made from their number.
 
 use crate::check::report::Finding;
 use robhaz_estimator::SensorFrame;
@@ -17,6 +18,10 @@ const LEAST_SPIN: f64 = 0.2;
 const STEADY: f64 = 0.25;
 /// Jump, in periods, that is none of jitter or a lost frame.
 const LEAST_JUMP: f64 = 2.5;
+/// Deviation of a stamped step from the period, over it, up to which stamps go on evenly.
+const EVEN: f64 = 0.05;
+/// Share of the steps that are longer by the wheels which may be shorter: errors of encoders are both alike.
+const SHORTER: f64 = 0.1;
 /// Longest median step, s: more is no log of a robot. It keeps sums of times finite.
 const LONGEST_STEP: f64 = 1e6;
 
@@ -40,9 +45,51 @@ pub struct Clock<'a> {
     /// without a part.
     pub step: Option<f64>,
     jumps: Vec<Jump>,
+    lost: Lost,
     frames: &'a [SensorFrame],
     /// Whether the wheels turn steadily somewhere.
     tells: bool,
+}
+
+/// Rows that are lost where the stamps go on evenly.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Lost {
+    /// How often, and how many.
+    times: usize,
+    rows: usize,
+    /// How often the wheels turn by a period less than the stamps say.
+    less: usize,
+    /// Index of the frame after the first.
+    first: usize,
+}
+
+impl Lost {
+    /// Whether it is no error of the encoders.
+    fn is_shown(&self) -> bool {
+        self.times > 0 && self.less as f64 <= SHORTER * self.times as f64
+    }
+
+    /// Takes a step behind which the wheels have turned longer than the stamps say, by `late` (s), and the steps before
+    /// and behind it, whose longest differs from the period by `uneven` (s).
+    fn take(&mut self, frame: usize, late: [f64; 3], uneven: f64, period: f64) {
+        let rows = (late.iter().sum::<f64>() / (3.0 * period)).round();
+        let is_whole = late
+            .iter()
+            .all(|late| (late - rows * period).abs() < STEADY * period);
+        if uneven > EVEN * period || !is_whole {
+            return;
+        }
+        if rows < 0.0 {
+            self.less += 1;
+        } else if rows > 0.0 {
+            if self.times == 0 {
+                self.first = frame;
+            }
+            self.times += 1;
+            // A small whole number.
+            self.rows += rows as usize;
+        }
+    }
 }
 
 /// Angles of all wheels in a frame.
@@ -63,7 +110,7 @@ impl<'a> Clock<'a> {
     pub fn of(frames: &'a [SensorFrame]) -> Self {
         let step = median(steps(frames).filter(|step| *step > 0.0).collect());
         let step = step.unwrap_or(0.0).min(LONGEST_STEP);
-        let (jumps, tells) = jumps(frames, step);
+        let (jumps, lost, tells) = jumps(frames, step);
         let longest = Self::BREAK.max(Self::BREAK_PERIODS * step);
         let mut parts = Vec::new();
         let mut start = 0;
@@ -90,6 +137,7 @@ impl<'a> Clock<'a> {
             step: step_of(&parts),
             parts,
             jumps,
+            lost,
             frames,
             tells,
         }
@@ -99,6 +147,9 @@ impl<'a> Clock<'a> {
     pub fn finding(&self) -> Finding {
         let sizes = |a: &&Jump, b: &&Jump| a.back.abs().total_cmp(&b.back.abs());
         let Some(Jump { frame, back }) = self.jumps.iter().max_by(sizes) else {
+            if self.lost.is_shown() {
+                return self.lost_rows();
+            }
             if self.tells {
                 return Finding::ok(TEST, CHANNEL, "the wheels turn as the time stamps say");
             }
@@ -119,6 +170,26 @@ impl<'a> Clock<'a> {
             "split the log there; stamp readings with a monotonic clock, when they are taken";
         let finding = Finding::ok(TEST, CHANNEL, figure).fault(remedy);
         finding.with("set back", *back, "s")
+    }
+
+    /// What to do about rows that are lost.
+    fn lost_rows(&self) -> Finding {
+        let Lost {
+            times, rows, first, ..
+        } = self.lost;
+        let at = self.frames.get(first).map_or(0.0, |f| f.time);
+        let figure = format!(
+            "rows are lost{}, and the stamps go on as if none were: {rows} rows in {times} places, where the wheels turn by whole periods more than the stamps say, first at {at:.3} s",
+            if times == 1 {
+                " or the clock was set back"
+            } else {
+                ""
+            }
+        );
+        let remedy = "record the time at which each row is taken: one that is made from the number of the row is wrong behind each lost one";
+        let finding = Finding::ok(TEST, CHANNEL, figure).fault(remedy);
+        // A count.
+        finding.with("lost rows", rows as f64, "-")
     }
 }
 
@@ -143,8 +214,8 @@ fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
     (step > 0.0 && step.is_finite()).then_some(step)
 }
 
-/// The jumps, and whether the wheels tell. `step` is the median step of the frames, s.
-fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
+/// The jumps, lost rows, and whether the wheels tell. `step` is the median step of the frames, s.
+fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Lost, bool) {
     let turns: Vec<Turn> = frames.iter().enumerate().filter_map(turn).collect();
     let read = frames.iter().filter(|f| f.wheel_angle[0].is_some());
     // Encoders may have a lower rate than the frames.
@@ -153,12 +224,16 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
     let count = if period > 0.0 { SPAN / period } else { 0.0 };
     let width = (count as usize).max(LEAST_FRAMES);
     let count = resolution(&turns);
-    let (mut jumps, mut tells) = (Vec::new(), false);
+    let (mut jumps, mut lost, mut tells) = (Vec::new(), Lost::default(), false);
     for k in (1 + width)..turns.len().saturating_sub(width) {
-        let Some(found) = wheels_late(&turns[k - 1 - width..=k + width], count) else {
+        let late = |k: usize| wheels_late(&turns[k - 1 - width..=k + width], count);
+        let Some(found) = late(k) else {
             continue;
         };
         tells = true;
+        let steps = turns[k - 2..=k + 1].windows(2);
+        let uneven = steps.map(|w| (w[1].time - w[0].time - period).abs());
+        lost.take(turns[k].frame, found, uneven.fold(0.0, f64::max), period);
         let mean = found.iter().sum::<f64>() / 3.0;
         let agree = found.iter().all(|d| (d - mean).abs() < STEADY * mean.abs());
         if mean.abs() > LEAST_JUMP * period && agree {
@@ -166,7 +241,7 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
             jumps.push(Jump { frame, back: mean });
         }
     }
-    (jumps, tells)
+    (jumps, lost, tells)
 }
 
 fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {

@@ -14,6 +14,7 @@
 //! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `noise` | Noise of the links' sensors while driving, single wrong readings | what ground can do |
 //! | `pin_delay` | Delay of the angle of pin Q | each wheel passes the same ground |
+//! | `way` | Zero of the angle of pin Q; does it turn where the ground asks for it? | the same |
 //! | `newton` | Late torques, their size | the robot that starts |
 //! | `in_step` | Delays of encoders behind each other | wheels start and stop together |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
@@ -61,6 +62,7 @@ mod start;
 mod stated;
 mod still;
 mod torques;
+mod way;
 mod wheels;
 mod wiring;
 mod wirings;
@@ -196,6 +198,7 @@ impl Readings<'_> {
         self.take(links);
         if are_right {
             self.take(noise::findings(self));
+            self.take(way::findings(self));
             self.take(links::delays(self));
         }
         self.take([ground::distance(self)]);

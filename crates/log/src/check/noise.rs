@@ -9,12 +9,13 @@ use crate::check::readings::Readings;
 use crate::check::recorded::Recorded;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
-use crate::check::rest::SHOWN;
+use crate::check::rest::{OFFSET_GATE, SHORTEST, SHOWN, SMALL_RATE, rest};
 use crate::check::rewire::Channel;
 use robhaz_model::Robot;
-use robhaz_score::signals::{high_pass, integral, median, rms, subtract, white_noise};
+use robhaz_score::signals::{deviation, high_pass, integral, median, rms, subtract, white_noise};
 
 const NOISE: &str = "noise while driving";
+const ZERO: &str = "zero while driving";
 const WHITE: &str = "white noise while driving";
 const SPIKES: &str = "spikes";
 
@@ -28,6 +29,8 @@ const RATIO: f64 = 2.0;
 const CORNER: f64 = 0.3;
 /// Standard deviations that a spike is beyond: none by chance.
 const GATE: f64 = 10.0;
+/// Standard deviations of an inclinometer beside the drift of its gyroscope that are none.
+const CERTAIN: f64 = 3.0;
 /// Angle (rad) or rate (rad/s) by ground and impacts from which a spike cannot be distinguished.
 const MOST: f64 = 4.0;
 /// Fewest readings in which spikes are looked for.
@@ -42,8 +45,13 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     let channels = Recorded::of_recording(recording, recording.len(), log.stated);
     let pairs = channels.windows(2);
     let pairs = pairs.filter(|pair| pair[1].channel.is_inclination());
-    let of_pairs = pairs.filter_map(|pair| beside_gyro(recording, &pair[0], &pair[1]));
+    let of_pairs = pairs.clone();
+    let of_pairs = of_pairs.filter_map(|pair| beside_gyro(recording, &pair[0], &pair[1]));
     let mut findings: Vec<Finding> = of_pairs.collect();
+    // At rest it shows better.
+    if rest(recording) < recording.steps(SHORTEST) {
+        findings.extend(pairs.filter_map(|pair| drift(log, &pair[0], &pair[1])));
+    }
     for channel in &channels {
         if channel.channel == Channel::Pin {
             findings.extend(white(log, channel, &ground));
@@ -70,6 +78,32 @@ fn beside_gyro(recording: &Recording, gyro: &Recorded, read: &Recorded) -> Optio
         "accelerations, vibration or noise: where its sign, unit and noise at rest are right, state inclination_noise = {:.5} (rad)",
         noise * DEGREE
     )))
+}
+
+/// The zero of a gyroscope, by what its integral turns more than the inclinometer beside it: from the middle of the first
+/// third of the log to that of the last one. What the inclinometer shows beside a steady drift is an error of it.
+fn drift(log: &Readings<'_>, gyro: &Recorded, read: &Recorded) -> Option<Finding> {
+    let (recording, budget) = (&log.recording, &log.stated.settings.budget);
+    let drift = subtract(&integral(&gyro.values, recording.dt), &read.values);
+    let third = drift.len() / 3;
+    let [first, last] = [&drift[..third], &drift[2 * third..]].map(|part| median(part.to_vec()));
+    // Numbers of samples.
+    let time = 2.0 * third as f64 * recording.dt;
+    let rate = (last? - first?) / time;
+    let line = |k: usize| drift[k] - rate * recording.dt * k as f64;
+    let beside = deviation(&(0..drift.len()).map(line).collect::<Vec<f64>>());
+    let walk = budget.rate_walk * time.sqrt();
+    let limit = OFFSET_GATE * budget.rate_bias.hypot(walk) + SMALL_RATE + CERTAIN * beside / time;
+    let [shown, at_most] = [rate, limit].map(|x| x / DEGREE);
+    let figure = format!(
+        "its integral drifts by {shown:.3} deg/s from the inclinometer, at most {at_most:.3} deg/s"
+    );
+    let finding = Finding::ok(ZERO, gyro.channel, figure).with("drift", shown, "deg/s");
+    (rate.abs() > limit).then(|| {
+        finding.fault(format!(
+            "subtract {rate:.4} rad/s from it: state that as its offset, of an IMU as rate_offset; stand for a second before the drive, which shows it better"
+        ))
+    })
 }
 
 /// How fast ground can move the links.

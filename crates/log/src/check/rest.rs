@@ -17,9 +17,9 @@ const STILL: f64 = 2e-3;
 /// The same in counts of a coarse encoder: at rest it may change between two neighbours.
 const STILL_COUNTS: f64 = 1.5;
 /// Standard deviations of an offset that are a fault.
-const OFFSET_GATE: f64 = 5.0;
+pub(super) const OFFSET_GATE: f64 = 5.0;
 /// Offset of a gyroscope that does no harm, rad/s: 0.05 deg/s.
-const SMALL_RATE: f64 = 0.05 * DEGREE;
+pub(super) const SMALL_RATE: f64 = 0.05 * DEGREE;
 /// Offset of a torque that does no harm to robot A, N m: 0.02 N m are 0.2 N at the rim.
 const SMALL_TORQUE: f64 = 0.02;
 /// Standard errors of a mean, and of a deviation, that count as chance: a false alarm in 16 000.

@@ -20,6 +20,16 @@ const NEAR: usize = 20;
 /// The same of readings in the direction of the wheel, none of which is near zero on the other side: a
 /// signed one whose mean is twice its noise has a quarter of them there, 0.75^60 = 3e-8.
 const NEAR_BY_SPEED: usize = 60;
+/// Deviations of the noise from which a torque in the direction of the wheel comes down to zero.
+const AWAY: f64 = 8.0;
+/// Deviations of zero within which it turns back: of a signed one, whose turning points are anywhere between both signs,
+/// a quarter do.
+const TOUCH: f64 = 2.0;
+/// Number of such turns of all torques, none of which goes on to the other side, that shows the sign of the speed:
+/// 0.25^12 = 6e-8.
+const TOUCHES: usize = 12;
+/// Of one of them: a torque that hardly comes to zero shows nothing.
+const LEAST_TOUCHES: usize = 3;
 /// What is near zero, in standard deviations of the noise.
 const WINDOW: f64 = 0.5;
 /// Spin speed whose sign is certain, rad/s for robot A.
@@ -38,9 +48,10 @@ pub const TEST: &str = "signed";
 pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     let turns = TURNS / Units::of(stated.robot).time;
     let (mut faults, mut visits) = (Vec::new(), [0, 0]);
-    for i in 0..3 {
-        let torque = Torque::of(frames, i, turns);
-        match torque.fault(stated.settings.budget.torque_noise) {
+    let torques = [0, 1, 2].map(|i| Torque::of(frames, i, turns));
+    let of_all: usize = torques.iter().filter_map(Torque::touches).sum();
+    for (i, torque) in torques.iter().enumerate() {
+        match torque.fault(stated.settings.budget.torque_noise, of_all) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
             Some([figure, remedy]) => {
                 faults.push(Finding::ok(TEST, Channel::Torque(i), figure).fault(remedy));
@@ -75,6 +86,8 @@ struct Torque {
     visits: [usize; 2],
     /// The same in the direction of the wheel, while it turns.
     visits_by_speed: [usize; 2],
+    /// How often it turns back at zero in the direction of the wheel, and how often it goes on to the other side.
+    turns_back: [usize; 2],
     /// How often a reading becomes exactly zero while the wheel turns.
     zeros: usize,
     /// How often it is zero twice in a row, where no other value is, but for a tenth of that.
@@ -126,6 +139,7 @@ impl Torque {
             range: extremes(values.iter().copied()).into(),
             visits: visits(&values),
             visits_by_speed: visits(&by_speed),
+            turns_back: turns_back(&read, noise, turning),
             zeros: read.windows(2).filter(stops).count(),
             zeros_of_band,
             noise,
@@ -143,8 +157,14 @@ impl Torque {
         self.has_one_sign() && is_on_one_side(self.visits, NEAR)
     }
 
-    /// What is wrong and what to do. `noise` is the stated one, N m.
-    fn fault(&self, noise: f64) -> Option<[String; 2]> {
+    /// How often it turns back at zero in the direction of the wheel, where it never goes on.
+    fn touches(&self) -> Option<usize> {
+        let [touches, passes] = self.turns_back;
+        (passes == 0).then_some(touches)
+    }
+
+    /// What is wrong and what to do. `noise` is the stated one, N m; `of_all`: how often such torques touch zero.
+    fn fault(&self, noise: f64, of_all: usize) -> Option<[String; 2]> {
         if let Some(range) = unsigned(&self.values) {
             return Some([
                 format!("jumps to and fro over an empty range, by {range:.3} N m"),
@@ -181,8 +201,17 @@ impl Torque {
         }
         // Where the torque changes by more than noise between readings, nothing carries it through zero.
         let is_slow = self.noise < COARSE * noise;
-        if !has_one_sign && is_slow && is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) {
-            let visits = words(self.visits_by_speed);
+        let touches = self
+            .touches()
+            .filter(|own| *own >= LEAST_TOUCHES && of_all >= TOUCHES);
+        let is_one_way = is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) || touches.is_some();
+        if !has_one_sign && is_slow && is_one_way {
+            let visits = match touches {
+                Some(touches) => {
+                    format!("comes down to zero and turns back {touches} times, and never goes on,")
+                }
+                None => words(self.visits_by_speed),
+            };
             return Some([
                 format!("{visits} in the direction of the wheel: it never brakes"),
                 format!("the sign is that of the speed: {sign}"),
@@ -207,6 +236,34 @@ impl Torque {
             "switch the driver's dead band off, or add it to budget.torque_offset".to_owned(),
         ])
     }
+}
+
+/// How often a torque in the direction of its wheel comes down from [`AWAY`] and turns back within [`TOUCH`] of zero, and
+/// how often it goes on. Readings are values and spin speeds; the wheel turns throughout.
+fn turns_back(readings: &[(f64, f64)], noise: f64, turning: impl Fn(f64) -> bool) -> [usize; 2] {
+    // The least value since it was far above zero.
+    let (mut found, mut least) = ([0, 0], None::<f64>);
+    for (value, speed) in readings {
+        if !turning(*speed) {
+            least = None;
+            continue;
+        }
+        let signed = value * speed.signum();
+        let is_away = signed > AWAY * noise;
+        let has_passed = signed < -AWAY * noise;
+        if let Some(lowest) = least.filter(|_| is_away || has_passed) {
+            match lowest.min(signed) {
+                lowest if lowest < -TOUCH * noise => found[1] += 1,
+                lowest if lowest < TOUCH * noise => found[0] += 1,
+                _ => {}
+            }
+        }
+        least = match is_away {
+            true => Some(signed),
+            false => least.map(|least| least.min(signed)).filter(|_| !has_passed),
+        };
+    }
+    found
 }
 
 /// Whether visits are on one side of zero alone, and as many as this.

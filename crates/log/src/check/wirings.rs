@@ -16,6 +16,9 @@ pub const TEST: &str = "wheels and links";
 const CHANNEL: &str = "all";
 /// Contradiction over the least one of all wirings up to which a wiring fits as well.
 const AS_WELL: f64 = 1.1;
+/// Contradiction of the log's own wiring over the least one from which on another one is the better fit also where
+/// readings are too far apart for the filters, whose own errors all wirings have: of honest logs there up to 2.5.
+const FAR_BETTER: f64 = 3.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
 /// Longest part of a log for which other wirings are tried, s: some metres.
@@ -130,7 +133,12 @@ pub fn finding(
     // that fits better than that of the log is none to choose, but it fits as well.
     let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
     let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
-    let is_certain = certain <= 0.0 && better.is_some() && least < BETTER * of_log;
+    let least_better = if certain <= 0.0 {
+        BETTER
+    } else {
+        1.0 / FAR_BETTER
+    };
+    let is_certain = certain.is_finite() && better.is_some() && least < least_better * of_log;
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {of_log:.1} as wired, {least:.1} at best",
         tried.0.len()

@@ -8,6 +8,7 @@ use crate::check::recording::steps;
 use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::StatedBoth;
+use crate::check::way::{self, Way};
 use crate::check::{dead, rest, still};
 use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
@@ -19,8 +20,6 @@ use std::f64::consts::PI;
 
 /// Time over which turns of the wheels and slopes are averaged, s.
 pub const SMOOTHING: f64 = 0.1;
-/// Error of a joint's zero that is to be found, rad: 2 deg of the differential cost 2 % of N.
-const LARGEST_ZERO: f64 = 0.035;
 /// Turn of the body that shows a sign, rad.
 pub const LEAST_TURN: f64 = 0.03;
 /// Standard deviations of a bias beyond which it is a turn: a false alarm in 16 000.
@@ -193,49 +192,21 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
     })
 }
 
-/// The zeros of the joints. All wheels pass the same ground, so on a long way the mean of a joint's angle is
-/// zero, but for what the ground's slope changes from the first footprint to the last.
+/// The zeros of the joints.
 pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let geometry = &stated.rover.side.geometry;
-    let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
     let half = steps(0.5 * SMOOTHING, period(frames).unwrap_or(SMOOTHING));
     let averaged = |of: Of| smooth(&values(frames, of), half);
     let turned = averaged(wheel_turns);
-    let turns: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let known = turns.iter().filter(|turn| turn.is_finite());
-    let length = geometry.wheel_radius / 6.0 * known.sum::<f64>();
-    let range = |of: Of| {
-        let known = averaged(of).into_iter().filter(|x| x.is_finite());
-        let (low, high) = extremes(known);
-        // Without a reading nothing is known.
-        (high - low).abs()
-    };
-    let slopes = range(|f| f.inclination) + range(|f| f.roll);
-    let allowed = 3.0 * stated.joint[1] + 0.5 * footprint * slopes / length;
-    let of_joint = |(channel, of): Reading| {
-        let parts = turns.iter().zip(values(frames, of));
-        let parts = parts.filter(|(turn, x)| (*turn * x).is_finite());
-        let add = |(sum, all): (f64, f64), (turn, x): (&f64, f64)| (sum + turn * x, all + turn);
-        let (sum, all) = parts.fold((0.0, 0.0), add);
-        let mean = sum / all;
-        let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
-        let figure = format!("mean over {length:.1} m {shown:.2} deg, at most {at_most:.2} deg");
-        let finding = Finding::ok("zero over the way", channel, figure).with("mean", shown, "deg");
-        // The rear wheels have not come to where the front ones stood.
-        if length < footprint {
-            finding.cannot_tell(
-                "drive some metres: on so short a way the wheels stand on other ground throughout",
-            )
-        } else if mean.abs() > allowed {
-            finding.fault(format!("subtract {mean:.4} rad from {channel}: state it as its offset, or set its zero on level ground"))
-        } else if allowed < LARGEST_ZERO {
-            finding
-        } else {
-            finding.cannot_tell("drive some metres more over ground that is less uneven")
-        }
+    let step = |w: &[f64]| geometry.wheel_radius / 6.0 * (w[1] - w[0]).abs();
+    let way = Way {
+        steps: turned.windows(2).map(step).collect(),
+        footprint: way::footprint(geometry),
+        slopes: way::range(&averaged(|f| f.inclination)) + way::range(&averaged(|f| f.roll)),
+        bias: stated.joint[1],
     };
     let [left, right, coupling, ..] = readings(stated.rover);
-    [left, right, coupling].map(of_joint)
+    [left, right, coupling].map(|(channel, of): Reading| way.zero(channel, &values(frames, of)))
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
     Level, SIDES, check_side, check_start, delay, drive, ground, in_step, level, limits, links,
-    stamps, start, wheels,
+    stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
 use robhaz_estimator::SensorFrame;
@@ -43,13 +43,14 @@ const STRAIGHT_ON: [&str; 5] = [
     drive::PAIRING,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
-const OF_BOTH: [&str; 6] = [
+const OF_BOTH: [&str; 7] = [
     SIDES,
     super::agreement::TEST,
     super::wirings::TEST,
     super::agreement::TORQUE_SCALE,
     level::TEST,
     limits::TEST,
+    way::ZERO,
 ];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
 const HIDES: [&str; 5] = [
