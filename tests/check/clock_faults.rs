@@ -3,7 +3,7 @@
 //! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture`
 //! runs the study.
 
-use super::common::{Failure, SOFT, readings_of, scene};
+use super::common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
@@ -247,5 +247,36 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
         println!("{fault}: {share:.3} % of the samples, {bad_logs} of {logs} logs beyond 1 %");
     }
     assert!(sums.values().all(Sum::holds));
+    Ok(())
+}
+
+/// Rows that are lost at 100 Hz, one of 50, behind stamps that are made from the number of the row: named with their
+/// number. With the stamps of the rows nothing is wrong.
+#[test]
+fn rows_that_are_lost_behind_even_stamps_are_named() -> Result<(), Failure> {
+    let scene = scene("rough", &["sensors.grade=typical"])?;
+    let truth = TruthRun::of(&scene)?;
+    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let mut row = 0;
+    frames.retain(|_| {
+        row += 1;
+        row % 50 != 0
+    });
+    let of_clock = |frames: &[SensorFrame]| -> Result<Vec<f64>, Failure> {
+        let report = report(&scene, frames)?;
+        let faults = report.faults().filter(|f| f.test == "clock");
+        Ok(faults.map(|f| f.numbers[0].value).collect())
+    };
+    assert_eq!(of_clock(&frames)?, Vec::<f64>::new());
+    let lost = (frames.len() / 49) as f64;
+    for (k, frame) in frames.iter_mut().enumerate() {
+        frame.time = 0.01 * k as f64;
+    }
+    let found = of_clock(&frames)?;
+    // On steep ground the wheels do not turn at one speed before and after.
+    assert!(
+        matches!(found[..], [rows] if rows > 0.5 * lost && rows <= lost),
+        "{found:?} of {lost}"
+    );
     Ok(())
 }

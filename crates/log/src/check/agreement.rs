@@ -2,7 +2,7 @@
 
 use crate::check::judgement::{Judgement, OFTEN};
 use crate::check::readings::Readings;
-use crate::check::report::Finding;
+use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
@@ -52,8 +52,8 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
     let part = wirings::part(frames);
     let (of_wirings, other) = wirings::finding(log, stated, part, order, agrees, certain);
     let mut findings = Vec::new();
-    let judged = match other {
-        Some(other) => Judgement::of(frames, stated, &other),
+    let judged = match &other {
+        Some(other) => Judgement::of(frames, stated, other),
         None => {
             // Fast drives and rare readings leave the filters behind, as such gears do.
             findings.extend(
@@ -74,12 +74,38 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
             own
         }
     };
-    findings.extend([
-        torque_scale(&judged, stated),
-        of_wirings,
-        contradiction(&judged, certain),
-    ]);
+    let mut disagreement = contradiction(&judged, certain);
+    let is_first = |f: &Finding| f.verdict != Verdict::Fault;
+    if !is_first(&disagreement) && log.findings.iter().chain(&findings).all(is_first) {
+        disagreement = or_other_side(disagreement, frames, stated, other.as_ref(), certain);
+    }
+    findings.extend([torque_scale(&judged, stated), of_wirings, disagreement]);
     findings
+}
+
+/// Of readings that contradict each other as those of a robot in the plane, without another cause: whether they agree
+/// as those of one side of two, whose other side pushes it.
+fn or_other_side(
+    finding: Finding,
+    frames: &[SensorFrame],
+    stated: &Stated<'_>,
+    wiring: Option<&Wiring>,
+    certain: f64,
+) -> Finding {
+    if stated.settings.sides != Sides::Plane {
+        return finding;
+    }
+    let mut one_of_two = *stated;
+    one_of_two.settings.sides = Sides::OneOfTwo;
+    let found = Judgement::of(frames, &one_of_two, wiring.unwrap_or(&Wiring::OF_LOG));
+    let agrees = found.agreement.contradiction(certain).is_none()
+        && found.agreement.wrong(certain).is_none();
+    match finding.remedy.clone().filter(|_| agrees) {
+        Some(remedy) => finding.fault(format!(
+            "if the robot has another side, state sides = \"one of two\": so the readings agree\n{remedy}"
+        )),
+        None => finding,
+    }
 }
 
 /// The torques against the weight, as `kalman` has found them.

@@ -352,6 +352,35 @@ mod tests {
         assert!(clock.jumps.is_empty() && clock.tells && clock.parts.len() == 1);
     }
 
+    /// Closed form: frames that are lost behind stamps of their number, one and two at a time; with their own stamps, and
+    /// where one reading is repeated and the next one has caught up, none is.
+    #[test]
+    fn lost_rows_show_by_the_wheels() {
+        let renumbered = |mut frames: Vec<SensorFrame>| {
+            for (k, frame) in frames.iter_mut().enumerate() {
+                frame.time = 1e-3 * k as f64;
+            }
+            frames
+        };
+        let mut kept = frames(|t| t);
+        let all = kept.clone();
+        kept.retain(|f| {
+            ![3.0, 5.0, 7.0, 7.001]
+                .iter()
+                .any(|at| (f.time - at).abs() < 1e-6)
+        });
+        assert!(!Clock::of(&kept).lost.is_shown());
+        let renumbered = renumbered(kept);
+        let clock = Clock::of(&renumbered);
+        assert!(clock.lost.is_shown() && clock.jumps.is_empty());
+        assert_eq!((clock.lost.times, clock.lost.rows), (3, 4));
+        let mut repeated = all;
+        for k in [3000, 5000] {
+            repeated[k].wheel_angle = repeated[k - 1].wheel_angle;
+        }
+        assert!(!Clock::of(&repeated).lost.is_shown());
+    }
+
     /// Parts end at long gaps; parts that are too short are left out.
     #[test]
     fn a_log_is_split_at_gaps() {

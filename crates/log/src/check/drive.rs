@@ -51,6 +51,8 @@ const OTHER_SIZE: f64 = 1.4;
 const ALIKE: f64 = 1.2;
 
 pub const PAIRING: &str = "wiring of wheels";
+/// Its faults make all that follows from the torques wrong.
+pub const BY_DIRECTION: &str = "sign on the way back";
 const CHANNEL: &str = "torques and encoders";
 pub const LATE: &str = "torques after encoders";
 
@@ -78,11 +80,11 @@ fn turned(signs: &[f64; 3]) -> impl Iterator<Item = usize> {
 type Signals = [[Vec<f64>; 3]; 3];
 
 /// `stretched`: over times that are so many times as long.
-fn signals(recording: &Recording, stretched: f64) -> Signals {
+fn signals(recording: &Recording, torque: &[Vec<f64>; 3], stretched: f64) -> Signals {
     let half = recording.steps(0.5 * stretched * SMOOTHING);
     let span = recording.steps(0.5 * stretched * SPAN);
     let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
-    let [torque, angle] = [&recording.torque, &recording.wheel_angle].map(smoothed);
+    let [torque, angle] = [torque, &recording.wheel_angle].map(smoothed);
     let speed = match stretched > 1.0 {
         true => smoothed(&recording.spin),
         false => recording.spin.each_ref().map(|x| high_pass(x, span)),
@@ -101,8 +103,13 @@ struct Differences {
 
 impl Differences {
     fn new(log: &Readings<'_>, stretched: f64) -> Self {
+        Self::of(log, &log.recording.torque, stretched)
+    }
+
+    /// Of torques at the samples of the recording, N m.
+    fn of(log: &Readings<'_>, torque: &[Vec<f64>; 3], stretched: f64) -> Self {
         let (recording, budget) = (&log.recording, &log.stated.settings.budget);
-        let signals = signals(recording, stretched);
+        let signals = signals(recording, torque, stretched);
         let moments = Moments::of(&signals);
         let (size, common) = (moments.size(), moments.common());
         let noise = budget.torque_noise / (recording.steps(stretched * SMOOTHING) as f64).sqrt();
@@ -226,6 +233,9 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
         let delay = late_at_start(start).unwrap_or(delay);
         return (vec![pairing, delay], None);
     }
+    if let Some(finding) = by_direction(log, &differences, if is_slow { stretched } else { 1.0 }) {
+        return (vec![finding], None);
+    }
     let (pairing, best) = pairing(&differences);
     let known = pairing.verdict != Verdict::CannotTell;
     let mut delay = late_at_start(start).unwrap_or_else(|| match is_slow {
@@ -247,6 +257,34 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
     }
     let (order, _) = best;
     (findings, known.then_some(order))
+}
+
+/// Torques that count what drives as positive, forward and back, where the log has both: with the sign of the direction
+/// they answer the encoders as those of a control do.
+fn by_direction(log: &Readings<'_>, as_read: &Differences, stretched: f64) -> Option<Finding> {
+    let spin = log.recording.while_driving(&log.recording.middle_spin);
+    let is_both = [1.0, -1.0].map(|sign| spin.iter().any(|spin| sign * spin > 0.0));
+    if is_both != [true; 2] {
+        return None;
+    }
+    let directed = |torque: &Vec<f64>| {
+        let all = torque.iter().zip(&log.recording.middle_spin);
+        all.map(|(torque, spin)| torque * spin.signum()).collect()
+    };
+    let torque = log.recording.torque.each_ref().map(directed);
+    let directed = Differences::of(log, &torque, stretched);
+    let [own, other] = [as_read, &directed].map(|of| of.moments.explained(&OWN));
+    (other > EXPLAINED && 1.0 - other < BETTER * (1.0 - own)).then(|| {
+        let figure = format!(
+            "own encoders explain {:.0} % of the differences between the torques, {:.0} % with the sign of the direction of travel",
+            100.0 * own,
+            100.0 * other
+        );
+        Finding::ok(BY_DIRECTION, "torques 1 to 3", figure)
+            .with("explained", own, "-")
+            .with("explained otherwise", other, "-")
+            .fault("the torques count what drives as positive, forward and back: log them with the direction of the wheel, positive where they drive it forward")
+    })
 }
 
 /// The finding of the wiring, and the wiring that explains the torques best; without one that is certain, that

@@ -198,7 +198,12 @@ impl Readings<'_> {
         self.take(links);
         if are_right {
             self.take(noise::findings(self));
-            self.take(way::findings(self));
+            let of_way = way::findings(self);
+            if of_way.iter().any(|f| f.verdict == Verdict::Fault) {
+                // One remedy for one pin.
+                self.findings.retain(|f| f.test != ground::OFFSET);
+            }
+            self.take(of_way);
             self.take(links::delays(self));
         }
         self.take([ground::distance(self)]);
@@ -207,7 +212,12 @@ impl Readings<'_> {
         let start = newton::Start::of(self);
         self.take(start::size(start));
         let (drive, order) = drive::findings(self, start);
+        let shows_forces = drive.iter().all(|f| f.test != drive::BY_DIRECTION);
         self.take(drive);
+        if !shows_forces {
+            self.findings.retain(|f| f.test != level::TEST);
+            return;
+        }
         let certain = certain_of(&self.recording, self.stated.robot);
         self.take(agreement::findings(self, order, certain));
     }

@@ -99,13 +99,17 @@ pub fn size(start: Option<Start>) -> Option<Finding> {
     );
     let finding = Finding::ok(SIZE, "torques 1 to 3", figure).with("size", size, "-");
     let is_other = size - CERTAIN * sigma > OTHER_SIZE || size + CERTAIN * sigma < 1.0 / OTHER_SIZE;
-    Some(if !is_other {
-        finding
-    } else {
-        finding.fault(format!(
-            "check torque_constant, gear_ratio and scale of all torques: scale times {:.2} would fit; or the masses and the rotors' inertia",
-            1.0 / size
-        ))
+    let is_right = (1.0 / OTHER_SIZE..=OTHER_SIZE).contains(&size);
+    let remedy = format!(
+        "check torque_constant, gear_ratio and scale of all torques: scale times {:.2} would fit; or the masses and the rotors' inertia",
+        1.0 / size
+    );
+    Some(match (is_other, is_right) {
+        (true, _) => finding.fault(remedy),
+        (_, true) => finding,
+        _ => finding.cannot_tell(format!(
+            "{remedy}; one start more, faster, on level ground shows it better"
+        )),
     })
 }
 

@@ -130,6 +130,7 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     let zeroed = !zeros.iter().any(is_fault);
     findings.extend(zeros);
     findings.push(roll::roll(frames, stated, pace));
+    findings.push(roll::zero(frames, stated));
     let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.

@@ -10,6 +10,9 @@ use robhaz_model::WholeRover;
 use robhaz_score::signals::{derivative, integral, median, smooth};
 use std::ops::RangeInclusive;
 
+/// Standard deviations of the sensor's constant error beyond which a mean is a slope or a zero.
+const GATE: f64 = 3.0;
+
 /// What is read of the roll: time, roll, its rate, turns of the wheels, yaw rate.
 type RollReading = [f64; 5];
 
@@ -39,6 +42,35 @@ fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
         times(rover.ahead_of_middle(), slope(4)),
         times(-rover.height_of_pivot(), slope(2)),
     ]
+}
+
+/// The zero of the roll. No other reading shows it: ground that falls to one side does the same.
+pub fn zero(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Finding {
+    let turned: Vec<f64> = frames
+        .iter()
+        .map(|f| wheel_turns(f).unwrap_or(f64::NAN))
+        .collect();
+    let steps = turned.windows(2).map(|w| (w[1] - w[0]).abs());
+    let rolls = steps
+        .zip(frames)
+        .filter_map(|(step, f)| Some((step, f.roll?)));
+    let known = rolls.filter(|(step, roll)| (step * roll).is_finite());
+    let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (step, roll)| {
+        (sum + step * roll, all + step)
+    });
+    // A log that does not drive shows none.
+    let mean = if all > 0.0 { sum / all } else { 0.0 };
+    let allowed = GATE * stated.settings.budget.inclination_bias;
+    let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
+    let figure =
+        format!("mean over the way {shown:.2} deg, by the sensor at most {at_most:.2} deg");
+    let finding = Finding::ok("zero of the roll", "body_roll", figure).with("mean", shown, "deg");
+    if mean.abs() <= allowed {
+        return finding;
+    }
+    finding.cannot_tell(format!(
+        "if the ground did not fall to one side, {mean:.4} rad is the zero of body_roll: state it as its offset, of an IMU as roll_offset; driven to and fro on the same ground, or stood on it both ways round, the mean of both rolls is the zero, and each degree of it moves load from side to side"
+    ))
 }
 
 /// The sign of the roll against its rate, over half a second of an ordinary drive. What both have in common over the
@@ -180,5 +212,19 @@ mod tests {
         }
         frames.retain(|f| !(2.0..5.0).contains(&f.time));
         assert_eq!(roll(&frames, &of_angle(&rover()), 1.0).verdict, Verdict::Ok);
+    }
+
+    /// A roll that is off by 5 deg throughout a drive may be a slope: not called right, and the zero is named.
+    #[test]
+    fn a_zero_of_the_roll_is_not_called_right() {
+        let rover = rover();
+        let verdict = |roll: f64| {
+            let frames = turn_left(|f| f.roll = Some(roll.to_radians()));
+            let found = zero(&frames, &of_angle(&rover));
+            assert!((found.numbers[0].value - roll).abs() < 1e-9, "{found:?}");
+            found.verdict
+        };
+        assert_eq!(verdict(0.0), Verdict::Ok);
+        assert_eq!(verdict(5.0), Verdict::CannotTell);
     }
 }
