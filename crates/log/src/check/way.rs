@@ -6,7 +6,7 @@
 //! steady bend of the ground, on which it does not, tilts the link evenly.
 
 use crate::check::readings::Readings;
-use crate::check::report::Finding;
+use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use robhaz_model::Geometry;
 use robhaz_score::signals::{deviation, subtract};
@@ -104,6 +104,12 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     let Some(body) = log.stated.body_link() else {
         return Vec::new();
     };
+    // One cause of one pin: noise, spikes and units have findings of their own.
+    let is_of_pin = |f: &Finding| f.channel == Channel::Pin.to_string();
+    let mut faults = log.findings.iter().filter(|f| f.verdict == Verdict::Fault);
+    if faults.any(is_of_pin) {
+        return Vec::new();
+    }
     let way = Way::of(log);
     let [first, second] = &log.recording.inclination;
     let pin = subtract(first, second);
