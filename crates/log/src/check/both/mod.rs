@@ -35,12 +35,13 @@ const STRAIGHT: f64 = 0.17;
 /// 0.08 and more.
 const STARTS_STRAIGHT: f64 = 0.03;
 /// Tests of one side that take it for one that drives straight on.
-const STRAIGHT_ON: [&str; 5] = [
+const STRAIGHT_ON: [&str; 6] = [
     wheels::TEST,
     links::ACCELERATION,
     ground::SIGNS,
     ground::SCALE,
     drive::PAIRING,
+    drive::BY_DIRECTION,
 ];
 /// Tests of one side that the estimator of both sides answers, or that are not of a side.
 const OF_BOTH: [&str; 7] = [
@@ -53,12 +54,13 @@ const OF_BOTH: [&str; 7] = [
     way::ZERO,
 ];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
-const HIDES: [&str; 5] = [
+const HIDES: [&str; 6] = [
     links::SIGN,
     wheels::TEST,
     start::TEST,
     super::torques::TEST,
     drive::PAIRING,
+    drive::BY_DIRECTION,
 ];
 
 /// Checks the frames of a log of both sides, in order of time.
