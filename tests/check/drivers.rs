@@ -5,6 +5,7 @@ use super::common::{Failure, error_of, readings_of, report, scene};
 use robhaz_estimator::SensorFrame;
 use robhaz_log::check::{Report, Verdict};
 use robhaz_study::TruthRun;
+use std::f64::consts::PI;
 
 /// What `check` says of 100 Hz of a scene with typical sensors, with changed torques: `change` gets each torque's
 /// values and its number.
@@ -341,5 +342,42 @@ fn a_size_beyond_what_is_right_is_not_called_so() -> Result<(), Failure> {
     let is_beyond = size.numbers[0].value > 1.4;
     assert_eq!(is_beyond, size.verdict != Verdict::Ok, "{size:?}");
     assert!(is_beyond, "{size:?}");
+    Ok(())
+}
+
+/// Torques that the other side of a robot pushes against, to and fro, contradict those of a robot in the plane: that it
+/// may have another side is named.
+#[test]
+fn a_push_of_the_other_side_is_named() -> Result<(), Failure> {
+    let push = |k: usize| {
+        let time = 0.01 * k as f64 - 2.0;
+        if time > 0.0 {
+            (0.2 * PI * time).sin()
+        } else {
+            0.0
+        }
+    };
+    let found = checked("sine", &[], |torque, _| {
+        let pushed = torque.iter_mut().enumerate();
+        pushed.for_each(|(k, torque)| *torque += push(k));
+    })?;
+    let mut remedies = found.faults().filter_map(|f| f.remedy.as_deref());
+    let is_named = remedies.any(|r| r.contains("state sides = \"one of two\""));
+    assert!(is_named, "{:?}", faults(&found));
+    Ok(())
+}
+
+/// Negative torques that are read as unsigned numbers of 16 bits are one fault a torque, and none of what follows from
+/// them is one.
+#[test]
+fn nothing_is_made_of_torques_without_their_signs() -> Result<(), Failure> {
+    let changes: [fn(f64) -> f64; 2] = [|x| (1e3 * x).round().rem_euclid(65536.0) / 1e3, f64::abs];
+    for change in changes {
+        let found = checked("sine", &[], |torque, _| {
+            torque.iter_mut().for_each(|x| *x = change(*x));
+        })?;
+        let tests: Vec<&str> = found.faults().map(|f| f.test).collect();
+        assert_eq!(tests, ["signed"; 3], "{:?}", faults(&found));
+    }
     Ok(())
 }

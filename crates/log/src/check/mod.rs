@@ -184,12 +184,18 @@ impl Readings<'_> {
             "drive slower, or record at a higher rate: such readings do not show the ground";
         self.take([Finding::ok("motion", "all", figure).cannot_tell(remedy)]);
         self.take(start::unit(self));
+        if torques::are_left_out(&self.findings) {
+            self.take([torques::left_out()]);
+            return;
+        }
         self.take([agreement::as_wired(self, f64::INFINITY)]);
     }
 
     /// The tests that follow the wheels over the ground. `forward`: see [`links::acceleration`].
     fn check_by_ground(&mut self, forward: f64) {
-        self.take(start::findings(self, forward));
+        if !torques::are_left_out(&self.findings) {
+            self.take(start::findings(self, forward));
+        }
         let (ground, on_ground) = ground::findings(self, forward > 0.0);
         self.take(ground);
         let links = links::findings(self, on_ground);
@@ -209,6 +215,10 @@ impl Readings<'_> {
         self.take([ground::distance(self)]);
         self.take([level(self)]);
         self.take([in_step::of_wheels(&self.recording)]);
+        if torques::are_left_out(&self.findings) {
+            self.take([torques::left_out()]);
+            return;
+        }
         let start = newton::Start::of(self);
         self.take(start::size(start));
         let (drive, order) = drive::findings(self, start);

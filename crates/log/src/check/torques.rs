@@ -5,7 +5,7 @@
 //! A magnitude touches zero and never passes it.
 
 use crate::check::report::Finding;
-use crate::check::rewire::Channel;
+use crate::check::rewire::{Change, Channel};
 use crate::check::stated::Stated;
 use crate::measured::Rounding;
 use robhaz_estimator::SensorFrame;
@@ -53,8 +53,11 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     for (i, torque) in torques.iter().enumerate() {
         match torque.fault(stated.settings.budget.torque_noise, of_all) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
-            Some([figure, remedy]) => {
-                faults.push(Finding::ok(TEST, Channel::Torque(i), figure).fault(remedy));
+            Some(fault) => {
+                let torque = Channel::Torque(i);
+                let finding = Finding::ok(TEST, torque, fault.figure).fault(fault.remedy);
+                let change = fault.is_lost.then_some(Change::Remove(torque));
+                faults.push(finding.change(change));
             }
         }
     }
@@ -67,6 +70,18 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     faults
 }
 
+/// Whether torques are left out of the tests, as their signs are lost.
+pub fn are_left_out(findings: &[Finding]) -> bool {
+    let mut of_signs = findings.iter().filter(|f| f.test == TEST);
+    of_signs.any(|f| !f.changes.is_empty())
+}
+
+/// What is said of the tests that need them.
+pub fn left_out() -> Finding {
+    let figure = "they need torques with their signs";
+    Finding::ok("tests of the torques", "all", figure).cannot_tell("correct these, and check again")
+}
+
 /// Whether all torques are magnitudes, of which no forces follow.
 pub fn signs_are_lost(frames: &[SensorFrame], robot: &Robot) -> bool {
     let turns = TURNS / Units::of(robot).time;
@@ -75,6 +90,14 @@ pub fn signs_are_lost(frames: &[SensorFrame], robot: &Robot) -> bool {
 
 fn words([above, below]: [usize; 2]) -> String {
     format!("{above} visits just above zero, {below} just below")
+}
+
+/// What is wrong with a torque, and what to do.
+struct Fault {
+    figure: String,
+    remedy: String,
+    /// Whether its sign is lost: nothing that follows from it is right.
+    is_lost: bool,
 }
 
 /// The readings of a torque.
@@ -164,9 +187,18 @@ impl Torque {
     }
 
     /// What is wrong and what to do. `noise` is the stated one, N m; `of_all`: how often such torques touch zero.
-    fn fault(&self, noise: f64, of_all: usize) -> Option<[String; 2]> {
+    fn fault(&self, noise: f64, of_all: usize) -> Option<Fault> {
+        let [lost, rough] = [true, false].map(|is_lost| {
+            move |[figure, remedy]: [String; 2]| {
+                Some(Fault {
+                    figure,
+                    remedy,
+                    is_lost,
+                })
+            }
+        });
         if let Some(range) = unsigned(&self.values) {
-            return Some([
+            return lost([
                 format!("jumps to and fro over an empty range, by {range:.3} N m"),
                 format!(
                     "negative numbers are read as unsigned: read the field as signed, or take {range:.3} N m off values above half of that"
@@ -177,7 +209,7 @@ impl Torque {
         if let Some(Rounding { unit, noise: error }) = rounding
             && unit > COARSE * noise
         {
-            return Some([
+            return rough([
                 format!("whole numbers of {unit:.3} N m; budget.torque_noise is {noise:.3} N m"),
                 format!("log more digits, or state budget.torque_noise = {error:.3}"),
             ]);
@@ -185,13 +217,13 @@ impl Torque {
         let sign = "log the signed current or torque, or the driver's direction with it; the estimators need the sign";
         let has_one_sign = self.has_one_sign();
         if has_one_sign && self.zeros >= NEAR {
-            return Some([
+            return lost([
                 format!("of one sign, and {} times exactly zero", self.zeros),
                 format!("torques of the other sign are cut off: {sign}"),
             ]);
         }
         if self.is_magnitude() {
-            return Some([
+            return lost([
                 format!(
                     "{}: it touches zero and never passes it",
                     words(self.visits)
@@ -212,7 +244,7 @@ impl Torque {
                 }
                 None => words(self.visits_by_speed),
             };
-            return Some([
+            return lost([
                 format!("{visits} in the direction of the wheel: it never brakes"),
                 format!("the sign is that of the speed: {sign}"),
             ]);
@@ -231,7 +263,7 @@ impl Torque {
         } else {
             return None;
         };
-        Some([
+        rough([
             figure,
             "switch the driver's dead band off, or add it to budget.torque_offset".to_owned(),
         ])
