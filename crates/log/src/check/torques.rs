@@ -20,15 +20,13 @@ const NEAR: usize = 20;
 /// The same of readings in the direction of the wheel, none of which is near zero on the other side: a
 /// signed one whose mean is twice its noise has a quarter of them there, 0.75^60 = 3e-8.
 const NEAR_BY_SPEED: usize = 60;
-/// Deviations of the noise from which a torque in the direction of the wheel comes down to zero.
+/// Deviations of the noise from which a torque in the direction of the wheel comes down to zero, and those of zero within
+/// which it turns back. Such torques are looked at together: on waves of one length all turns of one are alike, and it
+/// is the noise of [`NEAR_BY_SPEED`] visits that tells.
 const AWAY: f64 = 8.0;
-/// Deviations of zero within which it turns back: of a signed one, whose turning points are anywhere between both signs,
-/// a quarter do.
 const TOUCH: f64 = 2.0;
-/// Number of such turns of all torques, none of which goes on to the other side, that shows the sign of the speed:
-/// 0.25^12 = 6e-8.
+/// Least number of such turns of all torques, and of each.
 const TOUCHES: usize = 12;
-/// Of one of them: a torque that hardly comes to zero shows nothing.
 const LEAST_TOUCHES: usize = 3;
 /// What is near zero, in standard deviations of the noise.
 const WINDOW: f64 = 0.5;
@@ -49,9 +47,12 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     let turns = TURNS / Units::of(stated.robot).time;
     let (mut faults, mut visits) = (Vec::new(), [0, 0]);
     let torques = [0, 1, 2].map(|i| Torque::of(frames, i, turns));
-    let of_all: usize = torques.iter().filter_map(Torque::touches).sum();
+    let one_way = torques.iter().map(|torque| &torque.turns_back);
+    let one_way: Vec<&TurnsBack> = one_way.filter(|of| of.is_one_way()).collect();
+    let sum = |count: fn(&TurnsBack) -> usize| one_way.iter().map(|of| count(of)).sum::<usize>();
+    let is_shown = sum(|of| of.touches) >= TOUCHES && sum(|of| of.visits[0]) >= NEAR_BY_SPEED;
     for (i, torque) in torques.iter().enumerate() {
-        match torque.fault(stated.settings.budget.torque_noise, of_all) {
+        match torque.fault(stated.settings.budget.torque_noise, is_shown) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
             Some(fault) => {
                 let torque = Channel::Torque(i);
@@ -92,6 +93,22 @@ fn words([above, below]: [usize; 2]) -> String {
     format!("{above} visits just above zero, {below} just below")
 }
 
+/// What a torque in the direction of its wheel does at zero, coming down from far above it.
+#[derive(Default)]
+struct TurnsBack {
+    /// How often it turns back there, and how often it goes on to the other side.
+    touches: usize,
+    passes: usize,
+    /// Visits just above zero and just below.
+    visits: [usize; 2],
+}
+
+impl TurnsBack {
+    fn is_one_way(&self) -> bool {
+        self.touches >= LEAST_TOUCHES && self.passes == 0 && self.visits[1] == 0
+    }
+}
+
 /// What is wrong with a torque, and what to do.
 struct Fault {
     figure: String,
@@ -109,8 +126,8 @@ struct Torque {
     visits: [usize; 2],
     /// The same in the direction of the wheel, while it turns.
     visits_by_speed: [usize; 2],
-    /// How often it turns back at zero in the direction of the wheel, and how often it goes on to the other side.
-    turns_back: [usize; 2],
+    /// What it does at zero in the direction of the wheel.
+    turns_back: TurnsBack,
     /// How often a reading becomes exactly zero while the wheel turns.
     zeros: usize,
     /// How often it is zero twice in a row, where no other value is, but for a tenth of that.
@@ -180,14 +197,9 @@ impl Torque {
         self.has_one_sign() && is_on_one_side(self.visits, NEAR)
     }
 
-    /// How often it turns back at zero in the direction of the wheel, where it never goes on.
-    fn touches(&self) -> Option<usize> {
-        let [touches, passes] = self.turns_back;
-        (passes == 0).then_some(touches)
-    }
-
-    /// What is wrong and what to do. `noise` is the stated one, N m; `of_all`: how often such torques touch zero.
-    fn fault(&self, noise: f64, of_all: usize) -> Option<Fault> {
+    /// What is wrong and what to do. `noise` is the stated one, N m; `is_shown`: whether those that turn back at
+    /// zero show together that they have the sign of the speed.
+    fn fault(&self, noise: f64, is_shown: bool) -> Option<Fault> {
         let [lost, rough] = [true, false].map(|is_lost| {
             move |[figure, remedy]: [String; 2]| {
                 Some(Fault {
@@ -233,13 +245,12 @@ impl Torque {
         }
         // Where the torque changes by more than noise between readings, nothing carries it through zero.
         let is_slow = self.noise < COARSE * noise;
-        let touches = self
-            .touches()
-            .filter(|own| *own >= LEAST_TOUCHES && of_all >= TOUCHES);
-        let is_one_way = is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) || touches.is_some();
+        let turns_back = Some(&self.turns_back).filter(|of| is_shown && of.is_one_way());
+        let is_one_way =
+            is_on_one_side(self.visits_by_speed, NEAR_BY_SPEED) || turns_back.is_some();
         if !has_one_sign && is_slow && is_one_way {
-            let visits = match touches {
-                Some(touches) => {
+            let visits = match turns_back {
+                Some(TurnsBack { touches, .. }) => {
                     format!("comes down to zero and turns back {touches} times, and never goes on,")
                 }
                 None => words(self.visits_by_speed),
@@ -270,11 +281,12 @@ impl Torque {
     }
 }
 
-/// How often a torque in the direction of its wheel comes down from [`AWAY`] and turns back within [`TOUCH`] of zero, and
-/// how often it goes on. Readings are values and spin speeds; the wheel turns throughout.
-fn turns_back(readings: &[(f64, f64)], noise: f64, turning: impl Fn(f64) -> bool) -> [usize; 2] {
-    // The least value since it was far above zero.
-    let (mut found, mut least) = ([0, 0], None::<f64>);
+/// What a torque in the direction of its wheel does that comes down from [`AWAY`]. Readings are values and spin speeds;
+/// the wheel turns throughout.
+fn turns_back(readings: &[(f64, f64)], noise: f64, turning: impl Fn(f64) -> bool) -> TurnsBack {
+    let mut found = TurnsBack::default();
+    // The least value since it was far above zero, and whether the last one was near zero.
+    let (mut least, mut was_near) = (None::<f64>, false);
     for (value, speed) in readings {
         if !turning(*speed) {
             least = None;
@@ -285,11 +297,16 @@ fn turns_back(readings: &[(f64, f64)], noise: f64, turning: impl Fn(f64) -> bool
         let has_passed = signed < -AWAY * noise;
         if let Some(lowest) = least.filter(|_| is_away || has_passed) {
             match lowest.min(signed) {
-                lowest if lowest < -TOUCH * noise => found[1] += 1,
-                lowest if lowest < TOUCH * noise => found[0] += 1,
+                lowest if lowest < -TOUCH * noise => found.passes += 1,
+                lowest if lowest < TOUCH * noise => found.touches += 1,
                 _ => {}
             }
         }
+        let is_near = signed.abs() <= WINDOW * noise;
+        if least.is_some() && is_near && !was_near {
+            found.visits[usize::from(signed < 0.0)] += 1;
+        }
+        was_near = is_near;
         least = match is_away {
             true => Some(signed),
             false => least.map(|least| least.min(signed)).filter(|_| !has_passed),
