@@ -9,6 +9,7 @@ use crate::check::readings::Readings;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use robhaz_model::Geometry;
+use robhaz_score::extremes;
 use robhaz_score::signals::{deviation, subtract};
 
 /// Error of a joint's zero that is to be found, rad: 2 deg of the differential cost 2 % of N.
@@ -46,9 +47,7 @@ pub fn footprint(geometry: &Geometry) -> f64 {
 
 /// The range of a signal; 0 of one without a value.
 pub fn range(x: &[f64]) -> f64 {
-    let known = x.iter().filter(|x| x.is_finite());
-    let ends = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = known.fold(ends, |(low, high), x| (x.min(low), x.max(high)));
+    let (low, high) = extremes(x.iter().copied().filter(|x| x.is_finite()));
     // Without a reading nothing is known.
     (high - low).abs()
 }

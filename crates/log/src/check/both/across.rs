@@ -14,7 +14,6 @@ use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_model::WholeRover;
-use robhaz_score::extremes;
 use robhaz_score::signals::{median, smooth};
 use std::f64::consts::PI;
 
