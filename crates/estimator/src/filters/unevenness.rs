@@ -37,7 +37,7 @@ impl Unevenness {
         }
         let weight = way / self.way;
         let lifts = Self::LIFTS * given;
-        let apart = (height - self.mean).clamp(-lifts, lifts);
+        let apart = (height - self.mean).max(-lifts).min(lifts);
         self.mean += weight * apart;
         let seen = apart * apart - noise;
         self.variance += weight * ((1.0 - weight) * seen - self.variance);
