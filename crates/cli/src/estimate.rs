@@ -108,8 +108,8 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// The faults that the tests of `robhaz check` find; `None` of a log that they are not run on.
 fn faults(args: &LogArgs, log: &Log) -> Option<Vec<Finding>> {
-    /// Frames up to which they are looked for, an hour at 50 Hz: the tests take twice the time of the estimate.
-    const LONGEST: f64 = 200_000.0;
+    /// Frames up to which they are looked for, 20 min at 50 Hz: the tests take twice the time of the estimate.
+    const LONGEST: f64 = 60_000.0;
     if log.record.duration * log.record.rate > LONGEST {
         return None;
     }

@@ -163,7 +163,8 @@ impl KalmanFilters {
         right: &RightSide,
         forces: &mut Forces,
     ) {
-        if nominal.other_side.is_none() {
+        // Both sides together tell it from resistance.
+        if nominal.other_side.is_none() || self.across.shares {
             return;
         }
         let (sum, _) = self.motion.input(state::RESISTANCE.of(0));
