@@ -58,8 +58,8 @@ pub struct LoadShift {
     /// Part of a side's weight that the lateral place of the body's centre of mass moves, -; to the left is
     /// positive.
     pub off_centre: f64,
-    /// Where the body hands on to a side what moves, in the side's nominal pose, m: the pivot of a rocker, or pin Q
-    /// of a triple bogie, whose rear wheels share their load. `None`: the body's centre of mass.
+    /// Where the body hands on to a side what moves, in the side's nominal pose, m: the pivot of a rocker, or a point
+    /// between pin Q of a triple bogie and its rear wheel. `None`: the body's centre of mass.
     pub share_at: Option<Vec2>,
     /// Where it hands on what the other side pushes: there, too; of a triple bogie above Q by the height of the
     /// hinge, since pushes turn the rover, and the axial forces that hold it turn the rear bogie about its hinge.
@@ -179,17 +179,37 @@ impl WholeRover {
         let geometry = &self.side.geometry;
         let mass = &self.side.mass;
         let half_track = self.half_tracks.iter().sum::<f64>() / 3.0;
-        let (pin, above) = match self.coupling {
-            Coupling::Differential => (self.pivot, 0.0),
-            Coupling::RearBogie => (geometry.pins.q, self.height_of_pivot()),
+        let q = geometry.pins.q;
+        let (pin, above, to_rear) = match self.coupling {
+            Coupling::Differential => (self.pivot, 0.0, Vec2::zeros()),
+            Coupling::RearBogie => (
+                q,
+                self.height_of_pivot(),
+                geometry.axles[self.lone_wheel()] - q,
+            ),
         };
         LoadShift {
             height_over_half_track: self.height() / half_track,
             off_centre: mass.body * self.body_place / (half_track * mass.total()),
-            share_at: Some(pin),
+            share_at: Some(pin + to_rear * self.rear_share()),
             push_at: Some(pin + Vec2::y() * above),
             push_height: above / SQRT_3,
         }
+    }
+
+    /// Part of the load that a slope across moves which a rear bogie moves between its wheels: as much as its hinge is
+    /// low, and as the rear wheel carries of a side.
+    fn rear_share(&self) -> f64 {
+        let loads = self.side.static_loads().unwrap_or([1.0; 3]);
+        loads[self.lone_wheel()] / loads.iter().sum::<f64>() * self.height_of_pivot()
+            / self.height()
+    }
+
+    /// The wheel that no bogie of its side carries.
+    fn lone_wheel(&self) -> usize {
+        let carriers = &self.side.geometry.carriers;
+        let is_alone = |i: &usize| carriers.iter().filter(|c| **c == carriers[*i]).count() == 1;
+        (0..3).find(is_alone).unwrap_or(2)
     }
 
     /// Height of the centre of mass above the contacts, m, in the nominal pose.

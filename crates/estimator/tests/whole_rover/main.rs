@@ -147,6 +147,26 @@ fn the_weight_that_a_cross_slope_moves_is_that_of_the_rows() {
     }
 }
 
+/// What a cross slope moves of a triple bogie acts where the rows of both sides have it: between pin Q and the rear wheel.
+/// Within a tenth of the wheelbase: how the axial forces share, the rows say by their weights.
+#[test]
+fn a_cross_slope_moves_load_of_a_triple_bogie_between_q_and_the_rear_wheel() {
+    let rover = triple_bogie(0.2);
+    let geometry = &rover.side.geometry;
+    let normal = |roll: f64| on_a_plane(&rover, &WholeMotion::at_rest(GRAVITY, 0.0, roll)).normal;
+    let (level, tilted) = (normal(0.0), normal(0.1));
+    let moved = [0, 1, 2].map(|i| level[i] * 0.1_f64.cos() - tilted[i]);
+    let moment = (moved.iter().zip(&geometry.axles)).map(|(n, axle)| n * axle.x);
+    let place = moment.sum::<f64>() / moved.iter().sum::<f64>();
+    let expected = rover.load_shift().share_at.expect("of a rover").x;
+    let wheelbase = geometry.axles[0].x - geometry.axles[2].x;
+    assert!(expected < geometry.pins.q.x - 0.05 * wheelbase);
+    assert!(
+        (place - expected).abs() < 0.1 * wheelbase,
+        "{place} {expected}"
+    );
+}
+
 fn largest_difference(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     a.iter().zip(b).fold(0.0, |m, (a, b)| m.max((a - b).abs()))
 }
