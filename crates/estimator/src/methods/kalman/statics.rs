@@ -3,7 +3,7 @@
 
 use super::KalmanFilters;
 use crate::common::DRIVING_SPEED;
-use crate::deviation::root_sum_square;
+use crate::deviation::{WITHIN, root_sum_square};
 use crate::estimate::{EstimateError, Parity};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::ParityResidual;
@@ -155,7 +155,7 @@ impl KalmanFilters {
     }
 
     /// Adds what a push of the other side that lasts does to the covariance of all forces: no reading tells it
-    /// from resistance of the wheels.
+    /// from resistance of the wheels. It is at least what that has below zero, or beyond what the budget allows.
     pub(super) fn consider_lasting_push(
         &self,
         nominal: &Nominal,
@@ -168,7 +168,8 @@ impl KalmanFilters {
             return;
         }
         let (sum, _) = self.motion.input(state::RESISTANCE.of(0));
-        let resistance = sum.min(0.0);
+        let most = WITHIN * Resistance::prior(&nominal.settings.budget);
+        let resistance = sum - sum.max(0.0).min(most);
         let rows = right.sensitivity[state::RESISTANCE.of(0)] * resistance;
         let traction = |i: usize| right.tractions[i].by_resistance * resistance;
         forces.consider_with(
