@@ -70,7 +70,7 @@ mod tests {
         // Rounding.
         assert!((beyond - 5e-6).abs() < 1e-15, "{beyond}");
         let sine = found(&|x| 2e-3 * f64::sin(x / 0.05), 0.0, 1e-3);
-        // The mean follows a wave by the part of its length over 2 m.
+        // The mean over 0.4 m follows the wave by an eighth, 2 % of its square.
         assert!((sine / 2e-6 - 1.0).abs() < 0.05, "{sine}");
         let noise = found(
             &|x| {

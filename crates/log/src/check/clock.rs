@@ -226,8 +226,7 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Lost, bool) {
     let count = resolution(&turns);
     let (mut jumps, mut lost, mut tells) = (Vec::new(), Lost::default(), false);
     for k in (1 + width)..turns.len().saturating_sub(width) {
-        let late = |k: usize| wheels_late(&turns[k - 1 - width..=k + width], count);
-        let Some(found) = late(k) else {
+        let Some(found) = wheels_late(&turns[k - 1 - width..=k + width], count) else {
             continue;
         };
         tells = true;
