@@ -220,6 +220,7 @@ impl Estimator {
             shares: across.shares,
             slip: across.slip.map(|slip| slip / speed),
             settled: across.settled,
+            turns: false,
             trailing: across.trailing,
         };
         let step = filters.advance(&instant)?;

@@ -10,6 +10,7 @@
 //! | low passes on rates | `smoothing.rs` |
 //! | push of the other side of a robot with two | `push.rs` |
 //! | unevenness of the ground under one side | `unevenness.rs` |
+//! | turn of one side | `turn.rs` |
 //! | motion of the robot, errors of contact angles and torques, creep | `motion/` |
 
 mod kalman;
@@ -19,6 +20,7 @@ pub(crate) mod motion;
 mod paper;
 mod push;
 mod smoothing;
+mod turn;
 mod unevenness;
 mod wheel_torque;
 
@@ -28,5 +30,6 @@ pub(crate) use measurement::{Expected, GaussMarkov, Measurement};
 pub use paper::{ComplementaryFilter, TractionObserver};
 pub(crate) use push::PushFilter;
 pub(crate) use smoothing::smoothing_time;
+pub(crate) use turn::TurnFilter;
 pub(crate) use unevenness::Unevenness;
 pub(crate) use wheel_torque::{COUNT_SIGMA, TorqueObserver, WheelParameters};

@@ -4,7 +4,7 @@
 //! | load on the body | size, one standard deviation |
 //! |---|---|
 //! | push: horizontal, half of the difference of both sides' sums of horizontal forces | found: [`crate::filters::PushFilter`] |
-//! | share: vertical, as a cross slope moves the weight | the side's weight times the tangent of the cross slope times the height of the centre of mass over half of the track |
+//! | share: vertical, as a cross slope moves the weight | half of what twice the cross slope takes from the side uphill |
 //! | twist of a four-bar: moment | the share, which acts anywhere between the body's pins P and S; and what ground that is higher under one side than under the other does |
 //!
 //! All act at the body's centre of mass. A rocker's pivot at the body is close to it, and the
@@ -42,7 +42,9 @@ impl OtherSide {
     /// deviation, rad.
     pub fn new(robot: &Robot, shift: &LoadShift, cross_slope: f64) -> Self {
         let weight = 3.0 * robot.mean_wheel_load();
-        let by_slope = shift.height_over_half_track * libm::tan(cross_slope);
+        // At twice the slope, of the side uphill, which its cosine takes load from, too: within two deviations.
+        let (sin, cos) = libm::sincos(2.0 * cross_slope);
+        let by_slope = 0.5 * (shift.height_over_half_track * sin + 1.0 - cos);
         // Which side it is, no reading says.
         let share = weight * root_sum_square(by_slope, shift.off_centre);
         let (twist, lifted) = match robot.geometry.suspension {

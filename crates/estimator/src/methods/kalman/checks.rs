@@ -69,7 +69,9 @@ impl KalmanFilters {
             links: [0, 1].map(|k| rate[k].recent().zip(inclination[k].recent())),
             rim: fastest,
             rate_bias: nominal.settings.budget.rate_bias,
-            wheels: wheel_readings(instant.inputs).filter(|_| !self.across.shares),
+            // Wheels that are commanded apart, or dragged, do not answer to their own speeds alone.
+            wheels: wheel_readings(instant.inputs)
+                .filter(|_| !(self.across.shares || self.across.turns)),
             drives,
             model_holds,
             dt: instant.dt,

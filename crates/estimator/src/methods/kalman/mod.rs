@@ -16,7 +16,7 @@ use crate::contact::{
 };
 use crate::estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};
 use crate::filters::motion::MotionFilter;
-use crate::filters::{Innovation, LinkAngleKalman, PushFilter, Unevenness};
+use crate::filters::{Innovation, LinkAngleKalman, PushFilter, TurnFilter, Unevenness};
 use crate::flags::Flags;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
@@ -63,6 +63,7 @@ pub(crate) struct KalmanFilters {
     pub rolling: Option<Rolling>,
     push: PushFilter,
     unevenness: Unevenness,
+    turn: TurnFilter,
     pub across: Across,
 }
 
@@ -86,6 +87,8 @@ pub(crate) struct Across {
     pub shares: bool,
     /// Standard deviation of the speed of each wheel along its plane by steering and dragging, m/s.
     pub slip: [f64; 3],
+    /// Whether wheels of one side run apart in a turn that no reading shows.
+    pub turns: bool,
     /// Whether the slip of the wheels is that of their T/N: not while they are dragged across, and not
     /// before they have rolled by a radius since a rest, which leaves forces of its own.
     pub settled: bool,
@@ -103,6 +106,7 @@ impl Across {
         follow: true,
         shares: false,
         slip: [0.0; 3],
+        turns: false,
         settled: true,
         trailing: 1,
     };
@@ -159,6 +163,7 @@ impl KalmanFilters {
             rolling: None,
             push: PushFilter::new(3.0 * mean_load),
             unevenness: Unevenness::default(),
+            turn: TurnFilter::default(),
             across: Across::NONE,
         }
     }

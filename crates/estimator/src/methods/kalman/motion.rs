@@ -5,7 +5,7 @@ use super::KalmanFilters;
 use crate::common::ROLLING_SPEED;
 use crate::contact::{RollingResiduals, SLIPPING_RATIO, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
-use crate::filters::motion::{RollingWheel, SensedAcceleration};
+use crate::filters::motion::{CREEP, RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
@@ -116,6 +116,9 @@ impl KalmanFilters {
         };
         if !stands {
             innovations.slip = slip_nis(&residuals);
+            if nominal.other_side.is_some() && !self.across.shares {
+                self.follow_turn(nominal, &wheels, &residuals, dt);
+            }
         }
         self.last_force_angle = self.force_angle(arms);
         residuals
@@ -183,6 +186,38 @@ impl KalmanFilters {
             torque_sigma: wheel.ground_torque().1,
             rim_sigma: r * wheel.observer.speed().1,
         }
+    }
+
+    /// Finds how far the wheels of one side of a robot with two run apart in a turn.
+    fn follow_turn(
+        &mut self,
+        nominal: &Nominal,
+        wheels: &[Option<RollingWheel>; 3],
+        residuals: &[Option<RollingResiduals>; 3],
+        dt: f64,
+    ) {
+        /// Relative error of a rolling radius under load, -.
+        /// Textbook.
+        const RADIUS: f64 = 1e-3;
+        let (mut slip, mut creep) = ([0.0; 3], [0.0; 3]);
+        let mut of_offset = 0.0_f64;
+        let budget = &nominal.settings.budget;
+        for i in 0..3 {
+            let (Some(wheel), Some(found)) = (&wheels[i], residuals[i].and_then(|r| r.slip)) else {
+                return;
+            };
+            // What the states have made of the torque may already explain a turn.
+            let speed = self.motion.creep(i).max(libm::exp(CREEP));
+            let over_load = speed / wheel.moment_of_load;
+            slip[i] = found.beyond_creep + found.creep;
+            creep[i] = wheel.torque * over_load;
+            of_offset = of_offset.max(budget.torque_offset * over_load);
+        }
+        self.turn.update(slip, creep, dt);
+        let radius = root_sum_square(budget.wheel_radius, RADIUS) * self.motion.speed();
+        let error = root_sum_square(of_offset, radius);
+        self.across.slip = [self.turn.sigma(error); 3];
+        self.across.turns = self.turn.turns(error);
     }
 
     /// Corrects the motion by the innovations of the inclinometers (rad), `dt` seconds after the
