@@ -46,8 +46,6 @@ pub(crate) struct RollingWheel {
     pub load_sigma: f64,
     /// r N, N m.
     pub moment_of_load: f64,
-    /// Share of what resists the spin at the mean load, signed as the spin, -.
-    pub resisted: f64,
     /// Smoothed torque reading minus the inertia torques of rotor and wheel disc, N m: observed r
     /// T + B omega. It multiplies the gain error.
     pub torque: f64,

@@ -10,7 +10,6 @@ use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
 use crate::nominal::{Instant, Nominal};
-use crate::resistance::Resistance;
 use crate::settings::ContactAngles;
 use crate::statics::Arms;
 use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
@@ -103,8 +102,7 @@ impl KalmanFilters {
             link.follow_ground(speed, dt);
         }
         let rolls = |i: usize| dt > 0.0 && self.loaded[i];
-        let resistance = self.resistance(nominal);
-        let wheel = |i: usize| rolls(i).then(|| self.rolling_wheel(instant, i, arms, &resistance));
+        let wheel = |i: usize| rolls(i).then(|| self.rolling_wheel(instant, i, arms));
         let wheels: [_; 3] = core::array::from_fn(wheel);
         let residuals = if stands {
             [0, 1, 2].map(|i| wheels[i].map(|wheel| self.motion.spin_in_place(i, &wheel, dt)))
@@ -142,13 +140,7 @@ impl KalmanFilters {
     }
 
     /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
-    fn rolling_wheel(
-        &self,
-        instant: &Instant<'_>,
-        i: usize,
-        arms: &Arms,
-        resistance: &Resistance,
-    ) -> RollingWheel {
+    fn rolling_wheel(&self, instant: &Instant<'_>, i: usize, arms: &Arms) -> RollingWheel {
         let (nominal, inputs) = (instant.nominal, instant.inputs);
         let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
         let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
@@ -181,7 +173,6 @@ impl KalmanFilters {
             ratio: (t / n).clamp(-1.0, 1.0),
             load_sigma: self.last_sigma[i] / n,
             moment_of_load: r * n,
-            resisted: wheel.resisted(resistance, self.load(nominal, i)),
             torque: wheel.steady_torque(settings.viscous_damping),
             torque_sigma: wheel.ground_torque().1,
             rim_sigma: r * wheel.observer.speed().1,
