@@ -44,6 +44,8 @@ pub(crate) struct RollingWheel {
     pub ratio: f64,
     /// Standard deviation of N over N, -.
     pub load_sigma: f64,
+    /// Share of what resists the spin at the mean load that the slip shows, signed as the spin, -.
+    pub resisted: f64,
     /// r N, N m.
     pub moment_of_load: f64,
     /// Smoothed torque reading minus the inertia torques of rotor and wheel disc, N m: observed r

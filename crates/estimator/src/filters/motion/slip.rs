@@ -4,7 +4,7 @@
 //! | | |
 //! |---|---|
 //! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
-//! | states | velocity of Q, creep, rolling radius, torque offset; not resistance and gains, which wheels have in common: their rims alone give the velocity |
+//! | states | velocity of Q, creep, rolling radius, torque offset, resistance |
 //! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
@@ -29,7 +29,7 @@ fn variance_factor(ratio: f64) -> f64 {
 
 impl MotionFilter {
     /// The measurement of one wheel, whose rim has the speed `rim`, m/s.
-    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<5, 5> {
+    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<6, 5> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
         let (creep, slip) = (self.creep(i), self.creep(i) * wheel.ratio);
         // Derivative of the slip with respect to a torque error, which changes T/N.
@@ -60,6 +60,7 @@ impl MotionFilter {
                 (RADIUS.of(i), -rim),
                 (CREEP.of(i), if shows_creep { on * slip } else { 0.0 }),
                 (TORQUE_OFFSET.of(i), on * by_offset),
+                (RESISTANCE.of(0), on * by_offset * wheel.resisted),
             ],
             innovation: rim * (1.0 + self.filter.x[RADIUS.of(i)]) - velocity.speed - slip,
             white: wheel.white(),

@@ -147,6 +147,13 @@ impl KalmanFilters {
         let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
         let n = nominal.at_least(n);
         let r = geometry.wheel_radius;
+        // Beside another side, what all wheels of this one slip may be its push.
+        let alone = nominal.other_side.is_none();
+        let resisted = if alone {
+            wheel.resisted(&self.resistance(nominal), self.load(nominal, i))
+        } else {
+            0.0
+        };
         let across = perp(arms.axles[i]);
         let arm = robhaz_model::sqrt(across.norm_squared());
         // An unknown contact angle follows the gyroscope's noise, the error of a given one does not.
@@ -173,6 +180,7 @@ impl KalmanFilters {
             ratio: (t / n).clamp(-1.0, 1.0),
             load_sigma: self.last_sigma[i] / n,
             moment_of_load: r * n,
+            resisted,
             torque: wheel.steady_torque(settings.viscous_damping),
             torque_sigma: wheel.ground_torque().1,
             rim_sigma: r * wheel.observer.speed().1,
