@@ -4,7 +4,9 @@ use crate::log_args::LogArgs;
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_estimator::EstimatorSettings;
-use robhaz_log::check::{BodyNoise, Finding, Report, Stated, StatedBoth, check, check_both};
+use robhaz_log::check::{
+    BodyNoise, Consistency, Finding, Report, Stated, StatedBoth, check, check_both,
+};
 use robhaz_log::{Log, LogOptions};
 use robhaz_record::time_lines;
 use robhaz_run::ChannelReport;
@@ -25,7 +27,7 @@ pub fn run(args: &Args) -> Result<()> {
         name,
         warnings,
         report,
-    } = Checked::of(&args.log)?;
+    } = Checked::of(&args.log, None)?;
     warnings.iter().for_each(|w| warn_of(&name, w));
     let document = serde_json::to_value(&report).into_diagnostic()?;
     tell(&report.text(), &document)?;
@@ -45,8 +47,8 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Reads the log and checks it.
-    pub fn of(log: &LogArgs) -> Result<Self> {
+    /// Reads the log and checks it. `known`: see [`check_both`].
+    pub fn of(log: &LogArgs, known: Option<&Consistency>) -> Result<Self> {
         let mut place = log.place()?;
         let is_of_unknown = !place.choice.states("robot") && !place.is_described;
         // Others may need contact angles.
@@ -102,6 +104,7 @@ impl Checked {
                     joint: choice.pin,
                     compare_from,
                 },
+                known,
             ),
             _ => check(&frames, &stated).findings,
         });

@@ -7,7 +7,7 @@ use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_estimator::Sides;
-use robhaz_log::check::Finding;
+use robhaz_log::check::{Consistency, Finding};
 use robhaz_log::{Log, LogOptions, LogPlace};
 use robhaz_model::Suspension;
 use robhaz_scene::LogSides;
@@ -74,7 +74,8 @@ pub fn run(args: &Args) -> Result<()> {
         log.warnings.insert(known, warning);
     }
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
-    let faults = faults(&args.log, &log);
+    let consistency = log.consistency().into_diagnostic()?;
+    let faults = faults(&args.log, &log, consistency.as_ref());
     let of_faults = of_faults(faults.as_deref());
     of_faults.iter().for_each(|w| warn_of(&log.name, w));
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
@@ -94,7 +95,8 @@ pub fn run(args: &Args) -> Result<()> {
         work: "reading and estimation",
         files,
     };
-    let mut document = results::write(log.into_run().into_diagnostic()?, &job, &args.results)?;
+    let run = log.into_run(consistency).into_diagnostic()?;
+    let mut document = results::write(run, &job, &args.results)?;
     let has_forces = |estimator: &Value| !estimator["means"].is_null();
     let estimators = document["summary"]["estimators"].as_object();
     let is_empty = estimators.is_some_and(|all| !all.values().any(has_forces));
@@ -107,14 +109,14 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// The faults that the tests of `robhaz check` find; `None` of a log that they are not run on.
-fn faults(args: &LogArgs, log: &Log) -> Option<Vec<Finding>> {
-    /// Frames up to which they are looked for, 20 min at 50 Hz: the tests take twice the time of the estimate.
+fn faults(args: &LogArgs, log: &Log, consistency: Option<&Consistency>) -> Option<Vec<Finding>> {
+    /// Frames up to which they are looked for, 20 min at 50 Hz: the tests take as long as the estimate.
     const LONGEST: f64 = 60_000.0;
     if log.record.duration * log.record.rate > LONGEST {
         return None;
     }
     // What keeps it from being checked keeps it from being estimated.
-    let checked = Checked::of(args).ok()?;
+    let checked = Checked::of(args, consistency).ok()?;
     Some(checked.report.faults().cloned().collect())
 }
 

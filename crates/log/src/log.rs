@@ -2,7 +2,7 @@
 
 use crate::bag::is_mcap;
 use crate::channel::{Channel, Channels};
-use crate::check::{Level, StatedBoth, certain, contradiction, signs_are_lost};
+use crate::check::{Consistency, Level, StatedBoth, certain, contradiction, signs_are_lost};
 use crate::content::{self, LogOptions};
 use crate::error::LogError;
 use crate::frames::Frames;
@@ -98,19 +98,43 @@ impl Log {
         })
     }
 
-    /// The run of its estimators.
+    /// Robot, noise budget and estimators, with the errors of the time stamps that count.
+    fn counted(&self) -> LogChoice {
+        let mut choice = self.choice.clone();
+        choice.budget.jitter = self.jitter.counted(choice.budget.jitter);
+        choice
+    }
+
+    /// Whether the readings of both sides agree; `None` of a log of one.
     ///
     /// # Errors
     /// [`LogError`] of a rover that cannot be estimated.
-    pub fn into_run(self) -> Result<Run, LogError> {
-        let mut choice = self.choice.clone();
-        choice.budget.jitter = self.jitter.counted(choice.budget.jitter);
+    pub fn consistency(&self) -> Result<Option<Consistency>, LogError> {
+        let choice = self.counted();
+        let (LogSides::Both, [one]) = (choice.sides, &choice.estimators[..]) else {
+            return Ok(None);
+        };
+        let stated = StatedBoth {
+            rover: &own_names::rover(self.frames.source(), &choice)?,
+            settings: choice.settings(one),
+            joint: choice.pin,
+            compare_from: self.record.compare_from,
+        };
+        Ok(Some(contradiction(&self.frames.all_of_both(), &stated)))
+    }
+
+    /// The run of its estimators, with the log's [`Log::consistency`].
+    ///
+    /// # Errors
+    /// [`LogError`] of a rover that cannot be estimated.
+    pub fn into_run(self, consistency: Option<Consistency>) -> Result<Run, LogError> {
+        let choice = self.counted();
         let mut description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &choice);
         description.has_truth = self.frames.has_truth();
         let sides = self.frames.of_sides();
         description.certain = certain(&sides[0], &choice.robot.robot);
-        let (LogSides::Both, [one]) = (choice.sides, &description.estimators[..]) else {
+        let (Some(found), [one]) = (consistency, &description.estimators[..]) else {
             return Ok(Run::of(description, self.into_source()));
         };
         let source = self.frames.source();
@@ -121,13 +145,6 @@ impl Log {
             label: format!("{}-{side}", one.label),
             ..one.clone()
         };
-        let stated = StatedBoth {
-            rover: &rover,
-            settings: one.settings,
-            joint: choice.pin,
-            compare_from: self.record.compare_from,
-        };
-        let found = contradiction(&self.frames.all_of_both(), &stated);
         description.both = Some(BothDescription {
             label: one.label.clone(),
             coupling: rover.coupling,

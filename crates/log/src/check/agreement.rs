@@ -48,9 +48,8 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
     if own.absurd > OFTEN {
         return vec![torque_scale(&own, stated), contradiction(&own, certain)];
     }
-    let agrees = own.agreement.first().is_none() && own.refused <= OFTEN;
     let part = wirings::part(frames);
-    let (of_wirings, other) = wirings::finding(log, stated, part, order, agrees, certain);
+    let (of_wirings, other) = wirings::finding(log, stated, part, order, own.agrees(), certain);
     let mut findings = Vec::new();
     let judged = match &other {
         Some(other) => Judgement::of(frames, stated, other),
@@ -81,6 +80,24 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
     }
     findings.extend([torque_scale(&judged, stated), of_wirings, disagreement]);
     findings
+}
+
+/// Of a side of both: the efficiency of its gears. All else that [`findings`] says the estimator of both sides says.
+pub fn gears_of_side(
+    log: &Readings<'_>,
+    order: Option<[usize; 3]>,
+    certain: f64,
+) -> Option<Finding> {
+    let frames = &*log.frames;
+    let stated = &with_angles(log.stated, frames);
+    let part = wirings::part(frames);
+    let found = gears::finding(part, stated).filter(|_| certain <= 0.0)?;
+    let own = Judgement::of(frames, stated, &Wiring::OF_LOG);
+    if own.absurd > OFTEN {
+        return None;
+    }
+    let (_, other) = wirings::finding(log, stated, part, order, own.agrees(), certain);
+    other.is_none().then_some(found)
 }
 
 /// Of readings that contradict each other as those of a robot in the plane, without another cause: whether they agree

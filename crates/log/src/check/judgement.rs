@@ -86,4 +86,8 @@ impl Judgement {
         }
         found
     }
+    /// Whether the readings agree as wired.
+    pub fn agrees(&self) -> bool {
+        self.agreement.first().is_none() && self.refused <= OFTEN
+    }
 }

@@ -67,8 +67,8 @@ mod wheels;
 mod wiring;
 mod wirings;
 
-pub use both::check_both;
 pub(crate) use both::contradiction;
+pub use both::{Consistency, check_both};
 pub(crate) use level::Level;
 pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};
@@ -87,8 +87,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     check_side(frames, stated, false)
 }
 
-/// The same; `of_both`: of a log of both sides, whose time stamps have a finding already.
-fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, of_both: bool) -> Report {
+/// The same; `is_of_both`: of a log of both sides, whose time stamps have a finding already.
+fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, is_of_both: bool) -> Report {
     let mut stated = *stated;
     let budget = &mut stated.settings.budget;
     let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
@@ -98,14 +98,14 @@ fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, of_both: bool) -> Rep
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let mut findings = vec![clock.finding()];
-    findings.extend((!of_both).then(|| stamps::finding(&mended, budget)));
+    findings.extend((!is_of_both).then(|| stamps::finding(&mended, budget)));
     findings.push(sides(&stated));
     let mut log = Readings {
         stated: &stated,
         frames: mended,
         recording,
         findings,
-        has_other_side: of_both || stated.settings.sides == Sides::OneOfTwo,
+        is_of_both,
     };
     log.take(of_jumps);
     if !log.check_channels() {
@@ -132,7 +132,7 @@ fn check_start(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
         frames: frames.into(),
         recording,
         findings: Vec::new(),
-        has_other_side: true,
+        is_of_both: true,
     };
     if turn(&log.recording) > LARGEST_TURN {
         return Vec::new();
@@ -229,7 +229,10 @@ impl Readings<'_> {
             return;
         }
         let certain = certain_of(&self.recording, self.stated.robot);
-        self.take(agreement::findings(self, order, certain));
+        match self.is_of_both {
+            true => self.take(agreement::gears_of_side(self, order, certain)),
+            false => self.take(agreement::findings(self, order, certain)),
+        }
     }
 
     fn report(mut self) -> Report {

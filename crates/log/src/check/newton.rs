@@ -80,7 +80,7 @@ impl Start {
     pub fn of(log: &Readings<'_>) -> Option<Self> {
         let recording = &log.recording;
         let motion = Motion::of(recording)?;
-        if log.has_other_side && !motion.is_on_a_plane(log) {
+        if log.has_other_side() && !motion.is_on_a_plane(log) {
             return None;
         }
         let tried = LOW_PASSES.map(|constant| motion.tried(log, constant));

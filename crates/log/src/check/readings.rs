@@ -4,7 +4,7 @@ use crate::check::clock::Clock;
 use crate::check::recording::Recording;
 use crate::check::report::Finding;
 use crate::check::stated::Stated;
-use robhaz_estimator::SensorFrame;
+use robhaz_estimator::{SensorFrame, Sides};
 use std::borrow::Cow;
 
 /// The readings with the changes that tests have asked for so far, and what was found.
@@ -13,11 +13,16 @@ pub struct Readings<'a> {
     pub frames: Cow<'a, [SensorFrame]>,
     pub recording: Recording,
     pub findings: Vec<Finding>,
-    /// Whether the robot has another side, which may push this one.
-    pub has_other_side: bool,
+    /// Whether it is a side of a log of both.
+    pub is_of_both: bool,
 }
 
 impl Readings<'_> {
+    /// Whether the robot has another side, which may push this one.
+    pub fn has_other_side(&self) -> bool {
+        self.is_of_both || self.stated.settings.sides == Sides::OneOfTwo
+    }
+
     /// Takes what a test found. Later tests see the readings with its changes.
     pub fn take(&mut self, findings: impl IntoIterator<Item = Finding>) {
         let known = self.findings.len();

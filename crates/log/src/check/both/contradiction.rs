@@ -20,6 +20,7 @@ use super::{STRAIGHT, across, is_fault, of_start, roll, steering, torques};
 use crate::check::recording::driving_speed;
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
+use rayon::prelude::*;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
 use robhaz_estimator::{Confirmation, Flags};
 use robhaz_model::{Coupling, WholeRover};
@@ -81,7 +82,7 @@ const DIFFERENT: f64 = 2.0;
 
 /// What an estimate says of the readings of both sides.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Agreement {
+pub struct Consistency {
     /// Why they contradict each other, in words; `None` where they do not.
     pub contradiction: Option<String>,
     /// What they do not confirm, though the forces depend on it.
@@ -115,10 +116,12 @@ struct Judged {
 }
 
 impl Judged {
+    /// `None` without an estimate, and where `is_out` of the least that its sums can be.
     fn of(
         frames: &[(WholeFrame, f64)],
         stated: &StatedBoth<'_>,
         wiring: &[Change],
+        is_out: impl Fn(&[f64; 2]) -> bool,
     ) -> Option<Self> {
         let rover = stated.rover;
         let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint)
@@ -153,6 +156,10 @@ impl Judged {
             let part = parts[rolled as usize].iter_mut().zip([all, 1.0]);
             let means = sums.iter_mut().zip(of_frame).chain(part);
             means.for_each(|(sum, x)| *sum += x);
+            // No more frames than all can count.
+            if is_out(&sums.map(|sum| sum / frames.len() as f64)) {
+                return None;
+            }
             if let [Some(rate), ..] = frame.rates {
                 roll.add(rover, &estimate, *speed, rate);
             }
@@ -240,7 +247,7 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
 }
 
 /// Whether the readings agree, for an estimate.
-pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreement {
+pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Consistency {
     let pace = pace(frames, stated.rover);
     let found = direct(frames, stated, pace);
     let compared = match found {
@@ -251,9 +258,9 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreemen
     let contradiction = found.or_else(|| compared.as_ref().and_then(by_all));
     match compared.filter(|_| contradiction.is_none()) {
         Some(compared) => compared.sizes(),
-        None => Agreement {
+        None => Consistency {
             contradiction,
-            ..Agreement::default()
+            ..Consistency::default()
         },
     }
 }
@@ -261,7 +268,7 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Agreemen
 /// The sizes alone, for a check.
 pub fn sizes(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Finding {
     let compared = Compared::new(frames, stated, pace);
-    let found = compared.map_or_else(Agreement::default, |compared| compared.sizes());
+    let found = compared.map_or_else(Consistency::default, |compared| compared.sizes());
     let finding =
         |figure: String| Finding::ok("sizes and signs", "torques, coupling, roll", figure);
     match (found.contradiction, &found.unconfirmed[..]) {
@@ -285,13 +292,18 @@ struct Compared<'a> {
 impl<'a> Compared<'a> {
     fn new(frames: &[WholeFrame], stated: &'a StatedBoth<'a>, pace: f64) -> Option<Self> {
         let part = part(frames, stated.rover, pace);
-        let own = Judged::of(&part, stated, &[])?;
+        let own = Judged::of(&part, stated, &[], |_| false)?;
         Some(Self {
             samples: own.rolled / WholeEstimate::INDEPENDENT,
             stated,
             part,
             own,
         })
+    }
+
+    /// What the evidence for another wiring with these sums, or with greater ones, is at most.
+    fn most_evidence(&self, sums: &[f64; 2]) -> f64 {
+        0.5 * self.samples * gain(&self.own.sums, sums)
     }
 
     /// Half of the difference of the sums of normalised innovations squared.
@@ -331,16 +343,17 @@ impl<'a> Compared<'a> {
         let others = (wirings.len() - 1) as f64;
         let least = (others / CHANCE).ln();
         // No wiring has less than 0.
-        let at_most = 0.5 * self.samples * gain(&self.own.sums, &[0.0; 2]);
+        let at_most = self.most_evidence(&[0.0; 2]);
         if at_most.is_nan() || at_most <= least {
             return None;
         }
-        let all = wirings.iter().skip(1);
-        let all = all.filter_map(|wiring| Judged::of(&self.part, self.stated, wiring));
+        let is_out = |sums: &[f64; 2]| self.most_evidence(sums) <= least;
+        let all = wirings[1..].par_iter();
+        let all = all.filter_map(|wiring| Judged::of(&self.part, self.stated, wiring, is_out));
         // One that is dragged across, or has no estimate, compares with nothing.
         let all = all.filter(|found| found.count > 0.9 * self.own.count);
         let evidences = all.map(|found| self.evidence(&found));
-        let best = evidences.fold(0.0, f64::max);
+        let best = evidences.reduce(|| 0.0, f64::max);
         (best > least).then(|| {
             format!(
                 "with left and right, or roll and pitch, of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",
@@ -349,37 +362,48 @@ impl<'a> Compared<'a> {
         })
     }
 
-    /// What is said of the log with something otherwise than stated; `None` of what compares with nothing: wheels
-    /// are dragged across, or it has no estimate.
+    /// Whether another wiring with this evidence is excluded.
+    fn excludes(evidence: f64) -> bool {
+        evidence <= -(1.0 / CHANCE).ln()
+    }
+
+    /// What is said of the log with something otherwise than stated; `None` of what is confirmed or excluded, or
+    /// compares with nothing: wheels are dragged across, or it has no estimate.
     fn judged(&self, other: Other) -> Option<Judged> {
+        let is_confirmed = match other {
+            Reading(Torques(_)) => self.own.weight == Some(Confirmation::Confirmed),
+            Reading(Change::Roll | Change::Axes) => self.follows() > BEYOND,
+            _ => false,
+        };
+        if is_confirmed {
+            return None;
+        }
         let mut stated = *self.stated;
-        let found = match other {
-            Reading(change) => Judged::of(&self.part, &stated, &[change]),
+        let change = match other {
+            Reading(change) => Some(change),
             Gears(efficiency) => {
                 stated.settings.gear_efficiency = efficiency;
-                Judged::of(&self.part, &stated, &[])
+                None
             }
         };
-        found.filter(|found| found.count >= 0.9 * self.own.count)
+        let is_out = |sums: &[f64; 2]| Self::excludes(self.most_evidence(sums));
+        Judged::of(&self.part, &stated, change.as_slice(), is_out)
+            .filter(|found| found.count >= 0.9 * self.own.count)
     }
 
     /// Sizes of torques and of the joints' angles, gears, and the sign of the roll.
-    fn sizes(&self) -> Agreement {
+    fn sizes(&self) -> Consistency {
         let others = TRIED.len() as f64;
         let least = (others / CHANCE).ln();
         let coupling = self.stated.rover.coupling;
-        let mut agreement = Agreement::default();
+        let mut consistency = Consistency::default();
         let mut noted = None;
-        for (what, other) in TRIED {
-            let confirmed = match other {
-                Reading(Torques(_)) => self.own.weight == Some(Confirmation::Confirmed),
-                Reading(Change::Roll | Change::Axes) => self.follows() > BEYOND,
-                _ => false,
-            };
-            if confirmed {
-                continue;
-            }
-            let Some(found) = self.judged(other) else {
+        let judged: Vec<Option<Judged>> = TRIED
+            .par_iter()
+            .map(|(_, other)| self.judged(*other))
+            .collect();
+        for ((what, other), found) in TRIED.into_iter().zip(judged) {
+            let Some(found) = found else {
                 continue;
             };
             // At rest there is none.
@@ -387,26 +411,26 @@ impl<'a> Compared<'a> {
             let evidence = evidence.unwrap_or(0.0);
             if evidence > least {
                 let chance = others * (-evidence).exp();
-                agreement.contradiction = Some(format!(
+                consistency.contradiction = Some(format!(
                     "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
                     other.words(coupling)
                 ));
-                agreement.unconfirmed.clear();
-                return agreement;
+                consistency.unconfirmed.clear();
+                return consistency;
             }
             let [square, all] = found.differs(&self.own);
             let variance = self.own.variance / (6 * self.own.normal.len()) as f64;
             let matters = square > DIFFERENT * DIFFERENT * variance;
-            if matters && evidence > -(1.0 / CHANCE).ln() && noted != Some(what) {
+            if matters && !Self::excludes(evidence) && noted != Some(what) {
                 noted = Some(what);
-                agreement.unconfirmed.push(format!(
+                consistency.unconfirmed.push(format!(
                     "{what}: {}, and the readings agree as well, with normal forces that differ by {:.0} %",
                     other.words(coupling),
                     100.0 * (square / all).sqrt()
                 ));
             }
         }
-        agreement
+        consistency
     }
 }
 

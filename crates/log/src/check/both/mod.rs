@@ -17,7 +17,7 @@ mod torques;
 mod wiring;
 mod wirings;
 
-pub use contradiction::contradiction;
+pub use contradiction::{Consistency, contradiction};
 
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
@@ -26,8 +26,10 @@ use crate::check::{
     stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
+use rayon::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
+use std::borrow::Cow;
 
 /// Turn from which on a drive is none straight on, rad.
 const STRAIGHT: f64 = 0.17;
@@ -63,8 +65,13 @@ const HIDES: [&str; 6] = [
     drive::BY_DIRECTION,
 ];
 
-/// Checks the frames of a log of both sides, in order of time.
-pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+/// Checks the frames of a log of both sides, in order of time. `known`: what an estimate has found of exchanges, signs
+/// and sizes. Where that contradicts nothing they are not compared again.
+pub fn check_both(
+    frames: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    known: Option<&Consistency>,
+) -> Vec<Finding> {
     let frames = &frames::without_yaw_bias(frames, &stated.settings.budget);
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
     let mut stated = *stated;
@@ -83,11 +90,12 @@ pub fn check_both(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding
         return unusable.into_iter().chain([of_stamps, others]).collect();
     }
     let mut findings = vec![of_stamps];
-    for (side, name) in ["left", "right"].into_iter().enumerate() {
-        findings.extend(of_side(frames, stated, side, name));
-    }
+    let sides = ["left", "right"].into_par_iter().enumerate();
+    let sides = sides.map(|(side, name)| of_side(frames, stated, side, name));
+    findings.extend(sides.collect::<Vec<_>>().into_iter().flatten());
     findings.extend(moving);
-    across_sides(frames, stated, &mut findings);
+    let is_compared = known.is_some_and(|known| known.contradiction.is_none());
+    across_sides(frames, stated, is_compared, &mut findings);
     findings
 }
 
@@ -95,8 +103,14 @@ fn is_fault(finding: &Finding) -> bool {
     finding.verdict == Verdict::Fault
 }
 
-/// What both sides show together, added to the findings of each by itself.
-fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut Vec<Finding>) {
+/// What both sides show together, added to the findings of each by itself. `is_compared`: exchanges, signs and sizes
+/// are known to be right.
+fn across_sides(
+    frames: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    is_compared: bool,
+    findings: &mut Vec<Finding>,
+) {
     let rover = stated.rover;
     if let Some(opposed) = across::opposed(frames, rover) {
         // A side by itself would look for the cause in the body.
@@ -133,15 +147,20 @@ fn across_sides(frames: &[WholeFrame], stated: &StatedBoth<'_>, findings: &mut V
     findings.extend(zeros);
     findings.push(roll::roll(frames, stated, pace));
     findings.push(roll::zero(frames, stated));
-    let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
-    findings.extend(of_wirings);
+    let mut wired = Cow::Borrowed(frames);
+    if !is_compared {
+        let (found, corrected) =
+            wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
+        findings.extend(found);
+        wired = Cow::Owned(corrected);
+    }
     // With what was found corrected: exchanged wheels turn the yaw, too.
     let yaw = across::yaw(&wired, rover, &stated.settings.budget);
     if !is_fault(&yaw) {
         findings.extend(steering::steering(&wired, rover));
     }
     findings.push(yaw);
-    if !findings.iter().any(is_fault) {
+    if !is_compared && !findings.iter().any(is_fault) {
         findings.push(contradiction::sizes(&wired, stated, pace));
     }
     let level = Level::of_both(&wired, &rover.side, &stated.settings);
