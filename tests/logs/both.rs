@@ -291,9 +291,9 @@ fn what_a_log_leaves_open_is_said_below_the_table() {
     let line = said.lines().position(|line| line.contains(open));
     let table = said.lines().position(|line| line.contains("kalman-right"));
     assert!(line > table && table.is_some(), "{said}");
-    let told = &summary(&folder.path().join("out"))["both"]["unconfirmed"];
-    let is_told = told.as_array().is_some_and(|open| !open.is_empty());
-    assert!(is_told, "{told}");
+    let unconfirmed = &summary(&folder.path().join("out"))["both"]["unconfirmed"];
+    let is_stated = unconfirmed.as_array().is_some_and(|open| !open.is_empty());
+    assert!(is_stated, "{unconfirmed}");
 }
 
 /// Fig. 6 of both sides has six wheels, each true and estimated.

@@ -154,10 +154,10 @@ fn an_estimate_says_that_readings_contradict_each_other() {
     let first = |log: &Path| {
         let said = estimate(path, log, &["--out", "out", "--force"]);
         let first = said.lines().next().unwrap().to_owned();
-        let told = &summary(&path.join("out"))["both"]["contradictions"];
-        let is_told = told.as_array().is_some_and(|all| !all.is_empty());
+        let contradictions = &summary(&path.join("out"))["both"]["contradictions"];
+        let is_stated = contradictions.as_array().is_some_and(|all| !all.is_empty());
         assert_eq!(
-            is_told,
+            is_stated,
             first.contains("READINGS CONTRADICT EACH OTHER"),
             "{first}"
         );

@@ -314,10 +314,15 @@ impl Geometry {
         geometry
     }
 
+    /// Distance of the front axle from the rear one along x, m.
+    pub fn wheelbase(&self) -> f64 {
+        (self.axles[0].x - self.axles[2].x).abs()
+    }
+
     /// Makes the geometry that of a bogie, with the pin Q that it has: pins P, R and S, and the
     /// centre of mass of link 3, which is massless, at that of the body.
     pub fn make_bogie(&mut self, body: Carrier) {
-        let length = 0.5 * (self.axles[0].x - self.axles[2].x).abs();
+        let length = 0.5 * self.wheelbase();
         self.suspension = Suspension::Bogie { body };
         self.pins = Pins::of_bogie(self.pins.q, body, length);
         self.link_cg[2] = self.body_cg;

@@ -172,13 +172,18 @@ impl WholeRover {
         self.pivot.y - axle + geometry.wheel_radius
     }
 
+    /// Mean distance of the wheels from the middle plane, m.
+    pub fn mean_half_track(&self) -> f64 {
+        self.half_tracks.iter().sum::<f64>() / 3.0
+    }
+
     /// How load moves from one side to the other.
     pub fn load_shift(&self) -> LoadShift {
         /// Standard deviation of a uniform distribution, of its half: its reciprocal.
         const SQRT_3: f64 = 1.732_050_807_568_877_2;
         let geometry = &self.side.geometry;
         let mass = &self.side.mass;
-        let half_track = self.half_tracks.iter().sum::<f64>() / 3.0;
+        let half_track = self.mean_half_track();
         let q = geometry.pins.q;
         let (pin, above, to_rear) = match self.coupling {
             Coupling::Differential => (self.pivot, 0.0, Vec2::zeros()),

@@ -42,8 +42,7 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
     let geometry = &setup.robot.geometry;
     let axles = &geometry.axles;
     let start = axles[1].x;
-    let wheelbase = axles[0].x - axles[2].x;
-    let (beside, ahead) = (BESIDE * wheelbase, setup.distance);
+    let (beside, ahead) = (BESIDE * geometry.wheelbase(), setup.distance);
     let (from, to) = (axles[2].x - beside, axles[0].x + ahead + beside);
     let curve = CentreCurve::new(&setup.terrain, geometry.wheel_radius, from, to);
     let mechanism = Mechanism::new(geometry, &curve);
@@ -84,7 +83,7 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
         if x >= start + setup.distance {
             return Ok((posed, None));
         }
-        if x < farthest - BACK * wheelbase {
+        if x < farthest - BACK * geometry.wheelbase() {
             return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
         }
     }

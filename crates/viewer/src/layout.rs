@@ -222,8 +222,7 @@ impl Layout<'_> {
     fn drive(&mut self, rover: &WholeRover) -> Logged {
         let name = "The drive [m]: N and T at the contacts";
         let view = self.view("3D", name, "/world/follow", &["+ /world/**"])?;
-        let axles = &rover.side.geometry.axles;
-        let size = axles[0].x - axles[2].x;
+        let size = rover.side.geometry.wheelbase();
         let eye = EyeControls3D::new()
             .with_position([-1.15, -1.35, 1.2].map(|share| narrow(share * size)))
             .with_look_target([0.0, 0.0, narrow(-0.15 * size)])

@@ -163,7 +163,7 @@ impl SlipWatch {
     const ACCELERATION: f64 = 0.08;
     /// Time for which it has to be beyond, s: longer than an error of the observers.
     const HOLD: f64 = FILTER_TIME;
-    /// Age beyond which a peak is forgotten, s.
+    /// Age beyond which a peak is dropped, s.
     const WINDOW: f64 = SlippedDistance::USUAL_TIME;
     /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than
     /// half of mu_max on all common grounds. A wheel that was relieved after the peak bears less,

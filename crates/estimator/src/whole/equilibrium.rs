@@ -36,8 +36,8 @@ pub struct WholeEquilibrium {
     pub stop_torque: [f64; 3],
     /// Whether wheels are dragged across their planes.
     pub dragged: bool,
-    /// Mean square of the ground's tilt across the wheels, rad^2.
-    pub tilt: f64,
+    /// Mean square of the ground's inclination across the wheels, rad^2.
+    pub inclination_across: f64,
     /// Loads, N.
     pub f: Rows,
     /// Derivatives of the loads by the specific force x, y, z, kg.
@@ -146,7 +146,7 @@ impl WholeEquilibrium {
             pin_moment: 0.0,
             stop_torque: [0.0; 3],
             dragged: false,
-            tilt: 0.0,
+            inclination_across: 0.0,
             f,
             by_specific_force,
             mean_load: mass * robhaz_model::sqrt(motion.specific_force.norm_squared()) / 6.0,

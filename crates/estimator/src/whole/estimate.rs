@@ -50,11 +50,11 @@ pub struct WholeEstimate {
     pub time: f64,
     /// Normal forces in the planes of the wheels, N.
     pub normal_force: [f64; 6],
-    /// Covariance of the normal forces, N^2. It contains what the ground's tilt across a wheel does
+    /// Covariance of the normal forces, N^2. It contains what the ground's inclination across a wheel does
     /// to the force along the ground's normal, which no reading shows.
     pub covariance: [[f64; 6]; 6],
-    /// The part of the variances that is of that tilt, N^2: N in the wheels' planes does not have it.
-    pub of_tilt: [f64; 6],
+    /// The part of the variances that is of that inclination, N^2: N in the wheels' planes does not have it.
+    pub of_inclination: [f64; 6],
     /// Tractions, N.
     pub traction: [f64; 6],
     /// Angle of the body, rad, nose up, and its roll, left side up.
@@ -106,7 +106,7 @@ impl WholeEstimate {
     pub fn in_plane_covariance(&self) -> [[f64; 6]; 6] {
         let mut covariance = self.covariance;
         for (i, row) in covariance.iter_mut().enumerate() {
-            row[i] -= self.of_tilt[i];
+            row[i] -= self.of_inclination[i];
         }
         covariance
     }

@@ -280,7 +280,7 @@ impl WholeEstimator {
             time: frame.time,
             normal_force: both(left.normal_force, right.normal_force),
             covariance: forces.covariance.into(),
-            of_tilt: forces.of_tilt,
+            of_inclination: forces.of_inclination,
             traction: both(left.traction, right.traction),
             attitude: [inclination, roll[0]],
             lateral_force,
@@ -371,8 +371,8 @@ impl WholeEstimator {
         let [left, right] = states.map(|state| state.stop_torque);
         equations.stop_torque = [of_coupling, left, right];
         equations.dragged = self.sliding.dragged().is_some();
-        // The ground tilts across the wheels as much as along them.
-        equations.tilt = self.roughness;
+        // The ground is inclined across the wheels as much as along them.
+        equations.inclination_across = self.roughness;
         equations.roll(&inputs.rolling_resistance(), &inputs.friction_share());
         Ok((inputs, (posture, motion), equations))
     }
@@ -403,16 +403,18 @@ impl WholeEstimator {
         let weight = dt.clamp(0.0, ROUGHNESS_TIME) / ROUGHNESS_TIME;
         self.roughness += weight * (inputs.roughness() - self.roughness);
         let of_axial = equations.axial_variance(&inputs.traction(), &forces.normal);
-        /// Share of the axial forces' variance that is there while the ground tilts: the drives push the
+        /// Share of the axial forces' variance that is there while the ground is inclined: the drives push the
         /// wheels along it, none across.
         /// Chosen.
-        const TILTED: f64 = 0.5;
+        const INCLINED: f64 = 0.5;
         for i in 0..6 {
             let (n, across) = (forces.normal[i], forces.axial * forces.normal[i]);
-            let of_tilt = equations.tilt
-                * (across * across + TILTED * of_axial + 0.75 * equations.tilt * n * n);
-            forces.covariance[(i, i)] += of_tilt;
-            forces.of_tilt[i] = of_tilt;
+            let of_inclination = equations.inclination_across
+                * (across * across
+                    + INCLINED * of_axial
+                    + 0.75 * equations.inclination_across * n * n);
+            forces.covariance[(i, i)] += of_inclination;
+            forces.of_inclination[i] = of_inclination;
         }
         Ok((forces, inputs.inclination, equations.f[FORCE_Y]))
     }

@@ -188,7 +188,7 @@ impl WholePosture {
     /// The contacts of wheels with the given radius, m, in a posture. A contact angle, rad, is that
     /// by which the ground rises along the wheel's plane against the body's x-y plane.
     ///
-    /// The ground's tilt across the wheel's plane moves the contact along the axle by as much as
+    /// The ground's inclination across the wheel's plane moves the contact along the axle by as much as
     /// the tyre's crown allows: it is neglected, as the penetration is.
     pub fn contacts(&self, wheel_radius: f64, contact_angle: &[f64; 6]) -> [Contact; 6] {
         core::array::from_fn(|i| {

@@ -56,12 +56,12 @@ const STEEPEST: f64 = 1.0;
 /// Normal forces of the six wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WholeForces {
-    /// In the planes of the wheels, N: the ground's tilt across them is not seen.
+    /// In the planes of the wheels, N: the ground's inclination across them is not seen.
     pub normal: [f64; 6],
     /// Their covariance, N^2.
     pub covariance: Matrix6<f64>,
-    /// Part of their variances that the ground's tilt across a wheel has, N^2.
-    pub of_tilt: [f64; 6],
+    /// Part of their variances that the ground's inclination across a wheel has, N^2.
+    pub of_inclination: [f64; 6],
     /// Covariance of the errors of N and of the inputs, in the order of [`input`].
     pub with_inputs: SMatrix<f64, 6, INPUTS>,
     /// Derivatives of N by the right side of the rows.
@@ -171,7 +171,7 @@ impl WholeEquilibrium {
         inputs: &InputCovariance,
     ) -> Result<WholeForces, WholeError> {
         let y = self.right_side(traction);
-        // Equal loads that carry the force z: on a plane, however tilted, their axial forces are
+        // Equal loads that carry the force z: on a plane, however inclined, their axial forces are
         // exact. From them alone N errs as little, but what is stated of a contact angle is that of
         // the mean load.
         let carried: f64 = self.h_n.iter().map(|column| column[FORCE_Z]).sum();
@@ -286,7 +286,7 @@ impl WholeEquilibrium {
         }
         let [along, across] = self.pushes(traction, normal);
         // N has a part across the wheel then.
-        let of_tilt = self.tilt * self.mean_load * self.mean_load;
+        let of_inclination = self.inclination_across * self.mean_load * self.mean_load;
         for i in 0..3 {
             let pair = [i, i + 3];
             let (mut across_rover, mut sliding) = (Rows::zeros(), Rows::zeros());
@@ -295,7 +295,7 @@ impl WholeEquilibrium {
                 across_rover += column * axial.y;
                 sliding += column * (self.sliding[k] * normal[k]);
                 let own = along * axial.x * axial.x + (1.0 - OF_AXLE) * across * axial.y * axial.y;
-                add(&(column * (own + of_tilt)), &column);
+                add(&(column * (own + of_inclination)), &column);
             }
             add(&(across_rover * (OF_AXLE * across)), &across_rover);
             add(&(sliding * (SLIDING * SLIDING)), &sliding);
@@ -401,7 +401,7 @@ impl WholeEquilibrium {
         Ok(WholeForces {
             normal,
             covariance,
-            of_tilt: [0.0; 6],
+            of_inclination: [0.0; 6],
             with_inputs,
             gain,
             axial,

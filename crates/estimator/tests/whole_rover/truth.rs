@@ -176,7 +176,7 @@ fn contact_frames_are_those_of_the_truth() {
                     instant.case
                 );
             }
-            // The crown's radius is 12 mm, the tilt up to 0.2 rad; penetration is some 0.3 mm.
+            // The crown's radius is 12 mm, the inclination up to 0.2 rad; penetration is some 0.3 mm.
             let off = at[i] - contact.point;
             assert!(off.norm() < 5e-3, "{} wheel {i}: {off}", instant.case);
         }

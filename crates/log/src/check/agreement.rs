@@ -2,7 +2,7 @@
 
 use crate::check::judgement::{Judgement, OFTEN};
 use crate::check::readings::Readings;
-use crate::check::report::{Finding, Verdict};
+use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
@@ -74,8 +74,8 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
         }
     };
     let mut disagreement = contradiction(&judged, certain);
-    let is_first = |f: &Finding| f.verdict != Verdict::Fault;
-    if !is_first(&disagreement) && log.findings.iter().chain(&findings).all(is_first) {
+    let mut others = log.findings.iter().chain(&findings);
+    if disagreement.is_fault() && !others.any(Finding::is_fault) {
         disagreement = or_other_side(disagreement, frames, stated, other.as_ref(), certain);
     }
     findings.extend([torque_scale(&judged, stated), of_wirings, disagreement]);

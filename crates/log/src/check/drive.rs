@@ -247,7 +247,7 @@ pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Opti
             late(log, &joined(&differences.signals, gap, &best))
         }
     });
-    if start.is_some_and(|start| start.is_in_time()) && delay.verdict == Verdict::Fault {
+    if start.is_some_and(|start| start.is_in_time()) && delay.is_fault() {
         let figure = delay.figure + ": the control's own, as the robot's start has no delay";
         delay = Finding::ok(delay.test, delay.channel, figure);
     }
@@ -471,7 +471,7 @@ fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
     ];
     let whose = ["torques", "encoders"];
     let finding = delay::finding(LATE, found, &allowed, unknown, whose, remedy);
-    if finding.verdict == Verdict::Fault || passed <= 0.5 {
+    if finding.is_fault() || passed <= 0.5 {
         return finding;
     }
     let Some(control) = fit(torque, &by).filter(|control| control.explained > CERTAIN) else {

@@ -14,11 +14,12 @@
 //! acceleration of the robot, too, so that work which speeds it up is no error.
 
 use crate::check::LARGEST_FROUDE;
+use crate::check::recording::slope_of;
 use crate::check::report::Finding;
 use crate::check::rest;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{EstimatorSettings, SensorFrame, Sides};
-use robhaz_model::{Robot, Vec2, rotate};
+use robhaz_model::Robot;
 use std::fmt;
 
 /// Standard deviations that are a fault: a false alarm in 16 000.
@@ -100,15 +101,9 @@ struct Ways {
 impl Level {
     /// Of the frames of one side; one side of two does not carry its weight alone.
     pub fn of_side(frames: &[SensorFrame], robot: &Robot, settings: &EstimatorSettings) -> Self {
-        let geometry = &robot.geometry;
-        let axle = |i: usize, links: [f64; 2]| -> Vec2 {
-            let angle = links[geometry.carriers[i].index()];
-            rotate(geometry.axles[i] - geometry.pins.q, angle)
-        };
         let slope = |frame: &SensorFrame| {
             let links = [frame.link1.inclination?, frame.link2.inclination?];
-            let line = axle(0, links) - axle(2, links);
-            Some(line.y.atan2(line.x))
+            Some(slope_of(&robot.geometry, links))
         };
         let moment = |frame: &SensorFrame| Moment {
             time: frame.time,
@@ -151,7 +146,7 @@ impl Level {
             return Self::default();
         };
         let geometry = &known.side.geometry;
-        let footprint = (geometry.axles[0].x - geometry.axles[2].x).abs();
+        let footprint = geometry.wheelbase();
         let (budget, wheels) = (&known.settings.budget, N as f64);
         let over = 1.0 / (geometry.wheel_radius * known.weight);
         let offset = wheels.sqrt() * budget.torque_offset * over;

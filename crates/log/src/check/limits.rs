@@ -68,13 +68,13 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
 
 /// Torques that stay at a limit, by their names, a NaN where a frame has none. `turning`: whether a wheel turns in each
 /// frame; `squares`: the normalised square of the equations' residual, a NaN where it does not count, and `expected`,
-/// their median if all that is stated holds; `lasting`: what is left over its deviation that errors which last make at
-/// most. `None` of torques without a limit.
+/// their median if all that is stated holds; `correlated`: what is left over its deviation that time-correlated errors
+/// make at most. `None` of torques without a limit.
 pub fn finding(
     torques: impl Iterator<Item = (String, Vec<f64>)>,
     turning: &[bool],
     squares: &[f64],
-    [expected, lasting]: [f64; 2],
+    [expected, correlated]: [f64; 2],
 ) -> Option<Finding> {
     let (mut names, mut limits) = (Vec::new(), Vec::new());
     let mut is_at_any = vec![false; squares.len()];
@@ -114,7 +114,7 @@ pub fn finding(
         .with("at a limit", at, "-")
         .with("elsewhere", away, "-");
     let is_more = at > FITS && at > MORE * away || at > MUCH_MORE * away;
-    Some(if is_more && at > lasting {
+    Some(if is_more && at > correlated {
         finding.fault("what is read is cut off there, not what acts: choose a greater range of the current's sensor or of its number")
     } else if at < FITS && away < FITS {
         finding
@@ -160,11 +160,16 @@ mod tests {
         let torque: Vec<f64> = (0..2000)
             .map(|k| wave(k) + 0.1 * (random.uniform() - 0.5))
             .collect();
-        let verdict = |at: f64, lasting: f64| {
+        let verdict = |at: f64, correlated: f64| {
             let left = |k: usize| if wave(k).abs() < 1.5 { 0.4 } else { at };
             let squares: Vec<f64> = (0..2000).map(|k| left(k) * left(k)).collect();
             let torque = [("torque".to_owned(), torque.clone())];
-            let found = finding(torque.into_iter(), &[true; 2000], &squares, [1.0, lasting]);
+            let found = finding(
+                torque.into_iter(),
+                &[true; 2000],
+                &squares,
+                [1.0, correlated],
+            );
             found.map(|found| found.verdict)
         };
         assert_eq!(verdict(1.3, 0.0), Some(Verdict::Fault));

@@ -200,12 +200,12 @@ impl Readings<'_> {
         self.take(ground);
         let links = links::findings(self, on_ground);
         // With wrong signs or units a delay has no meaning.
-        let are_right = links.iter().all(|f| f.verdict != Verdict::Fault);
+        let are_right = !links.iter().any(Finding::is_fault);
         self.take(links);
         if are_right {
             self.take(noise::findings(self));
             let of_way = way::findings(self);
-            if of_way.iter().any(|f| f.verdict == Verdict::Fault) {
+            if of_way.iter().any(Finding::is_fault) {
                 // One remedy for one pin.
                 self.findings.retain(|f| f.test != ground::OFFSET);
             }

@@ -158,7 +158,7 @@ impl Motion {
         })
     }
 
-    /// Whether the wheels stay on a plane, but for a slope that asks for less than the sizes that are told apart: a wheel
+    /// Whether the wheels stay on a plane, but for a slope that asks for less than the sizes that are distinguished: a wheel
     /// that meets other ground turns its link by as much as its contact angle changes over a wheel base, and less before.
     /// On uneven ground one side pushes the other, and its torques have no law of their own.
     fn is_on_a_plane(&self, log: &Readings<'_>) -> bool {

@@ -3,7 +3,7 @@
 use crate::check::clock::{Clock, length};
 use crate::check::rewire::Channel;
 use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
-use robhaz_model::{Robot, Units, Vec2, rotate};
+use robhaz_model::{Geometry, Robot, Units, rotate};
 use robhaz_score::signals::{derivative, integral, median, smooth, subtract};
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
@@ -28,8 +28,43 @@ pub fn driving_speed(robot: &Robot) -> f64 {
     DRIVING_SPEED * Units::of(robot).speed()
 }
 
+/// Spin speed beyond which a robot drives, rad/s.
+pub fn driving_spin(robot: &Robot) -> f64 {
+    driving_speed(robot) / robot.geometry.wheel_radius
+}
+
+/// Slope of the line from the rear to the front axle with these inclinations of links 1 and 2, rad.
+pub fn slope_of(geometry: &Geometry, links: [f64; 2]) -> f64 {
+    let axle = |i: usize| {
+        let angle = links[geometry.carriers[i].index()];
+        rotate(geometry.axles[i] - geometry.pins.q, angle)
+    };
+    let line = axle(0) - axle(2);
+    line.y.atan2(line.x)
+}
+
 /// Time over which speeds, angles and torques are averaged, s.
 pub const SMOOTHING: f64 = 0.05;
+
+/// The part of a log from a second before the first wheel has turned by more than `least` (rad) on, of a length (s).
+/// `of`: time (s) and wheel angles (rad) of a frame.
+pub fn part_of_drive<T, const N: usize>(
+    frames: &[T],
+    of: impl Fn(&T) -> (f64, [Option<f64>; N]),
+    least: f64,
+    length: f64,
+) -> &[T] {
+    let start: [_; N] = std::array::from_fn(|i| frames.iter().find_map(|f| of(f).1[i]));
+    let moves = |f: &&T| {
+        let turns = of(f).1.into_iter().zip(start);
+        let mut turns = turns.filter_map(|(a, b)| Some((a? - b?).abs()));
+        turns.any(|turn| turn > least)
+    };
+    let from = frames.iter().find(moves).map_or(0.0, |f| of(f).0 - 1.0);
+    let begin = frames.partition_point(|f| of(f).0 < from);
+    let end = frames.partition_point(|f| of(f).0 < from + length);
+    &frames[begin..end.max(begin)]
+}
 
 /// All channels of a log at equal steps of time; a NaN where there is no reading. Between the parts
 /// of a log with long gaps lies a pause of fixed length.
@@ -90,14 +125,7 @@ impl Recording {
         let middle = |k: usize| median(spin.iter().map(|s| s[k]).collect()).unwrap_or(f64::NAN);
         let geometry = &robot.geometry;
         let smoothed = inclination.each_ref().map(|x| smooth(x, half));
-        let axle = |i: usize, k: usize| -> Vec2 {
-            let angle = smoothed[geometry.carriers[i].index()][k];
-            rotate(geometry.axles[i] - geometry.pins.q, angle)
-        };
-        let slope = |k: usize| {
-            let line = axle(0, k) - axle(2, k);
-            line.y.atan2(line.x)
-        };
+        let slope = |k: usize| slope_of(geometry, [smoothed[0][k], smoothed[1][k]]);
         let samples_of_all = 0..wheel_angle[0].len();
         Some(Self {
             dt,
@@ -107,7 +135,7 @@ impl Recording {
             slowest,
             middle_spin: samples_of_all.clone().map(middle).collect(),
             slope: samples_of_all.map(slope).collect(),
-            least_spin: driving_speed(robot) / geometry.wheel_radius,
+            least_spin: driving_spin(robot),
             wheel_angle,
             inclination,
             spin,

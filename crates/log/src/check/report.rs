@@ -81,6 +81,11 @@ impl Finding {
         self
     }
 
+    /// Whether it is a fault.
+    pub fn is_fault(&self) -> bool {
+        self.verdict == Verdict::Fault
+    }
+
     /// With what corrects the readings.
     pub(crate) fn change(mut self, changes: impl IntoIterator<Item = Change>) -> Self {
         self.changes.extend(changes);
@@ -100,7 +105,7 @@ pub struct Report {
 impl Report {
     /// The report of findings.
     pub fn new(findings: Vec<Finding>) -> Self {
-        let fault = findings.iter().any(|f| f.verdict == Verdict::Fault);
+        let fault = findings.iter().any(Finding::is_fault);
         Self {
             verdict: if fault { Verdict::Fault } else { Verdict::Ok },
             findings,
@@ -109,8 +114,7 @@ impl Report {
 
     /// The findings that are faults.
     pub fn faults(&self) -> impl Iterator<Item = &Finding> {
-        let is_fault = |f: &&Finding| f.verdict == Verdict::Fault;
-        self.findings.iter().filter(is_fault)
+        self.findings.iter().filter(|f| f.is_fault())
     }
 
     /// One line a finding, faults last; below it what to do.

@@ -211,7 +211,7 @@ impl Rest<'_> {
         };
         let hangs = angle.channel.is_inclination()
             && angle.mean().abs() > UPSIDE_DOWN
-            && noise(angle).verdict != Verdict::Fault;
+            && !noise(angle).is_fault();
         angle.zero(limit, |finding, mean| match hangs {
             true => upside_down(finding, angle.channel),
             false => inclination(finding, mean, &key),

@@ -1,8 +1,8 @@
 //! Channels that do not change, and channels at the end of their range.
 
 use crate::check::recorded::{ROUNDING, Recorded};
-use crate::check::recording::driving_speed;
-use crate::check::report::{Finding, Verdict};
+use crate::check::recording::driving_spin;
+use crate::check::report::Finding;
 use crate::check::rewire::Channel;
 use crate::check::stated::Stated;
 use robhaz_estimator::SensorFrame;
@@ -56,8 +56,7 @@ pub fn findings(
             false => at_limit(&recorded),
         };
         // At the end of its range a channel is not dead.
-        let is_fault = |range: &Finding| range.verdict == Verdict::Fault;
-        if is_encoder || !range.as_ref().is_some_and(is_fault) {
+        if is_encoder || !range.as_ref().is_some_and(Finding::is_fault) {
             let drives = drives(driving, channel);
             let noise = (!is_encoder).then_some(recorded.noise);
             findings.push(stuck(channel, (&times, &recorded.values), &drives, noise));
@@ -146,7 +145,7 @@ pub fn turning<const N: usize>(
         (time, held)
     };
     let wheels: Vec<_> = wheels.map(hold).collect();
-    let least = driving_speed(robot) / robot.geometry.wheel_radius;
+    let least = driving_spin(robot);
     let turn = faster(&wheels, least);
     turn.iter().map(|wheels| wheels.contains(&true)).collect()
 }

@@ -1,16 +1,15 @@
 //! Joints over the way of the robot: their zeros, and whether pin Q turns where the ground asks for it.
 //!
 //! All wheels pass the same ground, so on a long way the mean of a joint's angle is zero, but for what the ground's slope
-//! changes from the first footprint to the last. A link that tilts to and fro within a footprint does so on ground that
+//! changes from the first footprint to the last. A link that pitches to and fro within a footprint does so on ground that
 //! is uneven there, and on it the pin turns, too: by 1.5 times as much and more on the ground of the shipped rovers. A
-//! steady bend of the ground, on which it does not, tilts the link evenly.
+//! steady bend of the ground, on which it does not, turns the link evenly.
 
 use crate::check::readings::Readings;
-use crate::check::report::{Finding, Verdict};
+use crate::check::report::Finding;
 use crate::check::rewire::Channel;
-use robhaz_model::Geometry;
 use robhaz_score::extremes;
-use robhaz_score::signals::{deviation, subtract};
+use robhaz_score::signals::{deviation, fit, residuals, rms, subtract};
 
 /// Error of a joint's zero that is to be found, rad: 2 deg of the differential cost 2 % of N.
 const LARGEST_ZERO: f64 = 0.035;
@@ -18,7 +17,7 @@ const LARGEST_ZERO: f64 = 0.035;
 const GATE: f64 = 3.0;
 /// Deviation of pin Q within a footprint, over its noise, up to which it does not turn.
 const QUIET: f64 = 1.5;
-/// Deviation of the tilt of its link from an even one, over that noise, from which on the ground asks for a turn of the
+/// Deviation of the inclination of its link from a steady turn, over that noise, from which on the ground asks for a turn of the
 /// pin: of at least ten times what counts as none.
 const ASKS: f64 = 10.0;
 /// Fewest readings of a footprint that show a deviation.
@@ -40,11 +39,6 @@ pub struct Way {
     pub bias: f64,
 }
 
-/// Distance of the front axle from the rear one, m.
-pub fn footprint(geometry: &Geometry) -> f64 {
-    (geometry.axles[0].x - geometry.axles[2].x).abs()
-}
-
 /// The range of a signal; 0 of one without a value.
 pub fn range(x: &[f64]) -> f64 {
     let (low, high) = extremes(x.iter().copied().filter(|x| x.is_finite()));
@@ -60,7 +54,7 @@ impl Way {
         let length = |spin: &f64| (geometry.wheel_radius * spin * recording.dt).abs();
         Self {
             steps: turns.iter().map(length).collect(),
-            footprint: footprint(geometry),
+            footprint: geometry.wheelbase(),
             slopes: range(&recording.slope),
             bias: log.stated.settings.budget.inclination_bias,
         }
@@ -105,7 +99,7 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     };
     // One cause of one pin: noise, spikes and units have findings of their own.
     let is_of_pin = |f: &Finding| f.channel == Channel::Pin.to_string();
-    let mut faults = log.findings.iter().filter(|f| f.verdict == Verdict::Fault);
+    let mut faults = log.findings.iter().filter(|f| f.is_fault());
     if faults.any(is_of_pin) {
         return Vec::new();
     }
@@ -119,12 +113,12 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     }
 }
 
-/// An angle of the pin that stays within its noise where its link, the one of the body, tilts to and fro.
+/// An angle of the pin that stays within its noise where its link, the one of the body, pitches to and fro.
 fn hangs(log: &Readings<'_>, way: &Way, body: usize, pin: &[f64]) -> Option<Finding> {
     let noise = Channel::Pin.noise(log.stated);
     let stop = &log.stated.robot.geometry.stop;
     let most = AT_STOP * stop.lower.abs().min(stop.upper.abs());
-    let (tilt, _) = log.recording.turned(body);
+    let (inclination, _) = log.recording.turned(body);
     let (mut begin, mut driven) = (0, 0.0);
     let (mut length, mut largest, mut at) = (0.0, 0.0_f64, None);
     for (k, step) in way.steps.iter().enumerate() {
@@ -132,13 +126,13 @@ fn hangs(log: &Readings<'_>, way: &Way, body: usize, pin: &[f64]) -> Option<Find
         if driven < way.footprint {
             continue;
         }
-        let (pin, tilt) = (&pin[begin..=k], &tilt[begin..=k]);
-        let tilts = uneven(tilt);
+        let pin = &pin[begin..=k];
+        let pitching = uneven(&inclination[begin..=k]);
         let is_free = pin.iter().all(|x| x.abs() < most);
         let is_read = pin.len() >= LEAST && pin.iter().all(|x| x.is_finite());
-        if is_read && is_free && deviation(pin) <= QUIET * noise && tilts >= ASKS * noise {
+        if is_read && is_free && deviation(pin) <= QUIET * noise && pitching >= ASKS * noise {
             length += driven;
-            largest = largest.max(tilts);
+            largest = largest.max(pitching);
             at.get_or_insert(begin);
         }
         (begin, driven) = (k + 1, 0.0);
@@ -147,7 +141,7 @@ fn hangs(log: &Readings<'_>, way: &Way, body: usize, pin: &[f64]) -> Option<Find
     let since = at? as f64 * log.recording.dt;
     let largest = largest.to_degrees();
     let figure = format!(
-        "stays within its noise on {length:.2} m of ground, first after {since:.1} s of driving, where its link tilts to and fro by {largest:.2} deg RMS"
+        "stays within its noise on {length:.2} m of ground, first after {since:.1} s of driving, where its link pitches to and fro by {largest:.2} deg RMS"
     );
     let finding = Finding::ok("turns with the ground", Channel::Pin, figure);
     Some(finding.with("way", length, "m").fault(
@@ -157,20 +151,9 @@ fn hangs(log: &Readings<'_>, way: &Way, body: usize, pin: &[f64]) -> Option<Find
 
 /// Deviation of an angle from a steady turn, rad; 0 of one with gaps.
 fn uneven(angle: &[f64]) -> f64 {
-    let count = angle.len() as f64;
     // Numbers of samples.
-    let times: Vec<f64> = (0..angle.len())
-        .map(|k| k as f64 - 0.5 * (count - 1.0))
-        .collect();
-    let squares = times.iter().map(|t| t * t).sum::<f64>();
-    let slope = times.iter().zip(angle).map(|(t, x)| t * x).sum::<f64>() / squares;
-    let left: Vec<f64> = times
-        .iter()
-        .zip(angle)
-        .map(|(t, x)| x - slope * t)
-        .collect();
-    match left.iter().all(|x| x.is_finite()) {
-        true => deviation(&left),
-        false => 0.0,
-    }
+    let times: Vec<f64> = (0..angle.len()).map(|k| k as f64).collect();
+    let regressors: [&[f64]; 2] = [&vec![1.0; angle.len()], &times];
+    let found = fit(angle, &regressors).filter(|found| found.count == angle.len());
+    found.map_or(0.0, |found| rms(&residuals(angle, &regressors, &found)))
 }

@@ -6,6 +6,7 @@
 
 use crate::check::judgement::{AGREE, BETTER, Judgement, REFUSED};
 use crate::check::readings::Readings;
+use crate::check::recording::part_of_drive;
 use crate::check::report::Finding;
 use crate::check::rest::has_quiet;
 use crate::check::stated::Stated;
@@ -26,17 +27,7 @@ const LONGEST: f64 = 16.0;
 
 /// The part of a log for which other wirings are tried.
 pub fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
-    let start = frames.first().map_or([None; 3], |f| f.wheel_angle);
-    let moves = |f: &SensorFrame| {
-        let turn = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs());
-        let mut turns = f.wheel_angle.into_iter().zip(start).filter_map(turn);
-        turns.any(|turn| turn > 0.1)
-    };
-    let moved = frames.iter().position(moves).unwrap_or(0);
-    let from = frames[moved].time - 1.0;
-    let begin = frames.partition_point(|f| f.time < from);
-    let end = frames.partition_point(|f| f.time < from + LONGEST);
-    &frames[begin..end.max(begin)]
+    part_of_drive(frames, |f| (f.time, f.wheel_angle), 0.1, LONGEST)
 }
 
 /// The wirings that are tried, the fewest changes first, each with its contradiction: the sum of the

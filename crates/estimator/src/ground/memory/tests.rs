@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use super::super::cells::FrictionBounds;
 use super::super::motion::GroundMotion;
 use super::*;
 use proptest::prelude::*;

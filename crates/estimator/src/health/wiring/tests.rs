@@ -27,7 +27,7 @@ fn run(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64) {
     }
 }
 
-/// Each exchange is found within 5 s, with the torques concerned, and forgotten when it is
+/// Each exchange is found within 5 s, with the torques concerned, and cleared when it is
 /// repaired.
 #[test]
 fn exchanged_torques_are_found_and_forgotten() {

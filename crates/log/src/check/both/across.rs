@@ -129,7 +129,7 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     };
     let all = readings(stated.rover).into_iter().zip(noises);
     let (of_sides, others): (Vec<_>, Vec<_>) = all.partition(is_of_sides);
-    let dead = of_sides.into_iter().map(finding).filter(super::is_fault);
+    let dead = of_sides.into_iter().map(finding).filter(Finding::is_fault);
     others.into_iter().map(finding).chain(dead).collect()
 }
 
@@ -200,7 +200,7 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let step = |w: &[f64]| geometry.wheel_radius / 6.0 * (w[1] - w[0]).abs();
     let way = Way {
         steps: turned.windows(2).map(step).collect(),
-        footprint: way::footprint(geometry),
+        footprint: geometry.wheelbase(),
         slopes: way::range(&averaged(|f| f.inclination)) + way::range(&averaged(|f| f.roll)),
         bias: stated.joint[1],
     };

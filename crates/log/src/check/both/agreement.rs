@@ -82,8 +82,8 @@ impl Judgement {
         });
         let turning = still::turning(frames.iter().map(|f| (f.time, f.wheel_angle)), side);
         // Wheels that are held at a limit are pushed across for as long.
-        let lasting = (WholeEstimate::largest_misfit(self.rolled) / 3.0).sqrt();
-        let found = limits::finding(torques, &turning, &self.misfits, [MIDDLE, lasting])?;
+        let correlated = (WholeEstimate::largest_misfit(self.rolled) / 3.0).sqrt();
+        let found = limits::finding(torques, &turning, &self.misfits, [MIDDLE, correlated])?;
         // In a turn wheels are dragged across, and torques hardly change.
         Some(match body_turn(frames) < STRAIGHT {
             true => found,

@@ -16,8 +16,8 @@
 use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings};
 use super::wirings::{LARGEST_MISFIT, RollOnGround};
-use super::{STRAIGHT, across, is_fault, of_start, roll, steering, torques};
-use crate::check::recording::driving_speed;
+use super::{STRAIGHT, across, of_start, roll, steering, torques};
+use crate::check::recording::{driving_speed, part_of_drive};
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ const STEP: f64 = 0.0099;
 const LONGEST_STEP: f64 = 0.1;
 /// Wheel radii of the way over which errors may last that make one wiring fit better than another: contact angles of
 /// waves of the ground, some wheel radii long, and what wheels push each other.
-const LONGEST_LASTING: usize = 10;
+const LONGEST_CORRELATION: usize = 10;
 /// Mean misfit of readings that all that is stated holds for.
 const FITS: f64 = 3.0;
 
@@ -198,12 +198,9 @@ impl Judged {
 fn part(frames: &[WholeFrame], rover: &WholeRover, pace: f64) -> Vec<(WholeFrame, f64)> {
     let radius = rover.side.geometry.wheel_radius;
     let (longest, step) = (pace * LONGEST, (pace * STEP).min(LONGEST_STEP));
-    let start = frames.iter().find_map(wheel_turns).unwrap_or(0.0);
-    let moves = |f: &&WholeFrame| wheel_turns(f).is_some_and(|turned| (turned - start).abs() > 0.3);
-    let from = frames.iter().find(moves).map_or(0.0, |f| f.time - 1.0);
+    let turns = |f: &WholeFrame| (f.time, [wheel_turns(f)]);
     let mut kept: Vec<(WholeFrame, f64)> = Vec::new();
-    let part = from..from + longest;
-    for frame in frames.iter().filter(|f| part.contains(&f.time)) {
+    for frame in part_of_drive(frames, turns, 0.3, longest) {
         let speed = match kept.last() {
             Some((last, _)) if frame.time - last.time < step => continue,
             Some((last, speed)) => match wheel_turns(frame).zip(wheel_turns(last)) {
@@ -231,10 +228,10 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
     let direct = impossible.chain(stuck).chain(direct);
     let direct = direct.chain(across::opposed(frames, rover));
     let direct = direct.chain(steering::steering(frames, rover));
-    if let Some(finding) = direct.into_iter().find(is_fault) {
+    if let Some(finding) = direct.into_iter().find(Finding::is_fault) {
         return Some(words(finding));
     }
-    if let Some(finding) = of_start(frames, stated).into_iter().find(is_fault) {
+    if let Some(finding) = of_start(frames, stated).into_iter().find(Finding::is_fault) {
         return Some(words(finding));
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
@@ -315,8 +312,8 @@ impl<'a> Compared<'a> {
         let errors: Vec<f64> = gains.iter().map(|gain| gain - mean).collect();
         // A count of parts.
         let count = errors.iter().filter(|error| error.is_finite()).count() as f64;
-        let lasting = correlated(&errors, LONGEST_LASTING);
-        let samples = self.samples.min(count / lasting);
+        let length = correlated(&errors, LONGEST_CORRELATION);
+        let samples = self.samples.min(count / length);
         let gain = gain(&self.own.sums, &other.sums);
         // What speaks against the other one is no alarm.
         0.5 * gain * if gain > 0.0 { samples } else { self.samples }

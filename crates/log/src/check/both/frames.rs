@@ -1,7 +1,7 @@
 //! What the tests of both sides take from the frames.
 
 use crate::check::in_step;
-use crate::check::recording::{SMOOTHING, driving_speed, slowness, steps};
+use crate::check::recording::{SMOOTHING, driving_spin, slowness, steps};
 use crate::check::report::Finding;
 use crate::check::rest::SHORTEST;
 use robhaz_estimator::NoiseBudget;
@@ -135,7 +135,7 @@ pub struct YawStep {
 /// All such steps of a log.
 pub fn yaw_steps(frames: &[WholeFrame], rover: &WholeRover) -> Vec<YawStep> {
     let radius = rover.side.geometry.wheel_radius;
-    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+    let track = rover.mean_half_track();
     let read = |frame: &WholeFrame| {
         let [a, b, c, d, e, f] = frame.wheel_angle;
         let (left, right) = (a? + b? + c?, d? + e? + f?);
@@ -180,7 +180,7 @@ pub fn in_step(frames: &[WholeFrame]) -> Option<Finding> {
 pub fn pace(frames: &[WholeFrame], rover: &WholeRover) -> f64 {
     /// Time over which a speed is taken, s.
     const APART: f64 = 1.0;
-    let least = driving_speed(&rover.side) / rover.side.geometry.wheel_radius;
+    let least = driving_spin(&rover.side);
     let (mut speeds, mut last) = (Vec::new(), None::<(f64, f64)>);
     for frame in frames {
         let Some(turned) = wheel_turns(frame) else {

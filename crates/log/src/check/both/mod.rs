@@ -29,7 +29,6 @@ use crate::frames::side_frame;
 use rayon::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
-use std::borrow::Cow;
 
 /// Turn from which on a drive is none straight on, rad.
 const STRAIGHT: f64 = 0.17;
@@ -66,7 +65,7 @@ const HIDES: [&str; 6] = [
 ];
 
 /// Checks the frames of a log of both sides, in order of time. `known`: what an estimate has found of exchanges, signs
-/// and sizes. Where that contradicts nothing they are not compared again.
+/// and sizes. Where that contradicts nothing only the joints are compared again.
 pub fn check_both(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
@@ -82,7 +81,7 @@ pub fn check_both(
     unusable.extend(across::ranges(frames, stated.rover));
     let (stuck, moving): (Vec<_>, Vec<_>) = across::stuck(frames, stated)
         .into_iter()
-        .partition(is_fault);
+        .partition(Finding::is_fault);
     unusable.extend(stuck);
     if !unusable.is_empty() {
         let remedy = "correct these readings first";
@@ -99,12 +98,8 @@ pub fn check_both(
     findings
 }
 
-fn is_fault(finding: &Finding) -> bool {
-    finding.verdict == Verdict::Fault
-}
-
-/// What both sides show together, added to the findings of each by itself. `is_compared`: exchanges, signs and sizes
-/// are known to be right.
+/// What both sides show together, added to the findings of each by itself. `is_compared`: see
+/// [`wirings::findings`].
 fn across_sides(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
@@ -121,18 +116,18 @@ fn across_sides(
     let is_straight = frames::body_turn(frames) < STRAIGHT;
     let pace = frames::pace(frames, rover);
     // One wheel that is late makes its side late.
-    let is_of_wheel = |f: &Finding| is_fault(f) && f.channel.ends_with(in_step::OF_WHEELS);
+    let is_of_wheel = |f: &Finding| f.is_fault() && f.channel.ends_with(in_step::OF_WHEELS);
     if is_straight && !findings.iter().any(is_of_wheel) {
         findings.extend(frames::in_step(frames));
     }
     let follows =
         [0, 1, 2].map(|i| torques::follows(frames, rover, i, pace).filter(|_| is_straight));
     let of_torques = torques::finding(follows);
-    if is_fault(&of_torques) {
+    if of_torques.is_fault() {
         // A side by itself would look for the cause in itself.
         findings.retain(|f| f.test != drive::PAIRING);
     }
-    let mut faults = findings.iter().filter(|f| is_fault(f));
+    let mut faults = findings.iter().filter(|f| f.is_fault());
     let is_upset = faults.any(|f| HIDES.contains(&f.test));
     findings.push(of_torques);
     let zeros = across::zeros(frames, stated);
@@ -143,29 +138,25 @@ fn across_sides(
         findings.retain(|f| !(tells && is_twin(f)));
     }
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
-    let zeroed = !zeros.iter().any(is_fault);
+    let zeroed = !zeros.iter().any(Finding::is_fault);
     findings.extend(zeros);
     findings.push(roll::roll(frames, stated, pace));
     findings.push(roll::zero(frames, stated));
-    let mut wired = Cow::Borrowed(frames);
-    if !is_compared {
-        let (found, corrected) =
-            wirings::findings(frames, stated, pace, follows, [is_upset, zeroed]);
-        findings.extend(found);
-        wired = Cow::Owned(corrected);
-    }
+    let flags = [is_upset, zeroed];
+    let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, flags, is_compared);
+    findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.
     let yaw = across::yaw(&wired, rover, &stated.settings.budget);
-    if !is_fault(&yaw) {
+    if !yaw.is_fault() {
         findings.extend(steering::steering(&wired, rover));
     }
     findings.push(yaw);
-    if !is_compared && !findings.iter().any(is_fault) {
+    if !is_compared && !findings.iter().any(Finding::is_fault) {
         findings.push(contradiction::sizes(&wired, stated, pace));
     }
     let level = Level::of_both(&wired, &rover.side, &stated.settings);
     findings.push(level.finding("body_inclination"));
-    let is_found = findings.iter().any(is_fault);
+    let is_found = findings.iter().any(Finding::is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
 }
 
@@ -240,7 +231,7 @@ fn of_side(
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
     }
     for finding in &mut findings {
-        if finding.test == ground::SCALE && is_fault(finding) {
+        if finding.test == ground::SCALE && finding.is_fault() {
             // The body's inclination and roll follow the ground of the other side, too.
             *finding = finding
                 .clone()

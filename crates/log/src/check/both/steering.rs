@@ -4,7 +4,7 @@ use super::STRAIGHT;
 use super::frames::{self, LONGEST_GAP, body_turn, wheel_turns};
 use super::wiring::ENDS;
 use crate::check::recording::driving_speed;
-use crate::check::report::{Finding, Verdict};
+use crate::check::report::Finding;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 
@@ -33,7 +33,7 @@ struct Part<'a> {
 /// The parts of a log without gaps.
 fn parts<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<Part<'a>> {
     let radius = rover.side.geometry.wheel_radius;
-    let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+    let track = rover.mean_half_track();
     let apart = |frame: &WholeFrame| -> Option<f64> {
         let [a, b, c, d, e, f] = frame.wheel_angle;
         Some(d? + e? + f? - a? - b? - c?)
@@ -122,7 +122,7 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     let all: Vec<Finding> = (0..6).filter_map(of_wheel).collect();
     let is_turned = |f: &Finding| {
         let ratio = f.numbers.first().map_or(0.0, |number| number.value);
-        f.verdict == Verdict::Fault && (-2.0..-0.5).contains(&ratio)
+        f.is_fault() && (-2.0..-0.5).contains(&ratio)
     };
     match all.len() > 1 && all.iter().all(is_turned) {
         true => vec![opposite(&all, follows(&parts))],
@@ -169,7 +169,6 @@ fn opposite(all: &[Finding], follows: f64) -> Finding {
 mod tests {
     use super::super::testing::{rover, turn_left};
     use super::*;
-    use crate::check::report::Verdict;
 
     /// Closed form of steering along the way: right as it is; a sign, degrees, and an angle that is not
     /// there are each found at their wheel, and at no other.
@@ -178,7 +177,7 @@ mod tests {
         let faults = |change: fn(&mut WholeFrame)| {
             let found = steering(&turn_left(change), &rover());
             assert_eq!(found.len(), 4, "{found:?}");
-            let faults = found.into_iter().filter(|f| f.verdict == Verdict::Fault);
+            let faults = found.into_iter().filter(|f| f.is_fault());
             faults
                 .map(|f| (f.channel, f.remedy.unwrap_or_default()))
                 .collect::<Vec<_>>()

@@ -3,7 +3,7 @@
 use super::frames::wheel_turns;
 use super::steering;
 use super::wiring::{Change, fits, is_of_joints, wired, wirings, words};
-use crate::check::recording::driving_speed;
+use crate::check::recording::{driving_spin, part_of_drive};
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
 use rayon::prelude::*;
@@ -43,22 +43,6 @@ const REFUSED: f64 = 1e3;
 /// Longest part of a log for which the cases are tried, s of an ordinary drive: some metres.
 const LONGEST: f64 = 16.0;
 
-/// The part of a log from a second before the wheels turn.
-fn part<'a>(frames: &'a [WholeFrame], rover: &WholeRover, pace: f64) -> &'a [WholeFrame] {
-    let least = driving_speed(&rover.side) / rover.side.geometry.wheel_radius;
-    let start = frames.first().map_or([None; 6], |f| f.wheel_angle);
-    let moves = |f: &WholeFrame| {
-        let turns = f.wheel_angle.iter().zip(start);
-        let mut turns = turns.filter_map(|(a, b)| Some((*a)? - b?));
-        turns.any(|turn| turn.abs() > 0.1_f64.max(least))
-    };
-    let moved = frames.iter().find(|f| moves(f));
-    let from = moved.map_or(0.0, |f| f.time - 1.0);
-    let begin = frames.partition_point(|f| f.time < from);
-    let end = frames.partition_point(|f| f.time < from + LONGEST * pace);
-    &frames[begin..end.max(begin)]
-}
-
 /// What the estimator of both sides says of a log that is wired in a way.
 #[derive(Clone, Debug, Default)]
 struct Judgement {
@@ -85,7 +69,7 @@ pub(super) struct RollOnGround([f64; 6]);
 impl RollOnGround {
     /// Adds a frame of a rover at `speed` (m/s), whose body rolls at `rate` (rad/s).
     pub fn add(&mut self, rover: &WholeRover, estimate: &WholeEstimate, speed: f64, rate: f64) {
-        let track: f64 = rover.half_tracks.iter().sum::<f64>() / 3.0;
+        let track = rover.mean_half_track();
         let slope = |side: &Estimate| side.contact_angle.iter().sum::<f64>() / 3.0;
         let [left, right] = estimate.sides.each_ref().map(slope);
         let asked = speed * (left - right) / (2.0 * track);
@@ -104,8 +88,13 @@ impl RollOnGround {
 }
 
 impl Judgement {
-    /// Ends where its sum is certain to exceed `most`: such a case counts no more.
-    fn of(frames: &[WholeFrame], stated: &StatedBoth<'_>, wiring: &[Change], most: f64) -> Self {
+    /// Ends where `is_out` of its sums so far: such a case counts no more.
+    fn of(
+        frames: &[WholeFrame],
+        stated: &StatedBoth<'_>,
+        wiring: &[Change],
+        is_out: impl Fn(&Self) -> bool,
+    ) -> Self {
         let refused = Self {
             sum: REFUSED,
             ..Self::default()
@@ -121,7 +110,7 @@ impl Judgement {
         let count = frames.len() as f64;
         let (mut last, mut way): (Option<(f64, f64)>, f64) = (None, 0.0);
         for frame in frames {
-            if found.sum > most * count {
+            if is_out(&found) {
                 break;
             }
             let wired = wired(frame, wiring);
@@ -175,6 +164,24 @@ impl Judgement {
         // A count of parts.
         let samples = self.parts.len() as f64 - 3.0;
         self.roll.correlation().atanh() * samples.max(0.0).sqrt()
+    }
+
+    /// Whether its sums so far exclude that it is better than `own` over `count` frames, as [`Self::is_better`] says.
+    fn is_worse(&self, own: &Self, count: f64) -> bool {
+        let [by_all, by_misfit] =
+            [self.sum / own.sum, self.misfit / own.misfit].map(|share| share / count);
+        // The parts that are over.
+        let over = &self.parts[..self.parts.len().saturating_sub(1)];
+        let likely = |part: &Part| part.0[1] / part.0[2];
+        let all = own.parts.iter().map(likely).filter(|of| of.is_finite());
+        let found = over.iter().zip(&own.parts);
+        let found = found.filter(|(_, own)| likely(own).is_finite());
+        let found = found
+            .map(|(other, _)| likely(other))
+            .filter(|of| of.is_finite());
+        let by_likely = found.sum::<f64>() / all.sum::<f64>();
+        (by_all > BETTER || by_likely > BETTER_LIKELY)
+            && (by_all > 1.0 || by_misfit > BETTER_MISFIT || by_likely > 1.0)
     }
 
     /// Whether it fits better than the log as wired: by all innovations, or, of joints, by these and
@@ -295,22 +302,36 @@ fn better<'a>(
 
 /// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with
 /// it. `follows`: see [`super::torques::follows`]; `is_upset`: another test has found a fault, with which no
-/// exchange is to be seen; `zeroed`: none has found a joint's zero that is off.
+/// exchange is to be seen; `zeroed`: none has found a joint's zero that is off. `is_compared`: the evidence of the
+/// innovations for another case is known to be none; then only those of the joints are tried, whose misfit may show
+/// them, and only for a fault.
 pub fn findings(
     frames: &[WholeFrame],
     stated: &StatedBoth<'_>,
     pace: f64,
     follows: [Option<bool>; 3],
     [is_upset, zeroed]: [bool; 2],
+    is_compared: bool,
 ) -> ([Finding; 2], Vec<WholeFrame>) {
-    let part = part(frames, stated.rover, pace);
-    let own = &Judgement::of(part, stated, &[], f64::INFINITY);
-    let of = |wiring: &Vec<Change>| {
-        let found = Judgement::of(part, stated, wiring, AS_WELL * own.sum);
-        (wiring.clone(), found)
+    let turned = driving_spin(&stated.rover.side).max(0.1);
+    let wheels = |f: &WholeFrame| (f.time, f.wheel_angle);
+    let part = part_of_drive(frames, wheels, turned, LONGEST * pace);
+    let own = &Judgement::of(part, stated, &[], |_| false);
+    let is_dragged = own.dragged > MOSTLY || steering::skids(frames);
+    // A count of frames.
+    let count = part.len() as f64;
+    let is_out = |found: &Judgement| match is_compared {
+        true => found.is_worse(own, count),
+        false => found.sum > AS_WELL * own.sum * count,
+    };
+    let of = |wiring: Vec<Change>| {
+        let found = Judgement::of(part, stated, &wiring, is_out);
+        (wiring, found)
     };
     // As wired is the first.
-    let others: Vec<Judged> = wirings()[1..].par_iter().map(of).collect();
+    let mut others = wirings().split_off(1);
+    others.retain(|wiring| !is_compared || is_of_joints(wiring) && !is_dragged && !is_upset);
+    let others: Vec<Judged> = others.into_par_iter().map(of).collect();
     let best = least(&others).min(own.sum);
     let figure = format!(
         "{} exchanges and signs tried; contradiction (sum of the mean NIS of both sides, and the misfit) {:.1} as wired, {best:.1} at best",
@@ -323,7 +344,7 @@ pub fn findings(
     let better = better(&others, own, follows, zeroed);
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
-    let finding = if own.dragged > MOSTLY || steering::skids(frames) {
+    let finding = if is_dragged {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
     } else if is_upset && !better.is_empty() {
         finding.cannot_tell(
