@@ -161,11 +161,11 @@ fn an_estimate_says_that_readings_contradict_each_other() {
             first.contains("READINGS CONTRADICT EACH OTHER"),
             "{first}"
         );
-        (is_told, first)
+        (is_stated, first)
     };
     for right in [fixture("readings.csv"), drive()] {
-        let (is_told, said) = first(&right);
-        assert!(!is_told, "{said}");
+        let (is_stated, said) = first(&right);
+        assert!(!is_stated, "{said}");
     }
     let drive = std::fs::read_to_string(drive()).unwrap();
     let exchanged = |a: &str, b: &str| drive.replace(a, "kept").replace(b, a).replace("kept", b);
@@ -181,8 +181,8 @@ fn an_estimate_says_that_readings_contradict_each_other() {
         ),
     ] {
         std::fs::write(&wrong, log).unwrap();
-        let (is_told, said) = first(&wrong);
-        assert!(is_told && said.contains(expected), "{expected}: {said}");
+        let (is_stated, said) = first(&wrong);
+        assert!(is_stated && said.contains(expected), "{expected}: {said}");
         assert!(said.contains("`robhaz check`"), "{said}");
     }
     // Motors that are mounted mirror-wise: the right wheels count backwards.
@@ -197,9 +197,9 @@ fn an_estimate_says_that_readings_contradict_each_other() {
         }
         true
     });
-    let (is_told, said) = first(&wrong);
+    let (is_stated, said) = first(&wrong);
     assert!(
-        is_told && said.contains("turn against each other"),
+        is_stated && said.contains("turn against each other"),
         "{said}"
     );
 }

@@ -292,46 +292,73 @@ impl fmt::Display for Level {
     }
 }
 
+/// The last readings: those that do not come at the same time are held.
+struct Held<const N: usize> {
+    slope: Option<f64>,
+    angle: [Option<f64>; N],
+    torque: [Option<f64>; N],
+}
+
+impl<const N: usize> Held<N> {
+    const NONE: Self = Self {
+        slope: None,
+        angle: [None; N],
+        torque: [None; N],
+    };
+
+    /// Slope, wheel angles and torques with those of a moment; `None` before there is one of each.
+    fn with(&mut self, moment: &Moment<N>) -> Option<(f64, [f64; N], [f64; N])> {
+        self.slope = moment
+            .slope
+            .filter(|slope| slope.is_finite())
+            .or(self.slope);
+        let of_wheels = [
+            (&mut self.angle, &moment.angle),
+            (&mut self.torque, &moment.torque),
+        ];
+        for (held, moment) in of_wheels {
+            for (held, value) in held.iter_mut().zip(moment) {
+                *held = value.filter(|value| value.is_finite()).or(*held);
+            }
+        }
+        let all = |x: &[Option<f64>; N]| {
+            let known = x.iter().all(Option::is_some);
+            known.then(|| x.map(Option::unwrap_or_default))
+        };
+        Some((self.slope?, all(&self.angle)?, all(&self.torque)?))
+    }
+}
+
+/// A part of the way.
+struct Part<const N: usize> {
+    /// Time (s) and wheel angles (rad) at its start.
+    since: f64,
+    before: [f64; N],
+    /// Number of its frames, and sums over them of torques (N m) and slopes (rad).
+    count: f64,
+    torques: [f64; N],
+    slopes: f64,
+}
+
 impl Ways {
     /// `None` of angles that jump: that of a turn, say.
     fn of<const N: usize>(
         moments: impl Iterator<Item = Moment<N>>,
         known: &Known<'_>,
     ) -> Option<Self> {
-        let radius = known.side.geometry.wheel_radius;
         let mut found = Self::default();
         let mut start = None::<(f64, [f64; N])>;
-        let mut held = (None, [None; N], [None; N]);
-        // Since a time (s) and angles: number of frames, sums of torques and slopes.
-        let mut part = None::<(f64, [f64; N], f64, [f64; N], f64)>;
+        let mut held = Held::NONE;
+        let mut part = None::<Part<N>>;
         for moment in moments {
-            // Readings that do not come at the same time are held.
-            let slope = moment.slope.filter(|slope| slope.is_finite());
-            held.0 = slope.or(held.0);
-            for (held, moment) in [(&mut held.1, &moment.angle), (&mut held.2, &moment.torque)] {
-                for (held, value) in held.iter_mut().zip(moment) {
-                    *held = value.filter(|value| value.is_finite()).or(*held);
-                }
-            }
-            let all = |x: &[Option<f64>; N]| {
-                let known = x.iter().all(Option::is_some);
-                known.then(|| x.map(Option::unwrap_or_default))
-            };
-            let (Some(slope), Some(angle), Some(torque)) = (held.0, all(&held.1), all(&held.2))
-            else {
+            let Some((slope, angle, torque)) = held.with(&moment) else {
                 continue;
             };
             let (began, first) = *start.get_or_insert((moment.time, angle));
             if found.ends.is_none() {
                 let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
                 if stands {
-                    let roll = moment.roll.filter(|roll| roll.is_finite());
-                    for (rest, value) in found.rest.iter_mut().zip([Some(slope), roll]) {
-                        *rest = (
-                            rest.0 + value.unwrap_or(0.0),
-                            rest.1 + f64::from(u8::from(value.is_some())),
-                        );
-                    }
+                    found.add_rest([Some(slope), moment.roll.filter(|roll| roll.is_finite())]);
                 } else {
                     if moment.time - began < rest::SHORTEST {
                         found.rest = Default::default();
@@ -342,45 +369,73 @@ impl Ways {
             if let Some([_, end]) = &mut found.ends {
                 *end = slope;
             }
-            let (since, before, count, torques, slopes) =
-                part.get_or_insert((moment.time, angle, 0.0, [0.0; N], 0.0));
-            *count += 1.0;
-            *slopes += slope;
-            torques
-                .iter_mut()
-                .zip(torque)
-                .for_each(|(sum, torque)| *sum += torque);
-            let step = moment.time - *since;
-            if step < SMOOTHING {
-                continue;
-            }
-            let turns: Vec<f64> = before.iter().zip(&angle).map(|(a, b)| b - a).collect();
-            let mean = turns.iter().sum::<f64>() / N as f64;
-            let is_far = |turn: &f64| (turn - mean).abs() > LARGEST_DIFFERENCE;
-            if turns.iter().any(is_far) {
-                return None;
-            }
-            let work = turns.iter().zip(&*torques).map(|(turn, torque)| {
-                turn * (torque / *count - known.settings.viscous_damping * turn / step)
+            let of_part = part.get_or_insert(Part {
+                since: moment.time,
+                before: angle,
+                count: 0.0,
+                torques: [0.0; N],
+                slopes: 0.0,
             });
-            let way = radius * mean;
-            let back = usize::from(way < 0.0);
-            // Of one side no reading shows a turn.
-            let beside = match turns.split_at(N / 2) {
-                (left, right) if N == 6 => {
-                    (right.iter().sum::<f64>() - left.iter().sum::<f64>()) / N as f64
-                }
-                _ => 0.0,
-            };
-            if step < LONGEST_STEP && beside.abs() <= TURNS * mean.abs() {
-                found.speed = found.speed.max(way.abs() / step);
-                found.way[back] += way.abs();
-                found.rise[back] += way * (*slopes / *count).sin();
-                found.work[back] += work.sum::<f64>() / known.weight;
+            of_part.count += 1.0;
+            of_part.slopes += slope;
+            let torques = of_part.torques.iter_mut().zip(torque);
+            torques.for_each(|(sum, torque)| *sum += torque);
+            let step = moment.time - of_part.since;
+            if step >= SMOOTHING {
+                found.add(of_part, &angle, step, known)?;
+                part = Some(Part {
+                    since: moment.time,
+                    before: angle,
+                    count: 1.0,
+                    torques: torque,
+                    slopes: slope,
+                });
             }
-            part = Some((moment.time, angle, 1.0, torque, slope));
         }
         Some(found)
+    }
+
+    /// Adds slope and roll of a frame before the first motion.
+    fn add_rest(&mut self, values: [Option<f64>; 2]) {
+        for ((sum, count), value) in self.rest.iter_mut().zip(values) {
+            *sum += value.unwrap_or(0.0);
+            *count += f64::from(u8::from(value.is_some()));
+        }
+    }
+
+    /// Adds a part of the way that ends with these wheel angles (rad) after `step` (s); `None` of angles that jump.
+    fn add<const N: usize>(
+        &mut self,
+        part: &Part<N>,
+        angle: &[f64; N],
+        step: f64,
+        known: &Known<'_>,
+    ) -> Option<()> {
+        let turns: Vec<f64> = part.before.iter().zip(angle).map(|(a, b)| b - a).collect();
+        let mean = turns.iter().sum::<f64>() / N as f64;
+        let is_far = |turn: &f64| (turn - mean).abs() > LARGEST_DIFFERENCE;
+        if turns.iter().any(is_far) {
+            return None;
+        }
+        let work = turns.iter().zip(&part.torques).map(|(turn, torque)| {
+            turn * (torque / part.count - known.settings.viscous_damping * turn / step)
+        });
+        let way = known.side.geometry.wheel_radius * mean;
+        let back = usize::from(way < 0.0);
+        // Of one side no reading shows a turn.
+        let beside = match turns.split_at(N / 2) {
+            (left, right) if N == 6 => {
+                (right.iter().sum::<f64>() - left.iter().sum::<f64>()) / N as f64
+            }
+            _ => 0.0,
+        };
+        if step < LONGEST_STEP && beside.abs() <= TURNS * mean.abs() {
+            self.speed = self.speed.max(way.abs() / step);
+            self.way[back] += way.abs();
+            self.rise[back] += way * (part.slopes / part.count).sin();
+            self.work[back] += work.sum::<f64>() / known.weight;
+        }
+        Some(())
     }
 }
 
