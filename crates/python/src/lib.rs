@@ -19,21 +19,16 @@ mod whole;
 #[pyo3::pymodule]
 mod _robhaz {
     #[pymodule_export]
-    use crate::error::{EstimateError, RunError, SceneError};
-    #[pymodule_export]
-    use crate::estimate::Estimate;
-    #[pymodule_export]
-    use crate::estimator::Estimator;
-    #[pymodule_export]
-    use crate::run::Run;
-    #[pymodule_export]
-    use crate::scene::Scene;
-    #[pymodule_export]
-    use crate::study::{Study, study};
-    #[pymodule_export]
-    use crate::table::Table;
-    #[pymodule_export]
-    use crate::whole::{WholeEstimate, WholeEstimator};
+    use crate::{
+        error::{EstimateError, RunError, SceneError},
+        estimate::Estimate,
+        estimator::Estimator,
+        run::Run,
+        scene::Scene,
+        study::{Study, study},
+        table::Table,
+        whole::{WholeEstimate, WholeEstimator},
+    };
     #[pymodule_export]
     #[expect(
         non_upper_case_globals,
