@@ -27,25 +27,6 @@ impl Forces {
         }
     }
 
-    /// The same of an error that moves the tractions, too, by `traction`, N; `constant` is what it
-    /// does to the rows in all.
-    pub fn consider_with(
-        &mut self,
-        inverse: &LeastSquaresInverse,
-        constant: &Vector4<f64>,
-        traction: [f64; 3],
-    ) {
-        let normal = inverse.solve(constant);
-        let [n1, n2, n3] = [normal[0], normal[1], normal[2]];
-        let [t1, t2, t3] = traction;
-        let moved = [t1, n1, t2, n2, t3, n3];
-        for (row, a) in self.covariance.iter_mut().zip(moved) {
-            for (entry, b) in row.iter_mut().zip(moved) {
-                *entry += a * b;
-            }
-        }
-    }
-
     /// Multiplies all forces by a factor.
     pub fn scale(&mut self, factor: f64) {
         let forces = self.normal.iter_mut().chain(&mut self.traction);

@@ -302,7 +302,6 @@ impl KalmanFilters {
             .each_ref()
             .map(LinkAngleKalman::impact_acceleration);
         self.consider_turning(impact, nominal, &equations, &right.sensitivity, &mut forces);
-        self.consider_lasting_push(nominal, &equations, &right, &mut forces);
         self.consider_twist(instant, &equations, &mut forces);
         let loaded =
             |i: usize| nominal.carries_load(forces.normal[i] * stated, self.last_sigma[i] * stated);

@@ -3,7 +3,7 @@
 
 use super::KalmanFilters;
 use crate::common::DRIVING_SPEED;
-use crate::deviation::{WITHIN, root_sum_square};
+use crate::deviation::root_sum_square;
 use crate::estimate::{EstimateError, Parity};
 use crate::filters::LinkAngleKalman;
 use crate::filters::motion::ParityResidual;
@@ -152,31 +152,6 @@ impl KalmanFilters {
         let of_push = by_push * by_push.transpose() + turns * turns.transpose();
         right.loads += of_push * variance;
         square * variance
-    }
-
-    /// Adds what a push of the other side that lasts does to the covariance of all forces: no reading tells it
-    /// from resistance of the wheels. It is at least what that has below zero, or beyond what the budget allows.
-    pub(super) fn consider_lasting_push(
-        &self,
-        nominal: &Nominal,
-        equations: &Equations,
-        right: &RightSide,
-        forces: &mut Forces,
-    ) {
-        // Both sides together tell it from resistance.
-        if nominal.other_side.is_none() || self.across.shares {
-            return;
-        }
-        let (sum, _) = self.motion.input(state::RESISTANCE.of(0));
-        let most = WITHIN * Resistance::prior(&nominal.settings.budget);
-        let resistance = sum - sum.max(0.0).min(most);
-        let rows = right.sensitivity[state::RESISTANCE.of(0)] * resistance;
-        let traction = |i: usize| right.tractions[i].by_resistance * resistance;
-        forces.consider_with(
-            &equations.inverse,
-            &rows,
-            [traction(0), traction(1), traction(2)],
-        );
     }
 
     /// Adds what ground that is uneven across does to one side of a robot with two four-bars to the covariance of N.

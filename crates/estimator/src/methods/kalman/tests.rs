@@ -3,7 +3,7 @@
 use super::*;
 use crate::filters::WheelParameters;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
-use crate::settings::{EstimatorSettings, Method, Sides};
+use crate::settings::{EstimatorSettings, Method};
 use crate::state;
 use crate::testing::Random;
 use crate::{Estimator, Flags};
@@ -66,43 +66,6 @@ proptest! {
             prop_assert!((found - difference).norm() < 1e-5, "input {k}: {found} {difference}");
         }
     }
-}
-
-/// Closed form: a resistance below zero is that of no wheel, so one side of two states that T of every wheel may
-/// err by all of it. Rounding.
-#[test]
-fn a_resistance_that_drives_the_wheels_is_a_push() {
-    let settings = EstimatorSettings {
-        sides: Sides::OneOfTwo,
-        ..EstimatorSettings::kalman()
-    };
-    let nominal = Nominal::new(&Robot::default_a(), settings);
-    let considered = |sum: f64| {
-        let budget = &nominal.settings.budget;
-        let mut filters = KalmanFilters::new(&nominal.robot, KalmanMethod::DEFAULT, budget);
-        filters
-            .wheels
-            .iter_mut()
-            .for_each(|wheel| wheel.friction_share = 1.0);
-        filters.motion.shift_input(state::RESISTANCE.of(0), sum);
-        let arms = Arms::new(&nominal.robot.geometry, 0.0, 0.0).expect("nominal");
-        let (inputs, angles) = (Inputs::default(), [0.0; 2]);
-        let equations = filters
-            .equations(&nominal, &inputs, arms, angles)
-            .expect("regular");
-        let right = filters.right_side(&nominal, &equations);
-        let mut forces = solve(&equations, None, &right, |_, _| 0.0);
-        let before = forces.covariance;
-        filters.consider_lasting_push(&nominal, &equations, &right, &mut forces);
-        core::array::from_fn::<f64, 6, _>(|k| forces.covariance[k][k] - before[k][k])
-    };
-    let radius = nominal.robot.geometry.wheel_radius;
-    let driven = considered(-0.02);
-    for i in 0..3 {
-        let expected = (0.02 / radius) * (0.02 / radius);
-        assert!((driven[2 * i] / expected - 1.0).abs() < 1e-9, "{driven:?}");
-    }
-    assert!(considered(0.02).iter().all(|added| *added == 0.0));
 }
 
 /// Readings of a robot at rest on level ground. Inclinometers and gyroscopes have their white
