@@ -20,9 +20,11 @@ const NEAR: usize = 20;
 /// The same of readings in the direction of the wheel, none of which is near zero on the other side: a
 /// signed one whose mean is twice its noise has a quarter of them there, 0.75^60 = 3e-8.
 const NEAR_BY_SPEED: usize = 60;
+/// The same of visits between turns at zero of [`TOUCHES`], whose lowest readings are on either side, too: 0.75^40 = 1e-5.
+const NEAR_AT_TURNS: usize = 40;
 /// Deviations of the noise from which a torque in the direction of the wheel comes down to zero, and those of zero within
 /// which it turns back. Such torques are looked at together: on waves of one length all turns of one are alike, and it
-/// is the noise of [`NEAR_BY_SPEED`] visits that tells.
+/// is the noise of [`NEAR_AT_TURNS`] visits that tells.
 const AWAY: f64 = 8.0;
 const TOUCH: f64 = 2.0;
 /// Least number of such turns of all torques, and of each.
@@ -50,7 +52,7 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     let one_way = torques.iter().map(|torque| &torque.turns_back);
     let one_way: Vec<&TurnsBack> = one_way.filter(|of| of.is_one_way()).collect();
     let sum = |count: fn(&TurnsBack) -> usize| one_way.iter().map(|of| count(of)).sum::<usize>();
-    let is_shown = sum(|of| of.touches) >= TOUCHES && sum(|of| of.visits[0]) >= NEAR_BY_SPEED;
+    let is_shown = sum(|of| of.touches) >= TOUCHES && sum(|of| of.visits[0]) >= NEAR_AT_TURNS;
     for (i, torque) in torques.iter().enumerate() {
         match torque.fault(stated.settings.budget.torque_noise, is_shown) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
