@@ -276,6 +276,28 @@ fn a_torque_that_turns_back_at_zero_has_lost_its_sign() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Links that show noise alone over waves, as an IMU does whose y axis points forward: where the readings contradict each
+/// other, the axes are named.
+#[test]
+fn an_imu_that_sees_the_turns_on_another_axis_is_named() -> Result<(), Failure> {
+    let scene = scene("sine", &["sensors.grade=typical"])?;
+    let truth = TruthRun::of(&scene)?;
+    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let mut random = normal();
+    for frame in &mut frames {
+        for link in [&mut frame.link1, &mut frame.link2] {
+            for reading in [&mut link.inclination, &mut link.rate] {
+                *reading = Some(0.1_f64.to_radians() * random());
+            }
+        }
+    }
+    let found = report(&scene, &frames)?;
+    let mut remedies = found.faults().filter_map(|f| f.remedy.as_deref());
+    let is_named = remedies.any(|r| r.contains("state `forward` and `up` of its [imu]"));
+    assert!(is_named, "{:?}", faults(&found));
+    Ok(())
+}
+
 /// Torques that count what drives as positive, on a way forth and back over waves: named, and with it no other cause.
 /// With the direction of the wheel nothing is wrong.
 #[test]

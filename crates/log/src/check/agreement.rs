@@ -1,5 +1,6 @@
 //! The estimator's own judgement: [`robhaz_estimator::Health`] of `kalman` over the whole log.
 
+use crate::check::dead::OTHER_AXIS;
 use crate::check::judgement::{Judgement, OFTEN};
 use crate::check::readings::Readings;
 use crate::check::report::Finding;
@@ -11,12 +12,15 @@ use robhaz_estimator::{
     Confirmation, EstimateError, EstimatorSettings, SensorFrame, Sides, TorqueScale,
 };
 use robhaz_model::Robot;
+use robhaz_score::signals::deviation;
 
 pub const TEST: &str = "agreement of all";
 pub const TORQUE_SCALE: &str = "scale of torques, mass";
 const CHANNEL: &str = "all";
 /// Deviations by which a ratio of the torques is beyond 0, and beyond 1, if it is a scale: 0.1 % by chance.
 const SCALE: f64 = 3.0;
+/// Deviation of a rate over its noise up to which a link does not turn: that of a noise at rest that is right.
+const QUIET: f64 = 2.0;
 /// Median of a normalised square if all that is stated holds: of chi-square with one degree of freedom.
 const MIDDLE: f64 = 0.455;
 
@@ -78,6 +82,13 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
     if disagreement.is_fault() && !others.any(Finding::is_fault) {
         disagreement = or_other_side(disagreement, frames, stated, other.as_ref(), certain);
     }
+    if disagreement.is_fault()
+        && no_link_turns(log)
+        && let Some(remedy) = &mut disagreement.remedy
+    {
+        *remedy += "\nno link turns beyond its noise, whatever the wheels do";
+        *remedy += OTHER_AXIS;
+    }
     findings.extend([torque_scale(&judged, stated), of_wirings, disagreement]);
     findings
 }
@@ -98,6 +109,15 @@ pub fn gears_of_side(
     }
     let (_, other) = wirings::finding(log, stated, part, order, own.agrees(), certain);
     other.is_none().then_some(found)
+}
+
+/// Whether the gyroscopes of both links show nothing but noise while the robot drives.
+fn no_link_turns(log: &Readings<'_>) -> bool {
+    let is_quiet = |k: usize| {
+        let rate = log.recording.while_driving(&log.recording.rate[k]);
+        deviation(&rate) < QUIET * Channel::Gyro(k).noise(log.stated)
+    };
+    (0..2).all(is_quiet)
 }
 
 /// Of readings that contradict each other as those of a robot in the plane, without another cause: whether they agree

@@ -12,6 +12,9 @@ use robhaz_score::extremes;
 const TEST: &str = "values";
 const EMPTY: &str =
     "not measured, or not recorded: no estimator works without it, and no other test uses it";
+/// A cause of turns that are none.
+pub const OTHER_AXIS: &str = "\nor the IMU sees them on another axis, as one whose y axis points forward: state `forward` and `up` of its [imu]";
+
 /// The findings, each with the channel that it takes out of the log: of a reading of the body or of
 /// pin Q one that is made of it. And those of the others that are silent for a while.
 pub fn findings(
@@ -103,6 +106,9 @@ fn constant(
     );
     if value.abs() <= ROUNDING && (name.contains("inclination") || name.contains("roll")) {
         remedy += "\nor the orientation of an IMU without one is the identity throughout: state inclination = \"acceleration\" of its [imu]";
+    }
+    if value.abs() <= ROUNDING && name.contains("rate") {
+        remedy += OTHER_AXIS;
     }
     Finding::ok(TEST, channel, figure).fault(remedy)
 }
