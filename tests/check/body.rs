@@ -6,9 +6,10 @@ use super::common::{Failure, checked};
 use rayon::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_log::check::{Report, Verdict};
-use robhaz_model::{BodyMount, BodyReading, Suspension};
+use robhaz_model::{BodyMount, BodyReading, Carrier, Geometry, Suspension};
 use robhaz_run::{DrivenPlant, sensor_frame};
 use robhaz_scene::Scene;
+use std::f64::consts::PI;
 use std::path::Path;
 
 /// A drive of a rover with its own sensors, and what the sensors of its body have read.
@@ -20,8 +21,14 @@ struct Drive {
 
 impl Drive {
     fn of(rover: &str) -> Result<Self, Failure> {
+        Self::with(rover, &[])
+    }
+
+    /// The same with other keys.
+    fn with(rover: &str, keys: &[&str]) -> Result<Self, Failure> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
-        let keys = ["engine.kind=direct".to_owned(), "seed=1".to_owned()];
+        let keys = ["engine.kind=direct", "seed=1"].iter().chain(keys);
+        let keys: Vec<String> = keys.map(|key| (*key).to_owned()).collect();
         let scene = Scene::load(&path.join(format!("{rover}.toml")), &keys)?;
         let mut sensors = scene.sensors();
         let mut plant = DrivenPlant::new(&scene, &scene.plant_setup())?;
@@ -283,32 +290,140 @@ fn a_pin_shows_its_zero_and_that_it_hangs() -> Result<(), Failure> {
     Ok(())
 }
 
-/// With the readings of two wheels exchanged, another wiring fits as well or better: the log cannot
-/// tell, but is not called right. Where that wiring fits three times as well, it is named, also at 50 Hz.
+/// The finding of a test.
+fn found<'a>(report: &'a Report, test: &str) -> Option<&'a robhaz_log::check::Finding> {
+    report.findings.iter().find(|f| f.test == test)
+}
+
+/// Front and rear wheel exchanged, encoder and torque together, are named with the columns, as the link with one wheel
+/// turns that one; as they are, the same figure says that they are not.
 #[test]
-fn exchanged_wheels_are_not_called_right() -> Result<(), Failure> {
-    for rover in ["open-source-rover", "exomy"] {
+fn front_and_rear_wheel_show_on_which_links_they_are() -> Result<(), Failure> {
+    const TEST: &str = "wheels on their links";
+    for rover in ["open-source-rover", "exomy", "sojourner", "curiosity"] {
         let mut drive = Drive::of(rover)?;
+        let honest = drive.report(|_| ())?;
+        let own = found(&honest, TEST).ok_or("no finding")?;
+        assert_eq!(own.verdict, Verdict::Ok, "{rover}: {own:?}");
         for frame in &mut drive.frames {
             frame.wheel_angle.swap(0, 2);
             frame.motor_torque.swap(0, 2);
         }
         let report = drive.report(|_| ())?;
-        let wiring = report
-            .findings
-            .iter()
-            .find(|f| f.test == "wheels and links");
-        let wiring = wiring.ok_or("no finding")?;
-        let is_clear = rover == "exomy";
-        let expected = match is_clear {
-            true => Verdict::Fault,
-            false => Verdict::CannotTell,
-        };
-        assert_eq!(wiring.verdict, expected, "{rover}: {wiring:?}");
-        let remedy = wiring.remedy.as_deref().unwrap_or_default();
-        let words = "exchange the columns of wheel1_angle and wheel3_angle";
-        assert!(remedy.contains("wheel"), "{remedy}");
-        assert!(!is_clear || remedy.contains(words), "{remedy}");
+        let exchanged = found(&report, TEST).ok_or("no finding")?;
+        assert_eq!(exchanged.verdict, Verdict::Fault, "{rover}: {exchanged:?}");
+        let remedy = exchanged.remedy.as_deref().unwrap_or_default();
+        for name in ["angle", "motor_torque"] {
+            let words = format!("exchange the columns of wheel1_{name} and wheel3_{name}");
+            assert!(remedy.contains(&words), "{rover}: {remedy}");
+        }
+        // Corrected, they fit.
+        let others = faults(&report);
+        assert_eq!(others.len(), 1, "{rover}: {others:?}");
+    }
+    Ok(())
+}
+
+/// On ground without waves no wheel shows its link.
+#[test]
+fn level_ground_does_not_show_the_links_of_the_wheels() -> Result<(), Failure> {
+    let drive = Drive::with("open-source-rover", &["terrain.kind=flat"])?;
+    let report = drive.report(|_| ())?;
+    let own = found(&report, "wheels on their links").ok_or("no finding")?;
+    assert_eq!(own.verdict, Verdict::CannotTell, "{own:?}");
+    Ok(())
+}
+
+/// A robot file whose body, or whose middle wheel, is on the other link is named, and no remedy of readings with it.
+#[test]
+fn a_linkage_that_is_stated_wrong_is_named() -> Result<(), Failure> {
+    type Mistake = fn(&mut Geometry);
+    let changes: [(&str, Mistake); 2] = [
+        ("suspension.body", |geometry| {
+            if let Suspension::Bogie { body } = geometry.suspension {
+                geometry.make_bogie(other(body));
+            }
+        }),
+        ("carriers", |geometry| {
+            geometry.carriers[1] = other(geometry.carriers[1]);
+        }),
+    ];
+    for rover in ["open-source-rover", "exomy"] {
+        for (name, change) in &changes {
+            let mut drive = Drive::of(rover)?;
+            change(&mut drive.scene.robot.robot.geometry);
+            let found = faults(&drive.report(|_| ())?);
+            let [only] = &found[..] else {
+                return Err(format!("{rover}, {name}: {found:?}").into());
+            };
+            assert!(
+                only.contains("| robot file |") && only.contains(name),
+                "{rover}, {name}: {only}"
+            );
+        }
+    }
+    Ok(())
+}
+
+fn other(carrier: Carrier) -> Carrier {
+    match carrier {
+        Carrier::Link1 => Carrier::Link2,
+        Carrier::Link2 => Carrier::Link1,
+    }
+}
+
+/// The gravity of the moon stated for a log of the earth, and that of the earth for one of the moon: the inclinometers
+/// show it, as the distance by the encoders is right.
+#[test]
+fn another_gravity_is_named() -> Result<(), Failure> {
+    for (of_log, stated) in [("earth", 1.62), ("moon", 9.81)] {
+        let gravity = format!("robot.gravity={of_log}");
+        let mut drive = Drive::with("open-source-rover", &[&gravity])?;
+        let own = faults(&drive.report(|_| ())?);
+        assert_eq!(own, Vec::<String>::new(), "{of_log}");
+        let true_one = drive.scene.robot.robot.gravity;
+        drive.scene.robot.robot.gravity = stated;
+        let report = drive.report(|_| ())?;
+        let faults = faults(&report);
+        let is_named = faults.len() == 1 && faults[0].contains("`gravity` of the robot file");
+        assert!(is_named, "{of_log}: {faults:?}");
+        let scale = report.faults().next().ok_or("no fault")?.numbers[0].value;
+        assert!((scale * stated / true_one - 1.0).abs() < 0.2, "{scale}");
+    }
+    Ok(())
+}
+
+/// Columns of speeds that are described as angles are named with their unit; angles are none, nor where a robot hardly
+/// moves.
+#[test]
+fn speeds_are_no_angles() -> Result<(), Failure> {
+    const TEST: &str = "angle or speed";
+    for rover in ["open-source-rover", "curiosity"] {
+        let drive = Drive::of(rover)?;
+        assert!(found(&drive.report(|_| ())?, TEST).is_none(), "{rover}");
+        for (unit, of_unit) in [
+            ("rad/s", 1.0),
+            ("deg/s", 1f64.to_radians()),
+            ("rpm", PI / 30.0),
+        ] {
+            let mut speeds = Drive::of(rover)?;
+            for (k, frame) in speeds.frames.iter_mut().enumerate() {
+                let next = &drive.frames[(k + 1).min(drive.frames.len() - 1)];
+                let before = &drive.frames[k.saturating_sub(1)];
+                let step = next.time - before.time;
+                for (i, angle) in frame.wheel_angle.iter_mut().enumerate() {
+                    let turn = next.wheel_angle[i].zip(before.wheel_angle[i]);
+                    *angle = turn.map(|(b, a)| (b - a) / step / of_unit);
+                }
+            }
+            let report = speeds.report(|_| ())?;
+            let faults = faults(&report);
+            let words = format!("state unit = \"{unit}\"");
+            let is_named = faults
+                .iter()
+                .any(|f| f.starts_with(TEST) && f.contains(&words));
+            assert!(is_named, "{rover}, {unit}: {faults:?}");
+        }
     }
     Ok(())
 }

@@ -18,6 +18,7 @@
 
 use crate::check::changes::DEGREE;
 use crate::check::course::{Course, Heights, Links, OWN, STEP, steps_of};
+use crate::check::on_links::ROBOT_FILE;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
@@ -29,16 +30,16 @@ use robhaz_score::signals::{deviation, median, smooth, subtract};
 /// as at 2 m/s over waves of 2.5 m, another time shows another ground.
 const SLOW: f64 = 1.0;
 /// Share of the rear difference that the front one explains.
-const EXPLAINED: f64 = 0.7;
+pub const EXPLAINED: f64 = 0.7;
 /// Larger share with other signs that is a fault.
 const BETTER: f64 = 0.2;
 /// Error of the distance that is a fault: more than slip makes, also at a kerb.
-const SCALE_ERROR: f64 = 0.09;
+pub const SCALE_ERROR: f64 = 0.09;
 /// Slip speed of all wheels together that a slow drive may have, m/s for robot A: a creep of 30 mm/s at T = N
 /// (the estimator's prior) and a mean T/N of 0.05.
 const SLIP: f64 = 0.0015;
 /// Share of the rear curve that the front one explains where no wheel has spun in place.
-const CERTAIN: f64 = 0.9;
+pub const CERTAIN: f64 = 0.9;
 /// Range of the scale that is looked for.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
@@ -57,7 +58,7 @@ pub const OFFSET: &str = "zero on the ground";
 type Wiring = (Links, Option<Change>);
 
 /// Those that are compared; of readings that are made of the body's, on the link of that number,
-/// the sign and the unit of pin Q.
+/// the sign and the unit of pin Q, and the body on the other link.
 fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
     let [first, second] = [0, 1].map(Channel::Inclinometer);
     let (own, flip) = ((OWN, None), |channel| Some(Change::Factor(channel, -1.0)));
@@ -71,7 +72,12 @@ fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
     match body_link {
         Some(body) => {
             let others = [-1.0, DEGREE, 1.0 / DEGREE].map(|factor| pin(body, factor));
-            [vec![own], others.to_vec()].concat()
+            let mut on_other = OWN;
+            on_other[1 - body] = OWN[body];
+            on_other[body][body] = 2.0;
+            on_other[body][1 - body] = -1.0;
+            let on_other = (on_other, Some(Change::OtherBody));
+            [vec![own, on_other], others.to_vec()].concat()
         }
         None => {
             let exchange = Some(Change::Exchange(first, second));
@@ -88,9 +94,9 @@ fn wirings(body_link: Option<usize>) -> Vec<Wiring> {
 /// How well the curve of the front wheels explains that of the rear ones.
 #[derive(Clone, Copy)]
 pub struct Passing {
-    explained: f64,
+    pub explained: f64,
     /// Distance found over the true one.
-    scale: f64,
+    pub scale: f64,
     /// Number of steps of the path between the two.
     pub shift: usize,
 }
@@ -191,6 +197,10 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
                 "reading.pin_angle is in another unit: state unit = \"{unit}\""
             ))
         }
+        Some(Change::OtherBody) => Finding {
+            channel: ROBOT_FILE.to_owned(),
+            ..finding.fault("the sensor of the body turns as the other link does: correct `suspension.body` of the robot file, or mount it on the link of the body")
+        },
         Some(Change::Factor(..)) => {
             finding.fault("one of the two has the wrong sign: nose up is positive")
         }

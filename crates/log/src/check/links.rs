@@ -10,7 +10,8 @@ use crate::check::changes::{
     CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN, span,
 };
 use crate::check::delay;
-use crate::check::ground::Signs;
+use crate::check::ground::{self, Signs};
+use crate::check::on_links::ROBOT_FILE;
 use crate::check::pin_delay;
 use crate::check::readings::Readings;
 use crate::check::recording::Recording;
@@ -113,7 +114,7 @@ pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     let mut finding = Finding::ok(ACCELERATION, channel, figure).with("scale", scale, "-");
     let within = [found, found + margin, found - margin];
     if !within.iter().any(|found| is_right(1.0 / found)) {
-        let (remedy, factor) = encoder_unit(scale);
+        let (remedy, factor) = encoder_unit(scale, log.stated.robot.gravity);
         let changes = (0..3).map(|i| Change::Factor(Channel::Encoder(i), factor));
         finding = finding.fault(remedy).change(changes);
     }
@@ -123,9 +124,28 @@ pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
     (finding, if own[0] * own[1] > 0.0 { own[0] } else { 0.0 })
 }
 
+/// The finding of accelerations whose fault is none of the encoders, as the ground shows their distance: a wrong gravity.
+pub fn gravity(acceleration: &Finding, log: &Readings<'_>) -> Option<Finding> {
+    let scale = acceleration.number("scale")?;
+    let is_distance = |f: &Finding| f.verdict == Verdict::Ok && f.number("scale").is_some();
+    (acceleration.verdict == Verdict::Fault && is_distance(&ground::distance(log))).then(|| {
+        let gravity = log.stated.robot.gravity;
+        let figure = format!(
+            "{}; but their distance is that of the ground",
+            acceleration.figure
+        );
+        Finding::ok(ACCELERATION, ROBOT_FILE, figure)
+            .with("scale", scale, "-")
+            .fault(format!(
+                "the inclinometers show accelerations over the gravity of where they are: `gravity` of the robot file is {gravity:.2} m/s^2, and {:.2} would fit",
+                scale * gravity
+            ))
+    })
+}
+
 /// What to do about encoders whose angles are `scale` times the true ones, and the factor that
 /// corrects them.
-fn encoder_unit(scale: f64) -> (String, f64) {
+fn encoder_unit(scale: f64, gravity: f64) -> (String, f64) {
     for (unit, name) in [(1.0 / DEGREE, "deg"), (1.0 / TAU, "turns")] {
         if (scale / unit - 1.0).abs() < SCALE_ERROR {
             let remedy = format!("the angles are in another unit: state unit = \"{name}\"");
@@ -133,7 +153,8 @@ fn encoder_unit(scale: f64) -> (String, f64) {
         }
     }
     let remedy = format!(
-        "check unit, counts a turn and gear ratio: angles are {scale:.3} times the true ones"
+        "check unit, counts a turn and gear ratio: angles are {scale:.3} times the true ones; or `gravity` of the robot file: {:.2} m/s^2 would fit",
+        scale * gravity
     );
     (remedy, 1.0 / scale)
 }

@@ -10,6 +10,7 @@
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `torques` | Is a torque a signed number? | readings near zero |
 //! | `recorded` | What did the sensors of a body read, of which readings of links are made? | the linkage |
+//! | `speeds` | Are columns of angles speeds? | each wheel passes the same ground |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
 //! | `changes`, `links` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `noise` | Noise of the links' sensors while driving, single wrong readings | what ground can do |
@@ -22,6 +23,7 @@
 //! | `level` | The zero that all inclinometers have in common | work of the torques on the way |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
+//! | `on_links` | Exchanged wheels, encoder and torque together; the link of the middle one | turns of the links |
 //! | `limits` | Are torques cut off at a limit? | the equations there |
 //! | `wirings` | Which wiring of wheels and links fits? | innovations of all filters of `kalman` |
 //! | `gears` | Are torques read before gears that lose a part of them? | the same |
@@ -50,6 +52,7 @@ mod limits;
 mod links;
 mod newton;
 mod noise;
+mod on_links;
 mod pin_delay;
 mod readings;
 mod recorded;
@@ -57,6 +60,7 @@ mod recording;
 mod report;
 mod rest;
 mod rewire;
+mod speeds;
 mod stamps;
 mod start;
 mod stated;
@@ -78,7 +82,7 @@ use self::clock::Clock;
 use self::readings::Readings;
 use self::recording::Recording;
 use self::rewire::Channel;
-use robhaz_estimator::{SensorFrame, Sides};
+use robhaz_estimator::{PAIRINGS, SensorFrame, Sides};
 use robhaz_model::Robot;
 use robhaz_score::Agreement;
 
@@ -108,12 +112,20 @@ fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, is_of_both: bool) -> 
         is_of_both,
     };
     log.take(of_jumps);
+    if let Some(speeds) = speeds::finding(&log.frames, &stated) {
+        log.take([speeds, left_out("they need angles of the wheels")]);
+        return log.report();
+    }
     if !log.check_channels() {
         return log.report();
     }
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
+    if let Some(gravity) = links::gravity(&acceleration, &log) {
+        log.take([gravity, left_out(ROBOT_FILE)]);
+        return log.report();
+    }
     log.take([acceleration]);
     match turn(&log.recording) {
         turn if turn > LARGEST_TURN => log.check_fast_drive(turn),
@@ -197,7 +209,12 @@ impl Readings<'_> {
             self.take(start::findings(self, forward));
         }
         let (ground, on_ground) = ground::findings(self, forward > 0.0);
+        let is_of_file = is_of_robot_file(&ground);
         self.take(ground);
+        if is_of_file {
+            self.take([left_out(ROBOT_FILE)]);
+            return;
+        }
         let links = links::findings(self, on_ground);
         // With wrong signs or units a delay has no meaning.
         let are_right = !links.iter().any(Finding::is_fault);
@@ -228,6 +245,15 @@ impl Readings<'_> {
             self.findings.retain(|f| f.test != level::TEST);
             return;
         }
+        if order.is_none_or(|order| order == PAIRINGS[0]) {
+            let on_links = [on_links::finding(self)];
+            let is_of_file = is_of_robot_file(&on_links);
+            self.take(on_links);
+            if is_of_file {
+                self.take([left_out(ROBOT_FILE)]);
+                return;
+            }
+        }
         let certain = certain_of(&self.recording, self.stated.robot);
         match self.is_of_both {
             true => self.take(agreement::gears_of_side(self, order, certain)),
@@ -241,6 +267,22 @@ impl Readings<'_> {
         }
         Report::new(self.findings)
     }
+}
+
+/// What other tests need of a robot file that has a fault.
+const ROBOT_FILE: &str = "they need a robot file that is right";
+
+/// What is said of the tests that have no meaning until a fault is corrected. `need`: what they need.
+fn left_out(need: &str) -> Finding {
+    let finding = Finding::ok("all other tests", "all", need);
+    finding.cannot_tell("correct the fault, and check again")
+}
+
+fn is_of_robot_file(findings: &[Finding]) -> bool {
+    let is_of_file = |f: &Finding| f.channel.ends_with(on_links::ROBOT_FILE);
+    findings
+        .iter()
+        .any(|f| f.verdict == Verdict::Fault && is_of_file(f))
 }
 
 const SIDES: &str = "sides";

@@ -86,6 +86,12 @@ impl Finding {
         self.verdict == Verdict::Fault
     }
 
+    /// The number of that name.
+    pub(crate) fn number(&self, name: &str) -> Option<f64> {
+        let found = self.numbers.iter().find(|number| number.name == name);
+        found.map(|number| number.value)
+    }
+
     /// With what corrects the readings.
     pub(crate) fn change(mut self, changes: impl IntoIterator<Item = Change>) -> Self {
         self.changes.extend(changes);

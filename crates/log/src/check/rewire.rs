@@ -157,6 +157,8 @@ pub enum Change {
     Exchange(Channel, Channel),
     /// Takes a channel out.
     Remove(Channel),
+    /// The sensor of the body is on the other link than stated.
+    OtherBody,
     /// The sensor of a link, from 0, hangs upside down: its axis that points forward does.
     UpsideDown(usize),
 }
@@ -196,6 +198,17 @@ impl Change {
             Self::Exchange(a, b) => {
                 *a.of(frame) = b.value(&before);
                 *b.of(frame) = a.value(&before);
+            }
+            Self::OtherBody => {
+                let Some(body) = stated.body_link() else {
+                    return;
+                };
+                for channel in [Channel::Inclinometer(body), Channel::Gyro(body)] {
+                    let (read, other) = (channel.value(&before), channel.of_other_link());
+                    *other.of(frame) = read;
+                    let turned = read.zip(other.value(&before));
+                    *channel.of(frame) = turned.map(|(read, x)| 2.0 * read - x);
+                }
             }
             Self::Remove(channel) => *channel.of(frame) = None,
             Self::UpsideDown(k) => {

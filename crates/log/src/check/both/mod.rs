@@ -22,8 +22,8 @@ pub use contradiction::{Consistency, contradiction};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, SIDES, check_side, check_start, delay, drive, ground, in_step, level, limits, links,
-    stamps, start, way, wheels,
+    Level, ROBOT_FILE, SIDES, check_side, check_start, delay, drive, ground, in_step,
+    is_of_robot_file, left_out, level, limits, links, on_links, speeds, stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
 use rayon::prelude::*;
@@ -36,7 +36,8 @@ const STRAIGHT: f64 = 0.17;
 /// 0.08 and more.
 const STARTS_STRAIGHT: f64 = 0.03;
 /// Tests of one side that take it for one that drives straight on.
-const STRAIGHT_ON: [&str; 6] = [
+const STRAIGHT_ON: [&str; 7] = [
+    on_links::TEST,
     wheels::TEST,
     links::ACCELERATION,
     ground::SIGNS,
@@ -55,7 +56,8 @@ const OF_BOTH: [&str; 7] = [
     way::ZERO,
 ];
 /// Tests of one side whose faults hide an exchange of the sides. Of noise and zeros none is hidden.
-const HIDES: [&str; 6] = [
+const HIDES: [&str; 7] = [
+    on_links::TEST,
     links::SIGN,
     wheels::TEST,
     start::TEST,
@@ -83,6 +85,7 @@ pub fn check_both(
         .into_iter()
         .partition(Finding::is_fault);
     unusable.extend(stuck);
+    unusable.extend(with_side(frames, stated, 0, speeds::finding));
     if !unusable.is_empty() {
         let remedy = "correct these readings first";
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
@@ -93,8 +96,13 @@ pub fn check_both(
     let sides = sides.map(|(side, name)| of_side(frames, stated, side, name));
     findings.extend(sides.collect::<Vec<_>>().into_iter().flatten());
     findings.extend(moving);
-    let is_compared = known.is_some_and(|known| known.contradiction.is_none());
-    across_sides(frames, stated, is_compared, &mut findings);
+    // A robot that is another one for a side is so for both together.
+    if is_of_robot_file(&findings) {
+        findings.push(left_out(ROBOT_FILE));
+    } else {
+        let is_compared = known.is_some_and(|known| known.contradiction.is_none());
+        across_sides(frames, stated, is_compared, &mut findings);
+    }
     findings
 }
 

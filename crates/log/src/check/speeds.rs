@@ -1,0 +1,75 @@
+//! Are columns of wheels' angles speeds? An angle of a wheel that turns goes on; a speed comes back to where it was.
+//!
+//! As angles, such columns say that the robot hardly moves, and all wheels pass other ground. As what is integrated, they
+//! are a way over which the curve of the front wheels is that of the rear ones ([`crate::check::ground`]), at the
+//! distance of the axles: in a wrong unit at another one.
+
+use crate::check::changes::DEGREE;
+use crate::check::clock::Clock;
+use crate::check::course::{Course, OWN};
+use crate::check::ground::{CERTAIN, EXPLAINED, SCALE_ERROR, passing};
+use crate::check::readings::Readings;
+use crate::check::recording::Recording;
+use crate::check::report::Finding;
+use crate::check::stated::Stated;
+use robhaz_estimator::SensorFrame;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+const TEST: &str = "angle or speed";
+/// Units of a speed, rad/s.
+const UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", DEGREE), ("rpm", TAU / 60.0)];
+
+/// The finding of angles that are speeds; `None` of others, and where the ground shows nothing.
+pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
+    let explained = |frames: &[SensorFrame]| {
+        let log = Readings {
+            stated,
+            recording: Recording::new(&Clock::of(frames), stated.robot)?,
+            frames: Cow::Borrowed(frames),
+            findings: Vec::new(),
+            has_other_side: true,
+        };
+        passing(&Course::new(&log, &log.recording.inclination), &OWN)
+    };
+    let own = explained(frames).map_or(0.0, |own| own.explained);
+    if own > EXPLAINED {
+        return None;
+    }
+    let (name, found) = UNITS.into_iter().find_map(|(name, unit)| {
+        let found = explained(&integrated(frames, unit))?;
+        let is_right = (found.scale - 1.0).abs() < SCALE_ERROR;
+        (is_right && found.explained > CERTAIN).then_some((name, found))
+    })?;
+    let figure = format!(
+        "taken for angles, the curve of the front wheels explains {:.0} % of that of the rear ones; as speeds in {name}, integrated, {:.0} %, with {:.3} of the distance of the axles",
+        100.0 * own,
+        100.0 * found.explained,
+        found.scale
+    );
+    let finding = Finding::ok(TEST, "encoders 1 to 3", figure)
+        .with("explained", own, "-")
+        .with("explained otherwise", found.explained, "-");
+    Some(finding.fault(format!(
+        "the columns are speeds: state unit = \"{name}\" of wheel1_angle, wheel2_angle and wheel3_angle, and they are integrated"
+    )))
+}
+
+/// Frames whose angles are the integrals of what they were, in this unit.
+fn integrated(frames: &[SensorFrame], unit: f64) -> Vec<SensorFrame> {
+    let mut angle = [0.0; 3];
+    let mut last = [None::<(f64, f64)>; 3];
+    let of = |frame: &SensorFrame| {
+        let mut frame = *frame;
+        for (i, reading) in frame.wheel_angle.iter_mut().enumerate() {
+            let Some(speed) = *reading else { continue };
+            if let Some((time, before)) = last[i] {
+                angle[i] += 0.5 * unit * (frame.time - time) * (before + speed);
+            }
+            last[i] = Some((frame.time, speed));
+            *reading = Some(angle[i]);
+        }
+        frame
+    };
+    frames.iter().map(of).collect()
+}
