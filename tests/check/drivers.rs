@@ -276,6 +276,17 @@ fn a_torque_that_turns_back_at_zero_has_lost_its_sign() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Torques in mN m are one fault, and neither a zero nor a noise of theirs.
+#[test]
+fn a_unit_of_the_torques_is_one_fault() -> Result<(), Failure> {
+    let found = checked("smooth", &[], |torque, _| {
+        torque.iter_mut().for_each(|x| *x *= 1e3);
+    })?;
+    let tests: Vec<&str> = found.faults().map(|f| f.test).collect();
+    assert_eq!(tests, ["sign at the start"], "{:?}", faults(&found));
+    Ok(())
+}
+
 /// Links that show noise alone over waves, as an IMU does whose y axis points forward: where the readings contradict each
 /// other, the axes are named.
 #[test]

@@ -387,6 +387,24 @@ fn what_no_rover_can_do_is_said_first() {
     }
 }
 
+/// Encoders in degrees on both sides are the cause, and neither zeros of pins over a way that is none nor the roll on it
+/// is a fault.
+#[test]
+fn encoders_in_degrees_are_the_only_cause() {
+    let folder = folder(BUDGET);
+    let (path, wrong) = (folder.path(), folder.path().join("wrong.csv"));
+    let is_encoder = |name: &str| name.contains("wheel") && name.ends_with("_angle");
+    changed(&fixture("readings.csv"), &wrong, is_encoder, |_, x| {
+        x.to_degrees()
+    });
+    let (is_right, said) = checked(path, &wrong);
+    let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+    let is_cause =
+        |line: &&str| line.contains("acceleration") || line.contains("encoders, torques");
+    assert!(!is_right && faults.iter().all(is_cause), "{said}");
+    assert!(said.contains("in their units"), "{said}");
+}
+
 /// Parts of a correct drive, from its start, and in motion, have no fault.
 #[test]
 fn a_short_log_has_no_fault() {

@@ -232,6 +232,13 @@ impl Readings<'_> {
         self.take([ground::distance(self)]);
         self.take([level(self)]);
         self.take([in_step::of_wheels(&self.recording)]);
+        if self.findings.iter().any(start::is_of_unit) {
+            // In another unit zero, noise and work of a torque are others, too.
+            self.findings
+                .retain(|f| !rest::is_of_torque(f) && f.test != level::TEST);
+            self.take([left_out(UNITS)]);
+            return;
+        }
         if torques::are_left_out(&self.findings) {
             self.take([torques::left_out()]);
             return;
@@ -271,6 +278,9 @@ impl Readings<'_> {
 
 /// What other tests need of a robot file that has a fault.
 const ROBOT_FILE: &str = "they need a robot file that is right";
+
+/// The same of units.
+pub(crate) const UNITS: &str = "they need angles and torques in their units";
 
 /// What is said of the tests that have no meaning until a fault is corrected. `need`: what they need.
 fn left_out(need: &str) -> Finding {

@@ -297,6 +297,13 @@ fn inclination(finding: Finding, mean: f64, key: &str) -> Finding {
     ))
 }
 
+/// Whether it is a fault of a torque's zero or noise at rest.
+pub fn is_of_torque(finding: &Finding) -> bool {
+    [ZERO, NOISE].contains(&finding.test)
+        && finding.verdict == Verdict::Fault
+        && finding.channel.starts_with("torque")
+}
+
 /// Whether a channel whose name starts so was found suspiciously quiet: it may be in another unit.
 pub fn has_quiet(findings: &[Finding], channel: &str) -> bool {
     let is_quiet = |f: &Finding| {

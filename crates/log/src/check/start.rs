@@ -8,7 +8,7 @@
 use crate::check::newton::{OTHER_SIZE, Start};
 use crate::check::readings::Readings;
 use crate::check::recording::SMOOTHING;
-use crate::check::report::Finding;
+use crate::check::report::{Finding, Verdict};
 use crate::check::rest::rest;
 use crate::check::rewire::{Change, Channel};
 use robhaz_score::signals::{fit, smooth};
@@ -69,6 +69,14 @@ pub fn expected(log: &Readings<'_>) -> f64 {
     mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0
 }
 
+/// The channel of torques or encoders that are in another unit.
+const OF_UNIT: &str = "encoders, torques";
+
+/// Whether a start shows another unit of torques or encoders: nothing that follows from both is right.
+pub fn is_of_unit(finding: &Finding) -> bool {
+    finding.verdict == Verdict::Fault && finding.test == TEST && finding.channel.ends_with(OF_UNIT)
+}
+
 /// Units of encoders and torques, if those of a start do not fit.
 pub fn unit(log: &Readings<'_>) -> Option<Finding> {
     let [a, b, c] = coefficients(log);
@@ -76,8 +84,8 @@ pub fn unit(log: &Readings<'_>) -> Option<Finding> {
     let is_other = share > 0.0 && !(1.0 / OTHER_UNIT..OTHER_UNIT).contains(&share);
     let figure =
         format!("the torques of the start are {share:.3} of what the robot's inertias ask for");
-    let remedy = "the encoders or the torques have another unit (degrees 57.3; mN m 1000), or are those of the motor's side: angles over the gear ratio, torques times it; or the masses are wrong";
-    let finding = Finding::ok(TEST, "encoders, torques", figure).with("share", share, "");
+    let remedy = "the encoders or the torques have another unit (degrees 57.3; mN m, or mA for A, 1000), or are those of the motor's side: angles over the gear ratio, torques times it; or the masses are wrong";
+    let finding = Finding::ok(TEST, OF_UNIT, figure).with("share", share, "");
     is_other.then(|| finding.fault(remedy))
 }
 

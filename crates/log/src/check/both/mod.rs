@@ -22,7 +22,7 @@ pub use contradiction::{Consistency, contradiction};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, ROBOT_FILE, SIDES, check_side, check_start, delay, drive, ground, in_step,
+    Level, ROBOT_FILE, SIDES, UNITS, check_side, check_start, delay, drive, ground, in_step,
     is_of_robot_file, left_out, level, limits, links, on_links, speeds, stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
@@ -96,9 +96,13 @@ pub fn check_both(
     let sides = sides.map(|(side, name)| of_side(frames, stated, side, name));
     findings.extend(sides.collect::<Vec<_>>().into_iter().flatten());
     findings.extend(moving);
-    // A robot that is another one for a side is so for both together.
+    // A way, or a robot, that is another one for a side is so for both together.
+    let is_unit =
+        |f: &Finding| start::is_of_unit(f) || is_fault(f) && f.test == links::ACCELERATION;
     if is_of_robot_file(&findings) {
         findings.push(left_out(ROBOT_FILE));
+    } else if findings.iter().any(is_unit) {
+        findings.push(left_out(UNITS));
     } else {
         let is_compared = known.is_some_and(|known| known.contradiction.is_none());
         across_sides(frames, stated, is_compared, &mut findings);
