@@ -154,7 +154,10 @@ fn across_sides(
     findings.extend(zeros);
     findings.push(roll::roll(frames, stated, pace));
     findings.push(roll::zero(frames, stated));
-    let flags = [is_upset, zeroed];
+    // The same ground under all wheels of a side is that of the body's own pitch.
+    let is_passed = |f: &&Finding| f.test == ground::SCALE && f.verdict == Verdict::Ok;
+    let pitched = findings.iter().filter(is_passed).count() == 2;
+    let flags = [is_upset, zeroed, pitched];
     let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, flags, is_compared);
     findings.extend(of_wirings);
     // With what was found corrected: exchanged wheels turn the yaw, too.

@@ -145,6 +145,11 @@ pub fn is_of_joints(wiring: &[Change]) -> bool {
     wiring.iter().any(is_of_joints)
 }
 
+/// Whether it is of the axes of the body's sensor.
+pub fn is_of_axes(wiring: &[Change]) -> bool {
+    wiring.iter().any(|c| matches!(c, Axes | Turned(_)))
+}
+
 /// What to do, in words.
 pub fn words(wiring: &[Change], coupling: Coupling) -> String {
     let words: Vec<String> = wiring.iter().map(|change| change.words(coupling)).collect();

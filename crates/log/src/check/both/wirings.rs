@@ -2,7 +2,7 @@
 
 use super::frames::wheel_turns;
 use super::steering;
-use super::wiring::{Change, fits, is_of_joints, wired, wirings, words};
+use super::wiring::{Change, fits, is_of_axes, is_of_joints, wired, wirings, words};
 use crate::check::recording::{driving_spin, part_of_drive};
 use crate::check::report::Finding;
 use crate::check::stated::StatedBoth;
@@ -272,19 +272,20 @@ fn least<'a>(all: impl IntoIterator<Item = &'a Judged>) -> f64 {
     sums.fold(f64::INFINITY, f64::min)
 }
 
-/// The wirings that fit better than that of the log, `own`, and as well as the best of them. `follows`, `zeroed`: see
+/// The wirings that fit better than that of the log, `own`, and as well as the best of them. `follows`, `zeroed`, `pitched`: see
 /// [`findings`].
 fn better<'a>(
     others: &'a [Judged],
     own: &Judgement,
     follows: [Option<bool>; 3],
-    zeroed: bool,
+    [zeroed, pitched]: [bool; 2],
 ) -> Vec<&'a Judged> {
     let is_better = |(wiring, found): &&Judged| {
         let joints = zeroed && is_of_joints(wiring);
         found.is_better(own, joints)
     };
     let mut better: Vec<&Judged> = others.iter().filter(is_better).collect();
+    better.retain(|(wiring, _)| !(pitched && is_of_axes(wiring)));
     let best = least(better.iter().copied());
     better.retain(|(_, found)| found.sum <= AS_WELL * best);
     // What the torques answer excludes some.
@@ -302,7 +303,8 @@ fn better<'a>(
 
 /// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with
 /// it. `follows`: see [`super::torques::follows`]; `is_upset`: another test has found a fault, with which no
-/// exchange is to be seen; `zeroed`: none has found a joint's zero that is off. `is_compared`: the evidence of the
+/// exchange is to be seen; `zeroed`: none has found a joint's zero that is off; `pitched`: the ground shows that the
+/// inclination of the body is none across. `is_compared`: the evidence of the
 /// innovations for another case is known to be none; then only those of the joints are tried, whose misfit may show
 /// them, and only for a fault.
 pub fn findings(
@@ -310,7 +312,7 @@ pub fn findings(
     stated: &StatedBoth<'_>,
     pace: f64,
     follows: [Option<bool>; 3],
-    [is_upset, zeroed]: [bool; 2],
+    [is_upset, zeroed, pitched]: [bool; 3],
     is_compared: bool,
 ) -> ([Finding; 2], Vec<WholeFrame>) {
     let turned = driving_spin(&stated.rover.side).max(0.1);
@@ -341,7 +343,7 @@ pub fn findings(
     let finding = Finding::ok(TEST, "all", figure)
         .with("as wired", own.sum, "-")
         .with("at best", best, "-");
-    let better = better(&others, own, follows, zeroed);
+    let better = better(&others, own, follows, [zeroed, pitched]);
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
     let finding = if is_dragged {
@@ -405,5 +407,22 @@ mod tests {
             })
         });
         assert!(!once.is_better(&steady, true) && always.is_better(&steady, true));
+    }
+
+    /// Axes of the body's sensor that would fit better are none where all wheels of a side pass the same ground by its
+    /// inclination; another case that fits as well is one.
+    #[test]
+    fn the_ground_excludes_other_axes() {
+        let own = judged(1.0, |k| [4.0 + 0.01 * f64::from(k), 1.5]);
+        let case = |change: Change| {
+            let fits = judged(0.5, |k| [2.0 + 0.02 * f64::from(k), 0.5]);
+            (vec![change], fits)
+        };
+        let others = [case(Change::Axes), case(Change::Turned(1.0))];
+        let found = |others: &[Judged], pitched: bool| {
+            better(others, &own, [None; 3], [true, pitched]).len()
+        };
+        assert_eq!((found(&others, false), found(&others, true)), (2, 0));
+        assert_eq!(found(&[case(Change::Pins)], true), 1);
     }
 }
