@@ -15,7 +15,6 @@
 use crate::check::readings::Readings;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel, moved};
-use crate::check::way;
 use crate::check::wiring::Wiring;
 use robhaz_estimator::PAIRINGS;
 use robhaz_model::Carrier;
@@ -63,7 +62,7 @@ impl Changes {
     fn of(log: &Readings<'_>) -> Option<Self> {
         let (recording, geometry) = (&log.recording, &log.stated.robot.geometry);
         let radius = geometry.wheel_radius;
-        let span = SPAN * way::footprint(geometry);
+        let span = SPAN * geometry.wheelbase();
         let steps = recording.steps(span / (radius * recording.usual_spin()?));
         let change = |x: &[f64]| -> Vec<f64> {
             let pairs = x.iter().zip(x.iter().skip(steps));

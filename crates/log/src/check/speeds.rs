@@ -28,7 +28,7 @@ pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
             recording: Recording::new(&Clock::of(frames), stated.robot)?,
             frames: Cow::Borrowed(frames),
             findings: Vec::new(),
-            has_other_side: true,
+            is_of_both: true,
         };
         passing(&Course::new(&log, &log.recording.inclination), &OWN)
     };

@@ -98,7 +98,7 @@ pub fn check_both(
     findings.extend(moving);
     // A way, or a robot, that is another one for a side is so for both together.
     let is_unit =
-        |f: &Finding| start::is_of_unit(f) || is_fault(f) && f.test == links::ACCELERATION;
+        |f: &Finding| start::is_of_unit(f) || f.is_fault() && f.test == links::ACCELERATION;
     if is_of_robot_file(&findings) {
         findings.push(left_out(ROBOT_FILE));
     } else if findings.iter().any(is_unit) {
