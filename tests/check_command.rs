@@ -145,9 +145,9 @@ fn units_that_fit_each_other_are_found() {
         .matches("suspiciously quiet: check the unit (a torque of the motor's side (gear_ratio)")
         .count();
     assert_eq!(quiet, 3, "{said}");
-    // Such torques show no wiring.
+    // Such torques show no wiring: nothing else is said of them.
     assert!(
-        said.contains("-> correct the unit of the torques") && !said.contains("exchange"),
+        said.contains("they need angles and torques in their units") && !said.contains("exchange"),
         "{said}"
     );
 }
