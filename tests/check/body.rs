@@ -393,8 +393,7 @@ fn another_gravity_is_named() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Columns of speeds that are described as angles are named with their unit; angles are none, nor where a robot hardly
-/// moves.
+/// Columns of speeds that are described as angles are named with their unit; angles are none.
 #[test]
 fn speeds_are_no_angles() -> Result<(), Failure> {
     const TEST: &str = "angle or speed";

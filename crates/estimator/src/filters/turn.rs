@@ -2,8 +2,8 @@
 
 use crate::deviation::WITHIN;
 
-/// Mean squares over some seconds of what the speeds of wheels differ by: steered wheels and those of another track run
-/// on other radii.
+/// Means over some seconds of what the speeds of wheels differ by: steered wheels and those of another track run on other
+/// radii.
 ///
 /// What creep under the torques' difference and an error of the radius explain is no turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,10 +47,15 @@ impl TurnFilter {
         apart > WITHIN * WITHIN * explained
     }
 
-    /// Sums of squares over the wheels, m^2/s^2: of the slips, and of what explains them without a turn.
+    /// Sums of squares over the wheels, m^2/s^2: of the slips less creep, and of the errors of both. Creep is known to a
+    /// factor of two: its error is as large.
     fn squares(&self, error: f64) -> [f64; 2] {
-        let sum = |values: &[f64; 3]| values.iter().map(|value| value * value).sum::<f64>();
-        [sum(&self.slip), sum(&self.creep) + 3.0 * error * error]
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            let both = self.slip.iter().zip(self.creep);
+            both.map(|(slip, creep)| of(*slip, creep).powi(2)).sum()
+        };
+        let explained = sum(&|_, creep| creep) + 3.0 * error * error;
+        [sum(&|slip, creep| slip - creep), explained]
     }
 }
 
@@ -70,7 +75,8 @@ mod tests {
         };
         let steered = [4e-3, -8e-3, 4e-3];
         assert_eq!(of([5e-4, -1e-3, 5e-4], [0.0; 3]), (0.0, false));
-        assert_eq!(of(steered, [-4.1e-3, 8.2e-3, -4.1e-3]), (0.0, false));
+        assert_eq!(of(steered, [4.1e-3, -8.2e-3, 4.1e-3]), (0.0, false));
+        assert!(of(steered, [-2e-3, 4e-3, -2e-3]).1);
         assert!(!of(steered, [2e-3, -4e-3, 2e-3]).1);
         let (sigma, turns) = of(steered, [0.0; 3]);
         let expected = f64::sqrt(0.5 * (96e-6 - 3e-6));

@@ -86,7 +86,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
         && no_link_turns(log)
         && let Some(remedy) = &mut disagreement.remedy
     {
-        *remedy += "\nno link turns beyond its noise, whatever the wheels do";
+        *remedy += "\non ground that is not level links turn, and here none does beyond its noise";
         *remedy += OTHER_AXIS;
     }
     findings.extend([torque_scale(&judged, stated), of_wirings, disagreement]);
@@ -101,8 +101,11 @@ pub fn gears_of_side(
 ) -> Option<Finding> {
     let frames = &*log.frames;
     let stated = &with_angles(log.stated, frames);
+    if certain > 0.0 {
+        return None;
+    }
     let part = wirings::part(frames);
-    let found = gears::finding(part, stated).filter(|_| certain <= 0.0)?;
+    let found = gears::finding(part, stated)?;
     let own = Judgement::of(frames, stated, &Wiring::OF_LOG);
     if own.absurd > OFTEN {
         return None;

@@ -24,7 +24,6 @@ pub fn finding(part: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
     }
     let is_other = |efficiency: &f64| (efficiency - own).abs() > f64::EPSILON;
     let tried = EFFICIENCIES.into_iter().filter(is_other).map(of);
-    let tried = tried.chain([(own, as_stated)]);
     let (best, least) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
     (least < BETTER * as_stated && least < AGREE).then(|| {
         let figure = format!(

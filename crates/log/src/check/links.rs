@@ -128,8 +128,9 @@ pub fn acceleration(log: &Readings<'_>) -> (Finding, f64) {
 pub fn gravity(acceleration: &Finding, log: &Readings<'_>) -> Option<Finding> {
     let scale = acceleration.number("scale")?;
     let is_distance = |f: &Finding| f.verdict == Verdict::Ok && f.number("scale").is_some();
-    (acceleration.verdict == Verdict::Fault && is_distance(&ground::distance(log))).then(|| {
-        let gravity = log.stated.robot.gravity;
+    let gravity = log.stated.robot.gravity;
+    let may_be = acceleration.is_fault() && is_of_a_place(scale * gravity);
+    (may_be && is_distance(&ground::distance(log))).then(|| {
         let figure = format!(
             "{}; but their distance is that of the ground",
             acceleration.figure
@@ -143,6 +144,11 @@ pub fn gravity(acceleration: &Finding, log: &Readings<'_>) -> Option<Finding> {
     })
 }
 
+/// Whether this is the gravity (m/s^2) of a place where rovers drive: the Moon has 1.6, the Earth up to 9.83.
+fn is_of_a_place(gravity: f64) -> bool {
+    (1.0..12.0).contains(&gravity)
+}
+
 /// What to do about encoders whose angles are `scale` times the true ones, and the factor that
 /// corrects them.
 fn encoder_unit(scale: f64, gravity: f64) -> (String, f64) {
@@ -152,10 +158,15 @@ fn encoder_unit(scale: f64, gravity: f64) -> (String, f64) {
             return (remedy, 1.0 / unit);
         }
     }
-    let remedy = format!(
-        "check unit, counts a turn and gear ratio: angles are {scale:.3} times the true ones; or `gravity` of the robot file: {:.2} m/s^2 would fit",
-        scale * gravity
+    let mut remedy = format!(
+        "check unit, counts a turn and gear ratio: angles are {scale:.3} times the true ones"
     );
+    if is_of_a_place(scale * gravity) {
+        let fits = scale * gravity;
+        remedy += &format!("; or `gravity` of the robot file: {fits:.2} m/s^2 would fit");
+    } else if scale > 1.0 {
+        remedy += "; or the inclinometers take out accelerations: budget.inclination_measures = \"gravity\"";
+    }
     (remedy, 1.0 / scale)
 }
 

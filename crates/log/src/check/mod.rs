@@ -88,11 +88,16 @@ use robhaz_score::Agreement;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
-    check_side(frames, stated, false)
+    check_side(frames, stated, false, &[])
 }
 
 /// The same; `is_of_both`: of a log of both sides, whose time stamps have a finding already.
-fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, is_of_both: bool) -> Report {
+fn check_side(
+    frames: &[SensorFrame],
+    stated: &Stated<'_>,
+    is_of_both: bool,
+    excused: &[&'static str],
+) -> Report {
     let mut stated = *stated;
     let budget = &mut stated.settings.budget;
     let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
@@ -110,6 +115,7 @@ fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, is_of_both: bool) -> 
         recording,
         findings,
         is_of_both,
+        excused,
     };
     log.take(of_jumps);
     if let Some(speeds) = speeds::finding(&log.frames, &stated) {
@@ -122,8 +128,10 @@ fn check_side(frames: &[SensorFrame], stated: &Stated<'_>, is_of_both: bool) -> 
     log.take(wheels::findings(&log));
     log.take(links::units(&log));
     let (acceleration, forward) = links::acceleration(&log);
-    if let Some(gravity) = links::gravity(&acceleration, &log) {
-        log.take([gravity, left_out(ROBOT_FILE)]);
+    if let Some(gravity) = links::gravity(&acceleration, &log)
+        && log.stops(std::slice::from_ref(&gravity), is_of_robot_file)
+    {
+        log.take([gravity, left_out(RIGHT_FILE)]);
         return log.report();
     }
     log.take([acceleration]);
@@ -145,6 +153,7 @@ fn check_start(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
         recording,
         findings: Vec::new(),
         is_of_both: true,
+        excused: &[],
     };
     if turn(&log.recording) > LARGEST_TURN {
         return Vec::new();
@@ -209,10 +218,10 @@ impl Readings<'_> {
             self.take(start::findings(self, forward));
         }
         let (ground, on_ground) = ground::findings(self, forward > 0.0);
-        let is_of_file = is_of_robot_file(&ground);
+        let is_of_file = self.stops(&ground, is_of_robot_file);
         self.take(ground);
         if is_of_file {
-            self.take([left_out(ROBOT_FILE)]);
+            self.take([left_out(RIGHT_FILE)]);
             return;
         }
         let links = links::findings(self, on_ground);
@@ -232,7 +241,7 @@ impl Readings<'_> {
         self.take([ground::distance(self)]);
         self.take([level(self)]);
         self.take([in_step::of_wheels(&self.recording)]);
-        if self.findings.iter().any(start::is_of_unit) {
+        if self.stops(&self.findings, start::is_of_unit) {
             // In another unit zero, noise and work of a torque are others, too.
             self.findings
                 .retain(|f| !rest::is_of_torque(f) && f.test != level::TEST);
@@ -254,10 +263,10 @@ impl Readings<'_> {
         }
         if order.is_none_or(|order| order == PAIRINGS[0]) {
             let on_links = [on_links::finding(self)];
-            let is_of_file = is_of_robot_file(&on_links);
+            let is_of_file = self.stops(&on_links, is_of_robot_file);
             self.take(on_links);
             if is_of_file {
-                self.take([left_out(ROBOT_FILE)]);
+                self.take([left_out(RIGHT_FILE)]);
                 return;
             }
         }
@@ -277,7 +286,7 @@ impl Readings<'_> {
 }
 
 /// What other tests need of a robot file that has a fault.
-const ROBOT_FILE: &str = "they need a robot file that is right";
+const RIGHT_FILE: &str = "they need a robot file that is right";
 
 /// The same of units.
 pub(crate) const UNITS: &str = "they need angles and torques in their units";
@@ -288,11 +297,8 @@ fn left_out(need: &str) -> Finding {
     finding.cannot_tell("correct the fault, and check again")
 }
 
-fn is_of_robot_file(findings: &[Finding]) -> bool {
-    let is_of_file = |f: &Finding| f.channel.ends_with(on_links::ROBOT_FILE);
-    findings
-        .iter()
-        .any(|f| f.verdict == Verdict::Fault && is_of_file(f))
+fn is_of_robot_file(finding: &Finding) -> bool {
+    finding.is_fault() && finding.channel.ends_with(on_links::ROBOT_FILE)
 }
 
 const SIDES: &str = "sides";

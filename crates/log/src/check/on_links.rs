@@ -188,7 +188,7 @@ pub fn finding(log: &Readings<'_>) -> Finding {
     let most = most.fold(f64::NEG_INFINITY, f64::max);
     let figure = format!(
         "turns and slip of the wheels explain {:.0} % of what the links ask of them",
-        100.0 * own.explained()
+        100.0 * own.explained().max(0.0)
     );
     let finding =
         |figure: String| Finding::ok(TEST, CHANNEL, figure).with("explained", own.explained(), "-");

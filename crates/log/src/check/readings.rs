@@ -15,12 +15,21 @@ pub struct Readings<'a> {
     pub findings: Vec<Finding>,
     /// Whether it is a side of a log of both.
     pub is_of_both: bool,
+    /// Tests that do not hold in this drive: their faults stop no other test.
+    pub excused: &'a [&'static str],
 }
 
 impl Readings<'_> {
     /// Whether the robot has another side, which may push this one.
     pub fn has_other_side(&self) -> bool {
         self.is_of_both || self.stated.settings.sides == Sides::OneOfTwo
+    }
+
+    /// Whether one of the findings is a fault of this kind, of a test that holds in this drive: all that need what is
+    /// wrong are left out.
+    pub fn stops(&self, findings: &[Finding], is_of_kind: impl Fn(&Finding) -> bool) -> bool {
+        let holds = |f: &&Finding| f.is_fault() && !self.excused.contains(&f.test);
+        findings.iter().filter(holds).any(is_of_kind)
     }
 
     /// Takes what a test found. Later tests see the readings with its changes.

@@ -60,7 +60,8 @@ pub fn part_of_drive<T, const N: usize>(
         let mut turns = turns.filter_map(|(a, b)| Some((a? - b?).abs()));
         turns.any(|turn| turn > least)
     };
-    let from = frames.iter().find(moves).map_or(0.0, |f| of(f).0 - 1.0);
+    let first = frames.first().map_or(0.0, |f| of(f).0);
+    let from = (frames.iter().find(moves)).map_or(first, |f| of(f).0 - 1.0);
     let begin = frames.partition_point(|f| of(f).0 < from);
     let end = frames.partition_point(|f| of(f).0 < from + length);
     &frames[begin..end.max(begin)]

@@ -29,9 +29,13 @@ pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
             frames: Cow::Borrowed(frames),
             findings: Vec::new(),
             is_of_both: true,
+            excused: &[],
         };
         passing(&Course::new(&log, &log.recording.inclination), &OWN)
     };
+    if !comes_back(frames) {
+        return None;
+    }
     let own = explained(frames).map_or(0.0, |own| own.explained);
     if own > EXPLAINED {
         return None;
@@ -53,6 +57,18 @@ pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
     Some(finding.fault(format!(
         "the columns are speeds: state unit = \"{name}\" of wheel1_angle, wheel2_angle and wheel3_angle, and they are integrated"
     )))
+}
+
+/// Whether the columns come back as speeds do: of their changes half or less is left at the end.
+fn comes_back(frames: &[SensorFrame]) -> bool {
+    (0..3).all(|i| {
+        let values = frames.iter().filter_map(|frame| frame.wheel_angle[i]);
+        let steps = values.clone().zip(values.skip(1)).map(|(a, b)| b - a);
+        let [net, gone] = steps.fold([0.0_f64, 0.0], |[net, gone], step| {
+            [net + step, gone + step.abs()]
+        });
+        net.abs() <= 0.5 * gone
+    })
 }
 
 /// Frames whose angles are the integrals of what they were, in this unit.

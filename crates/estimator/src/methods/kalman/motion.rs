@@ -5,7 +5,7 @@ use super::KalmanFilters;
 use crate::common::ROLLING_SPEED;
 use crate::contact::{RollingResiduals, SLIPPING_RATIO, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
-use crate::filters::motion::{CREEP, RollingWheel, SensedAcceleration};
+use crate::filters::motion::{CREEP, LINEAR_RATIO, RollingWheel, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
@@ -205,6 +205,10 @@ impl KalmanFilters {
             let (Some(wheel), Some(found)) = (&wheels[i], residuals[i].and_then(|r| r.slip)) else {
                 return;
             };
+            if wheel.ratio.abs() > LINEAR_RATIO {
+                // It may slide.
+                return;
+            }
             // What the states have made of the torque may already explain a turn.
             let speed = self.motion.creep(i).max(libm::exp(CREEP));
             let over_load = speed / wheel.moment_of_load;

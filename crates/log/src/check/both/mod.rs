@@ -22,7 +22,7 @@ pub use contradiction::{Consistency, contradiction};
 use crate::check::report::{Finding, Verdict};
 use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, ROBOT_FILE, SIDES, UNITS, check_side, check_start, delay, drive, ground, in_step,
+    Level, RIGHT_FILE, SIDES, UNITS, check_side, check_start, delay, drive, ground, in_step,
     is_of_robot_file, left_out, level, limits, links, on_links, speeds, stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
@@ -85,7 +85,10 @@ pub fn check_both(
         .into_iter()
         .partition(Finding::is_fault);
     unusable.extend(stuck);
-    unusable.extend(with_side(frames, stated, 0, speeds::finding));
+    for (side, name) in ["left", "right"].into_iter().enumerate() {
+        let speeds = with_side(frames, stated, side, speeds::finding);
+        unusable.extend(speeds.map(|found| of_named_side(found, name)));
+    }
     if !unusable.is_empty() {
         let remedy = "correct these readings first";
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
@@ -99,8 +102,8 @@ pub fn check_both(
     // A way, or a robot, that is another one for a side is so for both together.
     let is_unit =
         |f: &Finding| start::is_of_unit(f) || f.is_fault() && f.test == links::ACCELERATION;
-    if is_of_robot_file(&findings) {
-        findings.push(left_out(ROBOT_FILE));
+    if findings.iter().any(is_of_robot_file) {
+        findings.push(left_out(RIGHT_FILE));
     } else if findings.iter().any(is_unit) {
         findings.push(left_out(UNITS));
     } else {
@@ -221,17 +224,26 @@ fn of_side(
     side: usize,
     name: &str,
 ) -> Vec<Finding> {
-    let mut findings = with_side(frames, stated, side, |frames, stated| {
-        check_side(frames, stated, true).findings
-    });
     let turned = frames::body_turn(frames);
+    let starts_turning = frames::body_turn(frames::start(frames)) > STARTS_STRAIGHT;
+    let mut excused = Vec::new();
+    if starts_turning {
+        excused.extend([start::TEST, start::SIZE]);
+    }
+    if turned > STRAIGHT {
+        excused.extend(STRAIGHT_ON);
+    }
+    let mut findings = with_side(frames, stated, side, |frames, stated| {
+        check_side(frames, stated, true, &excused).findings
+    });
     let is_late = |f: &Finding| f.test == delay::TEST && f.channel == drive::LATE;
     // The body's inclination follows both sides, and a delay of one side's ground is none of it.
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
-    if frames::body_turn(frames::start(frames)) > STARTS_STRAIGHT {
+    findings.retain(|f| !excused.contains(&f.test));
+    if starts_turning {
         // Each side pushes the other one, and has no law of motion of its own.
-        findings.retain(|f| ![start::TEST, start::SIZE].contains(&f.test) && !is_late(f));
+        findings.retain(|f| !is_late(f));
         let finding = Finding::ok(
             start::TEST,
             "torques 1 to 3",
@@ -240,7 +252,7 @@ fn of_side(
         findings.push(finding.cannot_tell("start straight on, after a rest"));
     }
     if turned > STRAIGHT {
-        findings.retain(|f| !STRAIGHT_ON.contains(&f.test) && !is_late(f));
+        findings.retain(|f| !is_late(f));
         let figure = format!("turned by {:.0} deg", turned.to_degrees());
         let remedy = "record a drive straight on, too: in a turn wheels of a side pass other ground at other speeds";
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
@@ -260,12 +272,19 @@ fn of_side(
         {
             *remedy += "\nor the body's IMU is turned by half a turn: state forward = \"-x\" of imu.body; or its orientation is that of the world in its axes: turn the signs of x, y and z of the quaternion";
         }
-        finding.channel = format!("{name}: {}", finding.channel);
-        // The reading's own name in a remedy.
-        if let Some(remedy) = &mut finding.remedy {
-            let own = format!("{name}_pin_angle");
-            *remedy = remedy.replace(&own, "pin_angle").replace("pin_angle", &own);
+    }
+    let named = findings.into_iter().map(|f| of_named_side(f, name));
+    named.collect()
+}
+
+/// The finding with the side in its channel, and with the readings' own names in its remedy.
+fn of_named_side(mut finding: Finding, name: &str) -> Finding {
+    finding.channel = format!("{name}: {}", finding.channel);
+    if let Some(remedy) = &mut finding.remedy {
+        for reading in ["pin_angle", "wheel1_angle", "wheel2_angle", "wheel3_angle"] {
+            let own = format!("{name}_{reading}");
+            *remedy = remedy.replace(&own, reading).replace(reading, &own);
         }
     }
-    findings
+    finding
 }

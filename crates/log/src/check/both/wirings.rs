@@ -111,6 +111,8 @@ impl Judgement {
         let (mut last, mut way): (Option<(f64, f64)>, f64) = (None, 0.0);
         for frame in frames {
             if is_out(&found) {
+                // What has no mean is not the best.
+                found.sum = f64::INFINITY;
                 break;
             }
             let wired = wired(frame, wiring);
