@@ -50,12 +50,12 @@ impl TurnFilter {
     /// Sums of squares over the wheels, m^2/s^2: of the slips less creep, and of the errors of both. Creep is known to a
     /// factor of two: its error is as large.
     fn squares(&self, error: f64) -> [f64; 2] {
-        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
-            let both = self.slip.iter().zip(self.creep);
-            both.map(|(slip, creep)| of(*slip, creep).powi(2)).sum()
-        };
-        let explained = sum(&|_, creep| creep) + 3.0 * error * error;
-        [sum(&|slip, creep| slip - creep), explained]
+        let (mut apart, mut explained) = (0.0, 3.0 * error * error);
+        for (slip, creep) in self.slip.iter().zip(self.creep) {
+            apart += (slip - creep) * (slip - creep);
+            explained += creep * creep;
+        }
+        [apart, explained]
     }
 }
 
