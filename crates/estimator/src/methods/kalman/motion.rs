@@ -147,8 +147,8 @@ impl KalmanFilters {
         let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
         let n = nominal.at_least(n);
         let r = geometry.wheel_radius;
-        // Beside another side, what all wheels of this one slip may be its push.
-        let alone = nominal.other_side.is_none();
+        // What all wheels of one side of two slip may be a push of the other one; both together tell it from that.
+        let alone = nominal.other_side.is_none() || self.across.shares;
         let resisted = if alone {
             wheel.resisted(&self.resistance(nominal), self.load(nominal, i))
         } else {
