@@ -148,8 +148,8 @@ impl KalmanFilters {
         let n = nominal.at_least(n);
         let r = geometry.wheel_radius;
         // What all wheels of one side of two slip may be a push of the other one; both together tell it from that.
-        let alone = nominal.other_side.is_none() || self.across.shares;
-        let resisted = if alone {
+        let is_shown = nominal.other_side.is_none() || self.across.shares;
+        let resisted = if is_shown {
             wheel.resisted(&self.resistance(nominal), self.load(nominal, i))
         } else {
             0.0
