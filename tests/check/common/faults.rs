@@ -42,6 +42,8 @@ pub enum Change {
     Exchange(&'static [[Part; 2]]),
     /// The second one repeats the first.
     Twice([Part; 2]),
+    /// The rates of the values, a second.
+    Speeds(&'static [Part]),
     /// The value at 3 s is kept.
     Stuck(Part),
     /// Late by a time, s, in whole samples.
@@ -82,6 +84,16 @@ impl Change {
                 }
             }
             Self::Twice([from, to]) => frames.iter_mut().for_each(|f| *to(f) = *from(f)),
+            Self::Speeds(parts) => {
+                for part in parts {
+                    let mut last = None;
+                    for frame in frames.iter_mut() {
+                        let (time, now) = (frame.time, *part(frame));
+                        let before = last.replace((time, now)).unwrap_or((time - 1.0, now));
+                        *part(frame) = now.zip(before.1).map(|(x, y)| (x - y) / (time - before.0));
+                    }
+                }
+            }
             Self::Stuck(part) => {
                 let held = *part(&mut frames[from]);
                 frames[from..].iter_mut().for_each(|f| *part(f) = held);
@@ -257,6 +269,8 @@ pub const FAULTS: &[Fault] = &[
     fault("encoders 2 and 3 exchanged", WHEELS, "wheel2_angle and wheel3_angle", EQUAL_REAR, Change::Exchange(&[[E[1], E[2]]])),
     fault("encoder and torque of wheels 1 and 2", WHEELS, "exchange the columns of wheel1_motor_torque and wheel2_motor_torque; exchange the columns of wheel1_angle and wheel2_angle", LEVEL, Change::Exchange(&[[E[0], E[1]], [T[0], T[1]]])),
     fault("encoder and torque of wheels 2 and 3", WHEELS, "exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle", NEVER, Change::Exchange(&[[E[1], E[2]], [T[1], T[2]]])),
+    fault("encoder and torque of wheels 1 and 3", WHEELS, "exchange the columns of wheel1_motor_torque and wheel3_motor_torque; exchange the columns of wheel1_angle and wheel3_angle", LEVEL, Change::Exchange(&[[E[0], E[2]], [T[0], T[2]]])),
+    fault("speeds for angles", ENCODERS, "state unit = \"rad/s\"", LEVEL, Change::Speeds(&E)),
     fault("encoder 1 and torque 1 exchanged", WHEELS, "exchange the columns of encoder 1 and torque 1", NOWHERE, Change::Exchange(&[[E[0], T[0]]])),
     fault("sensors of the links exchanged", INCLINOMETERS, "exchange", LEVEL, Change::Exchange(&[G, I])),
     fault("gyros exchanged", GYROS, "exchange gyro 1 and gyro 2", LEVEL, Change::Exchange(&[G])),
