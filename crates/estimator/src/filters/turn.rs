@@ -18,7 +18,7 @@ pub(crate) struct TurnFilter {
 
 impl TurnFilter {
     /// Longest time over which the means are, s: some obstacles, one turn.
-    /// Chosen; insensitive.
+    /// Chosen.
     const TIME: f64 = 5.0;
 
     /// Takes the `slip` of the wheels and the part of it that the torques' readings explain (m/s), `dt` (s) after the last.

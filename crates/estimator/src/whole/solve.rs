@@ -232,7 +232,7 @@ impl WholeEquilibrium {
         [along, share * along].map(|push| push + least * least)
     }
 
-    /// Mean variance of the axial forces beyond the part that is proportional to N and what the ground's tilt
+    /// Mean variance of the axial forces beyond the part that is proportional to N and what the ground's inclination
     /// adds, N^2.
     pub(crate) fn axial_variance(&self, traction: &[f64; 6], normal: &[f64; 6]) -> f64 {
         let [along, across] = self.pushes(traction, normal);

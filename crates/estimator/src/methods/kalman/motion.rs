@@ -209,7 +209,7 @@ impl KalmanFilters {
                 // It may slide.
                 return;
             }
-            // What the states have made of the torque may already explain a turn.
+            // By the torque as read: what the states have made of it may already explain a turn.
             let speed = self.motion.creep(i).max(libm::exp(CREEP));
             let over_load = speed / wheel.moment_of_load;
             slip[i] = found.beyond_creep + found.creep;

@@ -281,7 +281,7 @@ fn of_side(
 fn of_named_side(mut finding: Finding, name: &str) -> Finding {
     finding.channel = format!("{name}: {}", finding.channel);
     if let Some(remedy) = &mut finding.remedy {
-        for reading in ["pin_angle", "wheel1_angle", "wheel2_angle", "wheel3_angle"] {
+        for reading in ["pin_angle", "wheel1_", "wheel2_", "wheel3_"] {
             let own = format!("{name}_{reading}");
             *remedy = remedy.replace(&own, reading).replace(reading, &own);
         }
