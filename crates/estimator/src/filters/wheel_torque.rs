@@ -167,6 +167,17 @@ impl TorqueObserver {
     pub fn ground_torque(&self) -> (f64, f64) {
         self.filter.estimated(TORQUE)
     }
+
+    /// Correlation time of the error of that torque, s.
+    ///
+    /// A settled filter of a torque of white second derivative has two poles at the frequency
+    /// `w = (q/r)^(1/4)`, damped by 1/sqrt(2); q and r are the densities of that and of the reading's noise.
+    /// The variance of the torque is `sqrt(2) r w`, that of its rate `sqrt(2) q/w`, and at low frequencies
+    /// the density of the torque's error is 2 r: `2 time variance`.
+    pub fn error_time(&self) -> f64 {
+        let p = &self.filter.p;
+        robhaz_model::sqrt(0.5 * p[TORQUE][TORQUE] / p[RATE][RATE])
+    }
 }
 
 /// `F P F'`, symmetric to the bit, for the transition matrix F of a step, of second order in it:

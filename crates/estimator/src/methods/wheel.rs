@@ -193,10 +193,11 @@ impl Wheel {
         let [_, by_sum] = resistance.under(load);
         let left = share * resistance.left_under(load);
         let rests = (1.0 - share * share) * resistance.held * resistance.held;
-        let sigma = robhaz_model::sqrt(observed * observed + left * left + rests);
         Traction {
             value: (torque - error) * inverse,
-            sigma: sigma * inverse,
+            observed: observed * inverse,
+            lasts: self.observer.error_time(),
+            resisted: robhaz_model::sqrt(left * left + rests) * inverse,
             by_offset: -inverse,
             by_resistance: -share * by_sum * inverse,
             by_gain: -self.steady_torque(nominal.settings.viscous_damping) * inverse,

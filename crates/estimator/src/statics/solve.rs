@@ -15,8 +15,11 @@ use robhaz_model::{Geometry, PointMasses, Vec2};
 pub(crate) struct Traction {
     /// Corrected by the estimated errors, N.
     pub value: f64,
-    /// Standard deviation of the observer's part, N.
-    pub sigma: f64,
+    /// Standard deviation of the observer's part, N, and the time for which it errs so, s.
+    pub observed: f64,
+    pub lasts: f64,
+    /// Standard deviation of the resistance that is in no state, N.
+    pub resisted: f64,
     /// Derivative by the torque offset, 1/m.
     pub by_offset: f64,
     /// Derivative by the wheels' resistance at the mean load, 1/m.
@@ -26,6 +29,11 @@ pub(crate) struct Traction {
 }
 
 impl Traction {
+    /// Variance by what is no input, N^2.
+    pub fn noise(&self) -> f64 {
+        self.observed * self.observed + self.resisted * self.resisted
+    }
+
     /// The derivatives of the traction of wheel `i`, each with its input.
     pub fn gradient(&self, i: usize) -> [(usize, f64); 3] {
         [
@@ -91,8 +99,8 @@ impl RightSide {
     pub fn noise_along(&self, equilibrium: &Equilibrium, w: &Vector4<f64>) -> f64 {
         let mut variance = w.dot(&(self.loads * w));
         for (column, traction) in equilibrium.h_t.iter().zip(&self.tractions) {
-            let along = column.dot(w) * traction.sigma;
-            variance += along * along;
+            let along = column.dot(w);
+            variance += along * along * traction.noise();
         }
         variance
     }
@@ -240,7 +248,7 @@ pub(crate) fn causes(
             covariance[DIRECT + i][a] = covariance[a][DIRECT + i];
         }
         for (j, tj) in tractions.iter().enumerate().take(i + 1) {
-            let mut sum = if i == j { ti.sigma * ti.sigma } else { 0.0 };
+            let mut sum = if i == j { ti.noise() } else { 0.0 };
             for (k, derivative) in tj.gradient(j) {
                 sum += derivative * with(k);
             }
@@ -287,7 +295,9 @@ mod tests {
             .prop_map(
                 |(value, sigma, [by_offset, by_resistance, by_gain])| Traction {
                     value,
-                    sigma,
+                    observed: sigma,
+                    lasts: 0.0,
+                    resisted: 0.0,
                     by_offset,
                     by_resistance,
                     by_gain,
@@ -337,7 +347,7 @@ mod tests {
                 g[(i, state::RESISTANCE.of(0))] = t.by_resistance;
                 g[(i, state::TORQUE_GAIN.of(i))] = t.by_gain;
             }
-            let d = Matrix3::from_diagonal(&Vector3::from(tractions.map(|t| t.sigma * t.sigma)));
+            let d = Matrix3::from_diagonal(&Vector3::from(tractions.map(|t| t.noise())));
             let r = a * p * a.transpose() + h_t * d * h_t.transpose() + right.loads;
             let t_y = g * p * a.transpose() - d * h_t.transpose();
             let t_t = g * p * g.transpose() + d;
@@ -371,7 +381,7 @@ mod tests {
         fn without_parity_the_covariance_is_mapped(y in vector(), sigma in 0.1_f64..3.0) {
             let equations = equations(&Robot::default_a(), [0.1, -0.1], &[0.1, 0.0, 0.2]);
             let inverse = &equations.inverse;
-            let none = Traction { value: 0.0, sigma: 0.0, by_offset: 0.0, by_resistance: 0.0, by_gain: 0.0 };
+            let none = Traction { value: 0.0, observed: 0.0, lasts: 0.0, resisted: 0.0, by_offset: 0.0, by_resistance: 0.0, by_gain: 0.0 };
             let right = RightSide {
                 value: y,
                 sensitivity: [Vector4::zeros(); INPUTS],

@@ -42,6 +42,6 @@ pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use rolling::RollingWheel;
 pub(crate) use tuning::{
-    ACCELERATION, CREEP, CREEP_SIGMA, LINEAR_RATIO, PENETRATION_SPEED, REFERENCE_SPEED, SLOPE,
-    SLOPE_LENGTH, TURN_TIME,
+    ACCELERATION, CREEP, CREEP_SIGMA, LINEAR_RATIO, PENETRATION_SPEED, REFERENCE_SPEED, SLIP,
+    SLOPE, SLOPE_LENGTH, TURN_TIME,
 };

@@ -26,7 +26,9 @@ pub(crate) struct ParityResidual {
     pub gradient: [f64; state::INPUTS],
     /// Variance at this sample from everything but the inputs, N^2.
     pub variance: f64,
-    /// Part of it by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
+    /// Part of the residual by the torques' observers, N.
+    pub observed: [GaussMarkov; 3],
+    /// Part of the variance by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
     pub of_push: f64,
 }
 
@@ -46,13 +48,19 @@ impl MotionFilter {
         dt: f64,
         correct: bool,
     ) -> (Innovation, bool) {
-        let passing = robhaz_model::sqrt(parity.variance - parity.of_push);
+        let [o1, o2, o3] = parity.observed;
+        let of_observers = o1.sigma * o1.sigma + o2.sigma * o2.sigma + o3.sigma * o3.sigma;
+        let others = parity.variance - parity.of_push - of_observers;
+        let others = robhaz_model::sqrt(others.max(0.0));
         let mut measurement = Measurement {
             row: core::array::from_fn::<_, { state::INPUTS }, _>(|k| (k, parity.gradient[k])),
             innovation: -parity.value,
             white: 0.0,
             correlated: [
-                GaussMarkov::new(passing, FILTER_TIME),
+                o1,
+                o2,
+                o3,
+                GaussMarkov::new(others, FILTER_TIME),
                 GaussMarkov::new(robhaz_model::sqrt(parity.of_push), PushFilter::LASTS),
             ],
             inflation: 0.0,

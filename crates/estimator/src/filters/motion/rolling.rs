@@ -42,6 +42,8 @@ pub(crate) struct RollingWheel {
     pub turns: bool,
     /// T/N, limited to -1 to 1.
     pub ratio: f64,
+    /// Time for which the product of the errors of creep and T/N counts, s.
+    pub product_time: f64,
     /// Standard deviation of N over N, -.
     pub load_sigma: f64,
     /// Share of what resists the spin at the mean load that the slip shows, signed as the spin, -.

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
 //! | states | velocity of Q, creep, rolling radius, torque offset, resistance |
-//! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N, what the torque's observer leaves, gyroscope's bias |
+//! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N and of both, what the torque's observer leaves, gyroscope's bias |
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
 
@@ -29,7 +29,7 @@ fn variance_factor(ratio: f64) -> f64 {
 
 impl MotionFilter {
     /// The measurement of one wheel, whose rim has the speed `rim`, m/s.
-    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<6, 5> {
+    fn slip(&self, sample: &Sample<'_>, rim: f64) -> Measurement<6, 6> {
         let (i, wheel, velocity) = (sample.i, sample.wheel, sample.velocity);
         let (creep, slip) = (self.creep(i), self.creep(i) * wheel.ratio);
         // Derivative of the slip with respect to a torque error, which changes T/N.
@@ -47,7 +47,9 @@ impl MotionFilter {
         let pulls = wheel.ratio.abs() > tuning::PULLING * ratio_sigma;
         let shows_creep = pulls && wheel.ratio.abs() < tuning::LINEAR_RATIO;
         let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP.of(i)][CREEP.of(i)]);
-        let mut of_creep = root_sum_square(creep_sigma * ratio_sigma, slip * wheel.load_sigma);
+        // It goes with the error of T/N, which the slip itself teaches.
+        let of_product = GaussMarkov::new(creep_sigma * ratio_sigma, wheel.product_time);
+        let mut of_creep = slip * wheel.load_sigma;
         if !shows_creep {
             of_creep = root_sum_square(of_creep, creep_sigma * wheel.ratio);
         }
@@ -67,6 +69,7 @@ impl MotionFilter {
             correlated: [
                 GaussMarkov::new(tuning::SLIP.sigma * nonlinear, tuning::SLIP.time),
                 GaussMarkov::new(of_creep, tuning::SLIP.time),
+                of_product,
                 GaussMarkov::new(of_observer, FILTER_TIME),
                 GaussMarkov::new(wheel.bias_sigma, tuning::SLIP.time),
                 GaussMarkov::new(wheel.across_sigma, tuning::TURN_TIME),

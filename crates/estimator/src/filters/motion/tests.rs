@@ -5,6 +5,7 @@ use super::filter::MotionFilter;
 use super::parity::ParityResidual;
 use super::rolling::RollingWheel;
 use super::tuning;
+use crate::filters::GaussMarkov;
 use crate::filters::Innovation;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::state::{
@@ -36,6 +37,7 @@ fn wheel(random: &mut Random) -> RollingWheel {
         noise_time: 5e-3,
         torque_sigma: 0.05,
         rim_sigma: 0.0,
+        product_time: 0.03,
     }
 }
 
@@ -52,6 +54,7 @@ fn check(
         gradient: *gradient,
         variance,
         of_push: 0.0,
+        observed: [GaussMarkov::new(0.0, 0.0); 3],
     };
     motion.check_parity(&residual, dt, true)
 }
@@ -134,6 +137,7 @@ fn rolling_determines_the_velocity() {
             noise_time: 5e-3,
             torque_sigma: 0.05,
             rim_sigma: 0.0,
+            product_time: 0.03,
         };
         motion.roll(&budget, &[Some(wheel); 3], DT, true);
     }
@@ -243,6 +247,7 @@ fn parity_corrects_the_states_that_explain_it() {
         gradient: h,
         variance: 1e-4,
         of_push: 0.0,
+        observed: [GaussMarkov::new(0.0, 0.0); 3],
     };
     motion.check_parity(&residual, DT, false);
     assert_eq!(motion.filter, new.filter);
@@ -432,7 +437,8 @@ fn slip_shows_no_torque_without_a_known_load() {
     };
     let (known, unknown) = (found(0.05), found(1.5));
     let prior = budget.torque_offset;
-    assert!(known.0.abs() > 0.1 * prior, "{known:?}");
+    // The velocity, creep and resistance explain the rest of the slip.
+    assert!(known.0.abs() > 0.05 * prior, "{known:?}");
     // The random walk over half a second adds less than 1e-3 of the deviation.
     assert!(unknown.0.abs() < 1e-12, "{unknown:?}");
     assert!((unknown.1 / prior - 1.0).abs() < 1e-3, "{unknown:?}");

@@ -2,10 +2,10 @@
 //! inclinometers, or its standstill.
 
 use super::KalmanFilters;
-use crate::common::ROLLING_SPEED;
+use crate::common::{FILTER_TIME, ROLLING_SPEED};
 use crate::contact::{RollingResiduals, SLIPPING_RATIO, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
-use crate::filters::motion::{CREEP, LINEAR_RATIO, RollingWheel, SensedAcceleration};
+use crate::filters::motion::{CREEP, LINEAR_RATIO, RollingWheel, SLIP, SensedAcceleration};
 use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::Inputs;
 use crate::health::Innovations;
@@ -154,6 +154,11 @@ impl KalmanFilters {
         } else {
             0.0
         };
+        // In the plane nothing else makes a wheel slip, and the slip soon teaches T/N.
+        let product_time = match nominal.other_side {
+            None => FILTER_TIME,
+            Some(_) => SLIP.time,
+        };
         let across = perp(arms.axles[i]);
         let arm = robhaz_model::sqrt(across.norm_squared());
         // An unknown contact angle follows the gyroscope's noise, the error of a given one does not.
@@ -178,6 +183,7 @@ impl KalmanFilters {
             rim_speed: self.rim_speed(i, geometry).filter(|_| read),
             turns: (wheel.settled_speed()).is_none_or(|spin| (r * spin).abs() > ROLLING_SPEED),
             ratio: (t / n).clamp(-1.0, 1.0),
+            product_time,
             load_sigma: self.last_sigma[i] / n,
             moment_of_load: r * n,
             resisted,

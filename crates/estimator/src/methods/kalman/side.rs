@@ -125,7 +125,8 @@ impl KalmanFilters {
             stop_torque: nominal.stop_torque(links.map(|[angle, ..]| angle)) * units.torque(),
             friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,
-            observed: (step.right.tractions.each_ref()).map(|t| t.sigma * force),
+            observed: (step.right.tractions.each_ref())
+                .map(|t| robhaz_model::sqrt(t.noise()) * force),
             by_inputs,
         }
     }

@@ -5,8 +5,8 @@ use super::KalmanFilters;
 use crate::common::DRIVING_SPEED;
 use crate::deviation::root_sum_square;
 use crate::estimate::{EstimateError, Parity};
-use crate::filters::LinkAngleKalman;
 use crate::filters::motion::ParityResidual;
+use crate::filters::{GaussMarkov, LinkAngleKalman};
 use crate::flags::Flags;
 use crate::frame::{Inputs, SHORTEST_STEP};
 use crate::nominal::{Instant, Nominal};
@@ -203,6 +203,11 @@ impl KalmanFilters {
             value: w.dot(&right.value),
             gradient: right.sensitivity.map(|column| w.dot(&column)),
             variance: right.noise_along(&equations.equilibrium, &w),
+            observed: [0, 1, 2].map(|i: usize| {
+                let traction = &right.tractions[i];
+                let along = w.dot(&equations.equilibrium.h_t[i]);
+                GaussMarkov::new(along * traction.observed, traction.lasts)
+            }),
             of_push,
         };
         let before = self.motion.inputs();
