@@ -1,13 +1,11 @@
 //! The channels of a log: what is read from which file, how a reading follows from the cells of a row,
 //! and the rows themselves.
 
-use crate::bag;
-use crate::error::LogError;
-use crate::formula::Formula;
-use crate::mcap_events::{self, Clock, Wanted};
-use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
+use crate::mcap_events::{self, Wanted};
 use crate::truth::TruthColumns;
-use crate::{csv_table, parquet_rows};
+use crate::{
+    AddRow, Clock, ColumnInfo, Formula, LogError, Row, TimeColumn, bag, csv_table, parquet_rows,
+};
 use robhaz_run::ChannelReport;
 use robhaz_scene::{Reading, Values};
 use std::fmt::Display;
@@ -233,24 +231,21 @@ impl Channels {
         let mut cut_off = vec![None; self.all.len()];
         let mut topics = Vec::new();
         for (i, channel) in self.all.iter().enumerate() {
-            if let Rows::Topic(topic, clock) = &channel.rows {
-                topics.push(Wanted::new(i, topic, *clock, &channel.columns));
-            }
-        }
-        for (i, channel) in self.all.iter().enumerate() {
             let Channel { path, columns, .. } = channel;
             match &channel.rows {
                 Rows::Table(format, time) => {
                     cut_off[i] = format.read(path, time, columns, &mut |row| add(i, row))?;
                 }
-                // Topics are of one file or bag, that of the log, and are read together.
-                Rows::Topic(..) if !topics.is_empty() => {
-                    let mut all = std::mem::take(&mut topics);
-                    let why = mcap_events::read(&channel.files(), &mut all, &mut add)?;
-                    all.iter().for_each(|t| cut_off[t.channel].clone_from(&why));
-                }
-                Rows::Topic(..) => {}
+                Rows::Topic(topic, clock) => topics.push(Wanted::new(i, topic, *clock, columns)),
             }
+        }
+        // Topics are of one file or bag, that of the log, and are read together.
+        if let Some(first) = topics.first() {
+            let files = self.all[first.channel].files();
+            let why = mcap_events::read(&files, &mut topics, &mut add)?;
+            topics
+                .iter()
+                .for_each(|t| cut_off[t.channel].clone_from(&why));
         }
         Ok(cut_off)
     }

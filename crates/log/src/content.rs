@@ -1,10 +1,6 @@
 //! Whether a log has what its estimators need, and what is left out where it does not.
 
-use crate::channel::{Channel, Channels, Rows};
-use crate::error::LogError;
-use crate::formula::{Source, Upward};
-use crate::frames::Frames;
-use crate::own_names;
+use crate::{Channel, Channels, Frames, LogError, Rows, Source, Upward, own_names};
 use robhaz_scene::{LogChoice, LogSides, Reading};
 use std::path::PathBuf;
 

@@ -2,8 +2,7 @@
 //! once or one after the other, with the last value in each row. An estimator would take a repeated angle for a
 //! wheel that stands, and the next one for a jump; rows between new readings count as without.
 
-use crate::channel::Channel;
-use crate::formula::Source;
+use crate::{Channel, Source};
 use robhaz_scene::Reading;
 use robhaz_score::signals::median;
 use std::collections::BTreeSet;

@@ -5,8 +5,7 @@
 //! an encoder with q = sqrt(6) sigma period. The sum of these errors grows with the square root of time, as the slip of a
 //! wheel does.
 
-use crate::channel::Channel;
-use crate::formula::{Formula, Source};
+use crate::{Channel, Formula, Source};
 use robhaz_scene::Reading;
 use robhaz_score::signals::median;
 use std::f64::consts::TAU;

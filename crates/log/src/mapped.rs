@@ -1,13 +1,12 @@
 //! Channels of a log whose description says which column is which reading.
 
 use crate::bag::{self, is_mcap};
-use crate::channel::{Channel, Rows, stem};
-use crate::error::LogError;
-use crate::formula::{Formula, Source, Upward, across};
-use crate::mcap_events::Clock;
-use crate::rows::{ColumnInfo, TimeColumn};
-use crate::stamp::TimeUnit;
+use crate::channel::stem;
+use crate::formula::across;
 use crate::units::{Kind, Stated, Unit};
+use crate::{
+    Channel, Clock, ColumnInfo, Formula, LogError, Rows, Source, TimeColumn, TimeUnit, Upward,
+};
 use robhaz_scene::{
     ChannelChoice, ImuChoice, InclinationSource, Mapping, Reading, ReadingChoice, World,
 };
@@ -298,15 +297,12 @@ fn check(
         }
     }
     for imu in imus {
-        let stated = Stated {
-            name: match imu.rate_factor < 1.0 {
-                true => "deg/s",
-                false => "rad/s",
-            },
-            kind: Kind::Rate,
-            factor: imu.rate_factor,
-            scale: 1.0,
+        let name = if imu.rate_factor < 1.0 {
+            "deg/s"
+        } else {
+            "rad/s"
         };
+        let stated = Stated::unscaled(name, Kind::Rate, imu.rate_factor);
         let allowed = || format!("the `rate_unit` of imu.{} that the column has", imu.link);
         for column in &imu.angular_velocity {
             check_unit(channel, &found, column, &stated, allowed)?;
@@ -317,12 +313,8 @@ fn check(
         return Ok(());
     }
     let name = choice.map_or("s", |choice| choice.time_unit.0);
-    let stated = Stated {
-        name,
-        kind: Kind::Time,
-        factor: Unit::of(name).map_or(1.0, |unit| unit.factor),
-        scale: 1.0,
-    };
+    let factor = Unit::of(name).map_or(1.0, |unit| unit.factor);
+    let stated = Stated::unscaled(name, Kind::Time, factor);
     let allowed =
         || "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns".to_owned();
     check_unit(channel, &found, &time.name, &stated, allowed)

@@ -1,9 +1,9 @@
 //! Topics of an MCAP file.
 
-use crate::error::{LogError, open_file};
+use crate::error::open_file;
 use crate::messages::{Decoded, MessageKind, Number};
-use crate::rows::{ColumnInfo, Place, Row, finite};
-use crate::stamp::Stamp;
+use crate::rows::finite;
+use crate::{ColumnInfo, LogError, Place, Row, Stamp};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};

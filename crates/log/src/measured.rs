@@ -3,7 +3,7 @@
 //! count half as noisy as they are up to three times; torques that count three times as noisy widen what is
 //! stated by a fifth.
 
-use crate::channel::Channel;
+use crate::Channel;
 use robhaz_scene::Reading;
 use robhaz_score::signals::{deviation, median, white_noise};
 

@@ -1,9 +1,8 @@
 //! Tables that were made of several: rows of drives, and between them rows of inertial sensors, each with the cells
 //! of its own. They are channels with times of their own.
 
-use crate::channel::{Channel, Rows};
-use crate::formula::Formula;
 use crate::survey::{count_gaps, period};
+use crate::{Channel, Formula, Rows};
 use robhaz_run::ChannelReport;
 use robhaz_scene::Reading;
 

@@ -2,7 +2,8 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::stamp::{Stamp, TimeUnit};
+use crate::{Stamp, TimeUnit};
+use nalgebra::UnitQuaternion;
 use robhaz_model::named;
 use robhaz_scene::Reading;
 
@@ -193,13 +194,9 @@ pub fn encode_joints(time: f64, joints: &[Joint]) -> Vec<u8> {
 /// Quaternion x y z w to the world of a body with x forward, y to the left, z up: roll (left side up),
 /// inclination (nose up, which turns about y backwards), yaw (to the left), rad.
 pub fn orientation(roll: f64, inclination: f64, yaw: f64) -> [f64; 4] {
-    let [(sr, cr), (sp, cp), (sy, cy)] = [roll, -inclination, yaw].map(|x| (0.5 * x).sin_cos());
-    [
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    ]
+    UnitQuaternion::from_euler_angles(roll, -inclination, yaw)
+        .coords
+        .into()
 }
 
 /// `Imu` of a frame with x forward, y to the left, z up: roll and inclination (rad) as orientation,

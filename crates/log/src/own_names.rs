@@ -1,13 +1,9 @@
 //! Tables with the column names that a run writes.
 
-use crate::channel::{Channel, Rows, stem};
-use crate::error::LogError;
-use crate::formula::{Formula, Upward};
+use crate::channel::stem;
 use crate::mapped::{self, FORWARD, UP, direction};
-use crate::mcap_events::Clock;
-use crate::rows::{ColumnInfo, TimeColumn};
-use crate::truth;
 use crate::units::{Kind, Unit};
+use crate::{Channel, Clock, ColumnInfo, Formula, LogError, Rows, TimeColumn, Upward, truth};
 use robhaz_model::{Suspension, WholeRover};
 use robhaz_scene::{ChannelChoice, LogChoice, LogSides, Reading};
 use std::path::Path;

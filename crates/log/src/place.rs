@@ -1,10 +1,7 @@
 //! The path of a log: a table, or the folder of a run or of an estimate.
 
-use crate::bag;
-use crate::channel::TableFormat;
-use crate::error::LogError;
-use crate::mcap_events;
 use crate::own_names::METADATA;
+use crate::{LogError, TableFormat, bag, mcap_events};
 use robhaz_scene::{FileError, LogChoice, ModelErrorTooLarge, Scene, from_stem};
 use std::path::{Path, PathBuf};
 

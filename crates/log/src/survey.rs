@@ -1,12 +1,8 @@
 //! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is
 //! written before it succeeds.
 
-use crate::channel::{Channel, Channels, Rows};
-use crate::error::LogError;
-use crate::mcap_events::Clock;
 use crate::order::{Accept, GAP, Order};
-use crate::rows::{Place, Row};
-use crate::stamp::Stamp;
+use crate::{Channel, Channels, Clock, LogError, Place, Row, Rows, Stamp};
 use robhaz_run::ChannelReport;
 use robhaz_score::signals::median;
 

@@ -1,7 +1,7 @@
 //! Units that a table states of a column: in brackets, at the end of the name, in the metadata of a Parquet field.
 //! One that contradicts the description is an error: nothing in the numbers need show it.
 
-use crate::rows::ColumnInfo;
+use crate::ColumnInfo;
 use Kind::{Angle, Counts, Current, Force, Other, Rate, Time, Torque};
 use std::f64::consts::{PI, TAU};
 
@@ -223,6 +223,15 @@ pub struct Stated {
 const AGREES: f64 = 2.0;
 
 impl Stated {
+    /// A unit that no key scales.
+    pub fn unscaled(name: &'static str, kind: Kind, factor: f64) -> Self {
+        Self {
+            name,
+            kind,
+            factor,
+            scale: 1.0,
+        }
+    }
     /// Whether a column with a unit in its name has what is stated.
     pub fn agrees(&self, column: &Unit) -> bool {
         let is_scaled = (self.scale - 1.0).abs() > 1e-9;

@@ -4,7 +4,7 @@
 //! less than the time stamps say, the clock was set. Where they turn by whole periods more, and the stamps go on evenly,
 //! rows are lost, and the stamps were made from their number.
 
-use crate::check::report::Finding;
+use crate::check::Finding;
 use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
 

@@ -1,11 +1,9 @@
 //! Channels that tell nothing: without a value in the whole log, or with the same one throughout a drive. Each has one
 //! finding. No other test uses it, so that no remedy follows from what was not measured.
 
-use crate::check::recorded::{ROUNDING, Recorded};
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel};
-use crate::check::stated::Stated;
+use crate::check::recorded::ROUNDING;
 use crate::check::still::drives;
+use crate::check::{Change, Channel, Finding, Recorded, Stated};
 use robhaz_estimator::SensorFrame;
 use robhaz_score::extremes;
 

@@ -1,6 +1,6 @@
 //! When a delay between channels is a fault.
 
-use crate::check::report::{Finding, Verdict};
+use crate::check::{Finding, Verdict};
 use robhaz_score::signals::{Allowed, Delay};
 
 /// Standard deviations beyond what is allowed.

@@ -10,13 +10,10 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The
 //! pairing of torques and encoders, and the signs, that this explains best are the true ones.
 
-use crate::check::delay;
 use crate::check::newton::Start;
-use crate::check::readings::Readings;
-use crate::check::recording::{Recording, SMOOTHING, slowness};
-use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel, moved, names};
-use crate::check::start;
+use crate::check::recording::{SMOOTHING, slowness};
+use crate::check::rewire::{moved, names};
+use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict, delay, start};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 use robhaz_score::signals::{Allowed, delay, fit, high_pass, products, rms, smooth, subtract};
@@ -102,10 +99,6 @@ struct Differences {
 }
 
 impl Differences {
-    fn new(log: &Readings<'_>, stretched: f64) -> Self {
-        Self::of(log, &log.recording.torque, stretched)
-    }
-
     /// Of torques at the samples of the recording, N m.
     fn of(log: &Readings<'_>, torque: &[Vec<f64>; 3], stretched: f64) -> Self {
         let (recording, budget) = (&log.recording, &log.stated.settings.budget);
@@ -222,9 +215,10 @@ impl Moments {
 /// All findings, and the encoders to which the torques belong, if these show it.
 pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Option<[usize; 3]>) {
     let recording = &log.recording;
-    let usual = Differences::new(log, 1.0);
+    let differences = |stretched| Differences::of(log, &recording.torque, stretched);
+    let usual = differences(1.0);
     let stretched = slowness(recording.usual_spin(), log.stated.robot);
-    let slow = (stretched > 1.0 && !usual.show()).then(|| Differences::new(log, stretched));
+    let slow = (stretched > 1.0 && !usual.show()).then(|| differences(stretched));
     let slow = slow.filter(Differences::show);
     let is_slow = slow.is_some();
     let differences = slow.unwrap_or(usual);

@@ -19,10 +19,7 @@
 use crate::check::changes::DEGREE;
 use crate::check::course::{Course, Heights, Links, OWN, STEP, steps_of};
 use crate::check::on_links::ROBOT_FILE;
-use crate::check::readings::Readings;
-use crate::check::recording::Recording;
-use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel};
+use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict};
 use robhaz_model::Units;
 use robhaz_score::signals::{deviation, median, smooth, subtract};
 

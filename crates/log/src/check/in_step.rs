@@ -1,10 +1,8 @@
 //! Delays of encoders behind each other: wheels that roll start and stop together, whatever drives
 //! them.
 
-use crate::check::delay;
-use crate::check::recording::{Recording, SMOOTHING, steps};
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
+use crate::check::recording::{SMOOTHING, steps};
+use crate::check::{Channel, Finding, Recording, delay};
 use robhaz_score::signals::{Allowed, Delay, median};
 
 /// Longest delay that is looked for, s.

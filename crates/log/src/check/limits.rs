@@ -7,7 +7,7 @@
 //! the equations of the robot miss it. At rest a torque is held, and its extreme is no limit: only while wheels turn it
 //! counts.
 
-use crate::check::report::Finding;
+use crate::check::Finding;
 use robhaz_score::signals::{median, smooth, white_noise};
 
 /// Half of the number of readings less one over which a torque is averaged.

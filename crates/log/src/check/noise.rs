@@ -5,12 +5,8 @@
 //! a reading or two differ by from those before and after.
 
 use crate::check::changes::DEGREE;
-use crate::check::readings::Readings;
-use crate::check::recorded::Recorded;
-use crate::check::recording::Recording;
-use crate::check::report::Finding;
 use crate::check::rest::{OFFSET_GATE, SHORTEST, SHOWN, SMALL_RATE, rest};
-use crate::check::rewire::Channel;
+use crate::check::{Channel, Finding, Readings, Recorded, Recording};
 use robhaz_model::Robot;
 use robhaz_score::signals::{deviation, high_pass, integral, median, rms, subtract, white_noise};
 

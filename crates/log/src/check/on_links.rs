@@ -12,10 +12,10 @@
 //! front and rear wheel cannot be exchanged, encoders and torques together, nor can the middle wheel hang on the other
 //! link. Masses, zeros and constant scales have no part in it.
 
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel, moved};
+use crate::check::recording::add;
+use crate::check::rewire::moved;
 use crate::check::wiring::Wiring;
+use crate::check::{Change, Channel, Finding, Readings};
 use robhaz_estimator::PAIRINGS;
 use robhaz_model::Carrier;
 use robhaz_score::signals::{integral, mean};
@@ -105,9 +105,7 @@ impl Changes {
         for (made, left, worked) in parts {
             all += made * made;
             let products = [left * left, left * worked, worked * worked];
-            sums.iter_mut()
-                .zip(products)
-                .for_each(|(sum, of)| *sum += of);
+            add(&mut sums, products);
         }
         let [squares, both, of_work] = sums;
         // Traction does not pull a wheel back.
@@ -160,28 +158,20 @@ pub fn finding(log: &Readings<'_>) -> Finding {
     };
     let order = PAIRINGS[0];
     let own = changes.left(&Hung { order, carriers });
-    let mut others: Vec<Hung> = PAIRINGS[1..]
-        .iter()
-        .map(|order| Hung {
-            order: *order,
-            carriers,
-        })
-        .collect();
-    // The fewest changes first.
-    others.sort_by_key(|hung| moved(hung.order).count());
     let [front, middle, rear] = carriers;
     let other = match middle {
         Carrier::Link1 => Carrier::Link2,
         Carrier::Link2 => Carrier::Link1,
     };
-    others.insert(
-        0,
-        Hung {
-            order,
-            carriers: [front, other, rear],
-        },
-    );
-    let others: Vec<(Hung, Left)> = others.iter().map(|h| (*h, changes.left(h))).collect();
+    let mut others = vec![(order, [front, other, rear])];
+    others.extend(PAIRINGS[1..].iter().map(|order| (*order, carriers)));
+    // The fewest changes first.
+    others.sort_by_key(|(order, _)| moved(*order).count());
+    let judged = |(order, carriers): (_, _)| {
+        let hung = Hung { order, carriers };
+        (hung, changes.left(&hung))
+    };
+    let others: Vec<(Hung, Left)> = others.into_iter().map(judged).collect();
     // The logarithm of the odds of another one to what is stated.
     let odds = |left: &Left| 0.5 * changes.count * (own.of_wheels / left.of_wheels).ln();
     let most = others.iter().map(|(_, left)| odds(left));

@@ -1,6 +1,6 @@
 //! What the tests found.
 
-use crate::check::rewire::Change;
+use crate::check::Change;
 use serde::Serialize;
 
 /// Result of a test.

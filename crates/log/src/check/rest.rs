@@ -1,11 +1,7 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
 use crate::check::changes::DEGREE;
-use crate::check::recorded::Recorded;
-use crate::check::recording::Recording;
-use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel};
-use crate::check::stated::Stated;
+use crate::check::{Change, Channel, Finding, Recorded, Recording, Stated, Verdict};
 use robhaz_model::Units;
 use robhaz_score::signals::{mean, median, rms};
 use std::f64::consts::{PI, TAU};

@@ -6,11 +6,9 @@
 //! acceleration the other way round, too.
 
 use crate::check::newton::{OTHER_SIZE, Start};
-use crate::check::readings::Readings;
 use crate::check::recording::SMOOTHING;
-use crate::check::report::{Finding, Verdict};
 use crate::check::rest::rest;
-use crate::check::rewire::{Change, Channel};
+use crate::check::{Change, Channel, Finding, Readings, Verdict};
 use robhaz_score::signals::{fit, smooth};
 
 /// Time from the first motion on that counts as the start, and as much rest before it as there is,
@@ -169,21 +167,21 @@ fn common(torques_are_backwards: bool, forward: f64) -> Finding {
             "encoders 1 to 3",
             "the wheels turn against their torques and against the acceleration that the inclinometers show",
             "the signs of all encoders are wrong: forward is positive",
-            &Channel::ALL[..3],
+            0..3,
         ),
         (true, _) => (
             "torques 1 to 3",
             "the wheels turn against their torques and with the acceleration that the inclinometers show",
             "the signs of all torques are wrong: driving forward is positive",
-            &Channel::ALL[3..6],
+            3..6,
         ),
         (false, _) => (
             "gyros 1 and 2, inclinometers 1 and 2",
             "the inclinometers show the acceleration of the wheels the other way round",
             "the signs of all gyros and inclinometers are wrong, nose up is positive; or those of all encoders and torques",
-            &Channel::ALL[6..],
+            6..10,
         ),
     };
     let finding = Finding::ok(TEST, names, figure).fault(remedy);
-    finding.change(channels.iter().map(turned))
+    finding.change(Channel::all()[channels].iter().map(turned))
 }

@@ -4,9 +4,7 @@
 //! Noise carries a signed reading through zero: of the readings near zero, about half have either sign.
 //! A magnitude touches zero and never passes it.
 
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel};
-use crate::check::stated::Stated;
+use crate::check::{Change, Channel, Finding, Stated};
 use crate::measured::Rounding;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};

@@ -5,9 +5,7 @@
 //! where e_i is what radius, counts or gear ratio of the wheel differ by. Parts of the drive with
 //! different torques tell e_i from slip.
 
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel};
+use crate::check::{Change, Channel, Finding, Readings};
 use robhaz_score::signals::{mean, median};
 
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip

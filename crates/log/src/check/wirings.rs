@@ -5,12 +5,10 @@
 //! 72 if the torques show nothing. The one with the least mean NIS fits best.
 
 use crate::check::judgement::{AGREE, BETTER, Judgement, REFUSED};
-use crate::check::readings::Readings;
 use crate::check::recording::part_of_drive;
-use crate::check::report::Finding;
 use crate::check::rest::has_quiet;
-use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
+use crate::check::{Finding, Readings, Stated};
 use robhaz_estimator::{PAIRINGS, SensorFrame};
 
 pub const TEST: &str = "wheels and links";
@@ -92,18 +90,17 @@ fn tried(
     }
 }
 
-/// The finding, and the wiring that the log should have, if another one is certain. `order`, `certain`: see
+/// The finding, and the wiring that the log should have, if another one is certain. `order`: see
 /// [`crate::check::agreement::findings`]; `agrees`: the readings do as wired.
 pub fn finding(
     log: &Readings<'_>,
-    stated: &Stated<'_>,
     part: &[SensorFrame],
     order: Option<[usize; 3]>,
     agrees: bool,
-    certain: f64,
 ) -> (Finding, Option<Wiring>) {
     let is_other = order.is_some_and(|order| order != PAIRINGS[0]);
-    let mut tried = tried(part, stated, order, agrees && !is_other);
+    let certain = log.certain();
+    let mut tried = tried(part, log.stated, order, agrees && !is_other);
     let of_log = tried.of_log();
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
     (tried.0).retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
@@ -116,20 +113,18 @@ pub fn finding(
         true => 1.0 / BETTER,
         false => AS_WELL,
     };
-    let as_well = tried.up_to(margin * least);
-    let as_well: Vec<Wiring> = as_well
-        .filter(|wiring| ![best, Wiring::OF_LOG].contains(wiring))
-        .collect();
+    let mut as_well: Vec<Wiring> = tried.up_to(margin * least).collect();
+    as_well.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
     // Where the readings agree far better than stated, or too few of them show it, another wiring
     // that fits better than that of the log is none to choose, but it fits as well.
     let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
     let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
-    let least_better = if certain <= 0.0 {
+    let share = if certain <= 0.0 {
         BETTER
     } else {
         1.0 / FAR_BETTER
     };
-    let is_certain = certain.is_finite() && better.is_some() && least < least_better * of_log;
+    let is_certain = certain.is_finite() && better.is_some() && least < share * of_log;
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {of_log:.1} as wired, {least:.1} at best",
         tried.0.len()

@@ -8,10 +8,8 @@ mod topics;
 
 pub use readings::Exported;
 
-use crate::channel::Channels;
-use crate::error::LogError;
-use crate::own_names;
-use crate::place::{LogPlace, no_table};
+use crate::place::no_table;
+use crate::{Channels, LogError, LogPlace, own_names};
 use forces::{Forces, forces_in};
 use readings::read;
 use robhaz_run::Stop;

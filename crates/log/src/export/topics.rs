@@ -4,13 +4,10 @@ use super::forces::{Forces, OF_MESSAGE, SLIP, SLOPE};
 use super::odometry::{Odometry, Step};
 use super::readings::{Exported, read};
 use super::sensors::Sensors;
-use crate::channel::Channels;
-use crate::error::LogError;
 use crate::messages::{
     FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_wrench, nanoseconds,
 };
-use crate::own_names;
-use crate::place::LogPlace;
+use crate::{Channels, LogError, LogPlace, own_names};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 use robhaz_run::Stop;

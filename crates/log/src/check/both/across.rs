@@ -4,12 +4,9 @@
 use super::frames::{
     self, LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
 };
-use crate::check::recording::steps;
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
-use crate::check::stated::StatedBoth;
+use crate::check::recording::{add, steps};
 use crate::check::way::{self, Way};
-use crate::check::{dead, rest, still};
+use crate::check::{Channel, Finding, StatedBoth, dead, rest, still};
 use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
@@ -177,8 +174,7 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
     let (mut sums, mut spun) = ([0.0; 3], [0.0; 2]);
     for step in yaw_steps(frames, rover) {
         let [left, right] = step.sides;
-        let products = [left * left, right * right, left * right];
-        sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
+        add(&mut sums, [left * left, right * right, left * right]);
         spun[0] += step.by_wheels * step.by_wheels;
         spun[1] += step.by_wheels * step.rate * step.time.min(LONGEST_GAP);
     }

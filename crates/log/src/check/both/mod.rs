@@ -19,11 +19,10 @@ mod wirings;
 
 pub use contradiction::{Consistency, contradiction};
 
-use crate::check::report::{Finding, Verdict};
-use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, RIGHT_FILE, SIDES, UNITS, check_side, check_start, delay, drive, ground, in_step,
-    is_of_robot_file, left_out, level, limits, links, on_links, speeds, stamps, start, way, wheels,
+    BodyNoise, Finding, Level, RIGHT_FILE, SIDES, Stated, StatedBoth, UNITS, Verdict, check_side,
+    check_start, delay, drive, ground, in_step, is_of_robot_file, left_out, level, limits, links,
+    on_links, speeds, stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
 use rayon::prelude::*;
