@@ -1,7 +1,7 @@
 //! Whether the wheels are steered as the rover turns.
 
 use super::STRAIGHT;
-use super::frames::{self, Correlation, LONGEST_GAP, body_turn, wheel_turns};
+use super::frames::{self, LONGEST_GAP, body_turn, wheel_turns};
 use super::wiring::ENDS;
 use crate::check::Finding;
 use crate::check::recording::driving_speed;
@@ -132,10 +132,16 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
 
 /// Correlation of the yaw rate with that of the wheels, whatever its bias.
 fn follows(parts: &[Part<'_>]) -> f64 {
-    let mut correlation = Correlation::default();
-    let all = parts.iter();
-    all.for_each(|part| correlation.add(part.rate, part.by_wheels));
-    correlation.value()
+    // A count of parts.
+    let count = parts.len() as f64;
+    let mean = |of: &dyn Fn(&Part<'_>) -> f64| parts.iter().map(of).sum::<f64>() / count;
+    let [rate, wheels] = [mean(&|part| part.rate), mean(&|part| part.by_wheels)];
+    let product = |a: &dyn Fn(&Part<'_>) -> f64, b: &dyn Fn(&Part<'_>) -> f64| {
+        mean(&|part| a(part) * b(part))
+    };
+    let rates = |part: &Part<'_>| part.rate - rate;
+    let turns = |part: &Part<'_>| part.by_wheels - wheels;
+    product(&rates, &turns) / (product(&rates, &rates) * product(&turns, &turns)).sqrt()
 }
 
 /// All steered wheels the other way round than the turn asks for: one cause, and not one of each. `follows`: see there.
