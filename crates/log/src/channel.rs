@@ -8,6 +8,7 @@ use crate::{
 };
 use robhaz_run::ChannelReport;
 use robhaz_scene::{Reading, Values};
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::slice::Chunks;
@@ -210,13 +211,10 @@ pub struct Channels {
 impl Channels {
     /// All files, each once.
     pub fn files(&self) -> Vec<PathBuf> {
-        let mut files: Vec<PathBuf> = Vec::new();
-        for file in self.all.iter().flat_map(Channel::files) {
-            if !files.iter().any(|known| known == file) {
-                files.push(file.to_path_buf());
-            }
-        }
-        files
+        let mut seen = BTreeSet::new();
+        let files = self.all.iter().flat_map(Channel::files);
+        let files = files.filter(|file| seen.insert(*file));
+        files.map(Path::to_path_buf).collect()
     }
 
     /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order

@@ -51,12 +51,7 @@ pub fn channels(
         add_imu(&mut channels, imu, both);
     }
     for channel in &mut channels {
-        let choice = choices().find(|choice| choice.name == channel.name);
-        let is_named = |name: &str| name == channel.name || name.is_empty();
-        let readings = mapping.readings.iter().filter(|r| is_named(&r.channel));
-        let imus = mapping.imus.iter().filter(|i| is_named(of_rate(i)));
-        let (readings, imus) = (readings.collect::<Vec<_>>(), imus.collect::<Vec<_>>());
-        check(channel, choice, &readings, &imus)?;
+        check(channel, mapping)?;
     }
     if let Some(base) = &mapping.time_base
         && let Some(i) = channels.iter().position(|c| c.name == *base)
@@ -270,13 +265,10 @@ fn is_speed(reading: &ReadingChoice) -> bool {
 
 /// Checks that the file of a channel has its columns, in the units that the description states, and
 /// finds the columns of its time.
-fn check(
-    channel: &mut Channel,
-    choice: Option<&ChannelChoice>,
-    readings: &[&ReadingChoice],
-    imus: &[&ImuChoice],
-) -> Result<(), LogError> {
+fn check(channel: &mut Channel, mapping: &Mapping) -> Result<(), LogError> {
     let found = channel.found()?;
+    let mut choices = mapping.channels.iter();
+    let choice = choices.find(|choice| choice.name == channel.name);
     if let Rows::Table(_, time) = &mut channel.rows {
         time.resolve(&found, choice.is_some_and(|c| !c.time.is_empty()));
     }
@@ -285,7 +277,8 @@ fn check(
     let Rows::Table(_, time) = &channel.rows else {
         return Ok(());
     };
-    for reading in readings {
+    let is_named = |name: &str| name == channel.name || name.is_empty();
+    for reading in mapping.readings.iter().filter(|r| is_named(&r.channel)) {
         let allowed = || {
             format!(
                 "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
@@ -296,7 +289,7 @@ fn check(
             check_unit(channel, &found, &reading.column, &stated, allowed)?;
         }
     }
-    for imu in imus {
+    for imu in mapping.imus.iter().filter(|i| is_named(of_rate(i))) {
         let name = if imu.rate_factor < 1.0 {
             "deg/s"
         } else {

@@ -78,6 +78,9 @@ impl LogPlace {
         } else if bag::is_mcap(path) {
             place.describe_exported()?;
         }
+        if let Some(name) = &place.choice.name {
+            place.name.clone_from(name);
+        }
         Ok(place)
     }
 
@@ -99,7 +102,6 @@ impl LogPlace {
             }
         }
         self.is_described = description.is_file() || scene.is_file();
-        self.take_name();
         Ok(())
     }
 
@@ -112,15 +114,7 @@ impl LogPlace {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         self.choice = LogChoice::parse(&text, &shown, folder, LogChoice::default())?;
         self.is_described = true;
-        self.take_name();
         Ok(())
-    }
-
-    /// Takes the name that the description states.
-    fn take_name(&mut self) {
-        if let Some(name) = &self.choice.name {
-            self.name.clone_from(name);
-        }
     }
 }
 

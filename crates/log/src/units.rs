@@ -137,25 +137,20 @@ impl Unit {
                 None => humps(part),
             })
             .collect();
-        let last = words.len();
         for (i, word) in words.iter().enumerate() {
-            let ends = i + 1 == last;
-            let rate = words.get(i + 1).and_then(|next| {
-                let second = ["s", "sec", "second"].contains(&next.to_lowercase().as_str());
-                second.then(|| Self::of(&format!("{word}/s"))).flatten()
-            });
-            let rate = rate.or_else(|| {
-                let three = words.get(i..i + 3)?;
-                let per = three[1].eq_ignore_ascii_case("per");
-                per.then(|| Self::of(&format!("{word}/{}", three[2])))
-                    .flatten()
-            });
-            let of_two = words.get(i..i + 2).and_then(|two| match two[0] {
-                "N" | "mN" => Self::of(&two.concat()),
+            let behind = &words[i + 1..];
+            let of_more = match behind {
+                [per, second, ..] if per.eq_ignore_ascii_case("per") => {
+                    Self::of(&format!("{word}/{second}"))
+                }
+                [next, ..] if ["N", "mN"].contains(word) => Self::of(&format!("{word}{next}")),
+                [next, ..] if ["s", "sec", "second"].contains(&&*next.to_lowercase()) => {
+                    Self::of(&format!("{word}/s"))
+                }
                 _ => None,
-            });
-            let own = Self::of(word).filter(|unit| unit.is_word(word, name, taken_for, ends));
-            if let Some(unit) = rate.or(of_two).or(own) {
+            };
+            let is_it = |unit: &Self| unit.is_word(word, name, taken_for, behind.is_empty());
+            if let Some(unit) = of_more.or_else(|| Self::of(word).filter(is_it)) {
                 return Some(unit);
             }
         }

@@ -317,12 +317,12 @@ fn sides(stated: &Stated<'_>) -> Finding {
 
 /// The zero that all inclinometers have in common.
 fn level(log: &Readings<'_>) -> Finding {
-    let stated = log.stated;
-    let channel = match stated.body {
-        Some(_) => Channel::BodyInclination.to_string(),
-        None => ground::CHANNEL.to_owned(),
-    };
-    Level::of_side(&log.frames, stated.robot, &stated.settings).finding(&channel)
+    let channel = log
+        .stated
+        .body
+        .map_or(ground::CHANNEL, |_| "body_inclination");
+    let (robot, settings) = (log.stated.robot, &log.stated.settings);
+    Level::of_side(&log.frames, robot, settings).finding(channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.

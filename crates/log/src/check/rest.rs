@@ -219,14 +219,11 @@ impl Rest<'_> {
         let budget = &self.stated.settings.budget;
         let is_level = self.angles().all(|x| x.mean().abs() < LEVEL);
         let judge = |finding: Finding, mean: f64| {
-            match is_level {
-            true => finding.fault(format!(
-                "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
-            )),
-            false => {
-                finding.cannot_tell("the robot stands on a slope: record a rest on level ground")
+            if !is_level {
+                return finding
+                    .cannot_tell("the robot stands on a slope: record a rest on level ground");
             }
-        }
+            finding.fault(format!("zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"))
         };
         let small = SMALL_TORQUE * Units::of(self.stated.robot).torque();
         let limit = small + OFFSET_GATE * budget.torque_offset + budget.gear_friction;

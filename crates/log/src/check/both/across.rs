@@ -115,7 +115,8 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let drives_ever = drives.contains(&true);
     let finding = |((name, of), noise): (Reading, f64)| {
         let values = values(frames, of);
-        let same = dead::same(name, &values).filter(|_| drives_ever && noise > 0.0);
+        let words = ["what this sensor writes", "wheels turn"];
+        let same = dead::same(name, name, &values, words).filter(|_| drives_ever && noise > 0.0);
         same.unwrap_or_else(|| still::stuck(name, (&times, &values), &drives, Some(noise)))
     };
     let (angles, rates) = (budget.inclination_noise, budget.rate_noise);

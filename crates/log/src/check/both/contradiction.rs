@@ -68,6 +68,16 @@ pub struct Consistency {
     pub unconfirmed: Vec<String>,
 }
 
+impl Consistency {
+    /// Of readings that contradict each other, as these words say.
+    fn none(words: String) -> Self {
+        Self {
+            contradiction: Some(words),
+            ..Self::default()
+        }
+    }
+}
+
 /// What is gained by sums of another wiring in place of its own: misfit, and all else.
 fn gain([own, own_others]: &[f64; 2], [misfit, others]: &[f64; 2]) -> f64 {
     let by_misfit = (own - misfit).min(own.max(FITS) - misfit.max(FITS));
@@ -216,19 +226,15 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
 /// Whether the readings agree, for an estimate.
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Consistency {
     let pace = pace(frames, stated.rover);
-    let found = direct(frames, stated, pace);
-    let compared = match found {
-        None => Compared::new(frames, stated, pace),
-        Some(_) => None,
+    if let Some(words) = direct(frames, stated, pace) {
+        return Consistency::none(words);
+    }
+    let Some(compared) = Compared::new(frames, stated, pace) else {
+        return Consistency::default();
     };
-    let by_all = |compared: &Compared<'_>| compared.roll().or_else(|| compared.wirings());
-    let contradiction = found.or_else(|| compared.as_ref().and_then(by_all));
-    match compared.filter(|_| contradiction.is_none()) {
-        Some(compared) => compared.sizes(),
-        None => Consistency {
-            contradiction,
-            ..Consistency::default()
-        },
+    match compared.roll().or_else(|| compared.wirings()) {
+        Some(words) => Consistency::none(words),
+        None => compared.sizes(),
     }
 }
 
@@ -374,12 +380,10 @@ impl<'a> Compared<'a> {
             let evidence = evidence.unwrap_or(0.0);
             if evidence > least {
                 let chance = others * (-evidence).exp();
-                consistency.contradiction = Some(format!(
+                return Consistency::none(format!(
                     "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
                     other.words(coupling)
                 ));
-                consistency.unconfirmed.clear();
-                return consistency;
             }
             let [square, all] = found.differs(&self.own);
             let variance = self.own.variance / (6 * self.own.normal.len()) as f64;

@@ -205,15 +205,12 @@ fn with_side<T>(
 
 /// What the start of each side shows of its signs, and of the size of the torques.
 fn of_start(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
-    let of = |(side, name): (usize, &str)| {
-        let mut found = with_side(frames, stated, side, check_start);
-        for finding in &mut found {
-            finding.channel = format!("{name}: {}", finding.channel);
-        }
-        found
-    };
     let sides = ["left", "right"].into_iter().enumerate();
-    sides.flat_map(of).collect()
+    let found = sides.flat_map(|(side, name)| {
+        let found = with_side(frames, stated, side, check_start);
+        found.into_iter().map(move |f| of_named_side(f, name))
+    });
+    found.collect()
 }
 
 /// The tests of one side, whose links' readings are made of those of the body and the joints.
@@ -264,10 +261,8 @@ fn of_side(
                 .cannot_tell("measure a way: distance over turns of the wheels");
         }
         if finding.test == start::TEST
-            && let Some(remedy) = finding
-                .remedy
-                .as_mut()
-                .filter(|r| r.contains("body_inclination"))
+            && let Some(remedy) = &mut finding.remedy
+            && remedy.contains("body_inclination")
         {
             *remedy += "\nor the body's IMU is turned by half a turn: state forward = \"-x\" of imu.body; or its orientation is that of the world in its axes: turn the signs of x, y and z of the quaternion";
         }
