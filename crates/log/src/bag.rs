@@ -86,16 +86,13 @@ fn listed(metadata: &str) -> Vec<String> {
         return Vec::new();
     };
     let items: Vec<&str> = match rest.trim_start().strip_prefix('[') {
-        Some(inside) => inside
-            .split(']')
-            .take(1)
-            .flat_map(|items| items.split(','))
-            .collect(),
+        Some(inside) => {
+            let (items, _) = inside.split_once(']').unwrap_or((inside, ""));
+            items.split(',').collect()
+        }
         None => {
-            let lines = rest.lines().skip(1);
-            lines
-                .map_while(|line| line.trim_start().strip_prefix("- "))
-                .collect()
+            let lines = rest.lines().skip(1).map(str::trim_start);
+            lines.map_while(|line| line.strip_prefix("- ")).collect()
         }
     };
     items.into_iter().filter_map(plain).collect()

@@ -240,10 +240,8 @@ fn unit(frames: &[SensorFrame]) -> Option<f64> {
     steps.sort_by(f64::total_cmp);
     let least = *steps.first()?;
     let differences = steps.windows(2).map(|w| w[1] - w[0]);
-    let unit = differences
-        .filter(|by| *by > LEAST_UNIT)
-        .fold(f64::INFINITY, f64::min)
-        .min(least);
+    let differences = differences.filter(|by| *by > LEAST_UNIT);
+    let unit = differences.fold(least, f64::min);
     let whole = |step: &f64| (step / unit - (step / unit).round()).abs() < WHOLE;
     let differ = steps.last().is_some_and(|last| last - least > 0.5 * unit);
     (unit > LEAST_UNIT && differ && steps.iter().all(whole)).then_some(unit)

@@ -177,12 +177,14 @@ pub const FORWARD: [f64; 3] = [1.0, 0.0, 0.0];
 /// See [`FORWARD`].
 pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// Inclination or roll of a body with both sides, by the direction up and the sensor's axes forward
+/// Inclination or roll, of a body with `both` sides or in the plane, by the direction up and the sensor's axes forward
 /// and up.
-pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Formula {
+pub fn direction(name: &str, from: Upward, axes: [[f64; 3]; 2], both: bool) -> Formula {
+    let [forward, up] = axes;
     let source = match name {
+        _ if !both => Source::Inclination(from, axes),
         "body_roll" => Source::Inclination(from, [across(up, forward), up]),
-        _ => Source::Pitch(from, [forward, up]),
+        _ => Source::Pitch(from, axes),
     };
     Formula {
         is_direction: true,
@@ -219,16 +221,7 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
                     ..Formula::of(Source::Rate(cells, axis))
                 }
             }
-            None => {
-                let up = upward(channel, imu);
-                match both {
-                    true => direction(&name, up, axes),
-                    false => Formula {
-                        source: Source::Inclination(up, axes),
-                        ..direction(&name, up, axes)
-                    },
-                }
-            }
+            None => direction(&name, upward(channel, imu), axes, both),
         };
         channel
             .readings

@@ -239,15 +239,14 @@ fn decode<'a>(path: &Path, topic: &Topic, data: &'a [u8]) -> Result<Decoded<'a>,
         );
         return Err(refused(message));
     };
-    let other = || {
-        match data.starts_with(&ZSTD) {
-        true => "each message is compressed by itself (compression_mode MESSAGE), allowed: none, or chunks of the file; convert the bag: `ros2 bag convert -i FOLDER -o mcap.yaml`, \
-             with mcap.yaml the lines `output_bags:`, `- uri: FOLDER_mcap`, `  storage_id: mcap`, `  all_topics: true`"
-            .to_owned(),
-        false => format!("found bytes that are no {} in CDR encoding", kind.name()),
-    }
-    };
-    kind.decode(data).ok_or_else(|| refused(other()))
+    kind.decode(data).ok_or_else(|| {
+        if data.starts_with(&ZSTD) {
+            let message = "each message is compressed by itself (compression_mode MESSAGE), allowed: none, or chunks of the file; convert the bag: `ros2 bag convert -i FOLDER -o mcap.yaml`, \
+             with mcap.yaml the lines `output_bags:`, `- uri: FOLDER_mcap`, `  storage_id: mcap`, `  all_topics: true`";
+            return refused(message.to_owned());
+        }
+        refused(format!("found bytes that are no {} in CDR encoding", kind.name()))
+    })
 }
 
 /// A channel of a topic while it is read.

@@ -83,10 +83,8 @@ fn parts(
     // A slower sensor that is read together with the drives is of their table.
     let count = |k: usize| present[k].iter().filter(|is| **is).count();
     let apart = |a: usize, b: usize| {
-        let both = present[a]
-            .iter()
-            .zip(&present[b])
-            .filter(|(a, b)| **a && **b);
+        let both = present[a].iter().zip(&present[b]);
+        let both = both.filter(|(a, b)| **a && **b);
         2 * both.count() < count(a).min(count(b))
     };
     let mut others = parts.split_off(1);

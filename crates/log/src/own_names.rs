@@ -72,7 +72,7 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
                     .each_ref()
                     .map(|name| table.column(name, "m/s^2", true));
                 let cells = of_force.map(|name| table.channel.cell(&name.unwrap_or_default()));
-                direction(name, Upward::SpecificForce(cells), [FORWARD, UP])
+                direction(name, Upward::SpecificForce(cells), [FORWARD, UP], true)
             }
             None => continue,
         };

@@ -112,31 +112,21 @@ impl Unit {
             Self::of(rest.split_once(*close)?.0)
         });
         let after = |mark: &str| Self::of(name.rsplit_once(mark)?.1);
-        let behind = || {
-            after(" / ")
-                .or_else(|| after(", "))
-                .or_else(|| after(" in "))
-        };
-        in_brackets
-            .or_else(behind)
-            .or_else(|| Self::of_words(name, taken_for))
+        let behind = || [" / ", ", ", " in "].into_iter().find_map(after);
+        let found = in_brackets.or_else(behind);
+        found.or_else(|| Self::of_words(name, taken_for))
     }
 
     /// The unit among the words of a name: `wheel1_angle_deg`, `torque_mNm`, `gyro_dps_y`, `rate_rad_s`, `angleDeg`.
     fn of_words(name: &str, taken_for: Kind) -> Option<Self> {
-        let parts: Vec<&str> = name
-            .split(|c: char| !(c.is_alphanumeric() || "\u{b0}\u{ba}\u{2da}%".contains(c)))
-            .filter(|part| !part.is_empty())
-            .collect();
+        let is_mark = |c: char| !(c.is_alphanumeric() || "\u{b0}\u{ba}\u{2da}%".contains(c));
+        let parts = name.split(is_mark).filter(|part| !part.is_empty());
         // Words of an unseparated name begin with capitals, but `mNm` is one.
-        let words: Vec<&str> = parts
-            .iter()
-            .flat_map(|part| match Self::of(part) {
-                Some(_) => vec![*part],
-                None if *part == "mN" => vec![*part],
-                None => humps(part),
-            })
-            .collect();
+        let words = parts.flat_map(|part| match Self::of(part) {
+            None if part != "mN" => humps(part),
+            _ => vec![part],
+        });
+        let words: Vec<&str> = words.collect();
         for (i, word) in words.iter().enumerate() {
             let behind = &words[i + 1..];
             let of_more = match behind {

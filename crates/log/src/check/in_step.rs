@@ -23,11 +23,8 @@ pub const OF_WHEELS: &str = "after the others";
 fn between(one: &[f64], other: &[f64], dt: f64, allowed: &Allowed) -> Option<Delay> {
     let [longest, memory] = [LONGEST, MEMORY].map(|time| steps(time, dt));
     let starts = starts(other, longest);
-    let one: Vec<f64> = one
-        .iter()
-        .zip(starts)
-        .map(|(x, is)| if is { *x } else { f64::NAN })
-        .collect();
+    let one = one.iter().zip(starts);
+    let one: Vec<f64> = one.map(|(x, is)| if is { *x } else { f64::NAN }).collect();
     let delay = robhaz_score::signals::delay(&one, &[other], longest, memory, dt, *allowed);
     delay.filter(|delay| delay.seconds.abs() <= LONGEST)
 }

@@ -317,12 +317,9 @@ fn sides(stated: &Stated<'_>) -> Finding {
 
 /// The zero that all inclinometers have in common.
 fn level(log: &Readings<'_>) -> Finding {
-    let channel = log
-        .stated
-        .body
-        .map_or(ground::CHANNEL, |_| "body_inclination");
-    let (robot, settings) = (log.stated.robot, &log.stated.settings);
-    Level::of_side(&log.frames, robot, settings).finding(channel)
+    let stated = log.stated;
+    let channel = stated.body.map_or(ground::CHANNEL, |_| "body_inclination");
+    Level::of_side(&log.frames, stated.robot, &stated.settings).finding(channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.

@@ -42,7 +42,7 @@ pub const ROBOT_FILE: &str = "robot file";
 /// What may be: the wheels whose columns each wheel has, and the links that the wheels hang on.
 #[derive(Clone, Copy)]
 struct Hung {
-    order: [usize; 3],
+    wiring: Wiring,
     carriers: [Carrier; 3],
 }
 
@@ -96,8 +96,8 @@ impl Changes {
         let made = differences(&[0, 1, 2].map(of_link));
         let (mut sums, mut all) = ([0.0; 3], 0.0);
         let parts = (0..3).flat_map(|i| {
-            let turned = made[i].iter().zip(&self.turned[hung.order[i]]);
-            let worked = &self.worked[hung.order[i]];
+            let turned = made[i].iter().zip(&self.turned[hung.wiring.encoders[i]]);
+            let worked = &self.worked[hung.wiring.torques[i]];
             turned
                 .zip(worked)
                 .map(|((made, turned), worked)| (*made, made - turned, *worked))
@@ -156,8 +156,16 @@ pub fn finding(log: &Readings<'_>) -> Finding {
     let Some(changes) = Changes::of(log) else {
         return Finding::ok(TEST, CHANNEL, "the robot does not drive").cannot_tell(unknown);
     };
+    let hung = |(order, carriers): ([usize; 3], [Carrier; 3])| Hung {
+        wiring: Wiring {
+            encoders: order,
+            torques: order,
+            links: false,
+        },
+        carriers,
+    };
     let order = PAIRINGS[0];
-    let own = changes.left(&Hung { order, carriers });
+    let own = changes.left(&hung((order, carriers)));
     let [front, middle, rear] = carriers;
     let other = match middle {
         Carrier::Link1 => Carrier::Link2,
@@ -167,11 +175,8 @@ pub fn finding(log: &Readings<'_>) -> Finding {
     others.extend(PAIRINGS[1..].iter().map(|order| (*order, carriers)));
     // The fewest changes first.
     others.sort_by_key(|(order, _)| moved(*order).count());
-    let judged = |(order, carriers): (_, _)| {
-        let hung = Hung { order, carriers };
-        (hung, changes.left(&hung))
-    };
-    let others: Vec<(Hung, Left)> = others.into_iter().map(judged).collect();
+    let judged = |hung: Hung| (hung, changes.left(&hung));
+    let others: Vec<(Hung, Left)> = others.into_iter().map(hung).map(judged).collect();
     // The logarithm of the odds of another one to what is stated.
     let odds = |left: &Left| 0.5 * changes.count * (own.of_wheels / left.of_wheels).ln();
     let most = others.iter().map(|(_, left)| odds(left));
@@ -203,21 +208,13 @@ pub fn finding(log: &Readings<'_>) -> Finding {
 }
 
 impl Hung {
-    fn wiring(self) -> Wiring {
-        Wiring {
-            encoders: self.order,
-            torques: self.order,
-            links: false,
-        }
-    }
-
     fn words(self) -> String {
-        match moved(self.order).count() {
+        match moved(self.wiring.encoders).count() {
             0 => format!(
                 "the middle wheel hangs on link {}: correct `carriers` of the robot file",
                 self.carriers[1].index() + 1
             ),
-            _ => self.wiring().words(),
+            _ => self.wiring.words(),
         }
     }
 
@@ -226,14 +223,14 @@ impl Hung {
             .iter()
             .map(|hung| format!("\nfits as well: {}", hung.words()));
         let remedy = self.words() + &lines.collect::<String>();
-        finding.channel = match moved(self.order).collect::<Vec<_>>()[..] {
+        finding.channel = match moved(self.wiring.encoders).collect::<Vec<_>>()[..] {
             [] => ROBOT_FILE.to_owned(),
             [a, b] => {
                 let of: [fn(usize) -> Channel; 2] = [Channel::Encoder, Channel::Torque];
                 finding = finding.change(of.map(|of| Change::Exchange(of(a), of(b))));
-                self.wiring().channels()
+                self.wiring.channels()
             }
-            _ => self.wiring().channels(),
+            _ => self.wiring.channels(),
         };
         finding.fault(remedy)
     }

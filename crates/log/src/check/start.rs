@@ -90,11 +90,8 @@ pub fn unit(log: &Readings<'_>) -> Option<Finding> {
 /// The size of all torques, of a start that shows it. Beyond that it is their unit.
 pub fn size(start: Option<Start>) -> Option<Finding> {
     if start.is_none() {
-        let finding = Finding::ok(
-            SIZE,
-            "torques 1 to 3",
-            "no start from a rest on level ground",
-        );
+        let figure = "no start from a rest on level ground";
+        let finding = Finding::ok(SIZE, "torques 1 to 3", figure);
         return Some(finding.cannot_tell("stand for a second on level ground, and start there"));
     }
     let is_size = |start: &Start| (1.0 / OTHER_UNIT..OTHER_UNIT).contains(&start.size);

@@ -46,10 +46,8 @@ pub fn range(x: &[f64]) -> f64 {
 
 /// Mean of a signal over the way of these steps, m; a NaN where nothing of it is known.
 pub fn mean_over(steps: &[f64], x: &[f64]) -> f64 {
-    let known = steps
-        .iter()
-        .zip(x)
-        .filter(|(step, x)| (*step * *x).is_finite());
+    let all = steps.iter().zip(x);
+    let known = all.filter(|(step, x)| (*step * *x).is_finite());
     let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (step, x)| {
         (sum + step * x, all + step)
     });
@@ -72,11 +70,8 @@ impl Way {
 
     /// The zero of a joint of these angles, rad.
     pub fn zero(&self, channel: &str, angles: &[f64]) -> Finding {
-        let length = self
-            .steps
-            .iter()
-            .filter(|step| step.is_finite())
-            .sum::<f64>();
+        let known = self.steps.iter().filter(|step| step.is_finite());
+        let length = known.sum::<f64>();
         let allowed = GATE * self.bias + 0.5 * self.footprint * self.slopes / length;
         let mean = mean_over(&self.steps, angles);
         let [shown, at_most] = [mean, allowed].map(f64::to_degrees);

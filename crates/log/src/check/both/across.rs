@@ -81,11 +81,8 @@ fn torque_range(frames: &[WholeFrame], rover: &WholeRover, i: usize) -> Option<F
     let side = &rover.side;
     let weight = 2.0 * side.mass.total() * side.gravity;
     let most = weight * side.geometry.wheel_radius;
-    let all = frames
-        .iter()
-        .filter_map(|f| f.motor_torque[i])
-        .map(f64::abs);
-    let all: Vec<f64> = all.filter(|torque| torque.is_finite()).collect();
+    let mut all = values(frames, |f| Some(f.motor_torque[i]?.abs()));
+    all.retain(|torque| torque.is_finite());
     // Half of the time it is more: no spikes.
     let usual = median(all).filter(|usual| *usual > most)?;
     let name = frames::of_wheel(i, "motor_torque");

@@ -80,10 +80,8 @@ pub fn check_both(
     // Without one, or with one that no rover can have, all others look wrong.
     let mut unusable = across::silences(frames, stated.rover);
     unusable.extend(across::ranges(frames, stated.rover));
-    let (stuck, moving): (Vec<_>, Vec<_>) = across::stuck(frames, stated)
-        .into_iter()
-        .partition(Finding::is_fault);
-    unusable.extend(stuck);
+    let mut moving = across::stuck(frames, stated);
+    unusable.extend(moving.extract_if(.., |finding| finding.is_fault()));
     for (side, name) in ["left", "right"].into_iter().enumerate() {
         let speeds = with_side(frames, stated, side, speeds::finding);
         unusable.extend(speeds.map(|found| of_named_side(found, name)));
@@ -237,18 +235,14 @@ fn of_side(
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
     findings.retain(|f| !excused.contains(&f.test));
+    // Each side pushes the other one, and has no law of motion of its own.
+    findings.retain(|f| excused.is_empty() || !is_late(f));
     if starts_turning {
-        // Each side pushes the other one, and has no law of motion of its own.
-        findings.retain(|f| !is_late(f));
-        let finding = Finding::ok(
-            start::TEST,
-            "torques 1 to 3",
-            "the rover turns as it starts",
-        );
+        let figure = "the rover turns as it starts";
+        let finding = Finding::ok(start::TEST, "torques 1 to 3", figure);
         findings.push(finding.cannot_tell("start straight on, after a rest"));
     }
     if turned > STRAIGHT {
-        findings.retain(|f| !is_late(f));
         let figure = format!("turned by {:.0} deg", turned.to_degrees());
         let remedy = "record a drive straight on, too: in a turn wheels of a side pass other ground at other speeds";
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));

@@ -2,7 +2,7 @@
 
 use super::across::{LEAST_TURN, SMOOTHING};
 use super::frames::{LONGEST_GAP, values, wheel_turns};
-use crate::check::recording::steps;
+use crate::check::recording::{add, steps};
 use crate::check::{Finding, StatedBoth, way};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
@@ -28,11 +28,8 @@ fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
     let of_rate = integral(&column(2), dt);
     let per_turn = geometry.wheel_radius / 6.0 / gravity;
     let yaw = smooth(&column(4));
-    let turning = slope(3)
-        .iter()
-        .zip(yaw)
-        .map(|(turn, yaw)| per_turn * turn * yaw)
-        .collect();
+    let turns = slope(3).into_iter().zip(yaw);
+    let turning = turns.map(|(turn, yaw)| per_turn * turn * yaw).collect();
     let times = |factor: f64, x: Vec<f64>| x.iter().map(|x| factor / gravity * x).collect();
     [
         smooth(&column(1)),
@@ -96,10 +93,8 @@ pub fn roll(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Findin
             if !change.iter().sum::<f64>().is_finite() {
                 continue;
             }
-            for ((x, sum), product) in change.iter().zip(&mut sums).zip(&mut products) {
-                *sum += x;
-                *product += x * by_rate;
-            }
+            add(&mut sums, change);
+            add(&mut products, change.map(|x| x * by_rate));
             count += 1.0;
             (low, high) = (low.min(by_rate), high.max(by_rate));
         }

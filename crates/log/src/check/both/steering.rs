@@ -148,11 +148,8 @@ fn follows(parts: &[Part<'_>]) -> f64 {
 fn opposite(all: &[Finding], follows: f64) -> Finding {
     /// Correlation that shows a sign.
     const CORRELATED: f64 = 0.5;
-    let ratios: Vec<String> = all
-        .iter()
-        .flat_map(|f| &f.numbers)
-        .map(|n| format!("{:.2}", n.value))
-        .collect();
+    let numbers = all.iter().flat_map(|f| &f.numbers);
+    let ratios: Vec<String> = numbers.map(|n| format!("{:.2}", n.value)).collect();
     let figure = format!("{} of what the turn asks for", ratios.join(", "));
     let yaw = "turn the sign of body_yaw_rate, to the left positive (of an IMU: world, up and forward of imu.body)";
     let wheels = format!(
