@@ -161,8 +161,8 @@ pub fn with_header(time: f64, frame: &str) -> CdrWriter {
     let mut writer = CdrWriter::new();
     let seconds = i32::try_from(time / SECOND).unwrap_or(i32::MAX);
     writer.put(seconds.to_le_bytes());
-    let rest = u32::try_from(time % SECOND).unwrap_or(0);
-    writer.put(rest.to_le_bytes());
+    // Below a second.
+    writer.put(((time % SECOND) as u32).to_le_bytes());
     writer.text(frame);
     writer
 }

@@ -337,7 +337,8 @@ fn name_sensors_of_body(finding: &mut Finding) {
     }
 }
 
-/// Mean NIS from which on a contradiction between the readings is one: see [`Recording::certain`].
+/// Mean NIS from which on a contradiction between the readings is one: see
+/// [`robhaz_score::Agreement::contradiction`].
 pub fn certain(frames: &[SensorFrame], robot: &Robot) -> f64 {
     let recording = Recording::new(&Clock::of(frames), robot);
     recording.map_or(0.0, |recording| recording.certain(robot))

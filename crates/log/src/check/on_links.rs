@@ -95,25 +95,18 @@ impl Changes {
         let of_link = |i: usize| self.links[i][hung.carriers[i].index()].clone();
         let made = differences(&[0, 1, 2].map(of_link));
         let (mut sums, mut all) = ([0.0; 3], 0.0);
-        let parts = (0..3).flat_map(|i| {
-            let turned = made[i].iter().zip(&self.turned[hung.wiring.encoders[i]]);
+        for (i, made) in made.iter().enumerate() {
+            let turned = &self.turned[hung.wiring.encoders[i]];
             let worked = &self.worked[hung.wiring.torques[i]];
-            turned
-                .zip(worked)
-                .map(|((made, turned), worked)| (*made, made - turned, *worked))
-        });
-        for (made, left, worked) in parts {
-            all += made * made;
-            let products = [left * left, left * worked, worked * worked];
-            add(&mut sums, products);
+            for ((made, turned), worked) in made.iter().zip(turned).zip(worked) {
+                let left = made - turned;
+                all += made * made;
+                add(&mut sums, [left * left, left * worked, worked * worked]);
+            }
         }
         let [squares, both, of_work] = sums;
-        // Traction does not pull a wheel back.
-        let slip = if of_work > 0.0 {
-            (-both / of_work).max(0.0)
-        } else {
-            0.0
-        };
+        // Traction does not pull a wheel back. Without torques it is not a number, and none.
+        let slip = (-both / of_work).max(0.0);
         Left {
             made: all,
             of_wheels: squares + 2.0 * slip * both + slip * slip * of_work,

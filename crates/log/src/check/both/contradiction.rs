@@ -70,7 +70,7 @@ pub struct Consistency {
 
 impl Consistency {
     /// Of readings that contradict each other, as these words say.
-    fn none(words: String) -> Self {
+    fn contradicting(words: String) -> Self {
         Self {
             contradiction: Some(words),
             ..Self::default()
@@ -227,13 +227,13 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Consistency {
     let pace = pace(frames, stated.rover);
     if let Some(words) = direct(frames, stated, pace) {
-        return Consistency::none(words);
+        return Consistency::contradicting(words);
     }
     let Some(compared) = Compared::new(frames, stated, pace) else {
         return Consistency::default();
     };
     match compared.roll().or_else(|| compared.wirings()) {
-        Some(words) => Consistency::none(words),
+        Some(words) => Consistency::contradicting(words),
         None => compared.sizes(),
     }
 }
@@ -380,7 +380,7 @@ impl<'a> Compared<'a> {
             let evidence = evidence.unwrap_or(0.0);
             if evidence > least {
                 let chance = others * (-evidence).exp();
-                return Consistency::none(format!(
+                return Consistency::contradicting(format!(
                     "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
                     other.words(coupling)
                 ));

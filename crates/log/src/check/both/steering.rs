@@ -79,16 +79,13 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     parts.retain(|part| part.speed.abs() >= least);
     // Of each wheel the sums of the squares of the angle that the turn asks for and of that read, and of their product.
     let mut sums = [[0.0; 3]; 6];
-    for Part {
-        speed, rate, end, ..
-    } in &parts
-    {
+    for part in &parts {
         for (i, [asked, read, product]) in sums.iter_mut().enumerate() {
             let side = if i < 3 { 1.0 } else { -1.0 };
             let ahead = geometry.axles[i % 3].x - geometry.axles[1].x;
-            let along = speed - rate * side * rover.half_tracks[i % 3];
-            let angle = (rate * ahead * along.signum()).atan2(along.abs());
-            let found = end.steering[i].unwrap_or(0.0);
+            let along = part.speed - part.rate * side * rover.half_tracks[i % 3];
+            let angle = (part.rate * ahead * along.signum()).atan2(along.abs());
+            let found = part.end.steering[i].unwrap_or(0.0);
             *asked += angle * angle;
             *read += found * found;
             *product += angle * found;
