@@ -253,13 +253,6 @@ impl Channels {
         self.all.iter().any(|channel| channel.has(reading))
     }
 
-    /// Leaves out the contact angles.
-    pub fn drop_contact_angles(&mut self) {
-        for channel in &mut self.all {
-            channel.readings.retain(|(r, _)| !r.is_contact_angle());
-        }
-    }
-
     /// Whether readings of the body stand in place of those of the links.
     pub fn is_of_body(&self) -> bool {
         let is_of_body = |r: Reading| r.is_of_body() == Some(true) && self.has(r);

@@ -156,9 +156,8 @@ pub fn check_both(
     if options.contact_angles == Some(true) {
         return refused("the estimator of both sides finds contact angles and takes none; allowed: --contact-angles none".to_owned());
     }
-    choice
-        .keep_one_of_both(options.named_estimators)
-        .map_err(|error| LogError::whole(&channels.source, error))
+    let kept = choice.keep_one_of_both(options.named_estimators);
+    kept.map_err(|error| LogError::whole(&channels.source, error))
 }
 
 /// The columns of tables that have the names of readings that a log may lack, and are not mapped.
@@ -209,7 +208,9 @@ pub fn use_contact_angles(
     if options.contact_angles.unwrap_or(absent.is_empty()) {
         return Ok(None);
     }
-    channels.drop_contact_angles();
+    for channel in &mut channels.all {
+        channel.readings.retain(|(r, _)| !r.is_contact_angle());
+    }
     let left_out = choice.without_contact_angles(options.named_estimators);
     let left_out = left_out.map_err(|error| LogError::whole(&channels.source, error))?;
     let names: Vec<&str> = left_out.iter().map(|e| e.name.as_str()).collect();

@@ -223,9 +223,8 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
             }
             None => direction(&name, upward(channel, imu), axes, both),
         };
-        channel
-            .readings
-            .push((reading, Formula { offset, ..formula }));
+        let formula = Formula { offset, ..formula };
+        channel.readings.push((reading, formula));
     }
 }
 

@@ -62,11 +62,6 @@ const IMU: [(&str, &[&str]); 3] = [
 ];
 
 impl MessageKind {
-    /// The kind of a schema.
-    pub fn of_schema(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
-    }
-
     /// Its definition in the language of ROS 2 (`ros2msg`).
     pub const fn definition(self) -> &'static str {
         match self {
@@ -194,9 +189,8 @@ pub fn encode_joints(time: f64, joints: &[Joint]) -> Vec<u8> {
 /// Quaternion x y z w to the world of a body with x forward, y to the left, z up: roll (left side up),
 /// inclination (nose up, which turns about y backwards), yaw (to the left), rad.
 pub fn orientation(roll: f64, inclination: f64, yaw: f64) -> [f64; 4] {
-    UnitQuaternion::from_euler_angles(roll, -inclination, yaw)
-        .coords
-        .into()
+    let rotation = UnitQuaternion::from_euler_angles(roll, -inclination, yaw);
+    rotation.coords.into()
 }
 
 /// `Imu` of a frame with x forward, y to the left, z up: roll and inclination (rad) as orientation,

@@ -68,10 +68,10 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
         let formula = match table.column(name, reading.unit(), may_lack) {
             Some(name) => Formula::of_cell(table.channel.cell(&name)),
             None if is_of_force => {
-                let of_force = force
-                    .each_ref()
-                    .map(|name| table.column(name, "m/s^2", true));
-                let cells = of_force.map(|name| table.channel.cell(&name.unwrap_or_default()));
+                let cells = force.each_ref().map(|name| {
+                    let name = table.column(name, "m/s^2", true).unwrap_or_default();
+                    table.channel.cell(&name)
+                });
                 direction(name, Upward::SpecificForce(cells), [FORWARD, UP], true)
             }
             None => continue,
@@ -110,9 +110,8 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
     } else if let Rows::Table(_, time) = &mut table.channel.rows {
         time.resolve(&table.found, true);
         let is_missing = |name: &&String| !table.found.iter().any(|c| c.name == **name);
-        table
-            .missing
-            .extend(time.columns().filter(is_missing).cloned());
+        let missing = time.columns().filter(is_missing);
+        table.missing.extend(missing.cloned());
     }
     let known = truth::columns(both);
     let is_column = |name: &str| known.iter().any(|column| column == name);

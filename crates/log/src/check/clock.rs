@@ -73,18 +73,13 @@ impl<'a> Clock<'a> {
         let step = step.unwrap_or(0.0).min(LONGEST_STEP);
         let (jumps, periods, tells) = jumps(frames, step);
         let longest = Self::BREAK.max(Self::BREAK_PERIODS * step);
-        let mut parts = Vec::new();
-        let mut start = 0;
-        let mut jump = jumps.iter().peekable();
-        for i in 1..frames.len() {
-            let step = frames[i].time - frames[i - 1].time;
-            let jumps = jump.next_if(|jump| jump.frame <= i).is_some();
-            if jumps || !(step > 0.0 && step <= longest) {
-                parts.push(&frames[start..i]);
-                start = i;
-            }
-        }
-        parts.push(&frames[start..]);
+        let (mut frame, mut jump) = (0, jumps.iter().peekable());
+        let goes_on = |a: &SensorFrame, b: &SensorFrame| {
+            frame += 1;
+            let (step, jumps) = (b.time - a.time, jump.next_if(|jump| jump.frame <= frame));
+            jumps.is_none() && step > 0.0 && step <= longest
+        };
+        let mut parts: Vec<&[SensorFrame]> = frames.chunk_by(goes_on).collect();
         parts.retain(|part| part.len() >= 3);
         // Shorter parts show nothing. So the pauses between them are no longer than what is
         // recorded.

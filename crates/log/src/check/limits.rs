@@ -80,9 +80,8 @@ pub fn finding(
     let mut is_at_any = vec![false; squares.len()];
     for (name, values) in torques {
         let while_turning = values.iter().zip(turning);
-        let values: Vec<f64> = while_turning
-            .map(|(value, turns)| if *turns { *value } else { f64::NAN })
-            .collect();
+        let values = while_turning.map(|(value, turns)| if *turns { *value } else { f64::NAN });
+        let values: Vec<f64> = values.collect();
         if let Some((readings, limit)) = at_limit(&values) {
             names.push(name);
             limits.push(limit);

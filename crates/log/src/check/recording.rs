@@ -134,9 +134,7 @@ impl Recording {
         let count = [0, 1, 2].map(|i| least_change(clock, Channel::Encoder(i)));
         let inclination = [0, 1].map(|k| samples(Channel::Inclinometer(k)));
         let half = steps(0.5 * SMOOTHING, dt);
-        let spin = wheel_angle
-            .each_ref()
-            .map(|angle| derivative(angle, half, dt));
+        let spin = [0, 1, 2].map(|i| derivative(&wheel_angle[i], half, dt));
         let middle = |k: usize| median(spin.iter().map(|s| s[k]).collect()).unwrap_or(f64::NAN);
         let geometry = &robot.geometry;
         let smoothed = inclination.each_ref().map(|x| smooth(x, half));

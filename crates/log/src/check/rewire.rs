@@ -112,11 +112,6 @@ impl Channel {
             other => other,
         }
     }
-
-    /// Whether both measure the same quantity.
-    pub fn is_like(self, other: Self) -> bool {
-        std::mem::discriminant(&self) == std::mem::discriminant(&other)
-    }
 }
 
 impl fmt::Display for Channel {

@@ -41,9 +41,8 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
     let half = recording.steps(0.5 * SMOOTHING);
     let acceleration = recording.derivative(&recording.middle_spin);
     // A log that begins in a drive has no start.
-    let mut speeds = recording.middle_spin[range.clone()]
-        .iter()
-        .map(|spin| spin.abs());
+    let spins = recording.middle_spin[range.clone()].iter();
+    let mut speeds = spins.map(|spin| spin.abs());
     let first = speeds.find(|spin| spin.is_finite()).unwrap_or(0.0);
     let is_start = first < AT_ONCE * speeds.fold(0.0, f64::max);
     let (acceleration, constant) = (&acceleration[range.clone()], vec![1.0; range.len()]);

@@ -9,6 +9,7 @@ use robhaz_score::extremes;
 use robhaz_score::signals::{median, white_noise};
 use std::f64::consts::TAU;
 use std::fmt::Display;
+use std::mem::discriminant;
 
 /// Longest time without any change of a working sensor while the robot drives, s.
 const LONGEST_CONSTANT: f64 = 1.0;
@@ -73,7 +74,7 @@ fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
     for (k, a) in all.iter().copied().enumerate() {
         let is_made =
             |b: Channel| of_body && matches!(b, Channel::Gyro(_) | Channel::Inclinometer(_));
-        let is_other = |b: &Channel| a.is_like(*b) && !is_made(*b);
+        let is_other = |b: &Channel| discriminant(&a) == discriminant(b) && !is_made(*b);
         for b in all.iter().copied().skip(k + 1).filter(is_other) {
             let pair = |f: &SensorFrame| Some((a.value(f)?, b.value(f)?));
             let pairs = || frames.iter().filter_map(pair);

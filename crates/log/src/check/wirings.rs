@@ -34,15 +34,6 @@ pub fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
 struct Tried(Vec<(Wiring, f64)>);
 
 impl Tried {
-    fn new(part: &[SensorFrame], stated: &Stated<'_>, wirings: Vec<Wiring>) -> Self {
-        let judge = |wiring: Wiring| (wiring, Judgement::of(part, stated, &wiring));
-        let judged: Vec<(Wiring, Judgement)> = wirings.into_iter().map(judge).collect();
-        let of_encoders = judged.iter().map(|(_, found)| found.of_encoders);
-        let common = of_encoders.fold(f64::INFINITY, f64::min);
-        let compared = |(wiring, found): &(Wiring, Judgement)| (*wiring, found.nis - common);
-        Self(judged.iter().map(compared).collect())
-    }
-
     fn least(&self) -> f64 {
         let all = self.0.iter().map(|(_, contradiction)| *contradiction);
         all.fold(f64::INFINITY, f64::min)
@@ -77,7 +68,12 @@ fn tried(
         wirings.retain(|wiring| !(stated.body.is_some() && wiring.links));
         // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
         wirings.retain(|wiring| !few || wiring.moved() <= 4 && !wiring.links);
-        Tried::new(part, stated, wirings)
+        let judge = |wiring: &Wiring| Judgement::of(part, stated, wiring);
+        let judged: Vec<Judgement> = wirings.iter().map(judge).collect();
+        let of_encoders = judged.iter().map(|found| found.of_encoders);
+        let common = of_encoders.fold(f64::INFINITY, f64::min);
+        let compared = judged.iter().map(|found| found.nis - common);
+        Tried(wirings.into_iter().zip(compared).collect())
     };
     if !agrees {
         return tried(order, false);

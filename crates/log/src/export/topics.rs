@@ -40,9 +40,8 @@ impl<'a> Topics<'a> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("robhaz ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options
-            .create(BufWriter::new(file))
-            .map_err(Self::failed(path))?;
+        let writer = options.create(BufWriter::new(file));
+        let mut writer = writer.map_err(Self::failed(path))?;
         if let Some(text) = description {
             let metadata = Metadata {
                 name: own_names::METADATA.to_owned(),

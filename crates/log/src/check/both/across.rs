@@ -61,7 +61,10 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
                     rest::upside_down(finding, Channel::BodyInclination)
                 }
                 Some(usual) if usual > LARGEST => {
-                    let key = offset_key(channel);
+                    let key = match channel {
+                        "body_roll" => "roll_offset",
+                        _ => "inclination_offset",
+                    };
                     rest::impossible(
                         finding,
                         &format!("subtract it from {channel}, of an IMU with {key} of imu.body"),
@@ -92,14 +95,6 @@ fn torque_range(frames: &[WholeFrame], rover: &WholeRover, i: usize) -> Option<F
     let remedy = "check its unit: N m at the wheel; of mN m state unit, of a current in A or mA torque_constant (and gear_ratio)";
     let finding = Finding::ok("range of torques", name, figure).with("usual", usual, "N m");
     Some(finding.fault(remedy))
-}
-
-/// The key of an IMU that takes the zero of an angle of the body.
-fn offset_key(channel: &str) -> &'static str {
-    match channel {
-        "body_roll" => "roll_offset",
-        _ => "inclination_offset",
-    }
 }
 
 /// Whether what no side has by itself repeats its value while the wheels turn: the coupling's angle, and all of the body.

@@ -367,10 +367,8 @@ impl<'a> Compared<'a> {
         let coupling = self.stated.rover.coupling;
         let mut consistency = Consistency::default();
         let mut noted = None;
-        let judged: Vec<Option<Judged>> = TRIED
-            .par_iter()
-            .map(|(_, other)| self.judged(*other))
-            .collect();
+        let judged = TRIED.par_iter().map(|(_, other)| self.judged(*other));
+        let judged: Vec<Option<Judged>> = judged.collect();
         for ((what, other), found) in TRIED.into_iter().zip(judged) {
             let Some(found) = found else {
                 continue;

@@ -127,11 +127,9 @@ pub fn without_yaw_bias<'a>(
     // Hours of frames are not copied for nothing.
     if budget.rate_bias > 0.0 {
         let [bias, _] = yaw_bias(&frames, budget);
-        let rates = frames
-            .to_mut()
-            .iter_mut()
-            .filter_map(|f| f.rates[2].as_mut());
-        rates.for_each(|rate| *rate -= bias);
+        for frame in frames.to_mut() {
+            frame.rates[2] = frame.rates[2].map(|rate| rate - bias);
+        }
     }
     frames
 }
