@@ -162,18 +162,14 @@ pub fn check_both(
 
 /// The columns of tables that have the names of readings that a log may lack, and are not mapped.
 pub fn unmapped(channels: &Channels) -> Result<Option<String>, LogError> {
+    let of_both = channels.is_of_both();
+    let is_free = |r: &Reading| r.is_optional() && r.is_of_both() == of_both && !channels.has(*r);
+    let free: Vec<&str> = Reading::all().filter(is_free).map(Reading::name).collect();
     let mut names = Vec::new();
-    for channel in &channels.all {
-        if !matches!(channel.rows, Rows::Table(..)) {
-            continue;
-        }
-        for column in channel.found()? {
-            let mut readings = Reading::all().filter(|r| r.is_optional() && !channels.has(*r));
-            let of_both = channels.is_of_both();
-            if readings.any(|r| r.is_of_both() == of_both && r.name() == column.name) {
-                names.push(column.name);
-            }
-        }
+    let is_table = |channel: &&Channel| matches!(channel.rows, Rows::Table(..));
+    for table in channels.all.iter().filter(is_table) {
+        let columns = table.found()?.into_iter().map(|column| column.name);
+        names.extend(columns.filter(|name| free.contains(&name.as_str())));
     }
     let notice = format!(
         "{} of the table are not mapped, so they do not count",

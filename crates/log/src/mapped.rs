@@ -364,12 +364,9 @@ fn stated(reading: &ReadingChoice) -> Option<Stated> {
         Kind::Counts => (Kind::Angle, TAU / turn),
         kind => (kind, unit.factor),
     };
-    Some(Stated {
-        name: reading.unit,
-        kind,
-        factor,
-        scale: reading.scale,
-    })
+    let mut stated = Stated::unscaled(reading.unit, kind, factor);
+    stated.scale = reading.scale;
+    Some(stated)
 }
 
 /// What can be read in place of missing columns: the speed of a joint without a position.

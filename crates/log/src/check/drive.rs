@@ -275,8 +275,7 @@ fn by_direction(log: &Readings<'_>, as_read: &Differences, stretched: f64) -> Op
             100.0 * other
         );
         Finding::ok(BY_DIRECTION, "torques 1 to 3", figure)
-            .with("explained", own, "-")
-            .with("explained otherwise", other, "-")
+            .explained(own, other)
             .fault("the torques count what drives as positive, forward and back: log them with the direction of the wheel, positive where they drive it forward")
     })
 }
@@ -322,11 +321,8 @@ fn pairing(differences: &Differences) -> (Finding, Wiring) {
             "drive under speed control over an obstacle, so that the wheels' torques differ",
         )
     };
-    let finding = finding
-        .with("difference", size, "N m")
-        .with("explained", own, "-")
-        .with("explained otherwise", most, "-");
-    (finding, best)
+    let finding = finding.with("difference", size, "N m");
+    (finding.explained(own, most), best)
 }
 
 /// One torque of another size than both others: under the same control, `tau_i/s_i - tau_j/s_j = a (phi_i - phi_j) +

@@ -67,6 +67,13 @@ impl Finding {
         self
     }
 
+    /// With the shares that the readings explain as they are, and otherwise wired.
+    #[must_use]
+    pub(crate) fn explained(self, own: f64, otherwise: f64) -> Self {
+        let own = self.with("explained", own, "-");
+        own.with("explained otherwise", otherwise, "-")
+    }
+
     /// The log does not show it. `remedy` says which log would.
     #[must_use]
     pub fn cannot_tell(mut self, remedy: impl Into<String>) -> Self {

@@ -39,10 +39,8 @@ pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
         100.0 * found.explained,
         found.scale
     );
-    let finding = Finding::ok(TEST, "encoders 1 to 3", figure)
-        .with("explained", own, "-")
-        .with("explained otherwise", found.explained, "-");
-    Some(finding.fault(format!(
+    let finding = Finding::ok(TEST, "encoders 1 to 3", figure);
+    Some(finding.explained(own, found.explained).fault(format!(
         "the columns are speeds: state unit = \"{name}\" of wheel1_angle, wheel2_angle and wheel3_angle, and they are integrated"
     )))
 }
