@@ -286,10 +286,7 @@ impl Channels {
         let difference = self.all[channel].offset - self.all[0].offset;
         let time = stamp.since(origin);
         // Adding zero would change the sign of a zero.
-        if difference == 0.0 {
-            time
-        } else {
-            time + difference
-        }
+        let is_same = difference == 0.0;
+        if is_same { time } else { time + difference }
     }
 }

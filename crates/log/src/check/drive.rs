@@ -451,14 +451,11 @@ fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
         delay.length /= 3.0;
     }
     let is_of_counts = found.is_some_and(|d| d.gained > 0.0 && d.gained <= errors);
-    let unknown = [
-        "torques do not follow the encoders",
-        if is_of_counts {
-            "counts of the encoders look like a delay: drive faster, over larger obstacles"
-        } else {
-            "drive under speed control over an obstacle, so that the wheels' torques differ"
-        },
-    ];
+    let unknown = match is_of_counts {
+        true => "counts of the encoders look like a delay: drive faster, over larger obstacles",
+        false => "drive under speed control over an obstacle, so that the wheels' torques differ",
+    };
+    let unknown = ["torques do not follow the encoders", unknown];
     let whose = ["torques", "encoders"];
     let finding = delay::finding(LATE, found, &allowed, unknown, whose, remedy);
     if finding.is_fault() || passed <= 0.5 {

@@ -455,13 +455,10 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     let turning = rms(&recording.while_driving(&recording.rate[k]));
     let costs = found.map_or(0.0, |delay| delay.seconds.abs() * turning);
     let budget = &log.stated.settings.budget;
-    match finding.verdict {
-        Verdict::Fault
-            if turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise =>
-        {
-            finding
-                .cannot_tell("drive faster: at this speed it is less than the inclinometer's noise")
-        }
-        _ => finding,
+    let is_less = turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise;
+    if finding.is_fault() && is_less {
+        let remedy = "drive faster: at this speed it is less than the inclinometer's noise";
+        return finding.cannot_tell(remedy);
     }
+    finding
 }

@@ -122,11 +122,8 @@ struct Left {
 
 impl Left {
     fn explained(&self) -> f64 {
-        if self.made > 0.0 {
-            1.0 - self.of_wheels / self.made
-        } else {
-            0.0
-        }
+        let left = self.of_wheels / self.made;
+        if self.made > 0.0 { 1.0 - left } else { 0.0 }
     }
 }
 

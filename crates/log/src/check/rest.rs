@@ -63,18 +63,16 @@ impl Recorded {
     /// The mean without single wrong readings; of directions that of the direction, which may lie at
     /// 180 deg.
     fn mean(&self) -> f64 {
-        if !self.channel.is_inclination() {
+        let is_small = |v: &f64| v.is_nan() || v.abs() < STEEPEST;
+        // Small angles keep their mean.
+        if !self.channel.is_inclination() || self.values.iter().all(is_small) {
             return without_spikes(&self.values, self.noise);
         }
         let of = |part: fn(f64) -> f64| {
             let parts: Vec<f64> = self.values.iter().map(|v| part(*v)).collect();
             mean(&parts).unwrap_or(0.0)
         };
-        // Small angles keep their mean.
-        match self.values.iter().all(|v| v.is_nan() || v.abs() < STEEPEST) {
-            true => without_spikes(&self.values, self.noise),
-            false => of(f64::sin).atan2(of(f64::cos)),
-        }
+        of(f64::sin).atan2(of(f64::cos))
     }
 
     /// The mean rate of an angle within a time (s), from its first and its last tenth, and the

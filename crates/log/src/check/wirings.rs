@@ -115,10 +115,9 @@ pub fn finding(
     // that fits better than that of the log is none to choose, but it fits as well.
     let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
     let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
-    let share = if certain <= 0.0 {
-        BETTER
-    } else {
-        1.0 / FAR_BETTER
+    let share = match certain {
+        certain if certain <= 0.0 => BETTER,
+        _ => 1.0 / FAR_BETTER,
     };
     let is_certain = certain.is_finite() && better.is_some() && least < share * of_log;
     let figure = format!(
