@@ -4,9 +4,8 @@ use crate::error::open_file;
 use crate::rows::{finite, repeated};
 use crate::{AddRow, ColumnInfo, LogError, Place, Row, Stamp, TimeColumn, TimeUnit, iso8601};
 use arrow_array::cast::AsArray as _;
-use arrow_array::types::{Float64Type, Int64Type};
-use arrow_array::{Array, ArrayRef};
-use arrow_cast::cast;
+use arrow_array::types::{Float32Type, Float64Type};
+use arrow_array::{Array, ArrayRef, Int64Array, downcast_integer};
 use arrow_schema::{DataType, Field, TimeUnit as ArrowTimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -119,15 +118,15 @@ fn stamps(
     before: u64,
 ) -> Result<Vec<Stamp>, LogError> {
     let whole = whole_unit(column.data_type(), time.unit);
-    let cast = |to: &DataType| cast(column, to).map_err(|error| not_parquet(path, error));
     let stamps: Vec<Option<Stamp>> = if let Some(unit) = whole {
-        let numbers = cast(&DataType::Int64)?;
-        let numbers = numbers.as_primitive::<Int64Type>().iter();
-        numbers.map(|v| unit.of_whole(v?)).collect()
-    } else if column.data_type().is_string() {
-        let texts = cast(&DataType::Utf8)?;
-        let texts = texts.as_string::<i32>().iter();
-        texts.map(|text| iso8601::parse(text?)).collect()
+        // A time stamp of Arrow is a whole number.
+        let numbers = column.to_data().into_builder().data_type(DataType::Int64);
+        let numbers = numbers.build().map_err(|error| not_parquet(path, error))?;
+        let numbers = Int64Array::from(numbers);
+        numbers.iter().map(|v| unit.of_whole(v?)).collect()
+    } else if let Some(texts) = texts(column) {
+        let texts = texts.into_iter();
+        texts.map(|text| iso8601::parse(&text?)).collect()
     } else {
         let numbers = numbers(path, &time.name, column)?;
         numbers.into_iter().map(|v| time.unit.of_float(v)).collect()
@@ -156,6 +155,15 @@ fn whole_unit(of: &DataType, of_integers: TimeUnit) -> Option<TimeUnit> {
     }
 }
 
+/// The texts of a column of texts.
+fn texts(column: &ArrayRef) -> Option<Vec<Option<String>>> {
+    let owned = |text: Option<&str>| text.map(str::to_owned);
+    let short = || Some(column.as_string_opt::<i32>()?.iter().map(owned).collect());
+    let long = || Some(column.as_string_opt::<i64>()?.iter().map(owned).collect());
+    let view = || Some(column.as_string_view_opt()?.iter().map(owned).collect());
+    short().or_else(long).or_else(view)
+}
+
 /// The stamps of rows behind the first `before` ones, of whole seconds and nanoseconds.
 fn parts_of_stamps(
     path: &Path,
@@ -177,14 +185,23 @@ fn parts_of_stamps(
 
 /// The values of a column of numbers; not a number where one is missing or not finite.
 fn numbers(path: &Path, name: &str, column: &ArrayRef) -> Result<Vec<f64>, LogError> {
-    let found = column.data_type();
-    if !found.is_integer() && !matches!(found, DataType::Float64 | DataType::Float32) {
-        let message = format!("found the type {found}, allowed: a number");
-        return Err(LogError::place(path, format!("column {name}"), message));
+    macro_rules! values {
+        ($kind:ty) => {{
+            let values = column.as_primitive::<$kind>().iter();
+            Ok(values
+                .map(|v| v.map_or(f64::NAN, |v| finite(v as f64)))
+                .collect())
+        }};
     }
-    let numbers = cast(column, &DataType::Float64).map_err(|error| not_parquet(path, error))?;
-    let numbers = numbers.as_primitive::<Float64Type>().iter();
-    Ok(numbers.map(|v| v.map_or(f64::NAN, finite)).collect())
+    downcast_integer! {
+        column.data_type() => (values),
+        DataType::Float64 => values!(Float64Type),
+        DataType::Float32 => values!(Float32Type),
+        found => {
+            let message = format!("found the type {found}, allowed: a number");
+            Err(LogError::place(path, format!("column {name}"), message))
+        }
+    }
 }
 
 #[cfg(test)]
