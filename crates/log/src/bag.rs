@@ -1,6 +1,6 @@
 //! Folders of bags of ROS 2: which files of them are read, and what to do about files that cannot be read as they are.
 
-use crate::error::LogError;
+use crate::LogError;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -56,10 +56,7 @@ fn splits(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
         }
     }
     // By their numbers: 10 is behind 9.
-    files.sort_by_key(|file| {
-        let (name, number) = numbered(file);
-        (name, number, file.clone())
-    });
+    files.sort_by_key(|file| (numbered(file), file.clone()));
     let is_one = files.windows(2).all(|w| {
         let [a, b] = [&w[0], &w[1]].map(|file| numbered(file));
         a.0 == b.0 && a.1.is_some() && b.1.is_some()
@@ -89,16 +86,13 @@ fn listed(metadata: &str) -> Vec<String> {
         return Vec::new();
     };
     let items: Vec<&str> = match rest.trim_start().strip_prefix('[') {
-        Some(inside) => inside
-            .split(']')
-            .take(1)
-            .flat_map(|items| items.split(','))
-            .collect(),
+        Some(inside) => {
+            let (items, _) = inside.split_once(']').unwrap_or((inside, ""));
+            items.split(',').collect()
+        }
         None => {
-            let lines = rest.lines().skip(1);
-            lines
-                .map_while(|line| line.trim_start().strip_prefix("- "))
-                .collect()
+            let lines = rest.lines().skip(1).map(str::trim_start);
+            lines.map_while(|line| line.strip_prefix("- ")).collect()
         }
     };
     items.into_iter().filter_map(plain).collect()

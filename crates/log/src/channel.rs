@@ -1,15 +1,14 @@
 //! The channels of a log: what is read from which file, how a reading follows from the cells of a row,
 //! and the rows themselves.
 
-use crate::bag;
-use crate::error::LogError;
-use crate::formula::Formula;
-use crate::mcap_events::{self, Clock, Wanted};
-use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
+use crate::mcap_events::{self, Wanted};
 use crate::truth::TruthColumns;
-use crate::{csv_table, parquet_rows};
+use crate::{
+    AddRow, Clock, ColumnInfo, Formula, LogError, Row, TimeColumn, bag, csv_table, parquet_rows,
+};
 use robhaz_run::ChannelReport;
 use robhaz_scene::{Reading, Values};
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::slice::Chunks;
@@ -212,13 +211,10 @@ pub struct Channels {
 impl Channels {
     /// All files, each once.
     pub fn files(&self) -> Vec<PathBuf> {
-        let mut files: Vec<PathBuf> = Vec::new();
-        for file in self.all.iter().flat_map(Channel::files) {
-            if !files.iter().any(|known| known == file) {
-                files.push(file.to_path_buf());
-            }
-        }
-        files
+        let mut seen = BTreeSet::new();
+        let files = self.all.iter().flat_map(Channel::files);
+        let files = files.filter(|file| seen.insert(*file));
+        files.map(Path::to_path_buf).collect()
     }
 
     /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order
@@ -233,24 +229,21 @@ impl Channels {
         let mut cut_off = vec![None; self.all.len()];
         let mut topics = Vec::new();
         for (i, channel) in self.all.iter().enumerate() {
-            if let Rows::Topic(topic, clock) = &channel.rows {
-                topics.push(Wanted::new(i, topic, *clock, &channel.columns));
-            }
-        }
-        for (i, channel) in self.all.iter().enumerate() {
             let Channel { path, columns, .. } = channel;
             match &channel.rows {
                 Rows::Table(format, time) => {
                     cut_off[i] = format.read(path, time, columns, &mut |row| add(i, row))?;
                 }
-                // Topics are of one file or bag, that of the log, and are read together.
-                Rows::Topic(..) if !topics.is_empty() => {
-                    let mut all = std::mem::take(&mut topics);
-                    let why = mcap_events::read(&channel.files(), &mut all, &mut add)?;
-                    all.iter().for_each(|t| cut_off[t.channel].clone_from(&why));
-                }
-                Rows::Topic(..) => {}
+                Rows::Topic(topic, clock) => topics.push(Wanted::new(i, topic, *clock, columns)),
             }
+        }
+        // Topics are of one file or bag, that of the log, and are read together.
+        if let Some(first) = topics.first() {
+            let files = self.all[first.channel].files();
+            let why = mcap_events::read(&files, &mut topics, &mut add)?;
+            topics
+                .iter()
+                .for_each(|t| cut_off[t.channel].clone_from(&why));
         }
         Ok(cut_off)
     }
@@ -258,13 +251,6 @@ impl Channels {
     /// Whether a channel has a reading.
     pub fn has(&self, reading: Reading) -> bool {
         self.all.iter().any(|channel| channel.has(reading))
-    }
-
-    /// Leaves out the contact angles.
-    pub fn drop_contact_angles(&mut self) {
-        for channel in &mut self.all {
-            channel.readings.retain(|(r, _)| !r.is_contact_angle());
-        }
     }
 
     /// Whether readings of the body stand in place of those of the links.

@@ -1,10 +1,6 @@
 //! Whether a log has what its estimators need, and what is left out where it does not.
 
-use crate::channel::{Channel, Channels, Rows};
-use crate::error::LogError;
-use crate::formula::{Source, Upward};
-use crate::frames::Frames;
-use crate::own_names;
+use crate::{Channel, Channels, Frames, LogError, Rows, Source, Upward, own_names};
 use robhaz_scene::{LogChoice, LogSides, Reading};
 use std::path::PathBuf;
 
@@ -160,25 +156,20 @@ pub fn check_both(
     if options.contact_angles == Some(true) {
         return refused("the estimator of both sides finds contact angles and takes none; allowed: --contact-angles none".to_owned());
     }
-    choice
-        .keep_one_of_both(options.named_estimators)
-        .map_err(|error| LogError::whole(&channels.source, error))
+    let kept = choice.keep_one_of_both(options.named_estimators);
+    kept.map_err(|error| LogError::whole(&channels.source, error))
 }
 
 /// The columns of tables that have the names of readings that a log may lack, and are not mapped.
 pub fn unmapped(channels: &Channels) -> Result<Option<String>, LogError> {
+    let of_both = channels.is_of_both();
+    let is_free = |r: &Reading| r.is_optional() && r.is_of_both() == of_both && !channels.has(*r);
+    let free: Vec<&str> = Reading::all().filter(is_free).map(Reading::name).collect();
     let mut names = Vec::new();
-    for channel in &channels.all {
-        if !matches!(channel.rows, Rows::Table(..)) {
-            continue;
-        }
-        for column in channel.found()? {
-            let mut readings = Reading::all().filter(|r| r.is_optional() && !channels.has(*r));
-            let of_both = channels.is_of_both();
-            if readings.any(|r| r.is_of_both() == of_both && r.name() == column.name) {
-                names.push(column.name);
-            }
-        }
+    let is_table = |channel: &&Channel| matches!(channel.rows, Rows::Table(..));
+    for table in channels.all.iter().filter(is_table) {
+        let columns = table.found()?.into_iter().map(|column| column.name);
+        names.extend(columns.filter(|name| free.contains(&name.as_str())));
     }
     let notice = format!(
         "{} of the table are not mapped, so they do not count",
@@ -213,7 +204,9 @@ pub fn use_contact_angles(
     if options.contact_angles.unwrap_or(absent.is_empty()) {
         return Ok(None);
     }
-    channels.drop_contact_angles();
+    for channel in &mut channels.all {
+        channel.readings.retain(|(r, _)| !r.is_contact_angle());
+    }
     let left_out = choice.without_contact_angles(options.named_estimators);
     let left_out = left_out.map_err(|error| LogError::whole(&channels.source, error))?;
     let names: Vec<&str> = left_out.iter().map(|e| e.name.as_str()).collect();

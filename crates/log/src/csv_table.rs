@@ -1,9 +1,8 @@
 //! Logs as text: tables with the names of the columns in the first row.
 
-use crate::error::{LogError, open_file};
-use crate::iso8601;
-use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, finite, repeated};
-use crate::stamp::{Stamp, TimeUnit};
+use crate::error::open_file;
+use crate::rows::{finite, repeated};
+use crate::{AddRow, ColumnInfo, LogError, Place, Row, Stamp, TimeColumn, TimeUnit, iso8601};
 use robhaz_terrain::decimals::{Decimals, Grouping, NO_THOUSANDS};
 use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fs::File;

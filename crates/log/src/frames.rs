@@ -5,11 +5,8 @@
 //! log can look ahead; an estimator on a robot cannot, and needs the age of its readings in
 //! `budget.jitter`.
 
-use crate::channel::{Channel, Channels};
-use crate::formula::Formula;
-use crate::jitter::Jitter;
-use crate::stamp::Stamp;
 use crate::truth::FoundTruth;
+use crate::{Channel, Channels, Formula, Jitter, Stamp};
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::BodyMount;

@@ -2,8 +2,7 @@
 //! once or one after the other, with the last value in each row. An estimator would take a repeated angle for a
 //! wheel that stands, and the next one for a jump; rows between new readings count as without.
 
-use crate::channel::Channel;
-use crate::formula::Source;
+use crate::{Channel, Source};
 use robhaz_scene::Reading;
 use robhaz_score::signals::median;
 use std::collections::BTreeSet;
@@ -26,27 +25,24 @@ pub fn leave_out(channels: &mut [Channel]) -> Vec<String> {
         let is_alone = |r: &Reading| kind_of(*r).is_some_and(|kind| kind != KINDS[0]);
         let alone = readings().filter(is_alone).map(Reading::name);
         let groups = KINDS.into_iter().chain(OF_LINKS).chain(parts);
-        let groups: Vec<(&str, usize)> = groups
-            .map(|group| (group, 2))
-            .chain(alone.map(|name| (name, 1)))
-            .collect();
+        let groups = groups.map(|group| (group, 2));
+        let groups: Vec<_> = groups.chain(alone.map(|name| (name, 1))).collect();
         for (group, least) in groups {
             let cells = cells(channel, group);
-            if cells.len() < least {
+            let is_done = cells.iter().any(|cell| done.contains(cell));
+            if is_done || cells.len() < least {
                 continue;
             }
-            let rows = repeated(channel, &cells);
-            let is_done = cells.iter().any(|cell| done.contains(cell));
-            let Some((every, rows)) = rows.filter(|_| !is_done) else {
+            let Some((every, rows)) = repeated(channel, &cells) else {
                 continue;
             };
-            done.extend(cells.iter().copied());
             let rate = 1.0 / (every as f64 * channel.report.period);
             for row in rows {
                 for cell in &cells {
                     channel.cells[row * channel.columns.len() + cell] = f64::NAN;
                 }
             }
+            done.extend(cells);
             notices.push(format!(
                 "the readings of {group} are new in every {every}th row only, at {rate:.0} Hz: the rows between repeat them and count as without"
             ));
@@ -103,9 +99,6 @@ fn cells(channel: &Channel, group: &str) -> Vec<usize> {
 /// `None` unless new ones come regularly and all together. One cell alone must be new in every n-th row to the
 /// row: of values that change by chance at most a quarter come so.
 fn repeated(channel: &Channel, cells: &[usize]) -> Option<(usize, Vec<usize>)> {
-    if cells.is_empty() {
-        return None;
-    }
     let early = usize::from(cells.len() > 1);
     let rows: Vec<&[f64]> = channel.rows().collect();
     let changed = |row: usize| {

@@ -5,8 +5,7 @@
 //! an encoder with q = sqrt(6) sigma period. The sum of these errors grows with the square root of time, as the slip of a
 //! wheel does.
 
-use crate::channel::Channel;
-use crate::formula::{Formula, Source};
+use crate::{Channel, Formula, Source};
 use robhaz_scene::Reading;
 use robhaz_score::signals::median;
 use std::f64::consts::TAU;
@@ -57,18 +56,16 @@ fn integrate<'a>(speeds: impl Iterator<Item = (f64, &'a mut f64)>) {
 /// Counts in a turn of an encoder whose steps err as much as those of the integral of a speed (rad/s, by rows), whose
 /// noise the rows show; infinite of a speed without noise.
 fn counts(speeds: &[f64], period: f64) -> f64 {
-    let second: Vec<f64> = speeds
-        .windows(3)
-        .map(|w| w[0] - 2.0 * w[1] + w[2])
-        .filter(|d| d.is_finite())
-        .collect();
+    let second = speeds.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]);
+    let second: Vec<f64> = second.filter(|d| d.is_finite()).collect();
     let by_median = median(second.iter().map(|d| d.abs()).collect()).unwrap_or(0.0) / OF_MEDIAN;
     let mean_square = second.iter().map(|d| d * d).sum::<f64>() / second.len().max(1) as f64;
     // Coarse speeds repeat themselves most of the time.
-    let difference = if by_median > 0.0 {
-        by_median
-    } else {
+    let is_coarse = by_median <= 0.0;
+    let difference = if is_coarse {
         mean_square.sqrt()
+    } else {
+        by_median
     };
     let count = 6.0_f64.sqrt() * difference / OF_NOISE * period;
     TAU / count

@@ -1,6 +1,6 @@
 //! Time stamps as text: ISO 8601 and RFC 3339.
 
-use crate::stamp::Stamp;
+use crate::Stamp;
 use chrono::DateTime;
 
 const SECOND: i64 = 1_000_000_000;

@@ -95,9 +95,8 @@ impl Jitter {
         let of_motion = median(further.map(|(mean, _)| mean.abs()).collect());
         let is_distinct = variance > DISTINCT * of_motion.unwrap_or(0.0);
         let variance = if is_distinct { variance } else { 0.0 };
-        let uneven = errors.iter().filter_map(|steps| Uneven::of(steps));
-        let uneven = uneven.map(|uneven| uneven.variance(unit)).collect();
-        let variance = variance.max(median(uneven).unwrap_or(0.0));
+        let uneven = errors.iter().filter_map(|steps| uneven(steps, unit));
+        let variance = variance.max(median(uneven.collect()).unwrap_or(0.0));
         let sigma = variance.max(0.0).sqrt();
         Self {
             // Below half a count's error it counts for nothing.
@@ -114,11 +113,8 @@ impl Jitter {
 
     /// The one that counts, s: the stated one unless this is clearly more.
     pub fn counted(&self, stated: f64) -> f64 {
-        if self.exceeds(stated) {
-            self.sigma
-        } else {
-            stated
-        }
+        let exceeds = self.exceeds(stated);
+        if exceeds { self.sigma } else { stated }
     }
 }
 
@@ -191,11 +187,8 @@ fn covariance(a: &[Option<Step>], b: &[Option<Step>], lag: usize) -> Option<(f64
         for (one, other) in one.iter().zip(other) {
             // Each step of the one wheel has one of the other behind it.
             if let Some(other) = other.filter(|_| errors.len() > used) {
-                let behind = errors
-                    .len()
-                    .checked_sub(lag)
-                    .map(|k| -errors[k] * other.error);
-                products.extend(behind);
+                let before = errors.len().checked_sub(lag);
+                products.extend(before.map(|k| -errors[k] * other.error));
                 used = errors.len();
             }
             errors.extend(one.map(|step| step.error));
@@ -212,47 +205,32 @@ fn covariance(a: &[Option<Step>], b: &[Option<Step>], lag: usize) -> Option<(f64
     Some((mean, (2.0 * square / count).sqrt()))
 }
 
-/// How much of the differences between the stamped steps a wheel turns: none of it with errors of the
-/// stamps, all of it at uneven times.
-struct Uneven {
-    /// Variance of the stamped steps, s^2.
-    variance: f64,
-    /// Share of it that the wheel does not turn; 0 where that may be chance.
-    unturned: f64,
-}
-
-impl Uneven {
-    /// By the regression of the steps' errors on what the stamps say; `None` of too few, or of even stamps.
-    fn of(steps: &[Option<Step>]) -> Option<Self> {
-        let steps: Vec<&Step> = steps.iter().flatten().collect();
-        if steps.len() < 2 * LEAST_PAIRS {
-            return None;
-        }
-        let count = steps.len() as f64;
-        let mean = |of: &dyn Fn(&Step) -> f64| steps.iter().map(|s| of(s)).sum::<f64>() / count;
-        let (error, stamped) = (mean(&|s| s.error), mean(&|s| s.stamped));
-        let product = mean(&|s| (s.error - error) * (s.stamped - stamped));
-        let variance = mean(&|s| (s.stamped - stamped).powi(2));
-        if variance <= 0.0 {
-            return None;
-        }
-        let slope = product / variance;
-        let left = mean(&|s| (s.error - error - slope * (s.stamped - stamped)).powi(2));
-        let deviation = (left / (count * variance)).sqrt();
-        let by_chance = -slope <= SIGNIFICANT * deviation;
-        Some(Self {
-            variance,
-            unturned: if by_chance { 0.0 } else { -slope },
-        })
+/// Variance of a stamp, s^2, by how much of the differences between the stamped steps a wheel does not turn: all of it
+/// with errors of the stamps, none of it at uneven times. By the regression of the steps' errors on what the stamps say;
+/// `None` of too few, or of even stamps.
+fn uneven(steps: &[Option<Step>], unit: Option<f64>) -> Option<f64> {
+    let steps: Vec<&Step> = steps.iter().flatten().collect();
+    if steps.len() < 2 * LEAST_PAIRS {
+        return None;
     }
-
-    /// Variance of a stamp, s^2: a step has the errors of two. An even clock in whole units errs by all
-    /// of a unit, which few steps show where the period is nearly a whole number of them.
-    fn variance(&self, unit: Option<f64>) -> f64 {
-        let of_steps = 0.5 * self.unturned * self.variance;
-        let unit = unit.filter(|_| self.unturned > UNTURNED);
-        unit.map_or(of_steps, |unit| of_steps.max((UNIFORM * unit).powi(2)))
+    let count = steps.len() as f64;
+    let mean = |of: &dyn Fn(&Step) -> f64| steps.iter().map(|s| of(s)).sum::<f64>() / count;
+    let (error, stamped) = (mean(&|s| s.error), mean(&|s| s.stamped));
+    let product = mean(&|s| (s.error - error) * (s.stamped - stamped));
+    let variance = mean(&|s| (s.stamped - stamped).powi(2));
+    if variance <= 0.0 {
+        return None;
     }
+    let slope = product / variance;
+    let left = mean(&|s| (s.error - error - slope * (s.stamped - stamped)).powi(2));
+    let deviation = (left / (count * variance)).sqrt();
+    let by_chance = -slope <= SIGNIFICANT * deviation;
+    let unturned = if by_chance { 0.0 } else { -slope };
+    // A step has the errors of two stamps. An even clock in whole units errs by all of a unit, which few steps show where
+    // the period is nearly a whole number of them.
+    let of_steps = 0.5 * unturned * variance;
+    let unit = unit.filter(|_| unturned > UNTURNED);
+    Some(unit.map_or(of_steps, |unit| of_steps.max((UNIFORM * unit).powi(2))))
 }
 
 /// The unit of the stamps, s, if all steps are whole numbers of it and differ: the least step or the
@@ -262,10 +240,8 @@ fn unit(frames: &[SensorFrame]) -> Option<f64> {
     steps.sort_by(f64::total_cmp);
     let least = *steps.first()?;
     let differences = steps.windows(2).map(|w| w[1] - w[0]);
-    let unit = differences
-        .filter(|by| *by > LEAST_UNIT)
-        .fold(f64::INFINITY, f64::min)
-        .min(least);
+    let differences = differences.filter(|by| *by > LEAST_UNIT);
+    let unit = differences.fold(least, f64::min);
     let whole = |step: &f64| (step / unit - (step / unit).round()).abs() < WHOLE;
     let differ = steps.last().is_some_and(|last| last - least > 0.5 * unit);
     (unit > LEAST_UNIT && differ && steps.iter().all(whole)).then_some(unit)

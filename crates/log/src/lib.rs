@@ -57,3 +57,11 @@ pub use export::{ExportFormat, Exported, export};
 pub use log::Log;
 pub use place::{LogPlace, PlaceError};
 pub use truth::columns as truth_columns;
+
+pub(crate) use channel::{Channel, Channels, Rows, TableFormat};
+pub(crate) use formula::{Formula, Source, Upward};
+pub(crate) use frames::Frames;
+pub(crate) use jitter::Jitter;
+pub(crate) use mcap_events::Clock;
+pub(crate) use rows::{AddRow, ColumnInfo, Place, Row, TimeColumn};
+pub(crate) use stamp::{Stamp, TimeUnit};

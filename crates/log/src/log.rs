@@ -1,15 +1,13 @@
 //! A log that is ready to be estimated.
 
 use crate::bag::is_mcap;
-use crate::channel::{Channel, Channels};
 use crate::check::{Consistency, Level, StatedBoth, certain, contradiction, signs_are_lost};
-use crate::content::{self, LogOptions};
-use crate::error::LogError;
-use crate::frames::Frames;
-use crate::jitter::Jitter;
-use crate::place::{LogPlace, no_table};
+use crate::place::no_table;
 use crate::survey::survey;
-use crate::{held, integral, mapped, measured, merged, own_names, wrap};
+use crate::{
+    Channel, Channels, Frames, Jitter, LogError, LogOptions, LogPlace, content, held, integral,
+    mapped, measured, merged, own_names, wrap,
+};
 use fnv::FnvHasher;
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::WholeEstimator;

@@ -1,13 +1,12 @@
 //! Channels of a log whose description says which column is which reading.
 
 use crate::bag::{self, is_mcap};
-use crate::channel::{Channel, Rows, stem};
-use crate::error::LogError;
-use crate::formula::{Formula, Source, Upward, across};
-use crate::mcap_events::Clock;
-use crate::rows::{ColumnInfo, TimeColumn};
-use crate::stamp::TimeUnit;
+use crate::channel::stem;
+use crate::formula::across;
 use crate::units::{Kind, Stated, Unit};
+use crate::{
+    Channel, Clock, ColumnInfo, Formula, LogError, Rows, Source, TimeColumn, TimeUnit, Upward,
+};
 use robhaz_scene::{
     ChannelChoice, ImuChoice, InclinationSource, Mapping, Reading, ReadingChoice, World,
 };
@@ -52,12 +51,7 @@ pub fn channels(
         add_imu(&mut channels, imu, both);
     }
     for channel in &mut channels {
-        let choice = choices().find(|choice| choice.name == channel.name);
-        let is_named = |name: &str| name == channel.name || name.is_empty();
-        let readings = mapping.readings.iter().filter(|r| is_named(&r.channel));
-        let imus = mapping.imus.iter().filter(|i| is_named(of_rate(i)));
-        let (readings, imus) = (readings.collect::<Vec<_>>(), imus.collect::<Vec<_>>());
-        check(channel, choice, &readings, &imus)?;
+        check(channel, mapping)?;
     }
     if let Some(base) = &mapping.time_base
         && let Some(i) = channels.iter().position(|c| c.name == *base)
@@ -183,12 +177,14 @@ pub const FORWARD: [f64; 3] = [1.0, 0.0, 0.0];
 /// See [`FORWARD`].
 pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// Inclination or roll of a body with both sides, by the direction up and the sensor's axes forward
+/// Inclination or roll, of a body with `both` sides or in the plane, by the direction up and the sensor's axes forward
 /// and up.
-pub fn direction(name: &str, from: Upward, [forward, up]: [[f64; 3]; 2]) -> Formula {
+pub fn direction(name: &str, from: Upward, axes: [[f64; 3]; 2], both: bool) -> Formula {
+    let [forward, up] = axes;
     let source = match name {
+        _ if !both => Source::Inclination(from, axes),
         "body_roll" => Source::Inclination(from, [across(up, forward), up]),
-        _ => Source::Pitch(from, [forward, up]),
+        _ => Source::Pitch(from, axes),
     };
     Formula {
         is_direction: true,
@@ -225,20 +221,10 @@ fn add_imu(channels: &mut [Channel], imu: &ImuChoice, both: bool) {
                     ..Formula::of(Source::Rate(cells, axis))
                 }
             }
-            None => {
-                let up = upward(channel, imu);
-                match both {
-                    true => direction(&name, up, axes),
-                    false => Formula {
-                        source: Source::Inclination(up, axes),
-                        ..direction(&name, up, axes)
-                    },
-                }
-            }
+            None => direction(&name, upward(channel, imu), axes, both),
         };
-        channel
-            .readings
-            .push((reading, Formula { offset, ..formula }));
+        let formula = Formula { offset, ..formula };
+        channel.readings.push((reading, formula));
     }
 }
 
@@ -271,13 +257,10 @@ fn is_speed(reading: &ReadingChoice) -> bool {
 
 /// Checks that the file of a channel has its columns, in the units that the description states, and
 /// finds the columns of its time.
-fn check(
-    channel: &mut Channel,
-    choice: Option<&ChannelChoice>,
-    readings: &[&ReadingChoice],
-    imus: &[&ImuChoice],
-) -> Result<(), LogError> {
+fn check(channel: &mut Channel, mapping: &Mapping) -> Result<(), LogError> {
     let found = channel.found()?;
+    let mut choices = mapping.channels.iter();
+    let choice = choices.find(|choice| choice.name == channel.name);
     if let Rows::Table(_, time) = &mut channel.rows {
         time.resolve(&found, choice.is_some_and(|c| !c.time.is_empty()));
     }
@@ -286,7 +269,8 @@ fn check(
     let Rows::Table(_, time) = &channel.rows else {
         return Ok(());
     };
-    for reading in readings {
+    let is_named = |name: &str| name == channel.name || name.is_empty();
+    for reading in mapping.readings.iter().filter(|r| is_named(&r.channel)) {
         let allowed = || {
             format!(
                 "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
@@ -297,16 +281,13 @@ fn check(
             check_unit(channel, &found, &reading.column, &stated, allowed)?;
         }
     }
-    for imu in imus {
-        let stated = Stated {
-            name: match imu.rate_factor < 1.0 {
-                true => "deg/s",
-                false => "rad/s",
-            },
-            kind: Kind::Rate,
-            factor: imu.rate_factor,
-            scale: 1.0,
+    for imu in mapping.imus.iter().filter(|i| is_named(of_rate(i))) {
+        let name = if imu.rate_factor < 1.0 {
+            "deg/s"
+        } else {
+            "rad/s"
         };
+        let stated = Stated::unscaled(name, Kind::Rate, imu.rate_factor);
         let allowed = || format!("the `rate_unit` of imu.{} that the column has", imu.link);
         for column in &imu.angular_velocity {
             check_unit(channel, &found, column, &stated, allowed)?;
@@ -317,12 +298,8 @@ fn check(
         return Ok(());
     }
     let name = choice.map_or("s", |choice| choice.time_unit.0);
-    let stated = Stated {
-        name,
-        kind: Kind::Time,
-        factor: Unit::of(name).map_or(1.0, |unit| unit.factor),
-        scale: 1.0,
-    };
+    let factor = Unit::of(name).map_or(1.0, |unit| unit.factor);
+    let stated = Stated::unscaled(name, Kind::Time, factor);
     let allowed =
         || "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns".to_owned();
     check_unit(channel, &found, &time.name, &stated, allowed)
@@ -387,12 +364,9 @@ fn stated(reading: &ReadingChoice) -> Option<Stated> {
         Kind::Counts => (Kind::Angle, TAU / turn),
         kind => (kind, unit.factor),
     };
-    Some(Stated {
-        name: reading.unit,
-        kind,
-        factor,
-        scale: reading.scale,
-    })
+    let mut stated = Stated::unscaled(reading.unit, kind, factor);
+    stated.scale = reading.scale;
+    Some(stated)
 }
 
 /// What can be read in place of missing columns: the speed of a joint without a position.

@@ -1,11 +1,11 @@
 //! Topics of an MCAP file.
 
-use crate::error::{LogError, open_file};
+use crate::error::open_file;
 use crate::messages::{Decoded, MessageKind, Number};
-use crate::rows::{ColumnInfo, Place, Row, finite};
-use crate::stamp::Stamp;
+use crate::rows::finite;
+use crate::{ColumnInfo, LogError, Place, Row, Stamp};
 use mcap::McapError;
-use mcap::records::Record;
+use mcap::records::{self, Record};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
@@ -51,11 +51,9 @@ impl<'a> Message<'a> {
 
 /// A channel of a file.
 struct Topic {
-    name: String,
+    channel: records::Channel,
     /// Name of its schema.
     schema: String,
-    /// Encoding of its messages.
-    encoding: String,
 }
 
 /// Channels by number.
@@ -119,7 +117,7 @@ impl<'p> Messages<'p> {
                 }
                 Err(error) => return Err(damaged(self.count, error)),
             };
-            if opcode == mcap::records::op::MESSAGE {
+            if opcode == records::op::MESSAGE {
                 self.count += 1;
                 let message = Message::of(data);
                 let message = message.ok_or_else(|| damaged(self.count, McapError::UnexpectedEof));
@@ -132,12 +130,8 @@ impl<'p> Messages<'p> {
                 }
                 Record::Channel(channel) => {
                     let schema = self.schemas.get(&channel.schema_id).cloned();
-                    let found = Topic {
-                        name: channel.topic,
-                        schema: schema.unwrap_or_default(),
-                        encoding: channel.message_encoding,
-                    };
-                    self.topics.insert(channel.id, found);
+                    let schema = schema.unwrap_or_default();
+                    self.topics.insert(channel.id, Topic { channel, schema });
                 }
                 Record::Metadata(found) => {
                     self.metadata.insert(found.name, found.metadata);
@@ -182,7 +176,8 @@ pub fn columns(
         let mut messages = Messages::open(path)?;
         while !found.as_deref().is_some_and(is_complete) {
             let next = messages.next(|topics, message| {
-                let of_topic = topics.get(&message.channel).filter(|of| of.name == topic);
+                let of_topic = topics.get(&message.channel);
+                let of_topic = of_topic.filter(|of| of.channel.topic == topic);
                 let Some(of_topic) = of_topic else {
                     return Ok(());
                 };
@@ -207,7 +202,7 @@ pub fn columns(
     }
     found.ok_or_else(|| {
         let topics = topics.values();
-        let known = topics.map(|topic| format!("{} ({})", topic.name, topic.schema));
+        let known = topics.map(|topic| format!("{} ({})", topic.channel.topic, topic.schema));
         let known: Vec<String> = known.collect::<BTreeSet<String>>().into_iter().collect();
         let message = format!(
             "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
@@ -220,9 +215,10 @@ pub fn columns(
 fn decode<'a>(path: &Path, topic: &Topic, data: &'a [u8]) -> Result<Decoded<'a>, LogError> {
     /// First bytes of what zstd compressed.
     const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
-    let place = format!("topic {}", topic.name);
+    let place = format!("topic {}", topic.channel.topic);
     let refused = |message: String| LogError::place(path, place.clone(), message);
-    let advice = match topic.encoding.as_str() {
+    let encoding = topic.channel.message_encoding.as_str();
+    let advice = match encoding {
         "cdr" | "" => None,
         "ros1" => Some(
             "convert the bag of ROS 1 that it was made of: `pip install rosbags`, then `rosbags-convert --src BAG --dst FOLDER --dst-storage mcap`",
@@ -230,13 +226,13 @@ fn decode<'a>(path: &Path, topic: &Topic, data: &'a [u8]) -> Result<Decoded<'a>,
         _ => Some("record the topic with ROS 2, or write its numbers as a table (docs/logs.md)"),
     };
     if let Some(advice) = advice {
-        let found = &topic.encoding;
         let message = format!(
-            "found messages in the encoding {found:?}, allowed: cdr, that of ROS 2; {advice}"
+            "found messages in the encoding {encoding:?}, allowed: cdr, that of ROS 2; {advice}"
         );
         return Err(refused(message));
     }
-    let Some(kind) = MessageKind::of_schema(&topic.schema) else {
+    let mut kinds = MessageKind::ALL.into_iter();
+    let Some(kind) = kinds.find(|kind| kind.name() == topic.schema) else {
         let allowed = MessageKind::ALL.map(MessageKind::name).join(", ");
         let message = format!(
             "found messages of the type {:?}, allowed: {allowed}",
@@ -244,15 +240,14 @@ fn decode<'a>(path: &Path, topic: &Topic, data: &'a [u8]) -> Result<Decoded<'a>,
         );
         return Err(refused(message));
     };
-    let other = || {
-        match data.starts_with(&ZSTD) {
-        true => "each message is compressed by itself (compression_mode MESSAGE), allowed: none, or chunks of the file; convert the bag: `ros2 bag convert -i FOLDER -o mcap.yaml`, \
-             with mcap.yaml the lines `output_bags:`, `- uri: FOLDER_mcap`, `  storage_id: mcap`, `  all_topics: true`"
-            .to_owned(),
-        false => format!("found bytes that are no {} in CDR encoding", kind.name()),
-    }
-    };
-    kind.decode(data).ok_or_else(|| refused(other()))
+    kind.decode(data).ok_or_else(|| {
+        if data.starts_with(&ZSTD) {
+            let message = "each message is compressed by itself (compression_mode MESSAGE), allowed: none, or chunks of the file; convert the bag: `ros2 bag convert -i FOLDER -o mcap.yaml`, \
+             with mcap.yaml the lines `output_bags:`, `- uri: FOLDER_mcap`, `  storage_id: mcap`, `  all_topics: true`";
+            return refused(message.to_owned());
+        }
+        refused(format!("found bytes that are no {} in CDR encoding", kind.name()))
+    })
 }
 
 /// A channel of a topic while it is read.
@@ -281,7 +276,10 @@ pub fn read(
             let Some(topic) = topics.get(&message.channel) else {
                 return Ok(());
             };
-            for wanted in channels.iter_mut().filter(|w| w.topic == topic.name) {
+            for wanted in channels
+                .iter_mut()
+                .filter(|w| w.topic == topic.channel.topic)
+            {
                 if let Some(row) = wanted.row(path, topic, &message)? {
                     add(wanted.channel, row)?;
                 }

@@ -3,7 +3,7 @@
 //! count half as noisy as they are up to three times; torques that count three times as noisy widen what is
 //! stated by a fifth.
 
-use crate::channel::Channel;
+use crate::Channel;
 use robhaz_scene::Reading;
 use robhaz_score::signals::{deviation, median, white_noise};
 
@@ -114,11 +114,12 @@ pub fn take_counts(channels: &[Channel], stated: &mut f64) -> Option<String> {
         noise = noise.max(noise_at_rest(&values).unwrap_or(0.0));
     }
     let [of_steps, of_noise] = [steps, noise * f64::sqrt(12.0)].map(|x| std::f64::consts::TAU / x);
-    let counts = of_steps.min(if noise > LEAST_NOISE {
-        of_noise
+    let is_noisy = noise > LEAST_NOISE;
+    let counts = if is_noisy {
+        of_steps.min(of_noise)
     } else {
-        f64::INFINITY
-    });
+        of_steps
+    };
     if !counts.is_finite() || *stated > 0.0 && *stated < EXCEEDS * counts {
         return None;
     }

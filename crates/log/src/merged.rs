@@ -1,9 +1,8 @@
 //! Tables that were made of several: rows of drives, and between them rows of inertial sensors, each with the cells
 //! of its own. They are channels with times of their own.
 
-use crate::channel::{Channel, Rows};
-use crate::formula::Formula;
 use crate::survey::{count_gaps, period};
+use crate::{Channel, Formula, Rows};
 use robhaz_run::ChannelReport;
 use robhaz_scene::Reading;
 
@@ -84,10 +83,8 @@ fn parts(
     // A slower sensor that is read together with the drives is of their table.
     let count = |k: usize| present[k].iter().filter(|is| **is).count();
     let apart = |a: usize, b: usize| {
-        let both = present[a]
-            .iter()
-            .zip(&present[b])
-            .filter(|(a, b)| **a && **b);
+        let both = present[a].iter().zip(&present[b]);
+        let both = both.filter(|(a, b)| **a && **b);
         2 * both.count() < count(a).min(count(b))
     };
     let mut others = parts.split_off(1);

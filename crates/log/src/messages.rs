@@ -2,7 +2,8 @@
 //! columns.
 
 use crate::cdr::{CdrReader, CdrWriter};
-use crate::stamp::{Stamp, TimeUnit};
+use crate::{Stamp, TimeUnit};
+use nalgebra::UnitQuaternion;
 use robhaz_model::named;
 use robhaz_scene::Reading;
 
@@ -61,11 +62,6 @@ const IMU: [(&str, &[&str]); 3] = [
 ];
 
 impl MessageKind {
-    /// The kind of a schema.
-    pub fn of_schema(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
-    }
-
     /// Its definition in the language of ROS 2 (`ros2msg`).
     pub const fn definition(self) -> &'static str {
         match self {
@@ -160,8 +156,8 @@ pub fn with_header(time: f64, frame: &str) -> CdrWriter {
     let mut writer = CdrWriter::new();
     let seconds = i32::try_from(time / SECOND).unwrap_or(i32::MAX);
     writer.put(seconds.to_le_bytes());
-    let rest = u32::try_from(time % SECOND).unwrap_or(0);
-    writer.put(rest.to_le_bytes());
+    // Below a second.
+    writer.put(((time % SECOND) as u32).to_le_bytes());
     writer.text(frame);
     writer
 }
@@ -193,13 +189,8 @@ pub fn encode_joints(time: f64, joints: &[Joint]) -> Vec<u8> {
 /// Quaternion x y z w to the world of a body with x forward, y to the left, z up: roll (left side up),
 /// inclination (nose up, which turns about y backwards), yaw (to the left), rad.
 pub fn orientation(roll: f64, inclination: f64, yaw: f64) -> [f64; 4] {
-    let [(sr, cr), (sp, cp), (sy, cy)] = [roll, -inclination, yaw].map(|x| (0.5 * x).sin_cos());
-    [
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    ]
+    let rotation = UnitQuaternion::from_euler_angles(roll, -inclination, yaw);
+    rotation.coords.into()
 }
 
 /// `Imu` of a frame with x forward, y to the left, z up: roll and inclination (rad) as orientation,

@@ -64,18 +64,13 @@ impl Order {
             Accept::JumpBack(-step)
         } else if step > -SHORTEST_STEP {
             Accept::Duplicate
-        } else if self.is_set_back || self.is_of_gap(time) {
+        } else if self.is_set_back || self.gaps.iter().any(|(a, b)| *a < time && time < *b) {
             Accept::Late
         } else {
             self.is_set_back = true;
             // The row is one step after the last one, by the clock that was set.
             Accept::SetBack(self.step - step)
         }
-    }
-
-    /// Whether a row at a time (s) is missing between those before.
-    fn is_of_gap(&self, time: f64) -> bool {
-        self.gaps.iter().any(|(a, b)| *a < time && time < *b)
     }
 }
 

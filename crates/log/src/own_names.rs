@@ -1,13 +1,9 @@
 //! Tables with the column names that a run writes.
 
-use crate::channel::{Channel, Rows, stem};
-use crate::error::LogError;
-use crate::formula::{Formula, Upward};
+use crate::channel::stem;
 use crate::mapped::{self, FORWARD, UP, direction};
-use crate::mcap_events::Clock;
-use crate::rows::{ColumnInfo, TimeColumn};
-use crate::truth;
 use crate::units::{Kind, Unit};
+use crate::{Channel, Clock, ColumnInfo, Formula, LogError, Rows, TimeColumn, Upward, truth};
 use robhaz_model::{Suspension, WholeRover};
 use robhaz_scene::{ChannelChoice, LogChoice, LogSides, Reading};
 use std::path::Path;
@@ -72,11 +68,11 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
         let formula = match table.column(name, reading.unit(), may_lack) {
             Some(name) => Formula::of_cell(table.channel.cell(&name)),
             None if is_of_force => {
-                let of_force = force
-                    .each_ref()
-                    .map(|name| table.column(name, "m/s^2", true));
-                let cells = of_force.map(|name| table.channel.cell(&name.unwrap_or_default()));
-                direction(name, Upward::SpecificForce(cells), [FORWARD, UP])
+                let cells = force.each_ref().map(|name| {
+                    let name = table.column(name, "m/s^2", true).unwrap_or_default();
+                    table.channel.cell(&name)
+                });
+                direction(name, Upward::SpecificForce(cells), [FORWARD, UP], true)
             }
             None => continue,
         };
@@ -114,9 +110,8 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
     } else if let Rows::Table(_, time) = &mut table.channel.rows {
         time.resolve(&table.found, true);
         let is_missing = |name: &&String| !table.found.iter().any(|c| c.name == **name);
-        table
-            .missing
-            .extend(time.columns().filter(is_missing).cloned());
+        let missing = time.columns().filter(is_missing);
+        table.missing.extend(missing.cloned());
     }
     let known = truth::columns(both);
     let is_column = |name: &str| known.iter().any(|column| column == name);

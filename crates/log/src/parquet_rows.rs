@@ -1,9 +1,8 @@
 //! Parquet files.
 
-use crate::error::{LogError, open_file};
-use crate::iso8601;
-use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, finite, repeated};
-use crate::stamp::{Stamp, TimeUnit};
+use crate::error::open_file;
+use crate::rows::{finite, repeated};
+use crate::{AddRow, ColumnInfo, LogError, Place, Row, Stamp, TimeColumn, TimeUnit, iso8601};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float32Type, Float64Type};
 use arrow_array::{Array, ArrayRef, Int64Array, downcast_integer};

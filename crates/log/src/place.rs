@@ -1,10 +1,7 @@
 //! The path of a log: a table, or the folder of a run or of an estimate.
 
-use crate::bag;
-use crate::channel::TableFormat;
-use crate::error::LogError;
-use crate::mcap_events;
 use crate::own_names::METADATA;
+use crate::{LogError, TableFormat, bag, mcap_events};
 use robhaz_scene::{FileError, LogChoice, ModelErrorTooLarge, Scene, from_stem};
 use std::path::{Path, PathBuf};
 
@@ -81,6 +78,9 @@ impl LogPlace {
         } else if bag::is_mcap(path) {
             place.describe_exported()?;
         }
+        if let Some(name) = &place.choice.name {
+            place.name.clone_from(name);
+        }
         Ok(place)
     }
 
@@ -102,7 +102,6 @@ impl LogPlace {
             }
         }
         self.is_described = description.is_file() || scene.is_file();
-        self.take_name();
         Ok(())
     }
 
@@ -115,15 +114,7 @@ impl LogPlace {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         self.choice = LogChoice::parse(&text, &shown, folder, LogChoice::default())?;
         self.is_described = true;
-        self.take_name();
         Ok(())
-    }
-
-    /// Takes the name that the description states.
-    fn take_name(&mut self) {
-        if let Some(name) = &self.choice.name {
-            self.name.clone_from(name);
-        }
     }
 }
 

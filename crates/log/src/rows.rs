@@ -1,7 +1,6 @@
 //! Rows of a table, whatever its format.
 
-use crate::error::LogError;
-use crate::stamp::{Stamp, TimeUnit};
+use crate::{LogError, Stamp, TimeUnit};
 
 /// One row of a table.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,8 @@
 //! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is
 //! written before it succeeds.
 
-use crate::channel::{Channel, Channels, Rows};
-use crate::error::LogError;
-use crate::mcap_events::Clock;
 use crate::order::{Accept, GAP, Order};
-use crate::rows::{Place, Row};
-use crate::stamp::Stamp;
+use crate::{Channel, Channels, Clock, LogError, Place, Row, Rows, Stamp};
 use robhaz_run::ChannelReport;
 use robhaz_score::signals::median;
 
@@ -58,17 +54,17 @@ pub fn survey(channels: &mut Channels) -> Result<(Stamp, f64), LogError> {
     for (course, channel) in courses.iter().zip(&channels.all) {
         course.check_stamps(channel)?;
     }
-    let mut spans = Vec::new();
     for ((course, cut_off), channel) in courses.iter_mut().zip(cut_off).zip(&channels.all) {
-        let ends = course.stamps.first().zip(course.stamps.last());
-        let (first, last) = ends.ok_or_else(|| match &cut_off {
-            Some(why) => channel.problem(format!("has no complete row: cut off at {why}")),
-            None => channel.problem("has no row"),
-        })?;
-        spans.push((*first, *last));
+        if course.stamps.is_empty() {
+            return Err(match &cut_off {
+                Some(why) => channel.problem(format!("has no complete row: cut off at {why}")),
+                None => channel.problem("has no row"),
+            });
+        }
         course.report.cut_off = cut_off;
     }
-    let Some(&(origin, end)) = spans.first() else {
+    let base = courses.first().map_or(&[][..], |base| &base.stamps);
+    let (Some(&origin), Some(&end)) = (base.first(), base.last()) else {
         return Err(LogError::whole(&channels.source, "has no channel"));
     };
     let duration = end.since(origin);
@@ -290,10 +286,7 @@ impl Channels {
         let difference = self.all[channel].offset - self.all[0].offset;
         let time = stamp.since(origin);
         // Adding zero would change the sign of a zero.
-        if difference == 0.0 {
-            time
-        } else {
-            time + difference
-        }
+        let is_same = difference == 0.0;
+        if is_same { time } else { time + difference }
     }
 }

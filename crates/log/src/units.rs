@@ -1,7 +1,7 @@
 //! Units that a table states of a column: in brackets, at the end of the name, in the metadata of a Parquet field.
 //! One that contradicts the description is an error: nothing in the numbers need show it.
 
-use crate::rows::ColumnInfo;
+use crate::ColumnInfo;
 use Kind::{Angle, Counts, Current, Force, Other, Rate, Time, Torque};
 use std::f64::consts::{PI, TAU};
 
@@ -112,50 +112,35 @@ impl Unit {
             Self::of(rest.split_once(*close)?.0)
         });
         let after = |mark: &str| Self::of(name.rsplit_once(mark)?.1);
-        let behind = || {
-            after(" / ")
-                .or_else(|| after(", "))
-                .or_else(|| after(" in "))
-        };
-        in_brackets
-            .or_else(behind)
-            .or_else(|| Self::of_words(name, taken_for))
+        let behind = || [" / ", ", ", " in "].into_iter().find_map(after);
+        let found = in_brackets.or_else(behind);
+        found.or_else(|| Self::of_words(name, taken_for))
     }
 
     /// The unit among the words of a name: `wheel1_angle_deg`, `torque_mNm`, `gyro_dps_y`, `rate_rad_s`, `angleDeg`.
     fn of_words(name: &str, taken_for: Kind) -> Option<Self> {
-        let parts: Vec<&str> = name
-            .split(|c: char| !(c.is_alphanumeric() || "\u{b0}\u{ba}\u{2da}%".contains(c)))
-            .filter(|part| !part.is_empty())
-            .collect();
+        let is_mark = |c: char| !(c.is_alphanumeric() || "\u{b0}\u{ba}\u{2da}%".contains(c));
+        let parts = name.split(is_mark).filter(|part| !part.is_empty());
         // Words of an unseparated name begin with capitals, but `mNm` is one.
-        let words: Vec<&str> = parts
-            .iter()
-            .flat_map(|part| match Self::of(part) {
-                Some(_) => vec![*part],
-                None if *part == "mN" => vec![*part],
-                None => humps(part),
-            })
-            .collect();
-        let last = words.len();
+        let words = parts.flat_map(|part| match Self::of(part) {
+            None if part != "mN" => humps(part),
+            _ => vec![part],
+        });
+        let words: Vec<&str> = words.collect();
         for (i, word) in words.iter().enumerate() {
-            let ends = i + 1 == last;
-            let rate = words.get(i + 1).and_then(|next| {
-                let second = ["s", "sec", "second"].contains(&next.to_lowercase().as_str());
-                second.then(|| Self::of(&format!("{word}/s"))).flatten()
-            });
-            let rate = rate.or_else(|| {
-                let three = words.get(i..i + 3)?;
-                let per = three[1].eq_ignore_ascii_case("per");
-                per.then(|| Self::of(&format!("{word}/{}", three[2])))
-                    .flatten()
-            });
-            let of_two = words.get(i..i + 2).and_then(|two| match two[0] {
-                "N" | "mN" => Self::of(&two.concat()),
+            let behind = &words[i + 1..];
+            let of_more = match behind {
+                [per, second, ..] if per.eq_ignore_ascii_case("per") => {
+                    Self::of(&format!("{word}/{second}"))
+                }
+                [next, ..] if ["N", "mN"].contains(word) => Self::of(&format!("{word}{next}")),
+                [next, ..] if ["s", "sec", "second"].contains(&&*next.to_lowercase()) => {
+                    Self::of(&format!("{word}/s"))
+                }
                 _ => None,
-            });
-            let own = Self::of(word).filter(|unit| unit.is_word(word, name, taken_for, ends));
-            if let Some(unit) = rate.or(of_two).or(own) {
+            };
+            let is_it = |unit: &Self| unit.is_word(word, name, taken_for, behind.is_empty());
+            if let Some(unit) = of_more.or_else(|| Self::of(word).filter(is_it)) {
                 return Some(unit);
             }
         }
@@ -223,6 +208,15 @@ pub struct Stated {
 const AGREES: f64 = 2.0;
 
 impl Stated {
+    /// A unit that no key scales.
+    pub fn unscaled(name: &'static str, kind: Kind, factor: f64) -> Self {
+        Self {
+            name,
+            kind,
+            factor,
+            scale: 1.0,
+        }
+    }
     /// Whether a column with a unit in its name has what is stated.
     pub fn agrees(&self, column: &Unit) -> bool {
         let is_scaled = (self.scale - 1.0).abs() > 1e-9;

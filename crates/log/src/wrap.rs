@@ -1,7 +1,6 @@
 //! Columns that start anew after a range: counts of 16 or 32 bits, one turn.
 
-use crate::channel::Channel;
-use crate::formula::Source;
+use crate::{Channel, Source};
 use std::f64::consts::TAU;
 
 /// Continues the values of the cells that start anew after a range: of all that fit, each is the nearest

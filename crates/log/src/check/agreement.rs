@@ -2,15 +2,9 @@
 
 use crate::check::dead::OTHER_AXIS;
 use crate::check::judgement::{Judgement, OFTEN};
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
-use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
-use crate::check::{gears, limits, still, wirings};
-use robhaz_estimator::{
-    Confirmation, EstimateError, EstimatorSettings, SensorFrame, Sides, TorqueScale,
-};
+use crate::check::{Channel, Finding, Readings, Stated, gears, limits, still, wirings};
+use robhaz_estimator::{Confirmation, EstimateError, Sides, TorqueScale};
 use robhaz_model::Robot;
 use robhaz_score::signals::deviation;
 
@@ -24,63 +18,41 @@ const QUIET: f64 = 2.0;
 /// Median of a normalised square if all that is stated holds: of chi-square with one degree of freedom.
 const MIDDLE: f64 = 0.455;
 
-/// What is stated; `kalman` takes contact angles if each wheel has some.
-fn with_angles<'a>(stated: &Stated<'a>, frames: &[SensorFrame]) -> Stated<'a> {
-    let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
-    let usual = match (0..3).all(has_angle) {
-        true => EstimatorSettings::kalman(),
-        false => EstimatorSettings::kalman_without_angles(),
-    };
-    let mut stated = *stated;
-    stated.settings.method = usual.method;
-    stated
-}
-
 /// Whether the readings agree, without a look at other wirings.
-pub fn as_wired(log: &Readings<'_>, certain: f64) -> Finding {
-    let stated = with_angles(log.stated, &log.frames);
-    let own = Judgement::of(&log.frames, &stated, &Wiring::OF_LOG);
-    contradiction(&own, certain)
+pub fn as_wired(log: &Readings<'_>) -> Finding {
+    let own = Judgement::of(&log.frames, log.stated, &Wiring::OF_LOG);
+    contradiction(&own, log.certain())
 }
 
-/// All findings. `order`: the encoders to which the torques belong, if these show it. `certain`: the mean NIS from
-/// which on a contradiction is one, 0 where the readings follow each other closely enough for the filters.
-pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> Vec<Finding> {
-    let frames = &*log.frames;
-    let stated = &with_angles(log.stated, frames);
+/// All findings. `order`: the encoders to which the torques belong, if these show it.
+pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>) -> Vec<Finding> {
+    let (frames, stated, certain) = (&*log.frames, log.stated, log.certain());
     let own = Judgement::of(frames, stated, &Wiring::OF_LOG);
     if own.absurd > OFTEN {
         return vec![torque_scale(&own, stated), contradiction(&own, certain)];
     }
     let part = wirings::part(frames);
-    let (of_wirings, other) = wirings::finding(log, stated, part, order, own.agrees(), certain);
+    let (of_wirings, other) = wirings::finding(log, part, order, own.agrees());
     let mut findings = Vec::new();
     let judged = match &other {
         Some(other) => Judgement::of(frames, stated, other),
         None => {
             // Fast drives and rare readings leave the filters behind, as such gears do.
-            findings.extend(
-                (certain <= 0.0)
-                    .then(|| gears::finding(part, stated))
-                    .flatten(),
-            );
+            let is_close = certain <= 0.0;
+            findings.extend(is_close.then(|| gears::finding(part, stated)).flatten());
             let torques = [0, 1, 2].map(Channel::Torque).into_iter();
             let torques = torques.map(|channel| (channel.to_string(), channel.values(frames)));
             let wheels = frames.iter().map(|f| (f.time, f.wheel_angle));
             let turning = still::turning(wheels, stated.robot);
-            findings.extend(limits::finding(
-                torques,
-                &turning,
-                &own.parity,
-                [MIDDLE, 0.0],
-            ));
+            let limits = limits::finding(torques, &turning, &own.parity, [MIDDLE, 0.0]);
+            findings.extend(limits);
             own
         }
     };
     let mut disagreement = contradiction(&judged, certain);
     let mut others = log.findings.iter().chain(&findings);
     if disagreement.is_fault() && !others.any(Finding::is_fault) {
-        disagreement = or_other_side(disagreement, frames, stated, other.as_ref(), certain);
+        disagreement = or_other_side(disagreement, log, other.as_ref());
     }
     if disagreement.is_fault()
         && no_link_turns(log)
@@ -94,23 +66,17 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>, certain: f64) -> 
 }
 
 /// Of a side of both: the efficiency of its gears. All else that [`findings`] says the estimator of both sides says.
-pub fn gears_of_side(
-    log: &Readings<'_>,
-    order: Option<[usize; 3]>,
-    certain: f64,
-) -> Option<Finding> {
-    let frames = &*log.frames;
-    let stated = &with_angles(log.stated, frames);
-    if certain > 0.0 {
+pub fn gears_of_side(log: &Readings<'_>, order: Option<[usize; 3]>) -> Option<Finding> {
+    if log.certain() > 0.0 {
         return None;
     }
-    let part = wirings::part(frames);
-    let found = gears::finding(part, stated)?;
-    let own = Judgement::of(frames, stated, &Wiring::OF_LOG);
+    let part = wirings::part(&log.frames);
+    let found = gears::finding(part, log.stated)?;
+    let own = Judgement::of(&log.frames, log.stated, &Wiring::OF_LOG);
     if own.absurd > OFTEN {
         return None;
     }
-    let (_, other) = wirings::finding(log, stated, part, order, own.agrees(), certain);
+    let (_, other) = wirings::finding(log, part, order, own.agrees());
     other.is_none().then_some(found)
 }
 
@@ -125,19 +91,13 @@ fn no_link_turns(log: &Readings<'_>) -> bool {
 
 /// Of readings that contradict each other as those of a robot in the plane, without another cause: whether they agree
 /// as those of one side of two, whose other side pushes it.
-fn or_other_side(
-    finding: Finding,
-    frames: &[SensorFrame],
-    stated: &Stated<'_>,
-    wiring: Option<&Wiring>,
-    certain: f64,
-) -> Finding {
-    if stated.settings.sides != Sides::Plane {
+fn or_other_side(finding: Finding, log: &Readings<'_>, wiring: Option<&Wiring>) -> Finding {
+    let (mut one_of_two, certain) = (*log.stated, log.certain());
+    if one_of_two.settings.sides != Sides::Plane {
         return finding;
     }
-    let mut one_of_two = *stated;
     one_of_two.settings.sides = Sides::OneOfTwo;
-    let found = Judgement::of(frames, &one_of_two, wiring.unwrap_or(&Wiring::OF_LOG));
+    let found = Judgement::of(&log.frames, &one_of_two, wiring.unwrap_or(&Wiring::OF_LOG));
     let agrees = found.agreement.contradiction(certain).is_none()
         && found.agreement.wrong(certain).is_none();
     match finding.remedy.clone().filter(|_| agrees) {

@@ -1,9 +1,8 @@
 //! Changes of the links' angles within a time, by inclinometers and by gyroscopes, and how the
 //! first follow the second.
 
-use crate::check::readings::Readings;
 use crate::check::recorded::body;
-use crate::check::rewire::Channel;
+use crate::check::{Channel, Readings};
 use robhaz_score::signals::{derivative, difference, integral, robust_fit, smooth, subtract};
 
 /// Least time over which changes are compared, s: the specific force of the robot's own motion

@@ -4,7 +4,7 @@
 //! less than the time stamps say, the clock was set. Where they turn by whole periods more, and the stamps go on evenly,
 //! rows are lost, and the stamps were made from their number.
 
-use crate::check::report::Finding;
+use crate::check::Finding;
 use robhaz_estimator::SensorFrame;
 use robhaz_score::signals::median;
 
@@ -45,51 +45,12 @@ pub struct Clock<'a> {
     /// without a part.
     pub step: Option<f64>,
     jumps: Vec<Jump>,
-    lost: Lost,
+    /// The frames behind which the wheels have turned by whole periods more than the stamps, which go on evenly, and how
+    /// many; less: negative.
+    periods: Vec<(usize, f64)>,
     frames: &'a [SensorFrame],
     /// Whether the wheels turn steadily somewhere.
     tells: bool,
-}
-
-/// Rows that are lost where the stamps go on evenly.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Lost {
-    /// How often, and how many.
-    times: usize,
-    rows: usize,
-    /// How often the wheels turn by a period less than the stamps say.
-    less: usize,
-    /// Index of the frame after the first.
-    first: usize,
-}
-
-impl Lost {
-    /// Whether it is no error of the encoders.
-    fn is_shown(&self) -> bool {
-        self.times > 0 && self.less as f64 <= SHORTER * self.times as f64
-    }
-
-    /// Takes a step behind which the wheels have turned longer than the stamps say, by `late` (s), and the steps before
-    /// and behind it, whose longest differs from the period by `uneven` (s).
-    fn take(&mut self, frame: usize, late: [f64; 3], uneven: f64, period: f64) {
-        let rows = (late.iter().sum::<f64>() / (3.0 * period)).round();
-        let is_whole = late
-            .iter()
-            .all(|late| (late - rows * period).abs() < STEADY * period);
-        if uneven > EVEN * period || !is_whole {
-            return;
-        }
-        if rows < 0.0 {
-            self.less += 1;
-        } else if rows > 0.0 {
-            if self.times == 0 {
-                self.first = frame;
-            }
-            self.times += 1;
-            // A small whole number.
-            self.rows += rows as usize;
-        }
-    }
 }
 
 /// Angles of all wheels in a frame.
@@ -110,20 +71,15 @@ impl<'a> Clock<'a> {
     pub fn of(frames: &'a [SensorFrame]) -> Self {
         let step = median(steps(frames).filter(|step| *step > 0.0).collect());
         let step = step.unwrap_or(0.0).min(LONGEST_STEP);
-        let (jumps, lost, tells) = jumps(frames, step);
+        let (jumps, periods, tells) = jumps(frames, step);
         let longest = Self::BREAK.max(Self::BREAK_PERIODS * step);
-        let mut parts = Vec::new();
-        let mut start = 0;
-        let mut jump = jumps.iter().peekable();
-        for i in 1..frames.len() {
-            let step = frames[i].time - frames[i - 1].time;
-            let jumps = jump.next_if(|jump| jump.frame <= i).is_some();
-            if jumps || !(step > 0.0 && step <= longest) {
-                parts.push(&frames[start..i]);
-                start = i;
-            }
-        }
-        parts.push(&frames[start..]);
+        let (mut frame, mut jump) = (0, jumps.iter().peekable());
+        let goes_on = |a: &SensorFrame, b: &SensorFrame| {
+            frame += 1;
+            let (step, jumps) = (b.time - a.time, jump.next_if(|jump| jump.frame <= frame));
+            jumps.is_none() && step > 0.0 && step <= longest
+        };
+        let mut parts: Vec<&[SensorFrame]> = frames.chunk_by(goes_on).collect();
         parts.retain(|part| part.len() >= 3);
         // Shorter parts show nothing. So the pauses between them are no longer than what is
         // recorded.
@@ -137,7 +93,7 @@ impl<'a> Clock<'a> {
             step: step_of(&parts),
             parts,
             jumps,
-            lost,
+            periods,
             frames,
             tells,
         }
@@ -147,8 +103,9 @@ impl<'a> Clock<'a> {
     pub fn finding(&self) -> Finding {
         let sizes = |a: &&Jump, b: &&Jump| a.back.abs().total_cmp(&b.back.abs());
         let Some(Jump { frame, back }) = self.jumps.iter().max_by(sizes) else {
-            if self.lost.is_shown() {
-                return self.lost_rows();
+            let lost = self.lost();
+            if let [(first, _), ..] = lost[..] {
+                return self.lost_rows(first, &lost);
             }
             if self.tells {
                 return Finding::ok(TEST, CHANNEL, "the wheels turn as the time stamps say");
@@ -172,24 +129,31 @@ impl<'a> Clock<'a> {
         finding.with("set back", *back, "s")
     }
 
+    /// The frames behind lost rows, and their numbers; none where errors of the encoders explain them.
+    fn lost(&self) -> Vec<(usize, f64)> {
+        let (mut lost, less): (Vec<_>, Vec<_>) =
+            self.periods.iter().partition(|(_, rows)| *rows > 0.0);
+        // Counts.
+        if less.len() as f64 > SHORTER * lost.len() as f64 {
+            lost.clear();
+        }
+        lost
+    }
+
     /// What to do about rows that are lost.
-    fn lost_rows(&self) -> Finding {
-        let Lost {
-            times, rows, first, ..
-        } = self.lost;
+    fn lost_rows(&self, first: usize, lost: &[(usize, f64)]) -> Finding {
+        let (times, rows) = (lost.len(), lost.iter().map(|(_, rows)| rows).sum::<f64>());
         let at = self.frames.get(first).map_or(0.0, |f| f.time);
+        let set_back = match times {
+            1 => " or the clock was set back",
+            _ => "",
+        };
         let figure = format!(
-            "rows are lost{}, and the stamps go on as if none were: {rows} rows in {times} places, where the wheels turn by whole periods more than the stamps say, first at {at:.3} s",
-            if times == 1 {
-                " or the clock was set back"
-            } else {
-                ""
-            }
+            "rows are lost{set_back}, and the stamps go on as if none were: {rows} rows in {times} places, where the wheels turn by whole periods more than the stamps say, first at {at:.3} s"
         );
         let remedy = "record the time at which each row is taken: one that is made from the number of the row is wrong behind each lost one";
         let finding = Finding::ok(TEST, CHANNEL, figure).fault(remedy);
-        // A count.
-        finding.with("lost rows", rows as f64, "-")
+        finding.with("lost rows", rows, "-")
     }
 }
 
@@ -214,8 +178,8 @@ fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
     (step > 0.0 && step.is_finite()).then_some(step)
 }
 
-/// The jumps, lost rows, and whether the wheels tell. `step` is the median step of the frames, s.
-fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Lost, bool) {
+/// The jumps, whole periods, and whether the wheels tell. `step` is the median step of the frames, s.
+fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Vec<(usize, f64)>, bool) {
     let turns: Vec<Turn> = frames.iter().enumerate().filter_map(turn).collect();
     let read = frames.iter().filter(|f| f.wheel_angle[0].is_some());
     // Encoders may have a lower rate than the frames.
@@ -224,7 +188,7 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Lost, bool) {
     let count = if period > 0.0 { SPAN / period } else { 0.0 };
     let width = (count as usize).max(LEAST_FRAMES);
     let count = resolution(&turns);
-    let (mut jumps, mut lost, mut tells) = (Vec::new(), Lost::default(), false);
+    let (mut jumps, mut periods, mut tells) = (Vec::new(), Vec::new(), false);
     for k in (1 + width)..turns.len().saturating_sub(width) {
         let Some(found) = wheels_late(&turns[k - 1 - width..=k + width], count) else {
             continue;
@@ -232,7 +196,12 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Lost, bool) {
         tells = true;
         let steps = turns[k - 2..=k + 1].windows(2);
         let uneven = steps.map(|w| (w[1].time - w[0].time - period).abs());
-        lost.take(turns[k].frame, found, uneven.fold(0.0, f64::max), period);
+        let is_even = uneven.fold(0.0, f64::max) <= EVEN * period;
+        let rows = (found.iter().sum::<f64>() / (3.0 * period)).round();
+        let is_whole = |late: &f64| (late - rows * period).abs() < STEADY * period;
+        if is_even && rows != 0.0 && found.iter().all(is_whole) {
+            periods.push((turns[k].frame, rows));
+        }
         let mean = found.iter().sum::<f64>() / 3.0;
         let agree = found.iter().all(|d| (d - mean).abs() < STEADY * mean.abs());
         if mean.abs() > LEAST_JUMP * period && agree {
@@ -240,7 +209,7 @@ fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Lost, bool) {
             jumps.push(Jump { frame, back: mean });
         }
     }
-    (jumps, lost, tells)
+    (jumps, periods, tells)
 }
 
 fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
@@ -286,11 +255,8 @@ fn wheels_late(window: &[Turn], count: [f64; 3]) -> Option<[f64; 3]> {
         let step = next.time - last.time;
         // A wheel that turns on never falls behind by more than the step: an angle that starts anew does.
         let is_of_clock = found > -(1.0 + STEADY) * step;
-        *late = if found.abs() > least && is_of_clock {
-            found
-        } else {
-            0.0
-        };
+        let is_late = found.abs() > least && is_of_clock;
+        *late = if is_late { found } else { 0.0 };
     }
     Some(late)
 }
@@ -373,16 +339,17 @@ mod tests {
                 .iter()
                 .any(|at| (f.time - at).abs() < 1e-6)
         });
-        assert!(!Clock::of(&kept).lost.is_shown());
+        assert!(Clock::of(&kept).lost().is_empty());
         let renumbered = renumbered(kept);
         let clock = Clock::of(&renumbered);
-        assert!(clock.lost.is_shown() && clock.jumps.is_empty());
-        assert_eq!((clock.lost.times, clock.lost.rows), (3, 4));
+        let rows: Vec<f64> = clock.lost().iter().map(|(_, rows)| *rows).collect();
+        assert_eq!(rows, [1.0, 1.0, 2.0]);
+        assert!(clock.jumps.is_empty());
         let mut repeated = all;
         for k in [3000, 5000] {
             repeated[k].wheel_angle = repeated[k - 1].wheel_angle;
         }
-        assert!(!Clock::of(&repeated).lost.is_shown());
+        assert!(Clock::of(&repeated).lost().is_empty());
     }
 
     /// Parts end at long gaps; parts that are too short are left out.

@@ -2,8 +2,8 @@
 //! of the links, and how well those of the front wheels explain those of the rear ones
 //! ([`crate::check::ground`] has the equations).
 
+use crate::check::Readings;
 use crate::check::changes::DEGREE;
-use crate::check::readings::Readings;
 use robhaz_model::{Robot, Units, Vec2};
 use robhaz_score::signals::{deviation, mean, subtract};
 

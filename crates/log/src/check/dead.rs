@@ -1,11 +1,9 @@
 //! Channels that tell nothing: without a value in the whole log, or with the same one throughout a drive. Each has one
 //! finding. No other test uses it, so that no remedy follows from what was not measured.
 
-use crate::check::recorded::{ROUNDING, Recorded};
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel};
-use crate::check::stated::Stated;
+use crate::check::recorded::ROUNDING;
 use crate::check::still::drives;
+use crate::check::{Change, Channel, Finding, Recorded, Stated};
 use robhaz_estimator::SensorFrame;
 use robhaz_score::extremes;
 
@@ -65,41 +63,50 @@ fn drives_unseen(all: &[Recorded]) -> bool {
 }
 
 fn finding(recorded: &Recorded, driving: &[[bool; 3]], unseen: bool) -> Option<Finding> {
-    let (channel, count) = (recorded.channel, recorded.values.len());
+    let (channel, values) = (recorded.channel, &recorded.values);
     // The name in the log.
     let name = channel.reading();
-    let mut values = recorded.values.iter().filter(|v| !v.is_nan());
-    let Some(first) = values.next() else {
-        let figure = format!("{name} has no value in {count} frames");
-        return Some(Finding::ok(TEST, channel, figure).fault(EMPTY));
-    };
-    // An exact sensor may be constant.
+    if values.iter().all(|value| value.is_nan()) {
+        return Some(empty(channel, &name, values.len()));
+    }
     let is_encoder = matches!(channel, Channel::Encoder(_));
+    // An exact sensor may be constant.
     let may_rest = !is_encoder && recorded.noise <= 0.0;
-    // Readings of the body follow from those of the links, with rounding.
-    let is_constant = values.all(|v| (v - first).abs() <= ROUNDING);
     let drives = unseen && is_encoder || drives(driving, channel).contains(&true);
-    (is_constant && !may_rest && drives).then(|| {
-        let what = match channel {
-            Channel::Encoder(_) => "what turns with the wheel",
-            Channel::Torque(_) => "what the drive states as effort or current",
-            _ => "what this sensor writes",
-        };
-        let while_moves = match unseen {
-            true => "torques and gyroscopes change",
-            false => "wheels turn",
-        };
-        constant(channel, &name, (*first, count), [what, while_moves])
-    })
+    if may_rest || !drives {
+        return None;
+    }
+    let what = match channel {
+        Channel::Encoder(_) => "what turns with the wheel",
+        Channel::Torque(_) => "what the drive states as effort or current",
+        _ => "what this sensor writes",
+    };
+    let while_moves = match unseen {
+        true => "torques and gyroscopes change",
+        false => "wheels turn",
+    };
+    same(channel, &name, values, [what, while_moves])
 }
 
-/// The finding of a reading that has the same value in all frames, as many as `count`.
-fn constant(
+fn empty(channel: impl ToString, name: &str, frames: usize) -> Finding {
+    let figure = format!("{name} has no value in {frames} frames");
+    Finding::ok(TEST, channel, figure).fault(EMPTY)
+}
+
+/// A reading with the same value in all frames, of a robot that drives.
+pub fn same(
     channel: impl ToString,
     name: &str,
-    (value, count): (f64, usize),
+    values: &[f64],
     [what, while_moves]: [&str; 2],
-) -> Finding {
+) -> Option<Finding> {
+    let mut known = values.iter().filter(|value| !value.is_nan());
+    let value = *known.next()?;
+    // Readings of the body follow from those of the links, with rounding.
+    if known.any(|other| (other - value).abs() > ROUNDING) {
+        return None;
+    }
+    let count = values.len();
     let figure = format!("{name} is {value} in all of {count} frames while {while_moves}");
     let mut remedy = format!(
         "not measured: check cable and driver, and whether {what} is its column; no other test uses it"
@@ -110,16 +117,7 @@ fn constant(
     if value.abs() <= ROUNDING && name.contains("rate") {
         remedy += OTHER_AXIS;
     }
-    Finding::ok(TEST, channel, figure).fault(remedy)
-}
-
-/// A reading of the body or a joint with the same value in all frames, of a rover that drives.
-pub fn same(name: &str, values: &[f64]) -> Option<Finding> {
-    let mut known = values.iter().filter(|value| !value.is_nan());
-    let first = *known.next()?;
-    let words = ["what this sensor writes", "wheels turn"];
-    let is_constant = known.all(|v| (v - first).abs() <= ROUNDING);
-    is_constant.then(|| constant(name, name, (first, values.len()), words))
+    Some(Finding::ok(TEST, channel, figure).fault(remedy))
 }
 
 /// A reading that is not there, in the whole log or for longer than the estimators bridge, by the times of
@@ -139,8 +137,7 @@ pub fn silent(name: &str, frames: impl Iterator<Item = (f64, bool)>) -> Option<F
         }
     }
     if known == 0 {
-        let figure = format!("{name} has no value in {count} frames");
-        return Some(Finding::ok(TEST, name, figure).fault(EMPTY));
+        return Some(empty(name, name, count));
     }
     let (length, start) = longest;
     (length > BRIDGED).then(|| {

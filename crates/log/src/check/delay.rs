@@ -1,6 +1,6 @@
 //! When a delay between channels is a fault.
 
-use crate::check::report::{Finding, Verdict};
+use crate::check::{Finding, Verdict};
 use robhaz_score::signals::{Allowed, Delay};
 
 /// Standard deviations beyond what is allowed.
@@ -19,12 +19,10 @@ fn judge(allowed: &Allowed, delay: &Delay) -> Verdict {
     let beyond = (delay.seconds - allowed.late).max(-allowed.early - delay.seconds);
     let is_certain =
         delay.improvement > IMPROVEMENT && is_clear(allowed, delay) && delay.length >= LEAST_LENGTH;
-    if beyond <= 0.0 {
-        Verdict::Ok
-    } else if is_certain && beyond > GATE * delay.sigma {
-        Verdict::Fault
-    } else {
-        Verdict::CannotTell
+    match beyond {
+        beyond if beyond <= 0.0 => Verdict::Ok,
+        beyond if is_certain && beyond > GATE * delay.sigma => Verdict::Fault,
+        _ => Verdict::CannotTell,
     }
 }
 

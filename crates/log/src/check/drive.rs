@@ -10,13 +10,10 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The
 //! pairing of torques and encoders, and the signs, that this explains best are the true ones.
 
-use crate::check::delay;
 use crate::check::newton::Start;
-use crate::check::readings::Readings;
-use crate::check::recording::{Recording, SMOOTHING, slowness};
-use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel, moved, names};
-use crate::check::start;
+use crate::check::recording::{SMOOTHING, slowness};
+use crate::check::rewire::{moved, names};
+use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict, delay, start};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 use robhaz_score::signals::{Allowed, delay, fit, high_pass, products, rms, smooth, subtract};
@@ -102,10 +99,6 @@ struct Differences {
 }
 
 impl Differences {
-    fn new(log: &Readings<'_>, stretched: f64) -> Self {
-        Self::of(log, &log.recording.torque, stretched)
-    }
-
     /// Of torques at the samples of the recording, N m.
     fn of(log: &Readings<'_>, torque: &[Vec<f64>; 3], stretched: f64) -> Self {
         let (recording, budget) = (&log.recording, &log.stated.settings.budget);
@@ -222,9 +215,10 @@ impl Moments {
 /// All findings, and the encoders to which the torques belong, if these show it.
 pub fn findings(log: &Readings<'_>, start: Option<Start>) -> (Vec<Finding>, Option<[usize; 3]>) {
     let recording = &log.recording;
-    let usual = Differences::new(log, 1.0);
+    let differences = |stretched| Differences::of(log, &recording.torque, stretched);
+    let usual = differences(1.0);
     let stretched = slowness(recording.usual_spin(), log.stated.robot);
-    let slow = (stretched > 1.0 && !usual.show()).then(|| Differences::new(log, stretched));
+    let slow = (stretched > 1.0 && !usual.show()).then(|| differences(stretched));
     let slow = slow.filter(Differences::show);
     let is_slow = slow.is_some();
     let differences = slow.unwrap_or(usual);
@@ -281,8 +275,7 @@ fn by_direction(log: &Readings<'_>, as_read: &Differences, stretched: f64) -> Op
             100.0 * other
         );
         Finding::ok(BY_DIRECTION, "torques 1 to 3", figure)
-            .with("explained", own, "-")
-            .with("explained otherwise", other, "-")
+            .explained(own, other)
             .fault("the torques count what drives as positive, forward and back: log them with the direction of the wheel, positive where they drive it forward")
     })
 }
@@ -328,11 +321,8 @@ fn pairing(differences: &Differences) -> (Finding, Wiring) {
             "drive under speed control over an obstacle, so that the wheels' torques differ",
         )
     };
-    let finding = finding
-        .with("difference", size, "N m")
-        .with("explained", own, "-")
-        .with("explained otherwise", most, "-");
-    (finding, best)
+    let finding = finding.with("difference", size, "N m");
+    (finding.explained(own, most), best)
 }
 
 /// One torque of another size than both others: under the same control, `tau_i/s_i - tau_j/s_j = a (phi_i - phi_j) +
@@ -461,14 +451,11 @@ fn late(log: &Readings<'_>, joined: &[Vec<f64>; 3]) -> Finding {
         delay.length /= 3.0;
     }
     let is_of_counts = found.is_some_and(|d| d.gained > 0.0 && d.gained <= errors);
-    let unknown = [
-        "torques do not follow the encoders",
-        if is_of_counts {
-            "counts of the encoders look like a delay: drive faster, over larger obstacles"
-        } else {
-            "drive under speed control over an obstacle, so that the wheels' torques differ"
-        },
-    ];
+    let unknown = match is_of_counts {
+        true => "counts of the encoders look like a delay: drive faster, over larger obstacles",
+        false => "drive under speed control over an obstacle, so that the wheels' torques differ",
+    };
+    let unknown = ["torques do not follow the encoders", unknown];
     let whose = ["torques", "encoders"];
     let finding = delay::finding(LATE, found, &allowed, unknown, whose, remedy);
     if finding.is_fault() || passed <= 0.5 {

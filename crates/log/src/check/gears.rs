@@ -1,9 +1,8 @@
 //! Torques that are read before gears which lose a part of them.
 
 use crate::check::judgement::{AGREE, BETTER, Judgement};
-use crate::check::report::Finding;
-use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
+use crate::check::{Finding, Stated};
 use robhaz_estimator::SensorFrame;
 
 const TEST: &str = "efficiency of the gears";

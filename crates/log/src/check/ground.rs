@@ -19,10 +19,7 @@
 use crate::check::changes::DEGREE;
 use crate::check::course::{Course, Heights, Links, OWN, STEP, steps_of};
 use crate::check::on_links::ROBOT_FILE;
-use crate::check::readings::Readings;
-use crate::check::recording::Recording;
-use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel};
+use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict};
 use robhaz_model::Units;
 use robhaz_score::signals::{deviation, median, smooth, subtract};
 
@@ -161,11 +158,9 @@ fn direction(own: f64, back: f64) -> Option<Finding> {
         100.0 * own,
         100.0 * back
     );
-    let finding = Finding::ok(SIGNS, "encoders 1 to 3, torques 1 to 3", figure)
-        .with("explained", own, "-")
-        .with("explained otherwise", back, "-");
+    let finding = Finding::ok(SIGNS, "encoders 1 to 3, torques 1 to 3", figure);
     let remedy = "the signs of all encoders and torques are wrong, forward is positive; or front and rear are exchanged; then look at the inclinometers again";
-    Some(finding.fault(remedy))
+    Some(finding.explained(own, back).fault(remedy))
 }
 
 fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<Change>) {
@@ -184,9 +179,7 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
     if change.is_some() {
         figure += &format!(", otherwise wired {:.0} %", 100.0 * most);
     }
-    let finding = Finding::ok(SIGNS, CHANNEL, figure)
-        .with("explained", own, "-")
-        .with("explained otherwise", most, "-");
+    let finding = Finding::ok(SIGNS, CHANNEL, figure).explained(own, most);
     let finding = match change {
         Some(Change::Factor(Channel::Pin, -1.0)) => {
             finding.fault("turn round sign of reading.pin_angle")

@@ -1,10 +1,8 @@
 //! Delays of encoders behind each other: wheels that roll start and stop together, whatever drives
 //! them.
 
-use crate::check::delay;
-use crate::check::recording::{Recording, SMOOTHING, steps};
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
+use crate::check::recording::{SMOOTHING, steps};
+use crate::check::{Channel, Finding, Recording, delay};
 use robhaz_score::signals::{Allowed, Delay, median};
 
 /// Longest delay that is looked for, s.
@@ -25,11 +23,8 @@ pub const OF_WHEELS: &str = "after the others";
 fn between(one: &[f64], other: &[f64], dt: f64, allowed: &Allowed) -> Option<Delay> {
     let [longest, memory] = [LONGEST, MEMORY].map(|time| steps(time, dt));
     let starts = starts(other, longest);
-    let one: Vec<f64> = one
-        .iter()
-        .zip(starts)
-        .map(|(x, is)| if is { *x } else { f64::NAN })
-        .collect();
+    let one = one.iter().zip(starts);
+    let one: Vec<f64> = one.map(|(x, is)| if is { *x } else { f64::NAN }).collect();
     let delay = robhaz_score::signals::delay(&one, &[other], longest, memory, dt, *allowed);
     delay.filter(|delay| delay.seconds.abs() <= LONGEST)
 }

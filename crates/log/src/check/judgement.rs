@@ -1,6 +1,6 @@
 //! What `kalman` says of a log that is wired in a way.
 
-use crate::check::stated::Stated;
+use crate::check::Stated;
 use crate::check::wiring::Wiring;
 use robhaz_estimator::{EstimateError, Estimator, Flags, SensorFrame, TorqueScale};
 use robhaz_score::{Agreement, tests};

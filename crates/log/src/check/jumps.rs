@@ -8,9 +8,8 @@
 //! The estimators' own gate is narrower: it trusts unit and torques of the readings, which are still to
 //! be checked here, and it knows nothing of the steps behind.
 
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
 use crate::check::still::wrapped;
+use crate::check::{Channel, Finding};
 use crate::jitter::{Jitter, angles, count_angle};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};

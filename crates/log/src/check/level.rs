@@ -13,10 +13,8 @@
 //! beyond it may be friction. On the way back friction changes its sign and e does not. An inclinometer shows the
 //! acceleration of the robot, too, so that work which speeds it up is no error.
 
-use crate::check::LARGEST_FROUDE;
-use crate::check::recording::slope_of;
-use crate::check::report::Finding;
-use crate::check::rest;
+use crate::check::recording::{LARGEST_FROUDE, add, slope_of};
+use crate::check::{Finding, rest};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{EstimatorSettings, SensorFrame, Sides};
 use robhaz_model::Robot;
@@ -72,15 +70,6 @@ struct Moment<const N: usize> {
     roll: Option<f64>,
 }
 
-/// What is known of a robot with `N` wheels.
-struct Known<'a> {
-    /// One side.
-    side: &'a Robot,
-    /// N
-    weight: f64,
-    settings: &'a EstimatorSettings,
-}
-
 /// The ways forward and back.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ways {
@@ -112,12 +101,7 @@ impl Level {
             slope: slope(frame),
             roll: None,
         };
-        let known = Known {
-            side: robot,
-            weight: robot.mass.total() * robot.gravity,
-            settings,
-        };
-        let found = Self::of(frames.iter().map(moment), &known);
+        let found = Self::of(frames.iter().map(moment), robot, settings);
         Self {
             allowed: found.allowed.filter(|_| settings.sides == Sides::Plane),
             ..found
@@ -133,22 +117,22 @@ impl Level {
             slope: frame.inclination,
             roll: frame.roll,
         };
-        let known = Known {
-            side,
-            weight: 2.0 * side.mass.total() * side.gravity,
-            settings,
-        };
-        Self::of(frames.iter().map(moment), &known)
+        Self::of(frames.iter().map(moment), side, settings)
     }
 
-    fn of<const N: usize>(moments: impl Iterator<Item = Moment<N>>, known: &Known<'_>) -> Self {
-        let Some(ways) = Ways::of(moments, known) else {
+    /// Of a robot with one such side, or of a rover with two.
+    fn of<const N: usize>(
+        moments: impl Iterator<Item = Moment<N>>,
+        side: &Robot,
+        settings: &EstimatorSettings,
+    ) -> Self {
+        let Some(ways) = Ways::of(moments, side, settings) else {
             return Self::default();
         };
-        let geometry = &known.side.geometry;
+        let geometry = &side.geometry;
         let footprint = geometry.wheelbase();
-        let (budget, wheels) = (&known.settings.budget, N as f64);
-        let over = 1.0 / (geometry.wheel_radius * known.weight);
+        let (budget, wheels) = (&settings.budget, N as f64);
+        let over = 1.0 / (geometry.wheel_radius * weight::<N>(side));
         let offset = wheels.sqrt() * budget.torque_offset * over;
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
         let [first, last] = ways.ends.unwrap_or_default();
@@ -156,7 +140,7 @@ impl Level {
         for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
             let way = ways.way[back];
             // On curved ground a fast robot shows slopes that are none.
-            let froude = ways.speed * ways.speed / (known.side.gravity * geometry.wheel_radius);
+            let froude = ways.speed * ways.speed / (side.gravity * geometry.wheel_radius);
             if way < SHORTEST * footprint || froude > LARGEST_FROUDE {
                 continue;
             }
@@ -292,41 +276,18 @@ impl fmt::Display for Level {
     }
 }
 
-/// The last readings: those that do not come at the same time are held.
-struct Held<const N: usize> {
-    slope: Option<f64>,
-    angle: [Option<f64>; N],
-    torque: [Option<f64>; N],
+/// Weight that `N` wheels carry, N.
+fn weight<const N: usize>(side: &Robot) -> f64 {
+    N as f64 / 3.0 * side.mass.total() * side.gravity
 }
 
-impl<const N: usize> Held<N> {
-    const NONE: Self = Self {
-        slope: None,
-        angle: [None; N],
-        torque: [None; N],
-    };
-
-    /// Slope, wheel angles and torques with those of a moment; `None` before there is one of each.
-    fn with(&mut self, moment: &Moment<N>) -> Option<(f64, [f64; N], [f64; N])> {
-        self.slope = moment
-            .slope
-            .filter(|slope| slope.is_finite())
-            .or(self.slope);
-        let of_wheels = [
-            (&mut self.angle, &moment.angle),
-            (&mut self.torque, &moment.torque),
-        ];
-        for (held, moment) in of_wheels {
-            for (held, value) in held.iter_mut().zip(moment) {
-                *held = value.filter(|value| value.is_finite()).or(*held);
-            }
-        }
-        let all = |x: &[Option<f64>; N]| {
-            let known = x.iter().all(Option::is_some);
-            known.then(|| x.map(Option::unwrap_or_default))
-        };
-        Some((self.slope?, all(&self.angle)?, all(&self.torque)?))
+/// The readings with the last ones where there are none; `None` before there is one of each.
+fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> Option<[f64; N]> {
+    for (held, value) in held.iter_mut().zip(read) {
+        *held = value.filter(|value| value.is_finite()).or(*held);
     }
+    let known = held.iter().all(Option::is_some);
+    known.then(|| held.map(Option::unwrap_or_default))
 }
 
 /// A part of the way.
@@ -344,21 +305,29 @@ impl Ways {
     /// `None` of angles that jump: that of a turn, say.
     fn of<const N: usize>(
         moments: impl Iterator<Item = Moment<N>>,
-        known: &Known<'_>,
+        side: &Robot,
+        settings: &EstimatorSettings,
     ) -> Option<Self> {
         let mut found = Self::default();
         let mut start = None::<(f64, [f64; N])>;
-        let mut held = Held::NONE;
+        let (mut slopes, mut angles, mut torques) = ([None], [None; N], [None; N]);
         let mut part = None::<Part<N>>;
         for moment in moments {
-            let Some((slope, angle, torque)) = held.with(&moment) else {
+            let slope = hold(&mut slopes, [moment.slope]);
+            let angle = hold(&mut angles, moment.angle);
+            let torque = hold(&mut torques, moment.torque);
+            let (Some([slope]), Some(angle), Some(torque)) = (slope, angle, torque) else {
                 continue;
             };
             let (began, first) = *start.get_or_insert((moment.time, angle));
             if found.ends.is_none() {
                 let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
                 if stands {
-                    found.add_rest([Some(slope), moment.roll.filter(|roll| roll.is_finite())]);
+                    let roll = moment.roll.filter(|roll| roll.is_finite());
+                    for ((sum, count), value) in found.rest.iter_mut().zip([Some(slope), roll]) {
+                        *sum += value.unwrap_or(0.0);
+                        *count += f64::from(u8::from(value.is_some()));
+                    }
                 } else {
                     if moment.time - began < rest::SHORTEST {
                         found.rest = Default::default();
@@ -369,38 +338,28 @@ impl Ways {
             if let Some([_, end]) = &mut found.ends {
                 *end = slope;
             }
-            let of_part = part.get_or_insert(Part {
+            // It begins with the frame at which the one before ends.
+            let first = Part {
                 since: moment.time,
                 before: angle,
-                count: 0.0,
-                torques: [0.0; N],
-                slopes: 0.0,
-            });
+                count: 1.0,
+                torques: torque,
+                slopes: slope,
+            };
+            let Some(of_part) = &mut part else {
+                part = Some(first);
+                continue;
+            };
             of_part.count += 1.0;
             of_part.slopes += slope;
-            let torques = of_part.torques.iter_mut().zip(torque);
-            torques.for_each(|(sum, torque)| *sum += torque);
+            add(&mut of_part.torques, torque);
             let step = moment.time - of_part.since;
             if step >= SMOOTHING {
-                found.add(of_part, &angle, step, known)?;
-                part = Some(Part {
-                    since: moment.time,
-                    before: angle,
-                    count: 1.0,
-                    torques: torque,
-                    slopes: slope,
-                });
+                found.add(of_part, &angle, step, side, settings)?;
+                part = Some(first);
             }
         }
         Some(found)
-    }
-
-    /// Adds slope and roll of a frame before the first motion.
-    fn add_rest(&mut self, values: [Option<f64>; 2]) {
-        for ((sum, count), value) in self.rest.iter_mut().zip(values) {
-            *sum += value.unwrap_or(0.0);
-            *count += f64::from(u8::from(value.is_some()));
-        }
     }
 
     /// Adds a part of the way that ends with these wheel angles (rad) after `step` (s); `None` of angles that jump.
@@ -409,7 +368,8 @@ impl Ways {
         part: &Part<N>,
         angle: &[f64; N],
         step: f64,
-        known: &Known<'_>,
+        side: &Robot,
+        settings: &EstimatorSettings,
     ) -> Option<()> {
         let turns: Vec<f64> = part.before.iter().zip(angle).map(|(a, b)| b - a).collect();
         let mean = turns.iter().sum::<f64>() / N as f64;
@@ -418,9 +378,9 @@ impl Ways {
             return None;
         }
         let work = turns.iter().zip(&part.torques).map(|(turn, torque)| {
-            turn * (torque / part.count - known.settings.viscous_damping * turn / step)
+            turn * (torque / part.count - settings.viscous_damping * turn / step)
         });
-        let way = known.side.geometry.wheel_radius * mean;
+        let way = side.geometry.wheel_radius * mean;
         let back = usize::from(way < 0.0);
         // Of one side no reading shows a turn.
         let beside = match turns.split_at(N / 2) {
@@ -433,7 +393,7 @@ impl Ways {
             self.speed = self.speed.max(way.abs() / step);
             self.way[back] += way.abs();
             self.rise[back] += way * (part.slopes / part.count).sin();
-            self.work[back] += work.sum::<f64>() / known.weight;
+            self.work[back] += work.sum::<f64>() / weight::<N>(side);
         }
         Some(())
     }

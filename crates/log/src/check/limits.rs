@@ -7,7 +7,7 @@
 //! the equations of the robot miss it. At rest a torque is held, and its extreme is no limit: only while wheels turn it
 //! counts.
 
-use crate::check::report::Finding;
+use crate::check::Finding;
 use robhaz_score::signals::{median, smooth, white_noise};
 
 /// Half of the number of readings less one over which a torque is averaged.
@@ -80,9 +80,8 @@ pub fn finding(
     let mut is_at_any = vec![false; squares.len()];
     for (name, values) in torques {
         let while_turning = values.iter().zip(turning);
-        let values: Vec<f64> = while_turning
-            .map(|(value, turns)| if *turns { *value } else { f64::NAN })
-            .collect();
+        let values = while_turning.map(|(value, turns)| if *turns { *value } else { f64::NAN });
+        let values: Vec<f64> = values.collect();
         if let Some((readings, limit)) = at_limit(&values) {
             names.push(name);
             limits.push(limit);

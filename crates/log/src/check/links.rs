@@ -9,15 +9,10 @@
 use crate::check::changes::{
     CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN, span,
 };
-use crate::check::delay;
 use crate::check::ground::{self, Signs};
 use crate::check::on_links::ROBOT_FILE;
-use crate::check::pin_delay;
-use crate::check::readings::Readings;
-use crate::check::recording::Recording;
-use crate::check::report::{Finding, Verdict};
 use crate::check::rest::has_quiet;
-use crate::check::rewire::{Change, Channel};
+use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict, delay, pin_delay};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::Carrier;
 use robhaz_score::signals::{Allowed, delay, derivative, rms, robust_fit, smooth};
@@ -175,13 +170,31 @@ fn encoder_unit(scale: f64, gravity: f64) -> (String, f64) {
 pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Vec<Finding> {
     let changes = Changes::of_links(log, span(log));
     let fits = [0, 1].map(|k| changes.fit(k, k));
+    let of_link = |k: usize, on_ground: Signs| Link {
+        changes: &changes,
+        k,
+        own: fits[k],
+        other: fits[1 - k],
+        on_ground,
+    };
     if log.stated.body.is_some() {
-        return vec![sign(&changes, &fits, 0, Signs::Unknown)];
+        return vec![of_link(0, Signs::Unknown).sign()];
     }
     match exchanged(&changes, on_ground) {
         Some(finding) => vec![finding],
-        None => [0, 1].map(|k| sign(&changes, &fits, k, on_ground)).into(),
+        None => [0, 1].map(|k| of_link(k, on_ground).sign()).into(),
     }
+}
+
+/// What is known of gyroscope and inclinometer of link `k`.
+struct Link<'a> {
+    changes: &'a Changes,
+    k: usize,
+    /// How each of both links' inclinometer follows its gyroscope.
+    own: Option<Coefficients>,
+    other: Option<Coefficients>,
+    /// What the ground shows of both inclinometers.
+    on_ground: Signs,
 }
 
 /// The names of a gyroscope and its inclinometer.
@@ -218,124 +231,122 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
     })
 }
 
-/// Sign and scale of gyroscope and inclinometer of link `k`.
-fn sign(
-    changes: &Changes,
-    fits: &[Option<Coefficients>; 2],
-    k: usize,
-    on_ground: Signs,
-) -> Finding {
-    let turn = rms(&changes.rate[k]);
-    let channels = changes.channels[k];
-    let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
-        return unlike(changes, fits, k, on_ground);
-    };
-    let coefficient =
-        Finding::ok(SIGN, both(channels), found.figure()).with("coefficient", found.rate, "-");
-    let finding = coefficient.clone().with("explained", found.explained, "-");
-    let is = |value: f64| (found.rate / value - 1.0).abs() < SCALE_ERROR;
-    // Up to here accelerations change an inclinometer as much: at edges, and of the robot.
-    let by_robot = rms(&changes.forward) / turn;
-    let may_accelerate = (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate)
-        || (found.rate - 1.0).abs() < SCALE_ERROR + by_robot;
-    if is(1.0) {
-        finding
-    } else if may_accelerate && !is(-1.0) {
-        let remedy = "accelerations change the inclinometer as much as the ground: drive slower";
-        coefficient.cannot_tell(remedy)
-    } else if !found.is_known() {
-        // An inclinometer measures the accelerations of impacts.
-        let remedy = if is(-1.0) {
-            "it looks as if one of them had the wrong sign: turn the link by hand, or record a drive over smooth ground"
-        } else {
-            "record a drive over smooth ground"
+impl Link<'_> {
+    /// Their sign and scale.
+    fn sign(&self) -> Finding {
+        let (changes, k) = (self.changes, self.k);
+        let turn = rms(&changes.rate[k]);
+        let channels = changes.channels[k];
+        let follows = |f: &Coefficients| f.explained > EXPLAINED && turn > LEAST_CHANGE;
+        let Some(found) = self.own.filter(follows) else {
+            return self.unlike();
         };
-        finding.cannot_tell(remedy)
-    } else if is(-1.0) {
-        let (wrong, remedy) = wrong_sign(channels, fits, k, on_ground);
-        finding.fault(remedy).change([Change::Factor(wrong, -1.0)])
-    } else {
-        finding.fault("one of them has a wrong scale: check units and ranges")
+        let coefficient =
+            Finding::ok(SIGN, both(channels), found.figure()).with("coefficient", found.rate, "-");
+        let finding = coefficient.clone().with("explained", found.explained, "-");
+        let is = |value: f64| (found.rate / value - 1.0).abs() < SCALE_ERROR;
+        // Up to here accelerations change an inclinometer as much: at edges, and of the robot.
+        let by_robot = rms(&changes.forward) / turn;
+        let may_accelerate = (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate)
+            || (found.rate - 1.0).abs() < SCALE_ERROR + by_robot;
+        if is(1.0) {
+            finding
+        } else if may_accelerate && !is(-1.0) {
+            let remedy =
+                "accelerations change the inclinometer as much as the ground: drive slower";
+            coefficient.cannot_tell(remedy)
+        } else if !found.is_known() {
+            // An inclinometer measures the accelerations of impacts.
+            let remedy = if is(-1.0) {
+                "it looks as if one of them had the wrong sign: turn the link by hand, or record a drive over smooth ground"
+            } else {
+                "record a drive over smooth ground"
+            };
+            finding.cannot_tell(remedy)
+        } else if is(-1.0) {
+            let (wrong, remedy) = self.wrong_sign();
+            finding.fault(remedy).change([Change::Factor(wrong, -1.0)])
+        } else {
+            finding.fault("one of them has a wrong scale: check units and ranges")
+        }
     }
-}
 
-/// The finding of a link whose inclinometer does not follow its gyroscope, or which hardly turns.
-fn unlike(
-    changes: &Changes,
-    fits: &[Option<Coefficients>; 2],
-    k: usize,
-    on_ground: Signs,
-) -> Finding {
-    let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
-    let channels @ [gyro, inclinometer] = changes.channels[k];
-    let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
-    let figure = format!(
-        "changes within {:.1} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS",
-        changes.span
-    );
-    let finding = Finding::ok(SIGN, both(channels), figure)
-        .with("inclinometer", inclined, "deg")
-        .with("gyro", turned, "deg");
-    // Two inclinometers that agree on the ground leave the gyroscope.
-    let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
-    let other = LEAST_CHANGE.max(rms(&changes.forward)).hypot(changes.noise);
-    if on_ground == Signs::Equal && !follows && inclination > 2.0 * other {
-        return finding.fault(format!(
+    /// The finding of a link whose inclinometer does not follow its gyroscope, or which hardly turns.
+    fn unlike(&self) -> Finding {
+        let (changes, k) = (self.changes, self.k);
+        let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
+        let channels @ [gyro, inclinometer] = changes.channels[k];
+        let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
+        let figure = format!(
+            "changes within {:.1} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS",
+            changes.span
+        );
+        let finding = Finding::ok(SIGN, both(channels), figure)
+            .with("inclinometer", inclined, "deg")
+            .with("gyro", turned, "deg");
+        // Two inclinometers that agree on the ground leave the gyroscope.
+        let follows = self.own.is_some_and(|f| f.explained > EXPLAINED);
+        let other = LEAST_CHANGE.max(rms(&changes.forward)).hypot(changes.noise);
+        if self.on_ground == Signs::Equal && !follows && inclination > 2.0 * other {
+            return finding.fault(format!(
             "{gyro} is wrong: dead, or a column of something else; {inclinometer} agrees with the other link on the ground"
         ));
-    }
-    // On level ground a start remains.
-    let [own, other] = [fits[k], fits[1 - k]].map(|f| f.map_or(0.0, |f| f.of_acceleration()));
-    if own < 0.0 && other > 0.0 {
-        let remedy = format!(
-            "{inclinometer} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
-        );
-        return finding
-            .fault(remedy)
-            .change([Change::Factor(inclinometer, -1.0)]);
-    }
-    finding.cannot_tell(match turn < LEAST_CHANGE {
+        }
+        // On level ground a start remains.
+        let [own, other] = [self.own, self.other].map(|f| f.map_or(0.0, |f| f.of_acceleration()));
+        if own < 0.0 && other > 0.0 {
+            let remedy = format!(
+                "{inclinometer} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
+            );
+            return finding
+                .fault(remedy)
+                .change([Change::Factor(inclinometer, -1.0)]);
+        }
+        finding.cannot_tell(match turn < LEAST_CHANGE {
         true => "drive over an obstacle that turns the links by a few degrees; if the gyro still does not turn, it is dead",
         false => "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand",
     })
-}
-
-/// Which one of the gyroscope and the inclinometer of link `k` has the wrong sign, and what to do.
-fn wrong_sign(
-    [gyro, inclinometer]: [Channel; 2],
-    fits: &[Option<Coefficients>; 2],
-    k: usize,
-    on_ground: Signs,
-) -> (Channel, String) {
-    let other = fits[1 - k].filter(|f| f.rate > 0.0);
-    let acceleration = fits[k].map_or(0.0, |f| f.of_acceleration());
-    // Encoders that count backwards show in the other link, too.
-    let acceleration = acceleration * other.map_or(1.0, |f| f.of_acceleration());
-    let on_ground = other.map_or(Signs::Unknown, |_| on_ground);
-    let (wrong, why) = if on_ground == Signs::Equal {
-        let why = format!("{inclinometer} agrees with the other link on the ground");
-        (gyro, why)
-    } else if on_ground == Signs::Different {
-        let why = "it disagrees with the other link on the ground".to_owned();
-        (inclinometer, why)
-    } else if acceleration > 0.0 {
-        let why = format!("{inclinometer} shows the robot's acceleration with the right sign");
-        (gyro, why)
-    } else if acceleration < 0.0 {
-        let why = "it shows the robot's acceleration with the wrong sign".to_owned();
-        (inclinometer, why)
-    } else {
-        let why = "lifting the front of the link must make both positive";
-        (gyro, format!("or {inclinometer}: {why}"))
-    };
-    let (reading, link) = (wrong.reading(), k + 1);
-    if wrong != wrong.in_frames() {
-        return (wrong, format!("turn round sign of reading.{reading}"));
     }
-    let remedy = format!(
-        "{wrong} has the wrong sign ({why}): turn round sign of reading.{reading}, or the axes of imu.link{link}, in SENSORS.toml"
-    );
-    (wrong, remedy)
+
+    /// Which one of them has the wrong sign, and what to do.
+    fn wrong_sign(&self) -> (Channel, String) {
+        let [gyro, inclinometer] = self.changes.channels[self.k];
+        let other = self.other.filter(|f| f.rate > 0.0);
+        let acceleration = self.own.map_or(0.0, |f| f.of_acceleration());
+        // Encoders that count backwards show in the other link, too.
+        let acceleration = acceleration * other.map_or(1.0, |f| f.of_acceleration());
+        let on_ground = other.map_or(Signs::Unknown, |_| self.on_ground);
+        let (wrong, why) = match on_ground {
+            Signs::Equal => (
+                gyro,
+                format!("{inclinometer} agrees with the other link on the ground"),
+            ),
+            Signs::Different => (
+                inclinometer,
+                "it disagrees with the other link on the ground".to_owned(),
+            ),
+            _ if acceleration > 0.0 => (
+                gyro,
+                format!("{inclinometer} shows the robot's acceleration with the right sign"),
+            ),
+            _ if acceleration < 0.0 => (
+                inclinometer,
+                "it shows the robot's acceleration with the wrong sign".to_owned(),
+            ),
+            _ => (
+                gyro,
+                format!("or {inclinometer}: lifting the front of the link must make both positive"),
+            ),
+        };
+        let (reading, link) = (wrong.reading(), self.k + 1);
+        if wrong != wrong.in_frames() {
+            return (wrong, format!("turn round sign of reading.{reading}"));
+        }
+        let remedy = format!(
+            "{wrong} has the wrong sign ({why}): turn round sign of reading.{reading}, or the axes of imu.link{link}, in SENSORS.toml"
+        );
+        (wrong, remedy)
+    }
 }
 
 /// Delays between the gyroscope and the inclinometer of each link, or of the body, for right signs
@@ -444,13 +455,10 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     let turning = rms(&recording.while_driving(&recording.rate[k]));
     let costs = found.map_or(0.0, |delay| delay.seconds.abs() * turning);
     let budget = &log.stated.settings.budget;
-    match finding.verdict {
-        Verdict::Fault
-            if turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise =>
-        {
-            finding
-                .cannot_tell("drive faster: at this speed it is less than the inclinometer's noise")
-        }
-        _ => finding,
+    let is_less = turning < HARDLY * budget.rate_noise && costs < budget.inclination_noise;
+    if finding.is_fault() && is_less {
+        let remedy = "drive faster: at this speed it is less than the inclinometer's noise";
+        return finding.cannot_tell(remedy);
     }
+    finding
 }

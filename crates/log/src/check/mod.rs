@@ -78,13 +78,15 @@ pub use report::{Finding, Report, Verdict};
 pub use stated::{BodyNoise, Stated, StatedBoth};
 pub(crate) use torques::signs_are_lost;
 
+pub(crate) use readings::Readings;
+pub(crate) use recorded::Recorded;
+pub(crate) use recording::Recording;
+pub(crate) use rewire::{Change, Channel};
+
 use self::clock::Clock;
-use self::readings::Readings;
-use self::recording::Recording;
-use self::rewire::Channel;
-use robhaz_estimator::{PAIRINGS, SensorFrame, Sides};
+use self::recording::LARGEST_TURN;
+use robhaz_estimator::{EstimatorSettings, PAIRINGS, SensorFrame, Sides};
 use robhaz_model::Robot;
-use robhaz_score::Agreement;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -99,6 +101,13 @@ fn check_side(
     excused: &[&'static str],
 ) -> Report {
     let mut stated = *stated;
+    // `kalman` takes contact angles if each wheel has some.
+    let has_angle = |i: usize| frames.iter().any(|f| f.contact_angle[i].is_some());
+    let usual = match (0..3).all(has_angle) {
+        true => EstimatorSettings::kalman(),
+        false => EstimatorSettings::kalman_without_angles(),
+    };
+    stated.settings.method = usual.method;
     let budget = &mut stated.settings.budget;
     let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
     let clock = Clock::of(&mended);
@@ -135,7 +144,7 @@ fn check_side(
         return log.report();
     }
     log.take([acceleration]);
-    match turn(&log.recording) {
+    match log.recording.turn() {
         turn if turn > LARGEST_TURN => log.check_fast_drive(turn),
         _ => log.check_by_ground(forward),
     }
@@ -144,26 +153,14 @@ fn check_side(
 
 /// What the start of one side of two shows alone: signs, and the size of the torques.
 fn check_start(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
-    let Some(recording) = Recording::new(&Clock::of(frames), stated.robot) else {
+    let log = Readings::of_side(frames, stated);
+    let Some(log) = log.filter(|log| log.recording.turn() <= LARGEST_TURN) else {
         return Vec::new();
     };
-    let log = Readings {
-        stated,
-        frames: frames.into(),
-        recording,
-        findings: Vec::new(),
-        is_of_both: true,
-        excused: &[],
-    };
-    if turn(&log.recording) > LARGEST_TURN {
-        return Vec::new();
-    }
     let (_, forward) = links::acceleration(&log);
-    let size = start::size(newton::Start::of(&log));
-    start::findings(&log, forward)
-        .into_iter()
-        .chain(size)
-        .collect()
+    let mut findings = start::findings(&log, forward);
+    findings.extend(start::size(newton::Start::of(&log)));
+    findings
 }
 
 impl Readings<'_> {
@@ -209,7 +206,7 @@ impl Readings<'_> {
             self.take([torques::left_out()]);
             return;
         }
-        self.take([agreement::as_wired(self, f64::INFINITY)]);
+        self.take([agreement::as_wired(self)]);
     }
 
     /// The tests that follow the wheels over the ground. `forward`: see [`links::acceleration`].
@@ -270,10 +267,9 @@ impl Readings<'_> {
                 return;
             }
         }
-        let certain = certain_of(&self.recording, self.stated.robot);
         match self.is_of_both {
-            true => self.take(agreement::gears_of_side(self, order, certain)),
-            false => self.take(agreement::findings(self, order, certain)),
+            true => self.take(agreement::gears_of_side(self, order)),
+            false => self.take(agreement::findings(self, order)),
         }
     }
 
@@ -322,11 +318,8 @@ fn sides(stated: &Stated<'_>) -> Finding {
 /// The zero that all inclinometers have in common.
 fn level(log: &Readings<'_>) -> Finding {
     let stated = log.stated;
-    let channel = match stated.body {
-        Some(_) => Channel::BodyInclination.to_string(),
-        None => ground::CHANNEL.to_owned(),
-    };
-    Level::of_side(&log.frames, stated.robot, &stated.settings).finding(&channel)
+    let channel = stated.body.map_or(ground::CHANNEL, |_| "body_inclination");
+    Level::of_side(&log.frames, stated.robot, &stated.settings).finding(channel)
 }
 
 /// Says which sensors of the body a fault of the links' readings may be of.
@@ -344,41 +337,9 @@ fn name_sensors_of_body(finding: &mut Finding) {
     }
 }
 
-/// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its
-/// radius along the path.
-const LARGEST_TURN: f64 = 0.25;
-
-/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground
-/// must change smoothly from reading to reading.
-const LONGEST_STEP: f64 = 0.0205;
-/// Largest turn of a wheel between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at
-/// 500 Hz.
-const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
-
-/// Froude number `v^2/(g r)` up to which the filters hold: with 1 a wheel leaves ground that is as
-/// curved as itself.
-const LARGEST_FROUDE: f64 = 0.5;
-
 /// Mean NIS from which on a contradiction between the readings is one: see
 /// [`robhaz_score::Agreement::contradiction`].
 pub fn certain(frames: &[SensorFrame], robot: &Robot) -> f64 {
     let recording = Recording::new(&Clock::of(frames), robot);
-    recording.map_or(0.0, |recording| certain_of(&recording, robot))
-}
-
-fn certain_of(recording: &Recording, robot: &Robot) -> f64 {
-    let turn = turn(recording);
-    let spin = turn / recording.slowest;
-    let froude = spin * spin * robot.geometry.wheel_radius / robot.gravity;
-    let is_slow = turn < LARGEST_TURN_OF_FILTERS && froude < LARGEST_FROUDE;
-    match recording.slowest < LONGEST_STEP && is_slow {
-        true => 0.0,
-        false if turn > LARGEST_TURN => f64::INFINITY,
-        false => Agreement::FAR_APART,
-    }
-}
-
-/// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
-fn turn(recording: &Recording) -> f64 {
-    recording.usual_spin().unwrap_or(0.0) * recording.slowest
+    recording.map_or(0.0, |recording| recording.certain(robot))
 }

@@ -11,10 +11,9 @@
 //! slope. A driver makes its torques late by a delay, or by a low pass, of which the motion then has one,
 //! too: the one with which the law leaves the least is theirs.
 
-use crate::check::LONGEST_STEP;
-use crate::check::readings::Readings;
-use crate::check::recording::{Recording, SMOOTHING};
+use crate::check::recording::{LONGEST_STEP, SMOOTHING};
 use crate::check::rest::rest;
+use crate::check::{Readings, Recording};
 use robhaz_estimator::LATE_TORQUE;
 use robhaz_model::{Robot, Units};
 use robhaz_score::extremes;

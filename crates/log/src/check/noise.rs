@@ -5,12 +5,8 @@
 //! a reading or two differ by from those before and after.
 
 use crate::check::changes::DEGREE;
-use crate::check::readings::Readings;
-use crate::check::recorded::Recorded;
-use crate::check::recording::Recording;
-use crate::check::report::Finding;
 use crate::check::rest::{OFFSET_GATE, SHORTEST, SHOWN, SMALL_RATE, rest};
-use crate::check::rewire::Channel;
+use crate::check::{Channel, Finding, Readings, Recorded, Recording};
 use robhaz_model::Robot;
 use robhaz_score::signals::{deviation, high_pass, integral, median, rms, subtract, white_noise};
 
@@ -45,9 +41,8 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     let channels = Recorded::of_recording(recording, recording.len(), log.stated);
     let pairs = channels.windows(2);
     let pairs = pairs.filter(|pair| pair[1].channel.is_inclination());
-    let of_pairs = pairs.clone();
-    let of_pairs = of_pairs.filter_map(|pair| beside_gyro(recording, &pair[0], &pair[1]));
-    let mut findings: Vec<Finding> = of_pairs.collect();
+    let mut findings = Vec::new();
+    findings.extend((pairs.clone()).filter_map(|pair| beside_gyro(recording, &pair[0], &pair[1])));
     // At rest it shows better.
     if rest(recording) < recording.steps(SHORTEST) {
         findings.extend(pairs.filter_map(|pair| drift(log, &pair[0], &pair[1])));

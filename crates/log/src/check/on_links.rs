@@ -12,10 +12,10 @@
 //! front and rear wheel cannot be exchanged, encoders and torques together, nor can the middle wheel hang on the other
 //! link. Masses, zeros and constant scales have no part in it.
 
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel, moved};
+use crate::check::recording::add;
+use crate::check::rewire::moved;
 use crate::check::wiring::Wiring;
+use crate::check::{Change, Channel, Finding, Readings};
 use robhaz_estimator::PAIRINGS;
 use robhaz_model::Carrier;
 use robhaz_score::signals::{integral, mean};
@@ -42,7 +42,7 @@ pub const ROBOT_FILE: &str = "robot file";
 /// What may be: the wheels whose columns each wheel has, and the links that the wheels hang on.
 #[derive(Clone, Copy)]
 struct Hung {
-    order: [usize; 3],
+    wiring: Wiring,
     carriers: [Carrier; 3],
 }
 
@@ -95,27 +95,18 @@ impl Changes {
         let of_link = |i: usize| self.links[i][hung.carriers[i].index()].clone();
         let made = differences(&[0, 1, 2].map(of_link));
         let (mut sums, mut all) = ([0.0; 3], 0.0);
-        let parts = (0..3).flat_map(|i| {
-            let turned = made[i].iter().zip(&self.turned[hung.order[i]]);
-            let worked = &self.worked[hung.order[i]];
-            turned
-                .zip(worked)
-                .map(|((made, turned), worked)| (*made, made - turned, *worked))
-        });
-        for (made, left, worked) in parts {
-            all += made * made;
-            let products = [left * left, left * worked, worked * worked];
-            sums.iter_mut()
-                .zip(products)
-                .for_each(|(sum, of)| *sum += of);
+        for (i, made) in made.iter().enumerate() {
+            let turned = &self.turned[hung.wiring.encoders[i]];
+            let worked = &self.worked[hung.wiring.torques[i]];
+            for ((made, turned), worked) in made.iter().zip(turned).zip(worked) {
+                let left = made - turned;
+                all += made * made;
+                add(&mut sums, [left * left, left * worked, worked * worked]);
+            }
         }
         let [squares, both, of_work] = sums;
-        // Traction does not pull a wheel back.
-        let slip = if of_work > 0.0 {
-            (-both / of_work).max(0.0)
-        } else {
-            0.0
-        };
+        // Traction does not pull a wheel back. Without torques it is not a number, and none.
+        let slip = (-both / of_work).max(0.0);
         Left {
             made: all,
             of_wheels: squares + 2.0 * slip * both + slip * slip * of_work,
@@ -131,11 +122,8 @@ struct Left {
 
 impl Left {
     fn explained(&self) -> f64 {
-        if self.made > 0.0 {
-            1.0 - self.of_wheels / self.made
-        } else {
-            0.0
-        }
+        let left = self.of_wheels / self.made;
+        if self.made > 0.0 { 1.0 - left } else { 0.0 }
     }
 }
 
@@ -158,30 +146,27 @@ pub fn finding(log: &Readings<'_>) -> Finding {
     let Some(changes) = Changes::of(log) else {
         return Finding::ok(TEST, CHANNEL, "the robot does not drive").cannot_tell(unknown);
     };
+    let hung = |(order, carriers): ([usize; 3], [Carrier; 3])| Hung {
+        wiring: Wiring {
+            encoders: order,
+            torques: order,
+            links: false,
+        },
+        carriers,
+    };
     let order = PAIRINGS[0];
-    let own = changes.left(&Hung { order, carriers });
-    let mut others: Vec<Hung> = PAIRINGS[1..]
-        .iter()
-        .map(|order| Hung {
-            order: *order,
-            carriers,
-        })
-        .collect();
-    // The fewest changes first.
-    others.sort_by_key(|hung| moved(hung.order).count());
+    let own = changes.left(&hung((order, carriers)));
     let [front, middle, rear] = carriers;
     let other = match middle {
         Carrier::Link1 => Carrier::Link2,
         Carrier::Link2 => Carrier::Link1,
     };
-    others.insert(
-        0,
-        Hung {
-            order,
-            carriers: [front, other, rear],
-        },
-    );
-    let others: Vec<(Hung, Left)> = others.iter().map(|h| (*h, changes.left(h))).collect();
+    let mut others = vec![(order, [front, other, rear])];
+    others.extend(PAIRINGS[1..].iter().map(|order| (*order, carriers)));
+    // The fewest changes first.
+    others.sort_by_key(|(order, _)| moved(*order).count());
+    let judged = |hung: Hung| (hung, changes.left(&hung));
+    let others: Vec<(Hung, Left)> = others.into_iter().map(hung).map(judged).collect();
     // The logarithm of the odds of another one to what is stated.
     let odds = |left: &Left| 0.5 * changes.count * (own.of_wheels / left.of_wheels).ln();
     let most = others.iter().map(|(_, left)| odds(left));
@@ -213,21 +198,13 @@ pub fn finding(log: &Readings<'_>) -> Finding {
 }
 
 impl Hung {
-    fn wiring(self) -> Wiring {
-        Wiring {
-            encoders: self.order,
-            torques: self.order,
-            links: false,
-        }
-    }
-
     fn words(self) -> String {
-        match moved(self.order).count() {
+        match moved(self.wiring.encoders).count() {
             0 => format!(
                 "the middle wheel hangs on link {}: correct `carriers` of the robot file",
                 self.carriers[1].index() + 1
             ),
-            _ => self.wiring().words(),
+            _ => self.wiring.words(),
         }
     }
 
@@ -236,14 +213,14 @@ impl Hung {
             .iter()
             .map(|hung| format!("\nfits as well: {}", hung.words()));
         let remedy = self.words() + &lines.collect::<String>();
-        finding.channel = match moved(self.order).collect::<Vec<_>>()[..] {
+        finding.channel = match moved(self.wiring.encoders).collect::<Vec<_>>()[..] {
             [] => ROBOT_FILE.to_owned(),
             [a, b] => {
                 let of: [fn(usize) -> Channel; 2] = [Channel::Encoder, Channel::Torque];
                 finding = finding.change(of.map(|of| Change::Exchange(of(a), of(b))));
-                self.wiring().channels()
+                self.wiring.channels()
             }
-            _ => self.wiring().channels(),
+            _ => self.wiring.channels(),
         };
         finding.fault(remedy)
     }

@@ -2,10 +2,8 @@
 //! pass the same ground.
 
 use crate::check::course::{Course, Heights, OWN, steps_of};
-use crate::check::delay;
 use crate::check::ground::passing;
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
+use crate::check::{Finding, Readings, delay};
 use robhaz_score::signals::{delayed, subtract};
 
 /// Share of the rear difference that the front one explains where the ground shows something, and

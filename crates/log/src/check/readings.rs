@@ -1,9 +1,7 @@
 //! The readings of a log, and what was found so far.
 
 use crate::check::clock::Clock;
-use crate::check::recording::Recording;
-use crate::check::report::Finding;
-use crate::check::stated::Stated;
+use crate::check::{Finding, Recording, Stated};
 use robhaz_estimator::{SensorFrame, Sides};
 use std::borrow::Cow;
 
@@ -19,7 +17,28 @@ pub struct Readings<'a> {
     pub excused: &'a [&'static str],
 }
 
-impl Readings<'_> {
+impl<'a> Readings<'a> {
+    /// Of a side of both, without a finding; `None` without three frames.
+    pub fn of_side(
+        frames: impl Into<Cow<'a, [SensorFrame]>>,
+        stated: &'a Stated<'a>,
+    ) -> Option<Self> {
+        let frames = frames.into();
+        Some(Self {
+            recording: Recording::new(&Clock::of(&frames), stated.robot)?,
+            stated,
+            frames,
+            findings: Vec::new(),
+            is_of_both: true,
+            excused: &[],
+        })
+    }
+
+    /// Mean NIS from which on a contradiction between the readings is one: see [`Recording::certain`].
+    pub fn certain(&self) -> f64 {
+        self.recording.certain(self.stated.robot)
+    }
+
     /// Whether the robot has another side, which may push this one.
     pub fn has_other_side(&self) -> bool {
         self.is_of_both || self.stated.settings.sides == Sides::OneOfTwo

@@ -1,9 +1,8 @@
 //! The channels of the links as they were recorded: gyroscopes and inclinometers of the links, or
 //! an inertial sensor in the body and the angle of pin Q, of which readings of links were made.
 
-use crate::check::recording::Recording;
-use crate::check::rewire::Channel;
-use crate::check::stated::{Stated, of_body};
+use crate::check::stated::of_body;
+use crate::check::{Channel, Recording, Stated};
 use robhaz_estimator::SensorFrame;
 
 /// Change of a reading of the body, as it follows from those of the links, that is rounding: rad,

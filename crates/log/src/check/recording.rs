@@ -1,9 +1,10 @@
 //! Readings of a log on equal steps of time, and the motion of the robot that they show.
 
+use crate::check::Channel;
 use crate::check::clock::{Clock, length};
-use crate::check::rewire::Channel;
 use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
 use robhaz_model::{Geometry, Robot, Units, rotate};
+use robhaz_score::Agreement;
 use robhaz_score::signals::{derivative, integral, median, smooth, subtract};
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
@@ -12,6 +13,19 @@ const LONGEST_BRIDGE: f64 = 0.1;
 /// A part of two and a half periods is bridged: one lost reading, whose neighbours' stamps are
 /// rounded.
 const BRIDGED_PERIODS: f64 = 2.5;
+
+/// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its
+/// radius along the path.
+pub const LARGEST_TURN: f64 = 0.25;
+/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground
+/// must change smoothly from reading to reading.
+pub const LONGEST_STEP: f64 = 0.0205;
+/// Largest turn of a wheel between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at
+/// 500 Hz.
+const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
+/// Froude number `v^2/(g r)` up to which the filters hold: with 1 a wheel leaves ground that is as
+/// curved as itself.
+pub const LARGEST_FROUDE: f64 = 0.5;
 
 /// Speed of a drive to which times refer in which a robot passes the ground, m/s for robot A.
 const REFERENCE_SPEED: f64 = 0.2;
@@ -120,9 +134,7 @@ impl Recording {
         let count = [0, 1, 2].map(|i| least_change(clock, Channel::Encoder(i)));
         let inclination = [0, 1].map(|k| samples(Channel::Inclinometer(k)));
         let half = steps(0.5 * SMOOTHING, dt);
-        let spin = wheel_angle
-            .each_ref()
-            .map(|angle| derivative(angle, half, dt));
+        let spin = [0, 1, 2].map(|i| derivative(&wheel_angle[i], half, dt));
         let middle = |k: usize| median(spin.iter().map(|s| s[k]).collect()).unwrap_or(f64::NAN);
         let geometry = &robot.geometry;
         let smoothed = inclination.each_ref().map(|x| smooth(x, half));
@@ -175,6 +187,25 @@ impl Recording {
         median(spin.iter().map(|spin| spin.abs()).collect())
     }
 
+    /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
+    pub fn turn(&self) -> f64 {
+        self.usual_spin().unwrap_or(0.0) * self.slowest
+    }
+
+    /// Mean NIS from which on a contradiction between the readings is one: see
+    /// [`robhaz_score::Agreement::contradiction`].
+    pub fn certain(&self, robot: &Robot) -> f64 {
+        let turn = self.turn();
+        let spin = turn / self.slowest;
+        let froude = spin * spin * robot.geometry.wheel_radius / robot.gravity;
+        let is_slow = turn < LARGEST_TURN_OF_FILTERS && froude < LARGEST_FROUDE;
+        match self.slowest < LONGEST_STEP && is_slow {
+            true => 0.0,
+            false if turn > LARGEST_TURN => f64::INFINITY,
+            false => Agreement::FAR_APART,
+        }
+    }
+
     /// The samples of a channel of the frames.
     pub fn samples(&self, channel: Channel) -> &[f64] {
         match channel.in_frames() {
@@ -206,6 +237,13 @@ fn least_change(clock: &Clock<'_>, channel: Channel) -> f64 {
         least = all.filter(|c| *c > ROUNDING).fold(least, f64::min);
     }
     if least.is_finite() { least } else { 0.0 }
+}
+
+/// Adds to each sum what is its.
+pub fn add<const N: usize>(sums: &mut [f64; N], values: [f64; N]) {
+    for (sum, x) in sums.iter_mut().zip(values) {
+        *sum += x;
+    }
 }
 
 /// Number of steps of `dt` in a time (s), at least one.

@@ -1,6 +1,6 @@
 //! What the tests found.
 
-use crate::check::rewire::Change;
+use crate::check::Change;
 use serde::Serialize;
 
 /// Result of a test.
@@ -65,6 +65,13 @@ impl Finding {
     pub fn with(mut self, name: &'static str, value: f64, unit: &'static str) -> Self {
         self.numbers.push(Quantity { name, value, unit });
         self
+    }
+
+    /// With the shares that the readings explain as they are, and otherwise wired.
+    #[must_use]
+    pub(crate) fn explained(self, own: f64, otherwise: f64) -> Self {
+        let own = self.with("explained", own, "-");
+        own.with("explained otherwise", otherwise, "-")
     }
 
     /// The log does not show it. `remedy` says which log would.

@@ -1,11 +1,7 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
 use crate::check::changes::DEGREE;
-use crate::check::recorded::Recorded;
-use crate::check::recording::Recording;
-use crate::check::report::{Finding, Verdict};
-use crate::check::rewire::{Change, Channel};
-use crate::check::stated::Stated;
+use crate::check::{Change, Channel, Finding, Recorded, Recording, Stated, Verdict};
 use robhaz_model::Units;
 use robhaz_score::signals::{mean, median, rms};
 use std::f64::consts::{PI, TAU};
@@ -67,18 +63,16 @@ impl Recorded {
     /// The mean without single wrong readings; of directions that of the direction, which may lie at
     /// 180 deg.
     fn mean(&self) -> f64 {
-        if !self.channel.is_inclination() {
+        let is_small = |v: &f64| v.is_nan() || v.abs() < STEEPEST;
+        // Small angles keep their mean.
+        if !self.channel.is_inclination() || self.values.iter().all(is_small) {
             return without_spikes(&self.values, self.noise);
         }
         let of = |part: fn(f64) -> f64| {
             let parts: Vec<f64> = self.values.iter().map(|v| part(*v)).collect();
             mean(&parts).unwrap_or(0.0)
         };
-        // Small angles keep their mean.
-        match self.values.iter().all(|v| v.is_nan() || v.abs() < STEEPEST) {
-            true => without_spikes(&self.values, self.noise),
-            false => of(f64::sin).atan2(of(f64::cos)),
-        }
+        of(f64::sin).atan2(of(f64::cos))
     }
 
     /// The mean rate of an angle within a time (s), from its first and its last tenth, and the
@@ -223,14 +217,11 @@ impl Rest<'_> {
         let budget = &self.stated.settings.budget;
         let is_level = self.angles().all(|x| x.mean().abs() < LEVEL);
         let judge = |finding: Finding, mean: f64| {
-            match is_level {
-            true => finding.fault(format!(
-                "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
-            )),
-            false => {
-                finding.cannot_tell("the robot stands on a slope: record a rest on level ground")
+            if !is_level {
+                return finding
+                    .cannot_tell("the robot stands on a slope: record a rest on level ground");
             }
-        }
+            finding.fault(format!("zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"))
         };
         let small = SMALL_TORQUE * Units::of(self.stated.robot).torque();
         let limit = small + OFFSET_GATE * budget.torque_offset + budget.gear_friction;

@@ -1,6 +1,7 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
-use crate::check::stated::{Stated, of_body};
+use crate::check::Stated;
+use crate::check::stated::of_body;
 use robhaz_estimator::SensorFrame;
 use std::f64::consts::PI;
 use std::fmt;
@@ -21,19 +22,12 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// All channels of a log without contact angles.
-    pub const ALL: [Self; 10] = [
-        Self::Encoder(0),
-        Self::Encoder(1),
-        Self::Encoder(2),
-        Self::Torque(0),
-        Self::Torque(1),
-        Self::Torque(2),
-        Self::Gyro(0),
-        Self::Inclinometer(0),
-        Self::Gyro(1),
-        Self::Inclinometer(1),
-    ];
+    /// All channels of a log without contact angles: encoders, torques, links.
+    pub fn all() -> Vec<Self> {
+        let wheels = [Self::Encoder, Self::Torque].map(|of| [0, 1, 2].map(of));
+        let links = [0, 1].map(Self::of_link);
+        [wheels.as_flattened(), links.as_flattened()].concat()
+    }
 
     /// Gyroscope and inclinometer of a link.
     pub const fn of_link(k: usize) -> [Self; 2] {
@@ -118,11 +112,6 @@ impl Channel {
             other => other,
         }
     }
-
-    /// Whether both measure the same quantity.
-    pub fn is_like(self, other: Self) -> bool {
-        std::mem::discriminant(&self) == std::mem::discriminant(&other)
-    }
 }
 
 impl fmt::Display for Channel {
@@ -150,6 +139,14 @@ pub fn names(channels: impl Iterator<Item = Channel>) -> Vec<String> {
     channels.map(|channel| channel.to_string()).collect()
 }
 
+/// Angle and rate of the link of the body, each with that of the other link, where readings of links are made of those
+/// of the body.
+fn of_body_and_other(stated: &Stated<'_>) -> impl Iterator<Item = [Channel; 2]> {
+    let links = stated.body_link().into_iter();
+    let channels = links.flat_map(|body| [Channel::Inclinometer(body), Channel::Gyro(body)]);
+    channels.map(|own| [own, own.of_other_link()])
+}
+
 /// What is done to the readings of a log before further tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
@@ -169,12 +166,8 @@ impl Change {
         let before = *frame;
         match self {
             Self::Factor(Channel::Pin, factor) => {
-                let Some(body) = stated.body_link() else {
-                    return;
-                };
-                for channel in [Channel::Inclinometer(body), Channel::Gyro(body)] {
-                    let (of_body, other) = (channel.value(&before), channel.of_other_link());
-                    let turned = of_body.zip(other.value(&before));
+                for [own, other] in of_body_and_other(stated) {
+                    let turned = own.value(&before).zip(other.value(&before));
                     *other.of(frame) = turned.map(|(body, x)| body + factor * (x - body));
                 }
             }
@@ -200,14 +193,11 @@ impl Change {
                 *b.of(frame) = a.value(&before);
             }
             Self::OtherBody => {
-                let Some(body) = stated.body_link() else {
-                    return;
-                };
-                for channel in [Channel::Inclinometer(body), Channel::Gyro(body)] {
-                    let (read, other) = (channel.value(&before), channel.of_other_link());
+                for [own, other] in of_body_and_other(stated) {
+                    let read = own.value(&before);
                     *other.of(frame) = read;
                     let turned = read.zip(other.value(&before));
-                    *channel.of(frame) = turned.map(|(read, x)| 2.0 * read - x);
+                    *own.of(frame) = turned.map(|(read, x)| 2.0 * read - x);
                 }
             }
             Self::Remove(channel) => *channel.of(frame) = None,

@@ -5,15 +5,10 @@
 //! distance of the axles: in a wrong unit at another one.
 
 use crate::check::changes::DEGREE;
-use crate::check::clock::Clock;
 use crate::check::course::{Course, OWN};
 use crate::check::ground::{CERTAIN, EXPLAINED, SCALE_ERROR, passing};
-use crate::check::readings::Readings;
-use crate::check::recording::Recording;
-use crate::check::report::Finding;
-use crate::check::stated::Stated;
+use crate::check::{Finding, Readings, Stated};
 use robhaz_estimator::SensorFrame;
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 const TEST: &str = "angle or speed";
@@ -23,14 +18,7 @@ const UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", DEGREE), ("rpm", TAU 
 /// The finding of angles that are speeds; `None` of others, and where the ground shows nothing.
 pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
     let explained = |frames: &[SensorFrame]| {
-        let log = Readings {
-            stated,
-            recording: Recording::new(&Clock::of(frames), stated.robot)?,
-            frames: Cow::Borrowed(frames),
-            findings: Vec::new(),
-            is_of_both: true,
-            excused: &[],
-        };
+        let log = Readings::of_side(frames, stated)?;
         passing(&Course::new(&log, &log.recording.inclination), &OWN)
     };
     if !comes_back(frames) {
@@ -51,10 +39,8 @@ pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
         100.0 * found.explained,
         found.scale
     );
-    let finding = Finding::ok(TEST, "encoders 1 to 3", figure)
-        .with("explained", own, "-")
-        .with("explained otherwise", found.explained, "-");
-    Some(finding.fault(format!(
+    let finding = Finding::ok(TEST, "encoders 1 to 3", figure);
+    Some(finding.explained(own, found.explained).fault(format!(
         "the columns are speeds: state unit = \"{name}\" of wheel1_angle, wheel2_angle and wheel3_angle, and they are integrated"
     )))
 }

@@ -1,6 +1,6 @@
 //! Errors of the time stamps, measured by the wheels, and their resolution.
 
-use crate::check::report::Finding;
+use crate::check::Finding;
 use crate::jitter::Jitter;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 

@@ -6,11 +6,9 @@
 //! acceleration the other way round, too.
 
 use crate::check::newton::{OTHER_SIZE, Start};
-use crate::check::readings::Readings;
 use crate::check::recording::SMOOTHING;
-use crate::check::report::{Finding, Verdict};
 use crate::check::rest::rest;
-use crate::check::rewire::{Change, Channel};
+use crate::check::{Change, Channel, Finding, Readings, Verdict};
 use robhaz_score::signals::{fit, smooth};
 
 /// Time from the first motion on that counts as the start, and as much rest before it as there is,
@@ -43,9 +41,8 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
     let half = recording.steps(0.5 * SMOOTHING);
     let acceleration = recording.derivative(&recording.middle_spin);
     // A log that begins in a drive has no start.
-    let mut speeds = recording.middle_spin[range.clone()]
-        .iter()
-        .map(|spin| spin.abs());
+    let spins = recording.middle_spin[range.clone()].iter();
+    let mut speeds = spins.map(|spin| spin.abs());
     let first = speeds.find(|spin| spin.is_finite()).unwrap_or(0.0);
     let is_start = first < AT_ONCE * speeds.fold(0.0, f64::max);
     let (acceleration, constant) = (&acceleration[range.clone()], vec![1.0; range.len()]);
@@ -92,11 +89,8 @@ pub fn unit(log: &Readings<'_>) -> Option<Finding> {
 /// The size of all torques, of a start that shows it. Beyond that it is their unit.
 pub fn size(start: Option<Start>) -> Option<Finding> {
     if start.is_none() {
-        let finding = Finding::ok(
-            SIZE,
-            "torques 1 to 3",
-            "no start from a rest on level ground",
-        );
+        let figure = "no start from a rest on level ground";
+        let finding = Finding::ok(SIZE, "torques 1 to 3", figure);
         return Some(finding.cannot_tell("stand for a second on level ground, and start there"));
     }
     let is_size = |start: &Start| (1.0 / OTHER_UNIT..OTHER_UNIT).contains(&start.size);
@@ -169,21 +163,21 @@ fn common(torques_are_backwards: bool, forward: f64) -> Finding {
             "encoders 1 to 3",
             "the wheels turn against their torques and against the acceleration that the inclinometers show",
             "the signs of all encoders are wrong: forward is positive",
-            &Channel::ALL[..3],
+            0..3,
         ),
         (true, _) => (
             "torques 1 to 3",
             "the wheels turn against their torques and with the acceleration that the inclinometers show",
             "the signs of all torques are wrong: driving forward is positive",
-            &Channel::ALL[3..6],
+            3..6,
         ),
         (false, _) => (
             "gyros 1 and 2, inclinometers 1 and 2",
             "the inclinometers show the acceleration of the wheels the other way round",
             "the signs of all gyros and inclinometers are wrong, nose up is positive; or those of all encoders and torques",
-            &Channel::ALL[6..],
+            6..10,
         ),
     };
     let finding = Finding::ok(TEST, names, figure).fault(remedy);
-    finding.change(channels.iter().map(turned))
+    finding.change(Channel::all()[channels].iter().map(turned))
 }

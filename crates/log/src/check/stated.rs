@@ -1,6 +1,7 @@
 //! What is stated of a log: the robot, its sensors, and where these are.
 
 use robhaz_estimator::EstimatorSettings;
+use robhaz_estimator::whole::WholeEstimator;
 use robhaz_model::{Posture, Robot, Suspension, WholeRover};
 
 /// White noise of an inertial sensor in the body and of the angle of pin Q, a sample.
@@ -64,4 +65,12 @@ pub struct StatedBoth<'a> {
     pub joint: [f64; 2],
     /// Time after the first frame from which on forces count, s.
     pub compare_from: f64,
+}
+
+impl StatedBoth<'_> {
+    /// Its estimator, for one log; `None` of a rover that cannot be estimated.
+    pub(super) fn estimator(&self) -> Option<WholeEstimator> {
+        let estimator = WholeEstimator::new(self.rover, self.settings, self.joint);
+        Some(estimator.ok()?.untied())
+    }
 }

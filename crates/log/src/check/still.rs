@@ -1,16 +1,15 @@
 //! Channels that do not change, and channels at the end of their range.
 
-use crate::check::recorded::{ROUNDING, Recorded};
+use crate::check::recorded::ROUNDING;
 use crate::check::recording::driving_spin;
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
-use crate::check::stated::Stated;
+use crate::check::{Channel, Finding, Recorded, Stated};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
 use robhaz_score::extremes;
 use robhaz_score::signals::{median, white_noise};
 use std::f64::consts::TAU;
 use std::fmt::Display;
+use std::mem::discriminant;
 
 /// Longest time without any change of a working sensor while the robot drives, s.
 const LONGEST_CONSTANT: f64 = 1.0;
@@ -71,11 +70,12 @@ pub fn findings(
 /// readings of links that are made of those of the body.
 fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for (k, a) in Channel::ALL.into_iter().enumerate() {
+    let all = Channel::all();
+    for (k, a) in all.iter().copied().enumerate() {
         let is_made =
             |b: Channel| of_body && matches!(b, Channel::Gyro(_) | Channel::Inclinometer(_));
-        let is_other = |b: &Channel| a.is_like(*b) && !is_made(*b);
-        for b in Channel::ALL.into_iter().skip(k + 1).filter(is_other) {
+        let is_other = |b: &Channel| discriminant(&a) == discriminant(b) && !is_made(*b);
+        for b in all.iter().copied().skip(k + 1).filter(is_other) {
             let pair = |f: &SensorFrame| Some((a.value(f)?, b.value(f)?));
             let pairs = || frames.iter().filter_map(pair);
             let first = pairs().next().map_or(0.0, |(x, _)| x);

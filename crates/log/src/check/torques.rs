@@ -4,9 +4,7 @@
 //! Noise carries a signed reading through zero: of the readings near zero, about half have either sign.
 //! A magnitude touches zero and never passes it.
 
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel};
-use crate::check::stated::Stated;
+use crate::check::{Change, Channel, Finding, Stated};
 use crate::measured::Rounding;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Robot, Units};
@@ -56,10 +54,10 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     for (i, torque) in torques.iter().enumerate() {
         match torque.fault(stated.settings.budget.torque_noise, is_shown) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
-            Some(fault) => {
+            Some(([figure, remedy], is_lost)) => {
                 let torque = Channel::Torque(i);
-                let finding = Finding::ok(TEST, torque, fault.figure).fault(fault.remedy);
-                let change = fault.is_lost.then_some(Change::Remove(torque));
+                let change = is_lost.then_some(Change::Remove(torque));
+                let finding = Finding::ok(TEST, torque, figure).fault(remedy);
                 faults.push(finding.change(change));
             }
         }
@@ -111,13 +109,8 @@ impl TurnsBack {
     }
 }
 
-/// What is wrong with a torque, and what to do.
-struct Fault {
-    figure: String,
-    remedy: String,
-    /// Whether its sign is lost: nothing that follows from it is right.
-    is_lost: bool,
-}
+/// What is wrong with a torque, what to do, and whether its sign is lost: nothing that follows from it is right.
+type Fault = ([String; 2], bool);
 
 /// The readings of a torque.
 struct Torque {
@@ -202,15 +195,7 @@ impl Torque {
     /// What is wrong and what to do. `noise` is the stated one, N m; `is_shown`: whether those that turn back at
     /// zero show together that they have the sign of the speed.
     fn fault(&self, noise: f64, is_shown: bool) -> Option<Fault> {
-        let [lost, rough] = [true, false].map(|is_lost| {
-            move |[figure, remedy]: [String; 2]| {
-                Some(Fault {
-                    figure,
-                    remedy,
-                    is_lost,
-                })
-            }
-        });
+        let [lost, rough] = [true, false].map(|is_lost| move |words| Some((words, is_lost)));
         if let Some(range) = unsigned(&self.values) {
             return lost([
                 format!("jumps to and fro over an empty range, by {range:.3} N m"),

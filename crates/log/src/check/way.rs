@@ -5,9 +5,7 @@
 //! is uneven there, and on it the pin turns, too: by 1.5 times as much and more on the ground of the shipped rovers. A
 //! steady bend of the ground, on which it does not, turns the link evenly.
 
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
+use crate::check::{Channel, Finding, Readings};
 use robhaz_score::extremes;
 use robhaz_score::signals::{deviation, fit, residuals, rms, subtract};
 
@@ -46,6 +44,16 @@ pub fn range(x: &[f64]) -> f64 {
     (high - low).abs()
 }
 
+/// Mean of a signal over the way of these steps, m; a NaN where nothing of it is known.
+pub fn mean_over(steps: &[f64], x: &[f64]) -> f64 {
+    let all = steps.iter().zip(x);
+    let known = all.filter(|(step, x)| (*step * *x).is_finite());
+    let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (step, x)| {
+        (sum + step * x, all + step)
+    });
+    sum / all
+}
+
 impl Way {
     /// Of a recording of one side.
     fn of(log: &Readings<'_>) -> Self {
@@ -62,18 +70,10 @@ impl Way {
 
     /// The zero of a joint of these angles, rad.
     pub fn zero(&self, channel: &str, angles: &[f64]) -> Finding {
-        let length = self
-            .steps
-            .iter()
-            .filter(|step| step.is_finite())
-            .sum::<f64>();
+        let known = self.steps.iter().filter(|step| step.is_finite());
+        let length = known.sum::<f64>();
         let allowed = GATE * self.bias + 0.5 * self.footprint * self.slopes / length;
-        let parts = self.steps.iter().zip(angles);
-        let parts = parts.filter(|(step, x)| (*step * *x).is_finite());
-        let (sum, all) = parts.fold((0.0, 0.0), |(sum, all), (step, x)| {
-            (sum + step * x, all + step)
-        });
-        let mean = sum / all;
+        let mean = mean_over(&self.steps, angles);
         let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
         let figure = format!("mean over {length:.1} m {shown:.2} deg, at most {at_most:.2} deg");
         let finding = Finding::ok(ZERO, channel, figure).with("mean", shown, "deg");

@@ -5,9 +5,8 @@
 //! where e_i is what radius, counts or gear ratio of the wheel differ by. Parts of the drive with
 //! different torques tell e_i from slip.
 
-use crate::check::readings::Readings;
-use crate::check::report::Finding;
-use crate::check::rewire::{Change, Channel};
+use crate::check::recording::add;
+use crate::check::{Change, Channel, Finding, Readings};
 use robhaz_score::signals::{mean, median};
 
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip
@@ -41,85 +40,71 @@ pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
         let spin = recording.derivative(&recording.torque[*j]);
         median(ratios(&spin)).is_some_and(is_right)
     };
-    let sizes = Sizes::of(log);
+    let sizes = sizes(log);
     [0, 1, 2].map(|i| {
-        let size = sizes.as_ref().map(|sizes| sizes.of_wheel(i));
+        let size = sizes.map(|sizes| sizes[i]);
         encoder(i, &ratios(&recording.spin[i]), size, || {
             (0..3).find(torque_turns)
         })
     })
 }
 
-/// By how much each wheel turns more than the others beyond its slip, -, and the standard deviation.
-struct Sizes([f64; 3], [f64; 3]);
-
-impl Sizes {
-    /// `None` of a robot that does not drive for long enough.
-    fn of(log: &Readings<'_>) -> Option<Self> {
-        let (recording, budget, robot) = (
-            &log.recording,
-            &log.stated.settings.budget,
-            log.stated.robot,
-        );
-        let moment = robot.mass.total() * robot.gravity / 3.0 * robot.geometry.wheel_radius;
-        let driving = |x: &Vec<f64>| recording.while_driving(x);
-        let spins = recording.spin.each_ref().map(driving);
-        let torques = recording.torque.each_ref().map(driving);
-        let known = |k: &usize| (0..3).all(|i| (spins[i][*k] + torques[i][*k]).is_finite());
-        let samples: Vec<usize> = (0..recording.len()).filter(known).collect();
-        let samples_of_part = (samples.len() / PARTS).max(LEAST_SAMPLES);
-        let (mut more, mut pull): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();
-        for part in samples.chunks_exact(samples_of_part) {
-            let mean = |x: &Vec<f64>| part.iter().map(|k| x[*k]).sum::<f64>() / part.len() as f64;
-            let (spin, torque) = (spins.each_ref().map(mean), torques.each_ref().map(mean));
-            let [of_spin, of_torque] = [spin, torque].map(|x| x.iter().sum::<f64>() / 3.0);
-            for i in 0..3 {
-                more[i].push(spin[i] / of_spin - 1.0);
-                pull[i].push((torque[i] - of_torque) * of_spin.signum() / moment);
-            }
-        }
-        let parts = more[0].len();
-        if parts < PARTS {
-            return None;
-        }
-        let means = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| mean(x).unwrap_or(f64::NAN));
-        let (mean_more, mean_pull) = (means(&more), means(&pull));
-        // Sums over wheels and parts of the products of the deviations from each wheel's mean.
-        let mut sums = [0.0; 3];
+/// By how much each wheel turns more than the middle one of the three beyond its slip, -, and the standard deviation;
+/// `None` of a robot that does not drive for long enough.
+fn sizes(log: &Readings<'_>) -> Option<[(f64, f64); 3]> {
+    let (recording, robot) = (&log.recording, log.stated.robot);
+    let budget = &log.stated.settings.budget;
+    let moment = robot.mass.total() * robot.gravity / 3.0 * robot.geometry.wheel_radius;
+    let driving = |x: &Vec<f64>| recording.while_driving(x);
+    let spins = recording.spin.each_ref().map(driving);
+    let torques = recording.torque.each_ref().map(driving);
+    let known = |k: &usize| (0..3).all(|i| (spins[i][*k] + torques[i][*k]).is_finite());
+    let samples: Vec<usize> = (0..recording.len()).filter(known).collect();
+    let samples_of_part = (samples.len() / PARTS).max(LEAST_SAMPLES);
+    let (mut more, mut pull): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();
+    for part in samples.chunks_exact(samples_of_part) {
+        let mean = |x: &Vec<f64>| part.iter().map(|k| x[*k]).sum::<f64>() / part.len() as f64;
+        let (spin, torque) = (spins.each_ref().map(mean), torques.each_ref().map(mean));
+        let [of_spin, of_torque] = [spin, torque].map(|x| x.iter().sum::<f64>() / 3.0);
         for i in 0..3 {
-            for (more, pull) in more[i].iter().zip(&pull[i]) {
-                let (more, pull) = (more - mean_more[i], pull - mean_pull[i]);
-                for (sum, by) in sums.iter_mut().zip([pull * pull, pull * more, more * more]) {
-                    *sum += by;
-                }
-            }
+            more[i].push(spin[i] / of_spin - 1.0);
+            pull[i].push((torque[i] - of_torque) * of_spin.signum() / moment);
         }
-        let [of_pull, both, of_more] = sums;
-        // Three wheels whose sum is zero, less the estimated ones.
-        let free = (2 * parts - 3) as f64;
-        // What noise makes of the torques' differences shows no slip.
-        let noise = budget.torque_noise / moment;
-        let of_pull = (of_pull - free * noise * noise / samples_of_part as f64).max(0.0);
-        let scatter = of_more / free;
-        // Both in units of the scatter.
-        let prior = scatter / (SLIP[1] * SLIP[1]);
-        let slip = (both + prior * SLIP[0]) / (of_pull + prior);
-        let of_slip = scatter / (of_pull + prior);
-        let of_offset = budget.torque_offset / moment;
-        let size = |i: usize| mean_more[i] - slip * mean_pull[i];
-        let sigma = |i: usize| {
-            let offset = (slip * slip + of_slip) * of_offset * of_offset;
-            (scatter / parts as f64 + mean_pull[i] * mean_pull[i] * of_slip + offset).sqrt()
-        };
-        Some(Self([0, 1, 2].map(size), [0, 1, 2].map(sigma)))
     }
-
-    /// Of wheel `i` against the middle one of the three.
-    fn of_wheel(&self, i: usize) -> (f64, f64) {
-        let Self(sizes, sigmas) = self;
-        let middle = median(sizes.to_vec()).unwrap_or(f64::NAN);
-        (sizes[i] - middle, std::f64::consts::SQRT_2 * sigmas[i])
+    let parts = more[0].len();
+    if parts < PARTS {
+        return None;
     }
+    let means = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| mean(x).unwrap_or(f64::NAN));
+    let (mean_more, mean_pull) = (means(&more), means(&pull));
+    // Sums over wheels and parts of the products of the deviations from each wheel's mean.
+    let mut sums = [0.0; 3];
+    for i in 0..3 {
+        for (more, pull) in more[i].iter().zip(&pull[i]) {
+            let (more, pull) = (more - mean_more[i], pull - mean_pull[i]);
+            add(&mut sums, [pull * pull, pull * more, more * more]);
+        }
+    }
+    let [of_pull, both, of_more] = sums;
+    // Three wheels whose sum is zero, less the estimated ones.
+    let free = (2 * parts - 3) as f64;
+    // What noise makes of the torques' differences shows no slip.
+    let noise = budget.torque_noise / moment;
+    let of_pull = (of_pull - free * noise * noise / samples_of_part as f64).max(0.0);
+    let scatter = of_more / free;
+    // Both in units of the scatter.
+    let prior = scatter / (SLIP[1] * SLIP[1]);
+    let slip = (both + prior * SLIP[0]) / (of_pull + prior);
+    let of_slip = scatter / (of_pull + prior);
+    let of_offset = budget.torque_offset / moment;
+    let size = |i: usize| mean_more[i] - slip * mean_pull[i];
+    let sigma = |i: usize| {
+        let offset = (slip * slip + of_slip) * of_offset * of_offset;
+        (scatter / parts as f64 + mean_pull[i] * mean_pull[i] * of_slip + offset).sqrt()
+    };
+    let sizes = [0, 1, 2].map(size);
+    let middle = median(sizes.to_vec()).unwrap_or(f64::NAN);
+    Some([0, 1, 2].map(|i| (sizes[i] - middle, std::f64::consts::SQRT_2 * sigma(i))))
 }
 
 /// Whether a wheel turns as fast as the others.

@@ -1,6 +1,7 @@
 //! Wirings of the wheels and links of one side.
 
-use crate::check::rewire::{Channel, moved, names};
+use crate::check::Channel;
+use crate::check::rewire::{moved, names};
 use robhaz_estimator::{PAIRINGS, SensorFrame};
 
 /// The columns of the log that are encoders and torques of wheels 1 to 3, and whether the

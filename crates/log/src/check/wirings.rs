@@ -5,12 +5,10 @@
 //! 72 if the torques show nothing. The one with the least mean NIS fits best.
 
 use crate::check::judgement::{AGREE, BETTER, Judgement, REFUSED};
-use crate::check::readings::Readings;
 use crate::check::recording::part_of_drive;
-use crate::check::report::Finding;
 use crate::check::rest::has_quiet;
-use crate::check::stated::Stated;
 use crate::check::wiring::Wiring;
+use crate::check::{Finding, Readings, Stated};
 use robhaz_estimator::{PAIRINGS, SensorFrame};
 
 pub const TEST: &str = "wheels and links";
@@ -36,15 +34,6 @@ pub fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
 struct Tried(Vec<(Wiring, f64)>);
 
 impl Tried {
-    fn new(part: &[SensorFrame], stated: &Stated<'_>, wirings: Vec<Wiring>) -> Self {
-        let judge = |wiring: Wiring| (wiring, Judgement::of(part, stated, &wiring));
-        let judged: Vec<(Wiring, Judgement)> = wirings.into_iter().map(judge).collect();
-        let of_encoders = judged.iter().map(|(_, found)| found.of_encoders);
-        let common = of_encoders.fold(f64::INFINITY, f64::min);
-        let compared = |(wiring, found): &(Wiring, Judgement)| (*wiring, found.nis - common);
-        Self(judged.iter().map(compared).collect())
-    }
-
     fn least(&self) -> f64 {
         let all = self.0.iter().map(|(_, contradiction)| *contradiction);
         all.fold(f64::INFINITY, f64::min)
@@ -79,7 +68,12 @@ fn tried(
         wirings.retain(|wiring| !(stated.body.is_some() && wiring.links));
         // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
         wirings.retain(|wiring| !few || wiring.moved() <= 4 && !wiring.links);
-        Tried::new(part, stated, wirings)
+        let judge = |wiring: &Wiring| Judgement::of(part, stated, wiring);
+        let judged: Vec<Judgement> = wirings.iter().map(judge).collect();
+        let of_encoders = judged.iter().map(|found| found.of_encoders);
+        let common = of_encoders.fold(f64::INFINITY, f64::min);
+        let compared = judged.iter().map(|found| found.nis - common);
+        Tried(wirings.into_iter().zip(compared).collect())
     };
     if !agrees {
         return tried(order, false);
@@ -92,18 +86,17 @@ fn tried(
     }
 }
 
-/// The finding, and the wiring that the log should have, if another one is certain. `order`, `certain`: see
+/// The finding, and the wiring that the log should have, if another one is certain. `order`: see
 /// [`crate::check::agreement::findings`]; `agrees`: the readings do as wired.
 pub fn finding(
     log: &Readings<'_>,
-    stated: &Stated<'_>,
     part: &[SensorFrame],
     order: Option<[usize; 3]>,
     agrees: bool,
-    certain: f64,
 ) -> (Finding, Option<Wiring>) {
     let is_other = order.is_some_and(|order| order != PAIRINGS[0]);
-    let mut tried = tried(part, stated, order, agrees && !is_other);
+    let certain = log.certain();
+    let mut tried = tried(part, log.stated, order, agrees && !is_other);
     let of_log = tried.of_log();
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
     (tried.0).retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
@@ -116,20 +109,17 @@ pub fn finding(
         true => 1.0 / BETTER,
         false => AS_WELL,
     };
-    let as_well = tried.up_to(margin * least);
-    let as_well: Vec<Wiring> = as_well
-        .filter(|wiring| ![best, Wiring::OF_LOG].contains(wiring))
-        .collect();
+    let mut as_well: Vec<Wiring> = tried.up_to(margin * least).collect();
+    as_well.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
     // Where the readings agree far better than stated, or too few of them show it, another wiring
     // that fits better than that of the log is none to choose, but it fits as well.
     let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
     let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
-    let least_better = if certain <= 0.0 {
-        BETTER
-    } else {
-        1.0 / FAR_BETTER
+    let share = match certain {
+        certain if certain <= 0.0 => BETTER,
+        _ => 1.0 / FAR_BETTER,
     };
-    let is_certain = certain.is_finite() && better.is_some() && least < least_better * of_log;
+    let is_certain = certain.is_finite() && better.is_some() && least < share * of_log;
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {of_log:.1} as wired, {least:.1} at best",
         tried.0.len()

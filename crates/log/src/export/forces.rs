@@ -1,8 +1,7 @@
 //! The tables of forces in a folder, a side at a time.
 
-use crate::channel::{TableFormat, stem};
-use crate::error::LogError;
-use crate::mapped;
+use crate::channel::stem;
+use crate::{LogError, TableFormat, mapped};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -8,10 +8,8 @@ mod topics;
 
 pub use readings::Exported;
 
-use crate::channel::Channels;
-use crate::error::LogError;
-use crate::own_names;
-use crate::place::{LogPlace, no_table};
+use crate::place::no_table;
+use crate::{Channels, LogError, LogPlace, own_names};
 use forces::{Forces, forces_in};
 use readings::read;
 use robhaz_run::Stop;
@@ -56,7 +54,8 @@ pub fn export(
         ExportFormat::Mcap => write_mcap(&readings, &mut forces, place, out, stop)?,
         ExportFormat::Csv => {
             if place.choice.robot.robot != LogChoice::default().robot.robot {
-                warnings.push(CSV_HAS_NO_ROBOT.to_owned());
+                let notice = "a CSV file has no place for the robot: `check` and `estimate` take it for robot A without --robot ROBOT.toml; --to mcap keeps it";
+                warnings.push(notice.to_owned());
             }
             write_csv(&readings, &mut forces, out, stop)?
         }
@@ -65,10 +64,6 @@ pub fn export(
     exported.warnings.splice(0..0, warnings);
     Ok(exported)
 }
-
-/// What a table of text cannot hold.
-const CSV_HAS_NO_ROBOT: &str = "a CSV file has no place for the robot: `check` and `estimate` take it for robot A without \
-    --robot ROBOT.toml; --to mcap keeps it";
 
 fn write_csv(
     readings: &Channels,
@@ -80,12 +75,7 @@ fn write_csv(
     let mut text = BufWriter::new(file);
     let mut names = vec!["time".to_owned()];
     let of_frame: Vec<Reading> = match readings.is_of_both() {
-        true => readings
-            .all
-            .iter()
-            .flat_map(|c| &c.readings)
-            .map(|(r, _)| *r)
-            .collect(),
+        true => readings.all[0].readings.iter().map(|(r, _)| *r).collect(),
         false => Reading::of_frame().collect(),
     };
     names.extend(of_frame.iter().map(|r| r.name().to_owned()));
@@ -99,10 +89,9 @@ fn write_csv(
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::write(out))?;
     let exported = read(readings, parts, stop, |time, values| {
-        let readings = of_frame
-            .iter()
-            .map(|r| values[r.index()].unwrap_or(f64::NAN));
-        let mut cells: Vec<f64> = std::iter::once(time).chain(readings).collect();
+        let mut cells = vec![time];
+        let readings = of_frame.iter().map(|r| values[r.index()]);
+        cells.extend(readings.map(|value| value.unwrap_or(f64::NAN)));
         for forces in &mut *forces {
             cells.extend(forces.cells(time));
         }

@@ -154,11 +154,6 @@ impl Odometry {
         ([along, across, up], deviation)
     }
 
-    /// Variance of the yaw, rad^2.
-    fn yaw_variance(&self, time: f64) -> f64 {
-        (self.budget.rate_bias * (time - self.started)).powi(2) + self.yaw_noise
-    }
-
     /// Covariance of x, y, z, roll, pitch, yaw in the frame `odom`: along where the rover goes the way, across
     /// it also what the yaw errs by.
     fn pose_covariance(&self, time: f64) -> [[f64; 6]; 6] {
@@ -169,11 +164,9 @@ impl Odometry {
         let mut all = [[0.0; 6]; 6];
         let (across, diagonal) = match self.wheels {
             Some(_) => {
-                let yaw = self.yaw_variance(time);
-                (
-                    along + yaw * self.way * self.way,
-                    [up, inclination, inclination, yaw],
-                )
+                let yaw = (budget.rate_bias * (time - self.started)).powi(2) + self.yaw_noise;
+                let across = along + yaw * self.way * self.way;
+                (across, [up, inclination, inclination, yaw])
             }
             None => (UNKNOWN, [up, UNKNOWN, inclination, UNKNOWN]),
         };
@@ -190,10 +183,8 @@ impl Odometry {
 
     /// Variances of the velocity along x, y, z and of the rates about them.
     fn twist_variances(&self, deviation: f64) -> [f64; 6] {
-        let [speed, rate] = [
-            deviation.powi(2),
-            self.budget.rate_noise.powi(2) + self.budget.rate_bias.powi(2),
-        ];
+        let speed = deviation.powi(2);
+        let rate = self.budget.rate_noise.powi(2) + self.budget.rate_bias.powi(2);
         match self.wheels {
             // Wheels that slide do so across, too.
             Some(_) => [speed, speed, speed, rate, rate, rate],

@@ -1,8 +1,7 @@
 //! The readings of a folder, row by row.
 
 use super::forces::cut_off;
-use crate::channel::Channels;
-use crate::error::LogError;
+use crate::{Channels, LogError};
 use robhaz_run::Stop;
 use robhaz_scene::Values;
 

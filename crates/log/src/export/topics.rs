@@ -4,13 +4,10 @@ use super::forces::{Forces, OF_MESSAGE, SLIP, SLOPE};
 use super::odometry::{Odometry, Step};
 use super::readings::{Exported, read};
 use super::sensors::Sensors;
-use crate::channel::Channels;
-use crate::error::LogError;
 use crate::messages::{
     FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_wrench, nanoseconds,
 };
-use crate::own_names;
-use crate::place::LogPlace;
+use crate::{Channels, LogError, LogPlace, own_names};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 use robhaz_run::Stop;
@@ -43,9 +40,8 @@ impl<'a> Topics<'a> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("robhaz ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options
-            .create(BufWriter::new(file))
-            .map_err(Self::failed(path))?;
+        let writer = options.create(BufWriter::new(file));
+        let mut writer = writer.map_err(Self::failed(path))?;
         if let Some(text) = description {
             let metadata = Metadata {
                 name: own_names::METADATA.to_owned(),

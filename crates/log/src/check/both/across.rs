@@ -4,12 +4,9 @@
 use super::frames::{
     self, LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
 };
-use crate::check::recording::steps;
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
-use crate::check::stated::StatedBoth;
+use crate::check::recording::{add, steps};
 use crate::check::way::{self, Way};
-use crate::check::{dead, rest, still};
+use crate::check::{Channel, Finding, StatedBoth, dead, rest, still};
 use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
@@ -64,7 +61,10 @@ pub fn ranges(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
                     rest::upside_down(finding, Channel::BodyInclination)
                 }
                 Some(usual) if usual > LARGEST => {
-                    let key = offset_key(channel);
+                    let key = match channel {
+                        "body_roll" => "roll_offset",
+                        _ => "inclination_offset",
+                    };
                     rest::impossible(
                         finding,
                         &format!("subtract it from {channel}, of an IMU with {key} of imu.body"),
@@ -84,11 +84,8 @@ fn torque_range(frames: &[WholeFrame], rover: &WholeRover, i: usize) -> Option<F
     let side = &rover.side;
     let weight = 2.0 * side.mass.total() * side.gravity;
     let most = weight * side.geometry.wheel_radius;
-    let all = frames
-        .iter()
-        .filter_map(|f| f.motor_torque[i])
-        .map(f64::abs);
-    let all: Vec<f64> = all.filter(|torque| torque.is_finite()).collect();
+    let mut all = values(frames, |f| Some(f.motor_torque[i]?.abs()));
+    all.retain(|torque| torque.is_finite());
     // Half of the time it is more: no spikes.
     let usual = median(all).filter(|usual| *usual > most)?;
     let name = frames::of_wheel(i, "motor_torque");
@@ -98,14 +95,6 @@ fn torque_range(frames: &[WholeFrame], rover: &WholeRover, i: usize) -> Option<F
     let remedy = "check its unit: N m at the wheel; of mN m state unit, of a current in A or mA torque_constant (and gear_ratio)";
     let finding = Finding::ok("range of torques", name, figure).with("usual", usual, "N m");
     Some(finding.fault(remedy))
-}
-
-/// The key of an IMU that takes the zero of an angle of the body.
-fn offset_key(channel: &str) -> &'static str {
-    match channel {
-        "body_roll" => "roll_offset",
-        _ => "inclination_offset",
-    }
 }
 
 /// Whether what no side has by itself repeats its value while the wheels turn: the coupling's angle, and all of the body.
@@ -118,7 +107,8 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let drives_ever = drives.contains(&true);
     let finding = |((name, of), noise): (Reading, f64)| {
         let values = values(frames, of);
-        let same = dead::same(name, &values).filter(|_| drives_ever && noise > 0.0);
+        let words = ["what this sensor writes", "wheels turn"];
+        let same = dead::same(name, name, &values, words).filter(|_| drives_ever && noise > 0.0);
         same.unwrap_or_else(|| still::stuck(name, (&times, &values), &drives, Some(noise)))
     };
     let (angles, rates) = (budget.inclination_noise, budget.rate_noise);
@@ -177,8 +167,7 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
     let (mut sums, mut spun) = ([0.0; 3], [0.0; 2]);
     for step in yaw_steps(frames, rover) {
         let [left, right] = step.sides;
-        let products = [left * left, right * right, left * right];
-        sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
+        add(&mut sums, [left * left, right * right, left * right]);
         spun[0] += step.by_wheels * step.by_wheels;
         spun[1] += step.by_wheels * step.rate * step.time.min(LONGEST_GAP);
     }

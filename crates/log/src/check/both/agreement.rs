@@ -4,12 +4,9 @@
 use super::STRAIGHT;
 use super::frames::{body_turn, values, wheel_turns};
 use crate::check::agreement::of_scale;
-use crate::check::report::Finding;
-use crate::check::rewire::Channel;
-use crate::check::stated::StatedBoth;
-use crate::check::{certain, limits, still};
+use crate::check::{Channel, Finding, StatedBoth, certain, limits, still};
 use crate::frames::side_frame;
-use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_estimator::{Channels, TorqueScale};
 use robhaz_model::Robot;
 use robhaz_score::{Agreement, Excuse};
@@ -33,9 +30,7 @@ struct Judgement {
 impl Judgement {
     /// `None` of a rover that cannot be estimated.
     fn of(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Option<Self> {
-        let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint)
-            .map(WholeEstimator::untied);
-        let mut estimator = estimator.ok()?;
+        let mut estimator = stated.estimator()?;
         let of_left: Vec<_> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
         let start = frames.first().map_or(0.0, |frame| frame.time);
         let mut found = Self {
@@ -98,49 +93,40 @@ impl Judgement {
         let mut figure = format!(
             "misfit of the nine equations {mean:.1} on average, 3 if all that is stated holds"
         );
-        // Those of an edge have none here.
+        // Of each contradiction, whether its readings are too far apart for the filters; edges have none here.
         let is_far_apart = |excuse: Option<Excuse>| excuse == Some(Excuse::FarApart);
-        let sides = self.agreements.iter();
-        let contradictions = sides.filter_map(|side| {
-            let found = side.contradiction(self.certain)?;
-            Some((side.first()?, found.faulty, is_far_apart(found.excuse)))
-        });
-        let contradictions: Vec<(f64, Channels, bool)> = contradictions.collect();
-        if !contradictions.is_empty() {
-            let time = contradictions.iter().map(|(time, ..)| *time);
-            let time = time.fold(f64::INFINITY, f64::min);
-            let all = contradictions.iter().map(|(_, channels, _)| *channels);
-            let all = all.fold(Channels::NONE, |all, channels| all | channels);
-            let names = all.names().collect::<Vec<&str>>().join(", ");
-            figure += &format!("; from {time:.1} s on {names} contradict others");
+        let (mut from, mut channels, mut excused) = (f64::INFINITY, Channels::NONE, Vec::new());
+        for side in &self.agreements {
+            if let Some((found, first)) = side.contradiction(self.certain).zip(side.first()) {
+                (from, channels) = (from.min(first), channels | found.faulty);
+                excused.push(is_far_apart(found.excuse));
+            }
         }
-        let wrong = self
-            .agreements
-            .each_ref()
-            .map(|side| side.wrong(self.certain));
-        let of_forces = wrong.iter().flatten();
-        if of_forces.clone().next().is_some() {
-            let shares = self.agreements.map(|side| 100.0 * side.out_of_range());
-            let [left, right] = shares;
+        if !excused.is_empty() {
+            let names = channels.names().collect::<Vec<&str>>().join(", ");
+            figure += &format!("; from {from:.1} s on {names} contradict others");
+        }
+        let wrong = (self.agreements.iter()).filter_map(|side| side.wrong(self.certain));
+        let of_forces: Vec<bool> = wrong.map(is_far_apart).collect();
+        if !of_forces.is_empty() {
+            let [left, right] = self.agreements.map(|side| 100.0 * side.out_of_range());
             figure += &format!(
                 "; forces that neither weight nor impacts explain in {left:.1} and {right:.1} % of the frames, left and right"
             );
         }
+        excused.extend(of_forces);
         let finding =
             Finding::ok("agreement of both sides", "all", figure).with("misfit", mean, "-");
         // Without a frame that counts the mean is no number, and contradicts nothing.
         let is_beyond = mean > WholeEstimate::largest_misfit(self.rolled);
-        let excused = contradictions.iter().map(|(.., excused)| *excused);
-        let excused = excused.chain(of_forces.map(|excuse| is_far_apart(*excuse)));
-        let agrees = excused.clone().next().is_none() && !is_beyond;
-        let is_excused = !is_beyond && excused.clone().all(|one| one);
-        match (agrees, is_found) {
-            (true, _) => finding,
-            (false, true) => finding.cannot_tell("correct the faults above first"),
-            (false, false) if is_excused => finding.cannot_tell(Excuse::FarApart.in_words()),
-            (false, false) => finding.fault(
-                "readings contradict each other, and no test names the cause: check signs, zeros, scales and the budget of the channels that are named, and turn one wheel after the other by hand",
-            ),
+        if excused.is_empty() && !is_beyond {
+            finding
+        } else if is_found {
+            finding.cannot_tell("correct the faults above first")
+        } else if !is_beyond && !excused.contains(&false) {
+            finding.cannot_tell(Excuse::FarApart.in_words())
+        } else {
+            finding.fault("readings contradict each other, and no test names the cause: check signs, zeros, scales and the budget of the channels that are named, and turn one wheel after the other by hand")
         }
     }
 }
@@ -150,14 +136,8 @@ pub fn findings(frames: &[WholeFrame], stated: &StatedBoth<'_>, is_found: bool) 
     let Some(found) = Judgement::of(frames, stated) else {
         return Vec::new();
     };
-    let of_torques = [
-        found.torque_scale(stated),
-        found.at_limit(frames, &stated.rover.side),
-    ];
-    let agreement = found.agreement(is_found);
-    of_torques
-        .into_iter()
-        .flatten()
-        .chain([agreement])
-        .collect()
+    let mut findings = Vec::from_iter(found.torque_scale(stated));
+    findings.extend(found.at_limit(frames, &stated.rover.side));
+    findings.push(found.agreement(is_found));
+    findings
 }

@@ -13,17 +13,16 @@
 //! the sign of the roll: another one is not, if the readings allow it, too, and the forces would differ
 //! by more than what is stated.
 
-use super::frames::{LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
+use super::frames::{Correlation, LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings};
-use super::wirings::{LARGEST_MISFIT, RollOnGround};
+use super::wirings::{LARGEST_MISFIT, roll_on_ground};
 use super::{STRAIGHT, across, of_start, roll, steering, torques};
-use crate::check::recording::{driving_speed, part_of_drive};
-use crate::check::report::Finding;
-use crate::check::stated::StatedBoth;
+use crate::check::recording::{add, driving_speed, part_of_drive};
+use crate::check::{Finding, StatedBoth};
 use rayon::prelude::*;
-use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_estimator::{Confirmation, Flags};
-use robhaz_model::{Coupling, WholeRover};
+use robhaz_model::WholeRover;
 use robhaz_score::signals::{correlated, mean, subtract};
 
 /// Share of the logs with correct readings that may be taken for others.
@@ -41,41 +40,21 @@ const LONGEST_CORRELATION: usize = 10;
 /// Mean misfit of readings that all that is stated holds for.
 const FITS: f64 = 3.0;
 
-/// What may be otherwise than stated.
-#[derive(Clone, Copy)]
-enum Other {
-    /// A size or a sign of readings.
-    Reading(Change),
-    /// The efficiency of the gears, a setting of the estimator.
-    Gears(f64),
-}
+use Change::{Axes, CouplingSize, Gears, PinsSize, Roll, Torques};
 
-use Change::{CouplingSize, PinsSize, Torques};
-use Other::{Gears, Reading};
-
-/// What is tried, by what it changes. A size of torques shows in the work on slopes, too.
-const TRIED: [(&str, Other); 10] = [
-    ("size of the torques", Reading(Torques(2.0 / 3.0))),
-    ("size of the torques", Reading(Torques(1.5))),
-    ("size of the coupling's angle", Reading(CouplingSize(0.5))),
-    ("size of the coupling's angle", Reading(CouplingSize(2.0))),
-    ("size of the pins' angles", Reading(PinsSize(0.5))),
-    ("size of the pins' angles", Reading(PinsSize(2.0))),
+/// What may be otherwise than stated, by what it changes. A size of torques shows in the work on slopes, too.
+const TRIED: [(&str, Change); 10] = [
+    ("size of the torques", Torques(2.0 / 3.0)),
+    ("size of the torques", Torques(1.5)),
+    ("size of the coupling's angle", CouplingSize(0.5)),
+    ("size of the coupling's angle", CouplingSize(2.0)),
+    ("size of the pins' angles", PinsSize(0.5)),
+    ("size of the pins' angles", PinsSize(2.0)),
     ("gears that lose torque", Gears(0.8)),
     ("gears that lose torque", Gears(0.6)),
-    ("sign of body_roll", Reading(Change::Roll)),
-    ("axes of the body", Reading(Change::Axes)),
+    ("sign of body_roll", Roll),
+    ("axes of the body", Axes),
 ];
-
-impl Other {
-    /// What to do, in words.
-    fn words(self, coupling: Coupling) -> String {
-        match self {
-            Reading(change) => change.words(coupling),
-            Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
-        }
-    }
-}
 
 /// Normal forces over their stated deviation from which on they differ.
 const DIFFERENT: f64 = 2.0;
@@ -87,6 +66,16 @@ pub struct Consistency {
     pub contradiction: Option<String>,
     /// What they do not confirm, though the forces depend on it.
     pub unconfirmed: Vec<String>,
+}
+
+impl Consistency {
+    /// Of readings that contradict each other, as these words say.
+    fn contradicting(words: String) -> Self {
+        Self {
+            contradiction: Some(words),
+            ..Self::default()
+        }
+    }
 }
 
 /// What is gained by sums of another wiring in place of its own: misfit, and all else.
@@ -124,12 +113,10 @@ impl Judged {
         is_out: impl Fn(&[f64; 2]) -> bool,
     ) -> Option<Self> {
         let rover = stated.rover;
-        let mut estimator = WholeEstimator::new(rover, stated.settings, stated.joint)
-            .ok()?
-            .untied();
+        let mut estimator = stated.estimator()?;
         let least = driving_speed(&rover.side);
         let (mut sums, mut parts) = ([0.0; 2], Vec::new());
-        let (mut count, mut roll) = (0.0, RollOnGround::default());
+        let (mut count, mut roll) = (0.0, Correlation::default());
         let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);
         let (mut rolled, mut last) = (0.0, frames.first().map_or(0.0, |(f, _)| f.time));
         for (frame, speed) in frames {
@@ -152,16 +139,14 @@ impl Judged {
                 of_frame[1] += health.slip.iter().chain(&health.direction).sum::<f64>();
             }
             parts.resize(parts.len().max(rolled as usize + 1), [0.0; 2]);
-            let all = of_frame.iter().sum::<f64>();
-            let part = parts[rolled as usize].iter_mut().zip([all, 1.0]);
-            let means = sums.iter_mut().zip(of_frame).chain(part);
-            means.for_each(|(sum, x)| *sum += x);
+            add(&mut parts[rolled as usize], [of_frame.iter().sum(), 1.0]);
+            add(&mut sums, of_frame);
             // No more frames than all can count.
             if is_out(&sums.map(|sum| sum / frames.len() as f64)) {
                 return None;
             }
             if let [Some(rate), ..] = frame.rates {
-                roll.add(rover, &estimate, *speed, rate);
+                roll.add(rate, roll_on_ground(rover, &estimate, *speed));
             }
         }
         Some(Self {
@@ -169,7 +154,7 @@ impl Judged {
             parts,
             count,
             rolled,
-            correlation: roll.correlation(),
+            correlation: roll.value(),
             normal,
             variance,
             weight,
@@ -219,19 +204,14 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
     let (rover, budget) = (stated.rover, &stated.settings.budget);
     let frames = &without_yaw_bias(frames, budget);
     let words = |finding: Finding| format!("{}: {}", finding.channel, finding.figure);
-    let direct = [
-        roll::roll(frames, stated, pace),
-        across::yaw(frames, rover, budget),
-    ];
-    let impossible = across::ranges(frames, rover).into_iter();
-    let stuck = across::stuck(frames, stated);
-    let direct = impossible.chain(stuck).chain(direct);
-    let direct = direct.chain(across::opposed(frames, rover));
-    let direct = direct.chain(steering::steering(frames, rover));
+    let mut direct = across::ranges(frames, rover);
+    direct.extend(across::stuck(frames, stated));
+    direct.push(roll::roll(frames, stated, pace));
+    direct.push(across::yaw(frames, rover, budget));
+    direct.extend(across::opposed(frames, rover));
+    direct.extend(steering::steering(frames, rover));
+    direct.extend(of_start(frames, stated));
     if let Some(finding) = direct.into_iter().find(Finding::is_fault) {
-        return Some(words(finding));
-    }
-    if let Some(finding) = of_start(frames, stated).into_iter().find(Finding::is_fault) {
         return Some(words(finding));
     }
     // More than half of a difference over some ten independent samples is no chance: once in 10 000 logs.
@@ -246,19 +226,15 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
 /// Whether the readings agree, for an estimate.
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Consistency {
     let pace = pace(frames, stated.rover);
-    let found = direct(frames, stated, pace);
-    let compared = match found {
-        None => Compared::new(frames, stated, pace),
-        Some(_) => None,
+    if let Some(words) = direct(frames, stated, pace) {
+        return Consistency::contradicting(words);
+    }
+    let Some(compared) = Compared::new(frames, stated, pace) else {
+        return Consistency::default();
     };
-    let by_all = |compared: &Compared<'_>| compared.roll().or_else(|| compared.wirings());
-    let contradiction = found.or_else(|| compared.as_ref().and_then(by_all));
-    match compared.filter(|_| contradiction.is_none()) {
-        Some(compared) => compared.sizes(),
-        None => Consistency {
-            contradiction,
-            ..Consistency::default()
-        },
+    match compared.roll().or_else(|| compared.wirings()) {
+        Some(words) => Consistency::contradicting(words),
+        None => compared.sizes(),
     }
 }
 
@@ -366,25 +342,21 @@ impl<'a> Compared<'a> {
 
     /// What is said of the log with something otherwise than stated; `None` of what is confirmed or excluded, or
     /// compares with nothing: wheels are dragged across, or it has no estimate.
-    fn judged(&self, other: Other) -> Option<Judged> {
+    fn judged(&self, other: Change) -> Option<Judged> {
+        let mut stated = *self.stated;
         let is_confirmed = match other {
-            Reading(Torques(_)) => self.own.weight == Some(Confirmation::Confirmed),
-            Reading(Change::Roll | Change::Axes) => self.follows() > BEYOND,
+            Torques(_) => self.own.weight == Some(Confirmation::Confirmed),
+            Roll | Axes => self.follows() > BEYOND,
             _ => false,
         };
         if is_confirmed {
             return None;
         }
-        let mut stated = *self.stated;
-        let change = match other {
-            Reading(change) => Some(change),
-            Gears(efficiency) => {
-                stated.settings.gear_efficiency = efficiency;
-                None
-            }
-        };
+        if let Gears(efficiency) = other {
+            stated.settings.gear_efficiency = efficiency;
+        }
         let is_out = |sums: &[f64; 2]| Self::excludes(self.most_evidence(sums));
-        Judged::of(&self.part, &stated, change.as_slice(), is_out)
+        Judged::of(&self.part, &stated, &[other], is_out)
             .filter(|found| found.count >= 0.9 * self.own.count)
     }
 
@@ -395,10 +367,8 @@ impl<'a> Compared<'a> {
         let coupling = self.stated.rover.coupling;
         let mut consistency = Consistency::default();
         let mut noted = None;
-        let judged: Vec<Option<Judged>> = TRIED
-            .par_iter()
-            .map(|(_, other)| self.judged(*other))
-            .collect();
+        let judged = TRIED.par_iter().map(|(_, other)| self.judged(*other));
+        let judged: Vec<Option<Judged>> = judged.collect();
         for ((what, other), found) in TRIED.into_iter().zip(judged) {
             let Some(found) = found else {
                 continue;
@@ -408,12 +378,10 @@ impl<'a> Compared<'a> {
             let evidence = evidence.unwrap_or(0.0);
             if evidence > least {
                 let chance = others * (-evidence).exp();
-                consistency.contradiction = Some(format!(
+                return Consistency::contradicting(format!(
                     "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
                     other.words(coupling)
                 ));
-                consistency.unconfirmed.clear();
-                return consistency;
             }
             let [square, all] = found.differs(&self.own);
             let variance = self.own.variance / (6 * self.own.normal.len()) as f64;

@@ -1,9 +1,8 @@
 //! What the tests of both sides take from the frames.
 
-use crate::check::in_step;
-use crate::check::recording::{SMOOTHING, driving_spin, slowness, steps};
-use crate::check::report::Finding;
+use crate::check::recording::{SMOOTHING, add, driving_spin, slowness, steps};
 use crate::check::rest::SHORTEST;
+use crate::check::{Finding, in_step};
 use robhaz_estimator::NoiseBudget;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
@@ -46,6 +45,23 @@ pub fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) ->
 /// Sum of the angles of all wheels, rad.
 pub fn wheel_turns(frame: &WholeFrame) -> Option<f64> {
     frame.wheel_angle.iter().copied().sum()
+}
+
+/// Correlation of two signals, whatever is constant in them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Correlation([f64; 6]);
+
+impl Correlation {
+    /// Adds a value of each.
+    pub fn add(&mut self, a: f64, b: f64) {
+        add(&mut self.0, [1.0, a, b, a * a, b * b, a * b]);
+    }
+
+    /// That of all values.
+    pub fn value(&self) -> f64 {
+        let [_, a, b, aa, bb, ab] = self.0.map(|sum| sum / self.0[0]);
+        (ab - a * b) / ((aa - a * a) * (bb - b * b)).sqrt()
+    }
 }
 
 /// How far apart the headings of these frames are, rad: a drive in curves may end as it began.
@@ -111,11 +127,9 @@ pub fn without_yaw_bias<'a>(
     // Hours of frames are not copied for nothing.
     if budget.rate_bias > 0.0 {
         let [bias, _] = yaw_bias(&frames, budget);
-        let rates = frames
-            .to_mut()
-            .iter_mut()
-            .filter_map(|f| f.rates[2].as_mut());
-        rates.for_each(|rate| *rate -= bias);
+        for frame in frames.to_mut() {
+            frame.rates[2] = frame.rates[2].map(|rate| rate - bias);
+        }
     }
     frames
 }

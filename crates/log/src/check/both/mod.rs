@@ -19,11 +19,10 @@ mod wirings;
 
 pub use contradiction::{Consistency, contradiction};
 
-use crate::check::report::{Finding, Verdict};
-use crate::check::stated::{BodyNoise, Stated, StatedBoth};
 use crate::check::{
-    Level, RIGHT_FILE, SIDES, UNITS, check_side, check_start, delay, drive, ground, in_step,
-    is_of_robot_file, left_out, level, limits, links, on_links, speeds, stamps, start, way, wheels,
+    BodyNoise, Finding, Level, RIGHT_FILE, SIDES, Stated, StatedBoth, UNITS, Verdict, check_side,
+    check_start, delay, drive, ground, in_step, is_of_robot_file, left_out, level, limits, links,
+    on_links, speeds, stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
 use rayon::prelude::*;
@@ -81,10 +80,8 @@ pub fn check_both(
     // Without one, or with one that no rover can have, all others look wrong.
     let mut unusable = across::silences(frames, stated.rover);
     unusable.extend(across::ranges(frames, stated.rover));
-    let (stuck, moving): (Vec<_>, Vec<_>) = across::stuck(frames, stated)
-        .into_iter()
-        .partition(Finding::is_fault);
-    unusable.extend(stuck);
+    let mut moving = across::stuck(frames, stated);
+    unusable.extend(moving.extract_if(.., |finding| finding.is_fault()));
     for (side, name) in ["left", "right"].into_iter().enumerate() {
         let speeds = with_side(frames, stated, side, speeds::finding);
         unusable.extend(speeds.map(|found| of_named_side(found, name)));
@@ -206,15 +203,12 @@ fn with_side<T>(
 
 /// What the start of each side shows of its signs, and of the size of the torques.
 fn of_start(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
-    let of = |(side, name): (usize, &str)| {
-        let mut found = with_side(frames, stated, side, check_start);
-        for finding in &mut found {
-            finding.channel = format!("{name}: {}", finding.channel);
-        }
-        found
-    };
     let sides = ["left", "right"].into_iter().enumerate();
-    sides.flat_map(of).collect()
+    let found = sides.flat_map(|(side, name)| {
+        let found = with_side(frames, stated, side, check_start);
+        found.into_iter().map(move |f| of_named_side(f, name))
+    });
+    found.collect()
 }
 
 /// The tests of one side, whose links' readings are made of those of the body and the joints.
@@ -241,18 +235,14 @@ fn of_side(
     let is_of_body = |f: &Finding| f.test == delay::TEST && f.channel.contains("body_inclination");
     findings.retain(|f| !OF_BOTH.contains(&f.test) && !is_of_body(f));
     findings.retain(|f| !excused.contains(&f.test));
+    // Each side pushes the other one, and has no law of motion of its own.
+    findings.retain(|f| excused.is_empty() || !is_late(f));
     if starts_turning {
-        // Each side pushes the other one, and has no law of motion of its own.
-        findings.retain(|f| !is_late(f));
-        let finding = Finding::ok(
-            start::TEST,
-            "torques 1 to 3",
-            "the rover turns as it starts",
-        );
+        let figure = "the rover turns as it starts";
+        let finding = Finding::ok(start::TEST, "torques 1 to 3", figure);
         findings.push(finding.cannot_tell("start straight on, after a rest"));
     }
     if turned > STRAIGHT {
-        findings.retain(|f| !is_late(f));
         let figure = format!("turned by {:.0} deg", turned.to_degrees());
         let remedy = "record a drive straight on, too: in a turn wheels of a side pass other ground at other speeds";
         findings.push(Finding::ok("wheels of a side", "all", figure).cannot_tell(remedy));
@@ -265,10 +255,8 @@ fn of_side(
                 .cannot_tell("measure a way: distance over turns of the wheels");
         }
         if finding.test == start::TEST
-            && let Some(remedy) = finding
-                .remedy
-                .as_mut()
-                .filter(|r| r.contains("body_inclination"))
+            && let Some(remedy) = &mut finding.remedy
+            && remedy.contains("body_inclination")
         {
             *remedy += "\nor the body's IMU is turned by half a turn: state forward = \"-x\" of imu.body; or its orientation is that of the world in its axes: turn the signs of x, y and z of the quaternion";
         }

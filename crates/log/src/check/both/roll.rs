@@ -1,10 +1,9 @@
 //! The roll against its rate.
 
 use super::across::{LEAST_TURN, SMOOTHING};
-use super::frames::{LONGEST_GAP, wheel_turns};
-use crate::check::recording::steps;
-use crate::check::report::Finding;
-use crate::check::stated::StatedBoth;
+use super::frames::{LONGEST_GAP, values, wheel_turns};
+use crate::check::recording::{add, steps};
+use crate::check::{Finding, StatedBoth, way};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 use robhaz_score::signals::{derivative, integral, median, smooth};
@@ -29,11 +28,8 @@ fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
     let of_rate = integral(&column(2), dt);
     let per_turn = geometry.wheel_radius / 6.0 / gravity;
     let yaw = smooth(&column(4));
-    let turning = slope(3)
-        .iter()
-        .zip(yaw)
-        .map(|(turn, yaw)| per_turn * turn * yaw)
-        .collect();
+    let turns = slope(3).into_iter().zip(yaw);
+    let turning = turns.map(|(turn, yaw)| per_turn * turn * yaw).collect();
     let times = |factor: f64, x: Vec<f64>| x.iter().map(|x| factor / gravity * x).collect();
     [
         smooth(&column(1)),
@@ -46,20 +42,11 @@ fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
 
 /// The zero of the roll. No other reading shows it: ground that falls to one side does the same.
 pub fn zero(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Finding {
-    let turned: Vec<f64> = frames
-        .iter()
-        .map(|f| wheel_turns(f).unwrap_or(f64::NAN))
-        .collect();
-    let steps = turned.windows(2).map(|w| (w[1] - w[0]).abs());
-    let rolls = steps
-        .zip(frames)
-        .filter_map(|(step, f)| Some((step, f.roll?)));
-    let known = rolls.filter(|(step, roll)| (step * roll).is_finite());
-    let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (step, roll)| {
-        (sum + step * roll, all + step)
-    });
+    let turned = values(frames, wheel_turns);
+    let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let mean = way::mean_over(&steps, &values(frames, |f| f.roll));
     // A log that does not drive shows none.
-    let mean = if all > 0.0 { sum / all } else { 0.0 };
+    let mean = if mean.is_nan() { 0.0 } else { mean };
     let allowed = GATE * stated.settings.budget.inclination_bias;
     let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
     let figure =
@@ -106,10 +93,8 @@ pub fn roll(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Findin
             if !change.iter().sum::<f64>().is_finite() {
                 continue;
             }
-            for ((x, sum), product) in change.iter().zip(&mut sums).zip(&mut products) {
-                *sum += x;
-                *product += x * by_rate;
-            }
+            add(&mut sums, change);
+            add(&mut products, change.map(|x| x * by_rate));
             count += 1.0;
             (low, high) = (low.min(by_rate), high.max(by_rate));
         }

@@ -3,8 +3,8 @@
 use super::STRAIGHT;
 use super::frames::{self, LONGEST_GAP, body_turn, wheel_turns};
 use super::wiring::ENDS;
+use crate::check::Finding;
 use crate::check::recording::driving_speed;
-use crate::check::report::Finding;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 
@@ -79,16 +79,13 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
     parts.retain(|part| part.speed.abs() >= least);
     // Of each wheel the sums of the squares of the angle that the turn asks for and of that read, and of their product.
     let mut sums = [[0.0; 3]; 6];
-    for Part {
-        speed, rate, end, ..
-    } in &parts
-    {
+    for part in &parts {
         for (i, [asked, read, product]) in sums.iter_mut().enumerate() {
             let side = if i < 3 { 1.0 } else { -1.0 };
             let ahead = geometry.axles[i % 3].x - geometry.axles[1].x;
-            let along = speed - rate * side * rover.half_tracks[i % 3];
-            let angle = (rate * ahead * along.signum()).atan2(along.abs());
-            let found = end.steering[i].unwrap_or(0.0);
+            let along = part.speed - part.rate * side * rover.half_tracks[i % 3];
+            let angle = (part.rate * ahead * along.signum()).atan2(along.abs());
+            let found = part.end.steering[i].unwrap_or(0.0);
             *asked += angle * angle;
             *read += found * found;
             *product += angle * found;
@@ -148,11 +145,8 @@ fn follows(parts: &[Part<'_>]) -> f64 {
 fn opposite(all: &[Finding], follows: f64) -> Finding {
     /// Correlation that shows a sign.
     const CORRELATED: f64 = 0.5;
-    let ratios: Vec<String> = all
-        .iter()
-        .flat_map(|f| &f.numbers)
-        .map(|n| format!("{:.2}", n.value))
-        .collect();
+    let numbers = all.iter().flat_map(|f| &f.numbers);
+    let ratios: Vec<String> = numbers.map(|n| format!("{:.2}", n.value)).collect();
     let figure = format!("{} of what the turn asks for", ratios.join(", "));
     let yaw = "turn the sign of body_yaw_rate, to the left positive (of an IMU: world, up and forward of imu.body)";
     let wheels = format!(

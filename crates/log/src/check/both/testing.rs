@@ -1,6 +1,6 @@
 //! Drives of a rover for tests.
 
-use crate::check::stated::StatedBoth;
+use crate::check::StatedBoth;
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;

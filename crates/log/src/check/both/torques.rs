@@ -2,8 +2,7 @@
 
 use super::frames::{period, values};
 use crate::check::recording::steps;
-use crate::check::report::Finding;
-use crate::check::still;
+use crate::check::{Finding, still};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 use robhaz_score::signals::{derivative, fit, high_pass, smooth};

@@ -37,6 +37,8 @@ pub enum Change {
     CouplingSize(f64),
     /// The angles of both pins are so many times as large.
     PinsSize(f64),
+    /// The gears have this efficiency: a setting of the estimator, and none of the readings.
+    Gears(f64),
 }
 
 use Change::{Angle, Axes, Ends, Pins, Roll, Torque, Turned};
@@ -93,6 +95,7 @@ impl Change {
                 scale([&mut frame.inclination, rate], -way);
             }
             Roll => scale([&mut frame.roll, &mut frame.rates[0]], -1.0),
+            Self::Gears(_) => {}
         }
     }
 
@@ -117,6 +120,7 @@ impl Change {
             Self::Torques(size) => format!("take {size:.2} of all torques"),
             Self::CouplingSize(size) => format!("take {size:.2} of {}", coupling_angle(coupling)),
             Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
+            Self::Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
         }
     }
 }

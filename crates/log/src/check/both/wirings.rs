@@ -1,14 +1,13 @@
 //! Which wiring of left and right the estimator of both sides agrees with.
 
-use super::frames::wheel_turns;
+use super::frames::{Correlation, wheel_turns};
 use super::steering;
 use super::wiring::{Change, fits, is_of_axes, is_of_joints, wired, wirings, words};
-use crate::check::recording::{driving_spin, part_of_drive};
-use crate::check::report::Finding;
-use crate::check::stated::StatedBoth;
+use crate::check::recording::{add, driving_spin, part_of_drive};
+use crate::check::{Finding, StatedBoth};
 use rayon::prelude::*;
 use robhaz_estimator::Estimate;
-use robhaz_estimator::whole::{WholeEstimate, WholeEstimator, WholeFrame};
+use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_model::WholeRover;
 
 const TEST: &str = "left and right";
@@ -52,39 +51,21 @@ struct Judgement {
     misfit: f64,
     /// Share of the frames in which wheels are dragged across.
     dragged: f64,
-    roll: RollOnGround,
+    /// Of the roll rate with that which the ground asks for.
+    roll: Correlation,
     /// Each wheel radius of the way.
     parts: Vec<Part>,
 }
 
 /// A part of the way: the sum and the likelihood's sum, no impact counted, and the number of the frames.
-#[derive(Clone, Copy, Debug, Default)]
-struct Part([f64; 3]);
+type Part = [f64; 3];
 
-/// Number of the frames, and sums over them of the roll rate and of that which the ground under both sides asks for,
-/// rad/s, of the squares of these, and of their product.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RollOnGround([f64; 6]);
-
-impl RollOnGround {
-    /// Adds a frame of a rover at `speed` (m/s), whose body rolls at `rate` (rad/s).
-    pub fn add(&mut self, rover: &WholeRover, estimate: &WholeEstimate, speed: f64, rate: f64) {
-        let track = rover.mean_half_track();
-        let slope = |side: &Estimate| side.contact_angle.iter().sum::<f64>() / 3.0;
-        let [left, right] = estimate.sides.each_ref().map(slope);
-        let asked = speed * (left - right) / (2.0 * track);
-        let of_frame = [1.0, rate, asked, rate * rate, asked * asked, rate * asked];
-        for (sum, x) in self.0.iter_mut().zip(of_frame) {
-            *sum += x;
-        }
-    }
-
-    /// How the roll follows the ground: where the left wheels climb, the left side rises. A gyroscope's bias counts
-    /// nothing.
-    pub fn correlation(&self) -> f64 {
-        let [_, rate, asked, rates, squares, product] = self.0.map(|sum| sum / self.0[0]);
-        (product - rate * asked) / ((rates - rate * rate) * (squares - asked * asked)).sqrt()
-    }
+/// The roll rate, rad/s, that the ground under both sides asks for of a rover at `speed`, m/s: where the left wheels
+/// climb, the left side rises.
+pub(super) fn roll_on_ground(rover: &WholeRover, estimate: &WholeEstimate, speed: f64) -> f64 {
+    let slope = |side: &Estimate| side.contact_angle.iter().sum::<f64>() / 3.0;
+    let [left, right] = estimate.sides.each_ref().map(slope);
+    speed * (left - right) / (2.0 * rover.mean_half_track())
 }
 
 impl Judgement {
@@ -99,9 +80,7 @@ impl Judgement {
             sum: REFUSED,
             ..Self::default()
         };
-        let estimator = WholeEstimator::new(stated.rover, stated.settings, stated.joint)
-            .map(WholeEstimator::untied);
-        let (Ok(mut estimator), false) = (estimator, frames.is_empty()) else {
+        let (Some(mut estimator), false) = (stated.estimator(), frames.is_empty()) else {
             return refused;
         };
         let side = &stated.rover.side;
@@ -143,15 +122,13 @@ impl Judgement {
                 let step = side.geometry.wheel_radius * (turned - before) / 6.0;
                 let speed = step / (frame.time - time).max(f64::MIN_POSITIVE);
                 way += step.abs() / side.geometry.wheel_radius;
-                found.roll.add(stated.rover, &estimate, speed, rate);
+                let asked = roll_on_ground(stated.rover, &estimate, speed);
+                found.roll.add(rate, asked);
             }
             if !estimate.dragged {
-                found
-                    .parts
-                    .resize(found.parts.len().max(way as usize + 1), Part::default());
-                let of_frame = [all, likely, 1.0];
-                let sums = found.parts[way as usize].0.iter_mut();
-                sums.zip(of_frame).for_each(|(sum, x)| *sum += x);
+                let count = found.parts.len().max(way as usize + 1);
+                found.parts.resize(count, Part::default());
+                add(&mut found.parts[way as usize], [all, likely, 1.0]);
             }
         }
         for mean in [&mut found.sum, &mut found.misfit, &mut found.dragged] {
@@ -165,7 +142,7 @@ impl Judgement {
     fn of_roll(&self) -> f64 {
         // A count of parts.
         let samples = self.parts.len() as f64 - 3.0;
-        self.roll.correlation().atanh() * samples.max(0.0).sqrt()
+        self.roll.value().atanh() * samples.max(0.0).sqrt()
     }
 
     /// Whether its sums so far exclude that it is better than `own` over `count` frames, as [`Self::is_better`] says.
@@ -174,14 +151,12 @@ impl Judgement {
             [self.sum / own.sum, self.misfit / own.misfit].map(|share| share / count);
         // The parts that are over.
         let over = &self.parts[..self.parts.len().saturating_sub(1)];
-        let likely = |part: &Part| part.0[1] / part.0[2];
+        let likely = |[_, likely, count]: &Part| likely / count;
         let all = own.parts.iter().map(likely).filter(|of| of.is_finite());
         let found = over.iter().zip(&own.parts);
-        let found = found.filter(|(_, own)| likely(own).is_finite());
-        let found = found
-            .map(|(other, _)| likely(other))
-            .filter(|of| of.is_finite());
-        let by_likely = found.sum::<f64>() / all.sum::<f64>();
+        let found = found.map(|(other, own)| [likely(other), likely(own)]);
+        let found = found.filter(|of| of.iter().all(|of| of.is_finite()));
+        let by_likely = found.map(|[other, _]| other).sum::<f64>() / all.sum::<f64>();
         (by_all > BETTER || by_likely > BETTER_LIKELY)
             && (by_all > 1.0 || by_misfit > BETTER_MISFIT || by_likely > 1.0)
     }
@@ -191,45 +166,23 @@ impl Judgement {
     /// that is wired right has less than 0.96 of its sum (`joints`: less than 0.99).
     fn is_better(&self, own: &Self, joints: bool) -> bool {
         let [by_all, by_misfit] = [self.sum / own.sum, self.misfit / own.misfit];
-        let OverWay {
-            likely,
-            beyond,
-            count,
-        } = OverWay::of(own, self);
-        if count < LEAST_PARTS {
+        let Some([likely, beyond]) = self.over_way(own) else {
             return false;
-        }
+        };
         // The roll follows the ground with it, and not as wired.
-        let turns_roll = own.roll.correlation() < 0.0
-            && self.roll.correlation() > CORRELATED
-            && self.of_roll() > BEYOND;
+        let turns_roll =
+            own.roll.value() < 0.0 && self.roll.value() > CORRELATED && self.of_roll() > BEYOND;
         let of_joints = by_all < BETTER_OF_JOINTS || turns_roll && by_all < 1.0;
         let of_joints = of_joints && by_misfit < BETTER_MISFIT;
         by_all < BETTER && likely < BETTER_LIKELY
             || joints && of_joints && likely < 1.0 && (turns_roll || beyond > BEYOND)
     }
-}
 
-/// Sum of mean NIS, none beyond [`LARGEST_NIS`].
-fn capped(tests: &[&[f64]]) -> f64 {
-    let all = tests.iter().copied().flatten();
-    all.map(|nis| nis.min(LARGEST_NIS)).sum()
-}
-
-/// Another case against the log as wired, each wheel radius of the way alike.
-struct OverWay {
-    /// Its sum of the likelihood over that of the log.
-    likely: f64,
-    /// Mean difference of the sums over its own deviation.
-    beyond: f64,
-    /// Number of the wheel radii.
-    count: usize,
-}
-
-impl OverWay {
-    fn of(own: &Judgement, other: &Judgement) -> Self {
-        let mean = |Part([all, likely, count]): &Part| [all / count, likely / count];
-        let pairs = own.parts.iter().zip(&other.parts);
+    /// Against the log as wired, each wheel radius of the way alike: its sum of the likelihood over that of the log, and
+    /// the mean difference of the sums over its own deviation; `None` of too short a way.
+    fn over_way(&self, own: &Self) -> Option<[f64; 2]> {
+        let mean = |[all, likely, count]: &Part| [all / count, likely / count];
+        let pairs = own.parts.iter().zip(&self.parts);
         let pairs = pairs.map(|(own, other)| (mean(own), mean(other)));
         // Parts in which wheels are dragged across have no mean.
         let pairs: Vec<_> = pairs.filter(|(a, b)| (a[0] + b[0]).is_finite()).collect();
@@ -240,17 +193,21 @@ impl OverWay {
         let count = pairs.len() as f64;
         let gain = sum(&|own, other| own[0] - other[0]) / count;
         let square = sum(&|own, other| (own[0] - other[0] - gain).powi(2));
-        Self {
-            likely: sum(&|_, other| other[1]) / sum(&|own, _| own[1]),
-            beyond: gain / (square / (count * (count - 1.0))).sqrt(),
-            count: pairs.len(),
-        }
+        let likely = sum(&|_, other| other[1]) / sum(&|own, _| own[1]);
+        let beyond = gain / (square / (count * (count - 1.0))).sqrt();
+        (pairs.len() >= LEAST_PARTS).then_some([likely, beyond])
     }
 }
 
+/// Sum of mean NIS, none beyond [`LARGEST_NIS`].
+fn capped(tests: &[&[f64]]) -> f64 {
+    let all = tests.iter().copied().flatten();
+    all.map(|nis| nis.min(LARGEST_NIS)).sum()
+}
+
 /// The sign of the roll against the ground, with what was found corrected.
-fn roll_on_ground(found: &Judgement) -> Finding {
-    let correlation = found.roll.correlation();
+fn roll_finding(found: &Judgement) -> Finding {
+    let correlation = found.roll.value();
     let figure = format!(
         "the roll follows the ground under both sides with a correlation of {correlation:.2}"
     );
@@ -296,7 +253,7 @@ fn better<'a>(
     }
     // With all of one side exchanged for the other the differential's sign fits as well, and the roll
     // does not.
-    let follows_ground = |found: &Judgement| found.roll.correlation() > CORRELATED;
+    let follows_ground = |found: &Judgement| found.roll.value() > CORRELATED;
     if better.iter().any(|(_, found)| follows_ground(found)) {
         better.retain(|(_, found)| follows_ground(found));
     }
@@ -366,7 +323,7 @@ pub fn findings(
     } else {
         finding
     };
-    let roll = roll_on_ground(corrected);
+    let roll = roll_finding(corrected);
     let wired = frames.iter().map(|frame| wired(frame, wiring));
     ([roll, finding], wired.collect())
 }
@@ -383,7 +340,7 @@ mod tests {
             misfit,
             parts: sums
                 .iter()
-                .map(|[all, likely]| Part([*all, *likely, 1.0]))
+                .map(|[all, likely]| [*all, *likely, 1.0])
                 .collect(),
             ..Judgement::default()
         }
