@@ -1,7 +1,7 @@
 //! `--rerun`: how a run is recorded for the viewer and shown live.
 
 #[cfg(feature = "viewer")]
-use crate::terminal::{Output, remark, say, word};
+use crate::terminal::{remark, say, word};
 #[cfg(feature = "viewer")]
 use miette::IntoDiagnostic;
 use miette::Result;
@@ -85,20 +85,9 @@ impl Viewing {
         both.map(|sink| sink as &mut dyn Sink)
     }
 
-    /// After the run: reports reduced rates, a viewer that did not get all of it, and how the run
-    /// in its `folder` is seen.
+    /// After the run: reports a viewer that did not get all of it, and how the run in its `folder` is
+    /// seen.
     pub fn finish(self, folder: Option<&Path>) -> Result<()> {
-        let rates = self.recording.as_ref().and_then(|r| r.reduced_rates());
-        if let Some([series, frames]) = rates {
-            let note = format!(
-                "The run is long: run.rrd has only {series:.1} Hz of its time series and {frames:.1} Hz of its animation; \
-                 the tables have all records."
-            );
-            match Output::get().json {
-                true => remark(&note),
-                false => say(&note)?,
-            }
-        }
         if let Some((address, why)) = self.live.as_ref().and_then(|live| live.lost()) {
             remark(&format!(
                 "The viewer at {address} did not get all of the run: {why}."

@@ -4,7 +4,7 @@ use crate::interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
 use crate::progress::{self, Pace, Progress};
-use crate::terminal::{remark, say, warn, word};
+use crate::terminal::{say, warn, word};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::{Run, Sink};
 use robhaz_scene::Scene;
@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("--screenshot takes one run");
     };
     // Checked before the work, so that a bad file name costs no time.
-    let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
+    let file = OutputFile::create(picture, PICTURE, &[recording(run)?], args.force)?;
     let stop = || interrupt::cause();
     robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
         .into_diagnostic()?;
@@ -111,27 +111,8 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "toml")
 }
 
-/// The recording of a run. Warns if it is incomplete.
-fn recording(run: &Path) -> Result<PathBuf> {
-    let file = recording_file(run)?;
-    if !robhaz_viewer::recording_is_closed(&file).into_diagnostic()? {
-        let Some(end) = robhaz_viewer::recording_end(&file).into_diagnostic()? else {
-            bail!(
-                "{} is cut off before its first data: its run was killed, or the file is damaged",
-                file.display()
-            );
-        };
-        remark(&format!(
-            "Warning: {} is cut off at {end:.3} s: its run was killed or is still going on, or the file is damaged. \
-             The data before that are shown.",
-            file.display(),
-        ));
-    }
-    Ok(file)
-}
-
 /// The recording of a run: the file itself, or the one in the folder.
-fn recording_file(run: &Path) -> Result<PathBuf> {
+fn recording(run: &Path) -> Result<PathBuf> {
     let file = match run.is_dir() {
         true => run.join("run.rrd"),
         false => run.to_path_buf(),

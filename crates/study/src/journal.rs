@@ -29,17 +29,6 @@ pub struct RunRecord {
     pub rows: Vec<Row>,
 }
 
-impl RunRecord {
-    /// A run without scores.
-    pub(crate) fn failed(run: u64, reason: String) -> Self {
-        Self {
-            run,
-            error: Some(reason),
-            rows: vec![Row::default()],
-        }
-    }
-}
-
 /// The scores of one estimator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {

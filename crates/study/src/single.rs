@@ -112,21 +112,13 @@ pub fn compute(
     let computed = catch_unwind(AssertUnwindSafe(|| {
         outcome(study, run, truth, tables, stop)
     }));
-    Ok(match computed {
-        Ok(outcome) => match outcome? {
-            Ok(rows) => Some(RunRecord {
-                run,
-                error: None,
-                rows,
-            }),
-            Err(_) if stop().is_some() => None,
-            Err(reason) => Some(RunRecord::failed(run, reason)),
-        },
-        Err(_) => {
-            let reason = "internal error: the run panicked".to_owned();
-            Some(RunRecord::failed(run, reason))
-        }
-    })
+    let panicked = |_| Ok(Err("internal error: the run panicked".to_owned()));
+    let (error, rows) = match computed.unwrap_or_else(panicked)? {
+        Ok(rows) => (None, rows),
+        Err(_) if stop().is_some() => return Ok(None),
+        Err(reason) => (Some(reason), vec![Row::default()]),
+    };
+    Ok(Some(RunRecord { run, error, rows }))
 }
 
 /// The scores of a run, or why it has none.

@@ -53,5 +53,5 @@ mod writer;
 pub use error::{INSTALL, VIEWER_VERSION, ViewerError};
 pub use picture::picture;
 pub use program::{is_installed, open};
-pub use reading::{recording_end, recording_is_closed};
+pub use reading::recording_end;
 pub use sink::RecordingSink;
