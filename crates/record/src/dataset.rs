@@ -88,6 +88,13 @@ impl Dataset {
         texts.flat_map(|array| array.iter())
     }
 
+    /// The numbers of a column in the rows of an estimator, in the order of the runs.
+    pub fn of_estimator(&self, label: &str, column: &str) -> Vec<f64> {
+        let rows = self.words("estimator").zip(self.numbers(column));
+        let own = rows.filter(|(estimator, _)| *estimator == Some(label));
+        own.filter_map(|(_, value)| value).collect()
+    }
+
     /// Labels of the estimators, in the order of the rows.
     pub fn estimators(&self) -> Vec<&str> {
         let distinct: IndexSet<&str> = self.words("estimator").flatten().collect();

@@ -64,11 +64,11 @@ pub fn create_folder(folder: &Path) -> Result {
 /// # Errors
 /// [`RecordError::Io`].
 pub fn names_in(folder: &Path) -> Result<Vec<String>> {
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
-        let name = entry.map_err(io_error("read", folder))?.file_name();
-        names.push(name.to_string_lossy().into_owned());
-    }
+    let entries = std::fs::read_dir(folder).map_err(io_error("read", folder))?;
+    let names = entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()));
+    let mut names: Vec<String> = names
+        .collect::<Result<_, _>>()
+        .map_err(io_error::<std::io::Error>("read", folder))?;
     names.sort();
     Ok(names)
 }

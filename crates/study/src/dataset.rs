@@ -262,8 +262,9 @@ mod tests {
             let mut bound = BoundSink::new(&scene);
             robhaz_run::run(&scene, &mut [&mut summary, &mut bound])?;
             let (summary, bound) = (summary.summary()?, bound.0.nrmse());
-            let estimator = &summary.estimators[row % 2];
-            assert_eq!(estimators.value(row), estimator.name);
+            let estimator = summary.estimators.get_index(row % 2);
+            let (name, estimator) = estimator.ok_or("no estimator")?;
+            assert_eq!(estimators.value(row), name);
             for score in ScoreColumn::all() {
                 let expected = score.value(&summary, bound, Some(estimator));
                 let found = column(score.name)?;

@@ -205,15 +205,15 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf> {
 }
 
 fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
-    let row = |estimator: Option<&EstimatorSummary>| Row {
-        estimator: estimator.map(|e| e.name.clone()),
+    let row = |estimator: Option<(&String, &EstimatorSummary)>| Row {
+        estimator: estimator.map(|(name, _)| name.clone()),
         scores: (ScoreColumn::all().iter())
-            .map(|column| column.value(run, bound, estimator))
+            .map(|column| column.value(run, bound, estimator.map(|(_, e)| e)))
             .collect(),
     };
-    match run.estimators.as_slice() {
-        [] => vec![row(None)],
-        estimators => estimators.iter().map(|e| row(Some(e))).collect(),
+    match run.estimators.is_empty() {
+        true => vec![row(None)],
+        false => run.estimators.iter().map(|e| row(Some(e))).collect(),
     }
 }
 

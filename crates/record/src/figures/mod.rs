@@ -9,7 +9,7 @@ mod run;
 pub mod style;
 mod trace;
 
-pub use page::{Column, Entry, Mark, Page, Scale, write_figure};
+pub use page::{Entry, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use robhaz_score::extremes;
