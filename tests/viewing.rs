@@ -82,16 +82,10 @@ fn what_cannot_be_shown_is_refused() {
             &["view", "a", "a", "--screenshot", "x.png"] as &[&str],
             "takes one run",
         ),
-        (
-            &["view", "flat.toml", "--screenshot", "x.png"],
-            "run it first",
-        ),
-        (&["view", "flat.toml", "a"], "is a scene"),
+        (&["view", "flat.toml"], "`robhaz run SCENE --rerun live`"),
         (&["view", "a", "nowhere"], "neither"),
         (&["view", "a/summary.json"], "neither"),
-        (&["view", "a", "--set", "seed=1"], "for scenes"),
-        (&["view", "a", "--pace", "fast"], "for scenes"),
-        (&["view", "a", "--force"], "nothing else is written"),
+        (&["view", "a", "--force"], "--screenshot"),
         (&["view", "a", "--at", "1"], "--screenshot"),
         (&["run", "flat.toml", "--rerun", "maybe"], "off, save, live"),
         (

@@ -87,14 +87,14 @@ impl Viewing {
 
     /// After the run: reports a viewer that did not get all of it, and how the run in its `folder` is
     /// seen.
-    pub fn finish(self, folder: Option<&Path>) -> Result<()> {
+    pub fn finish(self, folder: &Path) -> Result<()> {
         if let Some((address, why)) = self.live.as_ref().and_then(|live| live.lost()) {
             remark(&format!(
                 "The viewer at {address} did not get all of the run: {why}."
             ));
         }
-        match folder.filter(|_| self.recording.is_some()) {
-            Some(folder) => say(&how_to_see(folder, robhaz_viewer::is_installed())),
+        match self.recording {
+            Some(_) => say(&how_to_see(folder, robhaz_viewer::is_installed())),
             None => Ok(()),
         }
     }
@@ -135,7 +135,7 @@ impl Viewing {
     }
 
     /// Does nothing.
-    pub fn finish(self, _folder: Option<&Path>) -> Result<()> {
+    pub fn finish(self, _folder: &Path) -> Result<()> {
         Ok(())
     }
 }

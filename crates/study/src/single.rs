@@ -108,10 +108,43 @@ pub fn compute(
     tables: Option<&Path>,
     stop: Stop<'_>,
 ) -> Result<Option<RunRecord>> {
+    // The scores of the run, or why it has none.
+    let outcome = || -> Result<Result<Vec<Row>, String>> {
+        if let SharedTruth::Failed(reason) = truth {
+            return Ok(Err(reason.clone()));
+        }
+        let scene = match study.scene(run) {
+            Ok(scene) => scene,
+            Err(error) => return Ok(Err(of_scene(&error))),
+        };
+        let temporary = tables.map(|folder| prepare(study, &scene, folder));
+        let temporary = temporary.transpose()?;
+        let table = |folder: &PathBuf| TableSink::new(folder, TableFormat::Parquet);
+        let (mut summary, mut bound) = (SummarySink::new(), BoundSink::new(&scene));
+        let mut table_sink = temporary.as_ref().map(table);
+        let mut sinks: Vec<&mut dyn Sink> = vec![&mut summary, &mut bound];
+        sinks.extend(table_sink.iter_mut().map(|sink| sink as &mut dyn Sink));
+        let ready = truth.run(&scene);
+        let ended = ready.and_then(|run| run.until(&mut sinks, stop));
+        if let (Some(temporary), Some(folder)) = (&temporary, tables) {
+            match ended {
+                // Of the sinks only that of the tables can fail: the disk.
+                Err(RunError::Sink(error)) => {
+                    let cannot = io_error("write tables to", folder);
+                    return Err(cannot(std::io::Error::other(error)));
+                }
+                Err(RunError::Stopped { .. }) => {}
+                _ => settle(temporary, folder)?,
+            }
+        }
+        let summary = summary.summary().map_err(|error| in_one_line(&error));
+        Ok(match ended {
+            Ok(_) => summary.map(|summary| rows(&summary, bound.0.nrmse())),
+            Err(error) => Err(in_one_line(&error)),
+        })
+    };
     // A panic is a mistake of ours. It ends its run, not the study.
-    let computed = catch_unwind(AssertUnwindSafe(|| {
-        outcome(study, run, truth, tables, stop)
-    }));
+    let computed = catch_unwind(AssertUnwindSafe(outcome));
     let panicked = |_| Ok(Err("internal error: the run panicked".to_owned()));
     let (error, rows) = match computed.unwrap_or_else(panicked)? {
         Ok(rows) => (None, rows),
@@ -119,48 +152,6 @@ pub fn compute(
         Err(reason) => (Some(reason), vec![Row::default()]),
     };
     Ok(Some(RunRecord { run, error, rows }))
-}
-
-/// The scores of a run, or why it has none.
-fn outcome(
-    study: &Study,
-    run: u64,
-    truth: &SharedTruth,
-    tables: Option<&Path>,
-    stop: Stop<'_>,
-) -> Result<Result<Vec<Row>, String>> {
-    if let SharedTruth::Failed(reason) = truth {
-        return Ok(Err(reason.clone()));
-    }
-    let scene = match study.scene(run) {
-        Ok(scene) => scene,
-        Err(error) => return Ok(Err(of_scene(&error))),
-    };
-    let temporary = tables.map(|folder| prepare(study, &scene, folder));
-    let temporary = temporary.transpose()?;
-    let table = |folder: &PathBuf| TableSink::new(folder, TableFormat::Parquet);
-    let (mut summary, mut bound) = (SummarySink::new(), BoundSink::new(&scene));
-    let mut table_sink = temporary.as_ref().map(table);
-    let mut sinks: Vec<&mut dyn Sink> = vec![&mut summary, &mut bound];
-    sinks.extend(table_sink.iter_mut().map(|sink| sink as &mut dyn Sink));
-    let ready = truth.run(&scene);
-    let ended = ready.and_then(|run| run.until(&mut sinks, stop));
-    if let (Some(temporary), Some(folder)) = (&temporary, tables) {
-        match ended {
-            // Of the sinks only that of the tables can fail: the disk.
-            Err(RunError::Sink(error)) => {
-                let cannot = io_error("write tables to", folder);
-                return Err(cannot(std::io::Error::other(error)));
-            }
-            Err(RunError::Stopped { .. }) => {}
-            _ => settle(temporary, folder)?,
-        }
-    }
-    let summary = summary.summary().map_err(|error| in_one_line(&error));
-    Ok(match ended {
-        Ok(_) => summary.map(|summary| rows(&summary, bound.0.nrmse())),
-        Err(error) => Err(in_one_line(&error)),
-    })
 }
 
 /// A sink for the Cramer-Rao bound.
