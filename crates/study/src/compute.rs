@@ -1,14 +1,14 @@
 //! The runs of a shard, on several threads.
 
 use crate::dataset;
-use crate::error::{Result, StudyError, io_error};
+use crate::error::{Result, StudyError};
 use crate::folder::{DATASET, Folder, Shard};
 use crate::journal::{Journal, RunRecord, scan};
 use crate::single::{self, SharedTruth};
 use crate::study::Study;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use robhaz_record::Dataset;
+use robhaz_record::{Dataset, io_error};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,10 +1,12 @@
 //! The truth of a scene, which several runs may share; one run and its scores.
 
-use crate::error::{Result, io_error};
+use crate::error::Result;
 use crate::folder::settle;
 use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
-use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
+use robhaz_record::{
+    EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink, io_error,
+};
 use robhaz_run::{
     DrivenPlant, Frame, MOST_KEPT, Run, RunError, Sink, SinkError, Stop, in_one_line,
 };
@@ -130,8 +132,7 @@ pub fn compute(
             match ended {
                 // Of the sinks only that of the tables can fail: the disk.
                 Err(RunError::Sink(error)) => {
-                    let cannot = io_error("write tables to", folder);
-                    return Err(cannot(std::io::Error::other(error)));
+                    return Err(io_error("write tables to", folder)(error).into());
                 }
                 Err(RunError::Stopped { .. }) => {}
                 _ => settle(temporary, folder)?,

@@ -104,7 +104,7 @@ impl RunTraces {
                 Some(_) => vec![true_forces(), true_forces()],
                 None => vec![true_forces()],
             },
-            has_truth: false,
+            has_truth: run.has_truth,
             normal_force_at: traces(),
             pins: from_fn(|_| from_fn(|_| Trace::new(records))),
             estimators: estimators.iter().enumerate().map(of_estimator).collect(),
@@ -134,7 +134,6 @@ impl RunTraces {
         if let Some(truth) = frame.truth {
             self.add_truth(frame.time, truth);
         }
-        self.has_truth |= !truths.is_empty();
         let judge = |truth: &Truth| (truth.time, self.rule.judge(truth), Compared::of(truth));
         let judged: Vec<_> = truths.iter().map(judge).collect();
         for estimator in &mut self.estimators {
