@@ -1,7 +1,7 @@
 //! What is to be run: a study file with its base scene, or a scene with many seeds; and what
 //! identifies it.
 
-use crate::ablation::{LADDER, ladder};
+use crate::ablation::{ladder, steps};
 use crate::error::{Result, StudyError};
 use crate::plan::Plan;
 use robhaz_record::ScoreColumn;
@@ -100,7 +100,7 @@ impl Study {
             )));
         }
         let set = match with_ladder {
-            true => format!("set = ['''{LADDER}''']\n"),
+            true => format!("set = ['''{}''']\n", steps()),
             false => String::new(),
         };
         let text = format!(
