@@ -10,8 +10,10 @@ use serde::Serialize;
 /// Width of the table, columns of text.
 const WIDTH: u16 = 110;
 
-/// The columns of the table: header, and cell of an estimator.
-const COLUMNS: [(&str, fn(&Line) -> String); 10] = [
+/// A column of the table: header, and cell of an estimator.
+type Column = (&'static str, fn(&Line) -> String);
+
+const COLUMNS: [Column; 10] = [
     ("estimator", |l| l.name.clone()),
     ("error of N\n% ± s.e.", |l| {
         l.nrmse.map_or_else(|| "-".to_owned(), percent)
