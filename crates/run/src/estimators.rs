@@ -87,6 +87,16 @@ impl Estimators {
             }
             return;
         }
+        let (estimators, completed) = (&mut self.estimators, &mut self.completed);
+        if !on_threads {
+            for (sample, places) in samples.iter().zip(to.chunks_mut(count.max(1))) {
+                let each = estimators.iter_mut().zip(completed.iter_mut());
+                for ((estimator, completed), place) in each.zip(places) {
+                    *place = update(estimator, completed, &sample.sensors);
+                }
+            }
+            return;
+        }
         let mut places: Vec<Vec<_>> = (0..count)
             .map(|_| Vec::with_capacity(samples.len()))
             .collect();
@@ -95,17 +105,14 @@ impl Estimators {
                 places.push(place);
             }
         }
-        let (estimators, completed) = (&mut self.estimators, &mut self.completed);
-        type Places<'a> = Vec<&'a mut Result<Estimate, EstimateError>>;
-        let work = |((estimator, completed), places): ((&mut _, &mut _), Places<'_>)| {
-            for (sample, place) in samples.iter().zip(places) {
-                *place = update(estimator, completed, &sample.sensors);
-            }
-        };
-        match on_threads {
-            true => (estimators.par_iter_mut().zip(completed).zip(places)).for_each(work),
-            false => (estimators.iter_mut().zip(completed).zip(places)).for_each(work),
-        }
+        let estimators = estimators.par_iter_mut().zip(completed);
+        estimators
+            .zip(places)
+            .for_each(|((estimator, completed), places)| {
+                for (sample, place) in samples.iter().zip(places) {
+                    *place = update(estimator, completed, &sample.sensors);
+                }
+            });
     }
 
     /// Number of the estimators.

@@ -31,6 +31,8 @@ use std::time::{Duration, Instant};
 
 /// Most samples of a batch: a tenth of a second at 1 kHz, and some MB of estimates.
 const BATCH: usize = 100;
+/// Most samples of a batch in one loop without a control: their estimates stay in the cache of a core.
+const FEW: usize = 8;
 /// Time from one record with the ground in the memory of the estimators to the next, s. Such a
 /// record ends its batch.
 const GROUND_PERIOD: f64 = 0.2;
@@ -86,9 +88,11 @@ impl Work {
         let (mut batch, mut next_ground) = (Batch::default(), Ticker::new(GROUND_PERIOD));
         let mut left = vec![Vec::new(); self.estimators.count()];
         let (mut result, mut is_last) = (Ok(()), false);
+        // Commands act from the next sample on.
+        let most = if self.driver.is_some() { 1 } else { FEW };
         while result.is_ok() && !is_last {
             let start = Instant::now();
-            is_last = batch.fill(1, self.source.as_mut(), &mut next_ground);
+            is_last = batch.fill(most, self.source.as_mut(), &mut next_ground);
             batch.estimate(&mut self.estimators, self.clearance.as_mut(), None);
             if let (Some(driver), Some(sample)) = (&mut self.driver, batch.samples.first()) {
                 let commands = driver.commands(&sample.sensors, &batch.estimates);
@@ -229,8 +233,9 @@ impl Batch {
                 measure();
             }
         }
-        let none = vec![Vec::new(); estimators.count()];
-        self.completed = std::mem::replace(&mut estimators.completed, none);
+        // Empty since its records were handed on.
+        self.completed.resize(estimators.count(), Vec::new());
+        std::mem::swap(&mut self.completed, &mut estimators.completed);
         self.memory = match self.ends_with_ground {
             true => estimators.memory(),
             false => Vec::new(),
