@@ -1,7 +1,6 @@
 //! The pages on studies: their commands run, on the studies that they show.
 
 use crate::support::{page_commands, robhaz, root, text};
-use robhaz_scene::{BaseScene, StudyChoice};
 use std::fs;
 use std::path::Path;
 
@@ -69,15 +68,6 @@ fn the_commands_of_the_page_on_studies_run() {
     assert!(dir.path().join("runs/speed/report.html").is_file());
     let dataset = |name: &str| fs::read(dir.path().join(name).join("study.parquet")).unwrap();
     assert!(dataset("runs/speed") == dataset("runs/speed-parts"));
-}
-
-/// The study of the ladder has the estimators of `robhaz study --ladder`.
-#[test]
-fn the_study_of_the_ladder_has_its_steps() {
-    let study = StudyChoice::load(&root().join("studies/ladder.toml")).unwrap();
-    let base = BaseScene::load(&study, &root().join("studies")).unwrap();
-    let scene = base.scene(&study, &[]).unwrap();
-    assert_eq!(scene.estimators, robhaz_study::ladder().unwrap());
 }
 
 /// The commands of the pages on the shipped studies run, with one seed and shorter runs.

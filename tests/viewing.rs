@@ -82,16 +82,10 @@ fn what_cannot_be_shown_is_refused() {
             &["view", "a", "a", "--screenshot", "x.png"] as &[&str],
             "takes one run",
         ),
-        (
-            &["view", "flat.toml", "--screenshot", "x.png"],
-            "run it first",
-        ),
-        (&["view", "flat.toml", "a"], "is a scene"),
+        (&["view", "flat.toml"], "`robhaz run SCENE --rerun live`"),
         (&["view", "a", "nowhere"], "neither"),
         (&["view", "a/summary.json"], "neither"),
-        (&["view", "a", "--set", "seed=1"], "for scenes"),
-        (&["view", "a", "--pace", "fast"], "for scenes"),
-        (&["view", "a", "--force"], "nothing else is written"),
+        (&["view", "a", "--force"], "--screenshot"),
         (&["view", "a", "--at", "1"], "--screenshot"),
         (&["run", "flat.toml", "--rerun", "maybe"], "off, save, live"),
         (
@@ -152,40 +146,6 @@ fn invalid_screenshots_are_refused_at_once() {
     );
     // The scene, the runs and the existing file; no temporary file.
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 3);
-}
-
-/// A truncated recording is shown up to its end, with a warning that names it; one without data is
-/// an error.
-#[test]
-fn a_truncated_recording_is_named() {
-    let dir = tempfile::tempdir().unwrap();
-    flat_scene(dir.path(), 4.5);
-    let run = robhaz(dir.path(), &["run", "flat.toml", "--out", "a"]);
-    assert!({ run }.output().unwrap().status.success());
-    let path = dir.path().join("a/run.rrd");
-    let whole = fs::read(&path).unwrap();
-    // The viewer alone is missing.
-    let view = || {
-        let mut view = robhaz(dir.path(), &["view", "a"]);
-        said(&view.env("PATH", "").output().unwrap())
-    };
-    assert!(!view().contains("Warning"), "{}", view());
-    // The index at the end is small: this removes rows.
-    fs::write(&path, &whole[..whole.len() * 6 / 10]).unwrap();
-    let text = view();
-    assert!(
-        text.contains("Warning: a/run.rrd is cut off at") && text.contains("pip install rerun-sdk"),
-        "{text}"
-    );
-    // Within the header, and within the first message.
-    for length in [5, 40] {
-        fs::write(&path, &whole[..length]).unwrap();
-        let text = view();
-        assert!(
-            text.contains("a/run.rrd") && !text.contains("pip install"),
-            "{text}"
-        );
-    }
 }
 
 /// Ctrl-C ends the viewer that `view` has started, the processes that the viewer has started, and

@@ -1,13 +1,13 @@
 //! `--rerun`: how a run is recorded for the viewer and shown live.
 
 #[cfg(feature = "viewer")]
-use crate::terminal::{Output, remark, say, word};
+use crate::terminal::{remark, say, word};
 #[cfg(feature = "viewer")]
 use miette::IntoDiagnostic;
 use miette::Result;
 use robhaz_run::Sink;
 #[cfg(feature = "viewer")]
-use robhaz_viewer::{INSTALL, RecordingSink};
+use robhaz_viewer::RecordingSink;
 use std::path::Path;
 
 /// Why there is no viewer, and what helps.
@@ -85,39 +85,18 @@ impl Viewing {
         both.map(|sink| sink as &mut dyn Sink)
     }
 
-    /// After the run: reports reduced rates, a viewer that did not get all of it, and how the run
-    /// in its `folder` is seen.
-    pub fn finish(self, folder: Option<&Path>) -> Result<()> {
-        let rates = self.recording.as_ref().and_then(|r| r.reduced_rates());
-        if let Some([series, frames]) = rates {
-            let note = format!(
-                "The run is long: run.rrd has only {series:.1} Hz of its time series and {frames:.1} Hz of its animation; \
-                 the tables have all records."
-            );
-            match Output::get().json {
-                true => remark(&note),
-                false => say(&note)?,
-            }
-        }
+    /// After the run: reports a viewer that did not get all of it, and how the run in its `folder` is
+    /// seen.
+    pub fn finish(self, folder: &Path) -> Result<()> {
         if let Some((address, why)) = self.live.as_ref().and_then(|live| live.lost()) {
             remark(&format!(
                 "The viewer at {address} did not get all of the run: {why}."
             ));
         }
-        match folder.filter(|_| self.recording.is_some()) {
-            Some(folder) => say(&how_to_see(folder, robhaz_viewer::is_installed())),
+        match self.recording {
+            Some(_) => say(&format!("See it with `robhaz view {}`", word(folder))),
             None => Ok(()),
         }
-    }
-}
-
-/// The command that shows a run, and what it needs.
-#[cfg(feature = "viewer")]
-fn how_to_see(folder: &Path, is_installed: bool) -> String {
-    let command = format!("See it with `robhaz view {}`", word(folder));
-    match is_installed {
-        true => command,
-        false => format!("{command}, after `{INSTALL}`"),
     }
 }
 
@@ -146,7 +125,7 @@ impl Viewing {
     }
 
     /// Does nothing.
-    pub fn finish(self, _folder: Option<&Path>) -> Result<()> {
+    pub fn finish(self, _folder: &Path) -> Result<()> {
         Ok(())
     }
 }
@@ -167,19 +146,5 @@ mod tests {
             assert!(error.contains("live=HOST:PORT"), "{bad}: {error}");
         }
         assert!(Rerun::parse(Rerun::DEFAULT).is_ok());
-    }
-
-    /// The last line of a run can be copied, with and without a viewer.
-    #[test]
-    #[cfg(feature = "viewer")]
-    fn the_way_to_see_a_run_is_a_command() {
-        let folder = Path::new("runs/my run");
-        let said = how_to_see(folder, true);
-        assert_eq!(said, "See it with `robhaz view 'runs/my run'`");
-        let said = how_to_see(folder, false);
-        assert!(
-            said.ends_with("after `pip install rerun-sdk==0.36.3`"),
-            "{said}"
-        );
     }
 }

@@ -83,7 +83,7 @@ enum Command {
     /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict
     /// a line.
     Verify(verify::Args),
-    /// Show runs in the Rerun viewer, or a scene while it is simulated.
+    /// Show runs in the Rerun viewer.
     #[cfg(feature = "viewer")]
     View(view::Args),
     /// Judge the path of a scene from its geometry before it is driven: needed friction, go or

@@ -132,7 +132,7 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args) -> Result<Value> {
         job.work,
         summary.wall_s,
     ))?;
-    viewing.finish(Some(&path))?;
+    viewing.finish(&path)?;
     Ok(json!({
         "name": job.name,
         "folder": shown(&path),

@@ -121,9 +121,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     // A thread without a run is of no use.
-    let runs = usize::try_from(shard.count(study.runs())).unwrap_or(usize::MAX);
+    let runs = usize::try_from(shard.count(study.plan.runs())).unwrap_or(usize::MAX);
     let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
-    let (all, truths) = (study.runs(), study.truths());
+    let (all, truths) = (study.plan.runs(), study.plan.truths());
     info!(study = name, runs = all, truths, jobs, "study");
     interrupt::listen()?;
     let progress = Progress::new();
@@ -139,7 +139,7 @@ pub fn run(args: &Args) -> Result<()> {
         };
         let done = robhaz_study::compute(&study, folder, shard, jobs, &watch)?;
         let dataset = done.dataset.as_ref();
-        let dataset = dataset.filter(|_| study.runs() <= MOST_REPORTED);
+        let dataset = dataset.filter(|_| study.plan.runs() <= MOST_REPORTED);
         let data = dataset.map(|path| Dataset::read(path)).transpose();
         Ok((Some(done), data.into_diagnostic()?))
     };
@@ -169,7 +169,7 @@ fn add_call(document: &mut Value, study: &Study, folder: Option<&Path>, done: Op
     document["name"] = json!(study.choice.name);
     document["folder"] = json!(folder.map(shown));
     document["dataset"] = json!(dataset.map(shown));
-    document["computed"] = json!(done.map_or(study.runs(), |done| done.computed));
+    document["computed"] = json!(done.map_or(study.plan.runs(), |done| done.computed));
     document["damaged"] = json!(done.map_or(0, |done| done.damaged));
 }
 
@@ -203,16 +203,16 @@ fn summary(done: &Done, folder: &Path, failed: u64, jobs: usize, wall: f64) -> V
 
 /// Lists the runs, how many there are, and the time that they simulate.
 fn dry_run(study: &Study, shard: Shard) -> Result<()> {
-    let runs = (0..study.runs()).filter(|run| shard.has(*run));
+    let runs = (0..study.plan.runs()).filter(|run| shard.has(*run));
     let overrides = |run: u64| -> Vec<String> {
-        let settings = study.settings(run);
+        let settings = study.plan.settings(run);
         settings.iter().map(Setting::as_override).collect()
     };
     let listed = runs.take(LISTED as usize).map(|run| (run, overrides(run)));
     let listed: Vec<(u64, Vec<String>)> = listed.collect();
     let line = |(run, set): &(u64, Vec<String>)| format!("run {run}: {}", set.join(" "));
     let mut lines: Vec<String> = listed.iter().map(line).collect();
-    let count = shard.count(study.runs());
+    let count = shard.count(study.plan.runs());
     if count > LISTED {
         lines.push(format!("... and {} more", count - LISTED));
     }
@@ -223,7 +223,7 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
         true => format!("{shortest} to {longest} s"),
         false => format!("{longest} s"),
     };
-    let truths = study.truths().min(count);
+    let truths = study.plan.truths().min(count);
     let shared = match truths < count {
         true => format!("{truths} simulated, the others observe one of these"),
         false => "each simulated".to_owned(),

@@ -1,22 +1,17 @@
-//! `robhaz view`: shows runs, or a scene while it is simulated.
+//! `robhaz view`: shows runs.
 
 use crate::interrupt;
-use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
-use crate::progress::{self, Pace, Progress};
-use crate::terminal::{remark, say, warn, word};
-use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_run::{Run, Sink};
-use robhaz_scene::Scene;
+use crate::terminal::{say, word};
+use miette::{IntoDiagnostic, Result, bail};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz view`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folders of runs or their recordings (.rrd), shown in one viewer. Or one scene file (.toml):
-    /// it is simulated and shown live.
-    #[arg(required = true, value_name = "RUN|SCENE")]
-    what: Vec<PathBuf>,
+    /// Folders of runs or their recordings (.rrd), shown in one viewer.
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
     /// Saves a picture of the viewer (PNG) instead of opening it; needs no screen.
     #[arg(long, value_name = "FILE")]
     screenshot: Option<PathBuf>,
@@ -27,127 +22,48 @@ pub struct Args {
     #[arg(long, value_name = "WIDTHxHEIGHT", requires = "screenshot", value_parser = size, default_value = "1400x900")]
     size: [u32; 2],
     /// Replaces an existing picture.
-    #[arg(long)]
+    #[arg(long, requires = "screenshot")]
     force: bool,
-    /// Speed of the simulation of a scene; `real-time` by default.
-    #[arg(long, value_enum)]
-    pace: Option<Pace>,
-    /// Sets a key of the scene, in place of the file's value. Can be repeated.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
 }
-
-/// The resolved scene in the folder of a run.
-const SCENE: &str = "scene.toml";
 
 const PICTURE: Format = ("pictures", "png");
 
-/// Opens the viewer with the runs or the scene, or saves a picture.
+/// Opens the viewer with the runs, or saves a picture.
 pub fn run(args: &Args) -> Result<()> {
-    check(args)?;
-    if let [scene] = args.what.as_slice()
-        && is_scene(scene)
-    {
-        let scene = Scene::load(scene, &args.set)?;
-        warn(&scene);
-        return live(&scene, args.pace.unwrap_or(Pace::RealTime));
-    }
+    let recordings = args.runs.iter().map(|run| recording(run));
+    let recordings = recordings.collect::<Result<Vec<_>>>()?;
     let Some(picture) = &args.screenshot else {
         interrupt::listen()?;
-        let recordings = args.what.iter().map(|run| recording(run));
-        let recordings = recordings.collect::<Result<Vec<_>>>()?;
         return robhaz_viewer::open(&recordings, &interrupt::cause).into_diagnostic();
     };
-    let [run] = args.what.as_slice() else {
+    let [recording] = recordings.as_slice() else {
         bail!("--screenshot takes one run");
     };
     // Checked before the work, so that a bad file name costs no time.
-    let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
+    let file = OutputFile::create(picture, PICTURE, &recordings, args.force)?;
     let stop = || interrupt::cause();
-    robhaz_viewer::picture(&recording(run)?, file.path(), args.size, args.at, &stop)
-        .into_diagnostic()?;
+    robhaz_viewer::picture(recording, file.path(), args.size, args.at, &stop).into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))
 }
 
-/// Refuses arguments that cannot be combined.
-fn check(args: &Args) -> Result<()> {
-    if let Some(scene) = args.what.iter().find(|path| is_scene(path)) {
-        if args.what.len() > 1 || args.screenshot.is_some() {
-            bail!(
-                "{} is a scene: run it first, then `robhaz view` its folder",
-                scene.display()
-            );
-        }
-        return Ok(());
-    }
-    if let Some(set) = args.set.first() {
-        bail!("--set {set} is for scenes; a run has been simulated already");
-    }
-    if args.pace.is_some() {
-        bail!("--pace is for scenes; a run has been simulated already");
-    }
-    if args.force && args.screenshot.is_none() {
-        bail!("--force is for --screenshot: nothing else is written");
-    }
-    Ok(())
-}
-
-/// Simulates a scene and shows it live; writes no files.
-fn live(scene: &Scene, pace: Pace) -> Result<()> {
-    let mut viewing = Viewing::open(&Rerun::Live(None))?;
-    interrupt::listen()?;
-    let (mut progress, mut pace) = (Progress::new(), progress::pace(pace));
-    let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
-    sinks.push(&mut progress);
-    sinks.push(&mut pace);
-    Run::new(scene)
-        .and_then(|run| run.until(&mut sinks, &interrupt::cause))
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
-    viewing.finish(None)
-}
-
-fn is_scene(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "toml")
-}
-
-/// The recording of a run. Warns if it is incomplete.
-fn recording(run: &Path) -> Result<PathBuf> {
-    let file = recording_file(run)?;
-    if !robhaz_viewer::recording_is_closed(&file).into_diagnostic()? {
-        let Some(end) = robhaz_viewer::recording_end(&file).into_diagnostic()? else {
-            bail!(
-                "{} is cut off before its first data: its run was killed, or the file is damaged",
-                file.display()
-            );
-        };
-        remark(&format!(
-            "Warning: {} is cut off at {end:.3} s: its run was killed or is still going on, or the file is damaged. \
-             The data before that are shown.",
-            file.display(),
-        ));
-    }
-    Ok(file)
-}
-
 /// The recording of a run: the file itself, or the one in the folder.
-fn recording_file(run: &Path) -> Result<PathBuf> {
+fn recording(run: &Path) -> Result<PathBuf> {
     let file = match run.is_dir() {
         true => run.join("run.rrd"),
         false => run.to_path_buf(),
     };
     if file.extension().is_none_or(|e| e != "rrd") {
         bail!(
-            "{} is neither the folder of a run, nor a recording (.rrd), nor a scene (.toml)",
+            "{} is neither the folder of a run nor a recording (.rrd); `robhaz run SCENE --rerun live` shows a scene",
             run.display()
         );
     }
     if !file.is_file() {
         bail!(
-            "{} is not there: `robhaz view {}` simulates the run again and shows it; a run by a robhaz with the viewer, \
-             without `--rerun off`, keeps a recording",
+            "{} is not there: `robhaz run {} --force` makes the run again; a run by a robhaz with the viewer, without \
+             `--rerun off`, keeps a recording",
             file.display(),
-            word(&file.with_file_name(SCENE))
+            word(&file.with_file_name("scene.toml"))
         );
     }
     Ok(file)

@@ -4,8 +4,7 @@ use crate::report::{PathReport, Place};
 use crate::setup::PathSetup;
 use robhaz_record::figures::style::{LINKAGE, SURFACE, TRUTH, WHEELS, line};
 use robhaz_record::figures::{
-    Axis, Column, Entry, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes,
-    write_figure,
+    Axis, Entry, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes, write_figure,
 };
 use robhaz_record::{PointColumn, RecordError, TableFormat, create_folder, write_points};
 use robhaz_terrain::Terrain;
@@ -23,9 +22,9 @@ const COLUMNS: &[PointColumn<Place>] = robhaz_record::point_columns! {
     Float "wheel3_x", "m", "centre of the rear wheel" => |p| Some(p.wheel_x[2]);
     Float "wheel3_y", "m", "centre of the rear wheel" => |p| Some(p.wheel_y[2]);
     Float "opening", "rad", "angle of pin Q, theta_1 - theta_2" => |p| Some(p.opening);
-    Float "wheel1_contacts", "1", "contacts of the front wheel" => |p| Some(count(p.contacts[0]));
-    Float "wheel2_contacts", "1", "contacts of the middle wheel" => |p| Some(count(p.contacts[1]));
-    Float "wheel3_contacts", "1", "contacts of the rear wheel" => |p| Some(count(p.contacts[2]));
+    Float "wheel1_contacts", "1", "contacts of the front wheel" => |p| Some(p.contacts[0] as f64);
+    Float "wheel2_contacts", "1", "contacts of the middle wheel" => |p| Some(p.contacts[1] as f64);
+    Float "wheel3_contacts", "1", "contacts of the rear wheel" => |p| Some(p.contacts[2] as f64);
     Optional "needed_mu", "1", "needed friction mu_n; empty where no allowed forces balance the robot" => |p| p.needed_mu;
     Optional "available_mu", "1", "available friction: mu_n plus margin" => Place::available_mu;
     Optional "margin", "1", "how far all friction coefficients can fall" => |p| p.margin;
@@ -40,11 +39,6 @@ const COLUMNS: &[PointColumn<Place>] = robhaz_record::point_columns! {
     Optional "wheel2_traction", "N", "sum of T of the middle wheel" => |p| Some(p.traction?[1]);
     Optional "wheel3_traction", "N", "sum of T of the rear wheel" => |p| Some(p.traction?[2]);
 };
-
-fn count(contacts: usize) -> f64 {
-    // At most a few contacts.
-    contacts as f64
-}
 
 /// Files of a judged path below a folder, in one format of the table.
 pub fn path_files(folder: &Path, format: TableFormat) -> Vec<PathBuf> {
@@ -135,18 +129,16 @@ fn write_needed_friction(
         key: key(std::ptr::eq(first, decisive)),
         axis: Axis::of_places("x of the middle wheel (m)", strip.x.clone()),
         // A single place decides: its peak is not cut.
-        columns: vec![Column::new(
-            Scale::Whole,
-            [
-                strip.panel(),
-                panel("Needed and available friction", "mu_n, mu (1)", friction),
-                panel(
-                    "Margin: how far all friction coefficients can fall",
-                    "margin (1)",
-                    margin,
-                ),
-            ],
-        )],
+        scale: Scale::Whole,
+        columns: vec![vec![
+            strip.panel(),
+            panel("Needed and available friction", "mu_n, mu (1)", friction),
+            panel(
+                "Margin: how far all friction coefficients can fall",
+                "margin (1)",
+                margin,
+            ),
+        ]],
     };
     write_figure(folder, "needed_friction", &page)
 }

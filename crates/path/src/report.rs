@@ -274,13 +274,10 @@ impl PathReport {
     /// without a margin first.
     fn shown(&self) -> Vec<&Place> {
         let size = self.places.len().div_ceil(ROWS).max(1);
-        let least = |part: &'_ [Place]| -> usize {
-            let key = |p: &Place| p.margin.unwrap_or(f64::NEG_INFINITY);
-            let order = |a: &usize, b: &usize| key(&part[*a]).total_cmp(&key(&part[*b]));
-            (0..part.len()).min_by(order).unwrap_or(0)
-        };
-        let parts = self.places.chunks(size);
-        parts.map(|part| &part[least(part)]).collect()
+        let key = |p: &Place| p.margin.unwrap_or(f64::NEG_INFINITY);
+        let parts = self.places.chunks(size).map(|part| part.iter());
+        let least = parts.filter_map(|part| part.min_by(|a, b| key(a).total_cmp(&key(b))));
+        least.collect()
     }
 
     /// Whether a wheel needs all of the available friction somewhere, or more: a driven robot can

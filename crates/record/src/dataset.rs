@@ -4,7 +4,6 @@ use crate::error::{RecordError, Result, io_error};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
 use arrow_array::{ArrayRef, RecordBatch};
-use arrow_schema::DataType;
 use indexmap::IndexSet;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use robhaz_scene::StudyChoice;
@@ -41,10 +40,6 @@ impl Dataset {
         };
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
         let schema = reader.schema().clone();
-        if let Some(field) = schema.fields().iter().find(|f| !is_known(f.data_type())) {
-            let (name, other) = (field.name(), field.data_type());
-            return Err(not(&format!("column {name} has the type {other}")));
-        }
         let rows = reader.build().map_err(|e| not(&e))?;
         let text = |key: &str| {
             let note = schema.metadata().get(key).cloned();
@@ -93,6 +88,13 @@ impl Dataset {
         texts.flat_map(|array| array.iter())
     }
 
+    /// The numbers of a column in the rows of an estimator, in the order of the runs.
+    pub fn of_estimator(&self, label: &str, column: &str) -> Vec<f64> {
+        let rows = self.words("estimator").zip(self.numbers(column));
+        let own = rows.filter(|(estimator, _)| *estimator == Some(label));
+        own.filter_map(|(_, value)| value).collect()
+    }
+
     /// Labels of the estimators, in the order of the rows.
     pub fn estimators(&self) -> Vec<&str> {
         let distinct: IndexSet<&str> = self.words("estimator").flatten().collect();
@@ -112,10 +114,4 @@ impl Dataset {
         list.sort_by_key(|(_, count, first)| (u64::MAX - count, *first));
         list
     }
-}
-
-/// The types of columns that datasets have.
-fn is_known(kind: &DataType) -> bool {
-    use DataType::{Boolean, Float64, Int64, UInt64, Utf8};
-    matches!(kind, Float64 | Int64 | UInt64 | Boolean | Utf8)
 }

@@ -1,6 +1,5 @@
 //! Errors of files, with the path of the file.
 
-use robhaz_run::RunDescription;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -34,8 +33,7 @@ pub enum RecordError {
         /// The first difference.
         source: serde_json::Error,
     },
-    /// A folder or file that is not what it is taken for, an estimator whose name cannot be part of a
-    /// file name, a summary that cannot be: in words.
+    /// A folder or file that is not what it is taken for, a summary that cannot be: in words.
     #[error("{0}")]
     Refused(String),
 }
@@ -61,30 +59,16 @@ pub fn create_folder(folder: &Path) -> Result {
     std::fs::create_dir_all(folder).map_err(io_error("create", folder))
 }
 
-/// Creates the folder of a run's files. Refuses estimators whose names would lead out of it, or that
-/// some file system cannot hold.
-pub(crate) fn create_folder_of(run: &RunDescription, folder: &Path) -> Result {
-    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    let is_bad = |name: &&String| name.is_empty() || !name.chars().all(allowed);
-    match run.estimators.iter().map(|e| &e.label).find(is_bad) {
-        Some(name) => Err(RecordError::Refused(format!(
-            "the estimator {name:?} cannot have files in {}: use letters, digits, `-`, `_` and `.` in its name",
-            folder.display()
-        ))),
-        None => create_folder(folder),
-    }
-}
-
 /// The names in a folder, sorted, so that what follows does not depend on the file system.
 ///
 /// # Errors
 /// [`RecordError::Io`].
 pub fn names_in(folder: &Path) -> Result<Vec<String>> {
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
-        let name = entry.map_err(io_error("read", folder))?.file_name();
-        names.push(name.to_string_lossy().into_owned());
-    }
+    let entries = std::fs::read_dir(folder).map_err(io_error("read", folder))?;
+    let names = entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()));
+    let mut names: Vec<String> = names
+        .collect::<Result<_, _>>()
+        .map_err(io_error::<std::io::Error>("read", folder))?;
     names.sort();
     Ok(names)
 }

@@ -43,8 +43,8 @@ impl Grid {
         };
         for (label, summary) in runs {
             let mut label = *label;
-            for estimator in &summary.estimators {
-                let mut name = estimator.name.as_str();
+            for (name, estimator) in &summary.estimators {
+                let mut name = name.as_str();
                 for cells in cells(estimator) {
                     let label = several.then(|| std::mem::take(&mut label));
                     let words = label.into_iter().chain([std::mem::take(&mut name)]);

@@ -97,7 +97,7 @@ pub fn log_lines(summary: &Summary) -> Vec<String> {
     if !log.absent.is_empty() {
         lines.push(format!("not in the log: {}", log.absent.join(", ")));
     }
-    let flags = |e: &EstimatorSummary| flags_line(e.means.as_ref()?, e);
+    let flags = |(name, e): (_, &EstimatorSummary)| flags_line(name, e.means.as_ref()?);
     lines.extend(summary.estimators.iter().filter_map(flags));
     lines.iter().map(|line| format!("  {line}.")).collect()
 }
@@ -247,7 +247,7 @@ fn missing_line(log: &LogReport) -> Option<String> {
     Some(format!("frames without a new reading: {text}"))
 }
 
-fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String> {
+fn flags_line(name: &String, means: &MeanForces) -> Option<String> {
     let f = &means.flags;
     let counts = [f.reading_absurd, f.reading_stale, f.out_of_range];
     let counts = counts.into_iter().chain([f.unloaded, f.at_stop]);
@@ -268,7 +268,6 @@ fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String
     let counts = counts.zip(flags).map(|(count, flag)| (count, flag, OFTEN));
     let alternates = Some(missing).filter(|_| means.share(f.reading_stale) < 1.0 - ALWAYS);
     let found: Vec<String> = counts.chain(alternates).filter_map(often).collect();
-    let name = &estimator.name;
     (!found.is_empty()).then(|| format!("{name}, of its records: {}", found.join("; ")))
 }
 

@@ -44,7 +44,7 @@ pub fn page(folder: &Path) -> Result<String> {
         h1 { (title) }
         p class="by" { (made_by(&summary)) }
         @for remark in remarks(title, &summary) { p { (remark) } }
-        @if summary.estimators.iter().any(|e| e.means.is_some()) {
+        @if summary.estimators.values().any(|e| e.means.is_some()) {
             h2 { "Means of the estimates" }
             p { (MEANS) }
             (means(&runs, false).html())
@@ -53,7 +53,7 @@ pub fn page(folder: &Path) -> Result<String> {
                  with the time of the first record." }
             (health(&runs).html())
         }
-        @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
+        @if summary.estimators.values().any(|e| e.normal_force.is_some()) {
             h2 { "Errors of the estimators" }
             p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "max_error" } " are of the normal force N; "
                 code { "nrmse" } " and " code { "stated" } " are relative to the mean N; " code { "lag" } " is the time by which the \
@@ -61,7 +61,7 @@ pub fn page(folder: &Path) -> Result<String> {
                 code { "nees" } " is 3 for a right covariance." }
             (errors(&runs))
         }
-        @if summary.estimators.iter().any(|e| e.contacts.is_some()) {
+        @if summary.estimators.values().any(|e| e.contacts.is_some()) {
             h2 { "Contact states" }
             p { "Events found within 20 ms, and shares of the samples with a false and with a missed flag." }
             (contacts(&runs))

@@ -63,15 +63,15 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
     let touch = summary.clearance.as_ref().and_then(touch);
     let found = trouble.into_iter().chain(touch);
     lines.extend(found.map(|what| format!("{label}: {what}")));
-    for estimator in &summary.estimators {
-        let (name, missing) = (&estimator.name, estimator.missing);
+    for (name, estimator) in &summary.estimators {
+        let missing = estimator.missing;
         if missing > 0 {
             let all = missing + estimator.samples;
             lines.push(format!(
                 "  {name}: no estimate in {missing} of {all} records; these do not count."
             ));
         }
-        lines.extend(faulty_channels(estimator));
+        lines.extend(faulty_channels(name, estimator));
         let scale = estimator.torque_scale.as_ref();
         lines.extend(scale.map(|scale| format!("  {name}: {}.", scale.words)));
     }
@@ -81,7 +81,7 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
 
 /// The estimators of a log of which many records are out of range.
 fn flood(label: &str, summary: &Summary) -> Vec<String> {
-    let of = |e: &EstimatorSummary| {
+    let of = |(name, e): (&String, &EstimatorSummary)| {
         let all = f64::from(u8::from(e.samples > 0));
         let means = e.means.as_ref();
         let share = means.map_or(all, |m| m.share(m.flags.out_of_range));
@@ -91,9 +91,8 @@ fn flood(label: &str, summary: &Summary) -> Vec<String> {
         let why = excuse.map_or_else(check, |why| format!(": {why}"));
         (summary.log.is_some() && share > Agreement::FEW_OUT_OF_RANGE).then(|| {
             format!(
-                "{label}, {}: {words} in {:.1} % of the records: parity beyond five deviations, or a force \
+                "{label}, {name}: {words} in {:.1} % of the records: parity beyond five deviations, or a force \
                  beyond five weights. The means are of the others{why}.",
-                e.name,
                 100.0 * share
             )
         })
@@ -103,7 +102,7 @@ fn flood(label: &str, summary: &Summary) -> Vec<String> {
 
 /// Whether there are errors of an estimator.
 fn is_compared(summary: &Summary) -> bool {
-    let mut estimators = summary.estimators.iter();
+    let mut estimators = summary.estimators.values();
     estimators.any(|e| e.normal_force.is_some())
 }
 
@@ -160,7 +159,7 @@ fn speed(label: &str, summary: &Summary) -> String {
             "{label}: {seconds:.3} s of recorded readings in {wall:.2} s, {factor:.1} times real time. {} count from {} s on.",
             if is_compared(summary) {
                 "Errors"
-            } else if summary.estimators.iter().all(|e| e.means.is_none()) {
+            } else if summary.estimators.values().all(|e| e.means.is_none()) {
                 "No estimator has an estimate, so there are neither means nor errors; they"
             } else {
                 "Without truth there are no errors; means"
@@ -171,12 +170,12 @@ fn speed(label: &str, summary: &Summary) -> String {
 }
 
 /// Channels whose readings contradicted others.
-fn faulty_channels(estimator: &EstimatorSummary) -> Option<String> {
+fn faulty_channels(name: &str, estimator: &EstimatorSummary) -> Option<String> {
     let channel = |(name, Faulty { first_s, records }): (&String, &Faulty)| {
         format!("{name} from {first_s:.1} s on ({records} records)")
     };
     let channels: Vec<String> = estimator.faulty_channels.iter().map(channel).collect();
-    let (name, list) = (&estimator.name, channels.join(", "));
+    let list = channels.join(", ");
     (!channels.is_empty()).then(|| match estimator.excuse {
         None => format!(
             "  {name}: READINGS CONTRADICT EACH OTHER: {list}. `robhaz check` looks for the cause."
@@ -191,7 +190,7 @@ fn faulty_channels(estimator: &EstimatorSummary) -> Option<String> {
 /// How many records have a wheel with two contacts, and how many are left out, the same for all
 /// estimators of a run.
 fn two_contacts(summary: &Summary) -> Vec<String> {
-    let Some(first) = summary.estimators.first() else {
+    let Some(first) = summary.estimators.values().next() else {
         return Vec::new();
     };
     let mut lines = Vec::new();
@@ -201,9 +200,9 @@ fn two_contacts(summary: &Summary) -> Vec<String> {
             "  {two} of {samples} records have a wheel with two contacts: compared with the equivalent single contact."
         ));
         // Impacts on corners make most of the error of these records.
-        let without = |e: &EstimatorSummary| {
+        let without = |(name, e): (_, &EstimatorSummary)| {
             let nrmse = e.normal_force_at_one_contact?.nrmse?;
-            Some(format!("{} {:.1}", e.name, 100.0 * nrmse))
+            Some(format!("{name} {:.1}", 100.0 * nrmse))
         };
         let errors: Vec<String> = summary.estimators.iter().filter_map(without).collect();
         if !errors.is_empty() {
@@ -288,8 +287,8 @@ fn rows<T>(
     score: impl Fn(&ScoreColumn, Option<f64>) -> T,
 ) -> Vec<Vec<T>> {
     let of_run = |(label, run): &(&str, &Summary)| {
-        let row = |e: &EstimatorSummary| {
-            let names = [*label, &run.scene, &e.name].map(&name).into_iter();
+        let row = |(estimator, e): (&String, &EstimatorSummary)| {
+            let names = [*label, &run.scene, estimator].map(&name).into_iter();
             let scores = scores().map(|s| score(s, s.value(run, None, Some(e))));
             names.chain(scores).collect()
         };

@@ -83,12 +83,7 @@ fn scores(dataset: &Dataset) -> Markup {
 
 /// 5 %, median and 95 % of a column for each estimator; `None` of words, or where none has a value.
 fn of_estimators(dataset: &Dataset, column: &str) -> Option<Vec<Option<[f64; 3]>>> {
-    let values = dataset.numbers(column);
-    let of = |label: &str| {
-        let rows = dataset.words("estimator").zip(&values);
-        let own = rows.filter(|(estimator, _)| *estimator == Some(label));
-        quantiles(own.filter_map(|(_, value)| *value), [0.05, 0.5, 0.95])
-    };
+    let of = |label| quantiles(dataset.of_estimator(label, column), [0.05, 0.5, 0.95]);
     let cells: Vec<_> = dataset.estimators().into_iter().map(of).collect();
     cells.iter().any(Option::is_some).then_some(cells)
 }

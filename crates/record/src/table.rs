@@ -2,8 +2,7 @@
 
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::error::{Result, create_folder_of};
-
+use crate::error::{Result, create_folder};
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
@@ -18,8 +17,8 @@ use std::slice;
 /// `ground-NAME`; it is made at the end of the run, because points change until the robot has left
 /// them.
 ///
-/// A file that is not complete has another name; a run that breaks off closes its tables. A table
-/// that cannot be written, on a full disk, ends with its last complete group of rows.
+/// A file that is not complete has another name; a run that breaks off closes its tables, but for one
+/// that cannot be written.
 #[derive(Default)]
 pub struct TableSink {
     /// Where the files are; `None` in memory.
@@ -50,15 +49,11 @@ impl RowTable {
 
     /// Completes its file, or returns what is in memory.
     fn finish(mut self) -> Result<Option<(String, RecordBatch)>> {
+        let batch = self.rows.take()?;
         let Some(mut file) = self.file else {
-            let batch = self.rows.take()?;
             return Ok(Some((self.rows.table.name, batch)));
         };
-        if let Err(error) = file.write(&self.rows.take()?) {
-            // The error of the rows is the one to report.
-            let _ = file.cut_off();
-            return Err(error);
-        }
+        file.write(&batch)?;
         file.finish(false).map(|()| None)
     }
 }
@@ -83,21 +78,14 @@ impl TableSink {
         self.in_memory
     }
 
-    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is
-    /// completed with the rows before.
+    /// Adds the rows of records to all tables, on all cores. A table that cannot be written stays
+    /// incomplete.
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
         let written: Vec<_> = written.collect();
-        let tables = std::mem::take(&mut self.tables);
-        for (table, written) in tables.into_iter().zip(&written) {
-            match (table.file, written) {
-                (Some(file), Err(_)) => {
-                    // The error of the rows is the one to report.
-                    let _ = file.cut_off();
-                }
-                (file, _) => self.tables.push(RowTable { file, ..table }),
-            }
-        }
+        let mut each = written.iter();
+        self.tables
+            .retain(|_| each.next().is_some_and(Result::is_ok));
         written.into_iter().collect()
     }
 }
@@ -117,7 +105,7 @@ impl Sink for TableSink {
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         if let Some((folder, format)) = &self.folder {
-            create_folder_of(run, folder)?;
+            create_folder(folder)?;
             start_columns(folder, *format)?;
         }
         self.run = Some(run.clone());

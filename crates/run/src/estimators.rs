@@ -1,6 +1,5 @@
 //! The estimators of a run, side by side on the same readings.
 
-use crate::ground::EstimatedTerrain;
 use crate::source::{Sample, sensor_frame};
 use rayon::prelude::*;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator};
@@ -25,7 +24,7 @@ pub struct Estimators {
     whole: Option<Box<WholeEstimator>>,
     estimates: Vec<Result<Estimate, EstimateError>>,
     /// Points of the ground that each has completed, and no record has given.
-    pub(crate) completed: Vec<Vec<GroundPoint>>,
+    pub completed: Vec<Vec<GroundPoint>>,
 }
 
 impl Estimators {
@@ -61,15 +60,16 @@ impl Estimators {
         &self.estimates
     }
 
-    /// Updates every estimator with the readings of several samples, on the threads of the pool in
-    /// which it is called. `to` then has the estimates of one sample after the other, each in the
-    /// order of the settings. Each estimate goes straight to its place: it has more than a kB, and
+    /// Updates every estimator with the readings of several samples, `on_threads` of the pool in which
+    /// it is called. `to` then has the estimates of one sample after the other, each in the order of
+    /// the settings. Each estimate goes straight to its place: it has more than a kB, and
     /// a copy costs as much as a part of its computation.
     pub(crate) fn update_all(
         &mut self,
         samples: &[Sample],
         to: &mut Vec<Result<Estimate, EstimateError>>,
         wholes: &mut Vec<Option<WholeEstimate>>,
+        on_threads: bool,
     ) {
         let count = self.count();
         to.resize(samples.len() * count, NOT_YET);
@@ -87,6 +87,16 @@ impl Estimators {
             }
             return;
         }
+        let (estimators, completed) = (&mut self.estimators, &mut self.completed);
+        if !on_threads {
+            for (sample, places) in samples.iter().zip(to.chunks_mut(count.max(1))) {
+                let each = estimators.iter_mut().zip(completed.iter_mut());
+                for ((estimator, completed), place) in each.zip(places) {
+                    *place = update(estimator, completed, &sample.sensors);
+                }
+            }
+            return;
+        }
         let mut places: Vec<Vec<_>> = (0..count)
             .map(|_| Vec::with_capacity(samples.len()))
             .collect();
@@ -95,7 +105,7 @@ impl Estimators {
                 places.push(place);
             }
         }
-        let estimators = self.estimators.par_iter_mut().zip(&mut self.completed);
+        let estimators = estimators.par_iter_mut().zip(completed);
         estimators
             .zip(places)
             .for_each(|((estimator, completed), places)| {
@@ -105,27 +115,13 @@ impl Estimators {
             });
     }
 
-    /// The estimates of the last sample.
-    pub fn estimates(&self) -> &[Result<Estimate, EstimateError>] {
-        &self.estimates
-    }
-
-    /// The ground as the estimators know it now.
-    pub fn ground(&self) -> EstimatedTerrain<'_> {
-        EstimatedTerrain {
-            estimators: &self.estimators,
-            copies: &[],
-            completed: &self.completed,
-        }
-    }
-
     /// Number of the estimators.
     pub(crate) fn count(&self) -> usize {
         self.completed.len()
     }
 
     /// Copies of the points in the memory of each estimator.
-    pub(crate) fn memory(&self) -> Vec<Vec<GroundPoint>> {
+    pub fn memory(&self) -> Vec<Vec<GroundPoint>> {
         let memories = self.estimators.iter().map(Estimator::ground);
         let mut memories: Vec<_> = memories.map(Iterator::collect).collect();
         memories.resize(self.count(), Vec::new());

@@ -44,12 +44,13 @@ pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 pub use ticker::Ticker;
 
+use pipeline::Work;
 use robhaz_estimator::GroundPoint;
 use robhaz_estimator::whole::WholeEstimator;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use tracing::debug;
 
 /// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked at
@@ -67,18 +68,11 @@ pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd> {
 /// A run that is ready to start.
 pub struct Run {
     description: RunDescription,
-    source: Box<dyn Source + Send>,
-    estimators: Estimators,
-    /// The control, where it takes readings.
-    driver: Option<Driver>,
-    /// At records alone. `None` for recorded readings.
-    clearance: Option<TruthClearance>,
+    work: Work,
     /// Points of the ground that each estimator has completed, as far as records had them.
     ground: Vec<Vec<GroundPoint>>,
     /// Whether source, estimators and sinks have threads of their own.
     on_threads: bool,
-    /// Time spent without the sinks.
-    wall: Duration,
     /// Truth of the first record, where it has one, and time of the last, s.
     records: Option<(Option<Truth>, f64)>,
 }
@@ -93,8 +87,8 @@ impl Run {
         let start = Instant::now();
         let source = Box::new(Simulation::new(scene)?);
         let mut run = Self::ready(RunDescription::of(scene)?, source);
-        run.driver = Driver::of(scene)?;
-        run.wall = start.elapsed();
+        run.work.driver = Driver::of(scene)?;
+        run.work.wall = start.elapsed();
         Ok(run)
     }
 
@@ -123,14 +117,14 @@ impl Run {
         estimator: WholeEstimator,
     ) -> Self {
         let mut run = Self::of(description, source);
-        run.estimators = Estimators::of_both(estimator);
+        run.work.estimators = Estimators::of_both(estimator);
         run
     }
 
     /// Source, estimators and sinks work on several threads, where no control needs the estimates:
     /// the run of one scene is faster, that of many scenes at once is not. The records are those of
-    /// one loop, to the bit, but completed points of the ground may come with a later record, and
-    /// few records have the ground in memory: see [`EstimatedTerrain`].
+    /// one loop, to the bit, but completed points of the ground may come with a later record: see
+    /// [`EstimatedTerrain`].
     #[must_use]
     pub fn on_threads(mut self) -> Self {
         self.on_threads = true;
@@ -141,14 +135,16 @@ impl Run {
         let start = Instant::now();
         let settings = description.estimators.iter().map(|e| e.settings);
         Self {
-            estimators: Estimators::new(&description.nominal_robot, settings),
-            clearance: description.world.as_deref().map(TruthClearance::of),
+            work: Work {
+                estimators: Estimators::new(&description.nominal_robot, settings),
+                clearance: description.world.as_deref().map(TruthClearance::of),
+                source,
+                driver: None,
+                wall: start.elapsed(),
+            },
             ground: vec![Vec::new(); description.estimators.len()],
             description,
-            source,
-            driver: None,
             on_threads: false,
-            wall: start.elapsed(),
             records: None,
         }
     }
@@ -160,15 +156,11 @@ impl Run {
     /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
     pub fn until(mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<RunEnd> {
         begin(&self.description, sinks)?;
-        if let Some(clearance) = &mut self.clearance {
+        if let Some(clearance) = &mut self.work.clearance {
             let needs = sinks.iter().map(|sink| sink.clearance_need());
             clearance.need = needs.max().unwrap_or(ClearanceNeed::Never);
         }
-        let result = if self.on_threads && self.driver.is_none() {
-            self.on_several_threads(sinks, stop)
-        } else {
-            self.in_one_loop(sinks, stop)
-        };
+        let result = self.work(sinks, stop);
         let end = self.end(result.as_ref().err());
         if let Some(end) = &end {
             debug!(
@@ -194,107 +186,58 @@ impl Run {
         }
     }
 
-    fn on_several_threads(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
-        let (records, completed) = (&mut self.records, &mut self.ground);
+    /// Hands every record to every sink.
+    fn work(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
+        let (records, ground) = (&mut self.records, &mut self.ground);
         let hand_on = |frames: &[Frame<'_>]| {
             let stopped = (0..frames.len()).find_map(|k| stop().map(|cause| (k, cause)));
             let frames = stopped.map_or(frames, |(k, _)| &frames[..k]);
             for frame in frames {
-                note(records, frame);
+                // The truth of the first record, and the time of the last.
+                records.get_or_insert((frame.truth.copied(), 0.0)).1 = frame.time;
             }
             for sink in sinks.iter_mut() {
                 sink.frames(frames).map_err(RunError::Sink)?;
             }
             for frame in frames {
-                add_completed(completed, &frame.ground);
+                for (k, points) in ground.iter_mut().enumerate() {
+                    points.extend_from_slice(frame.ground.completed(k));
+                }
             }
             match stopped {
                 Some((_, cause)) => Err(RunError::Stopped { cause }),
                 None => Ok(()),
             }
         };
-        let (source, clearance) = (self.source.as_mut(), self.clearance.as_mut());
-        let (estimators, wall) = (&mut self.estimators, &mut self.wall);
-        pipeline::run(source, estimators, clearance, wall, hand_on)
-    }
-
-    fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result {
-        loop {
-            if let Some(cause) = stop() {
-                return Err(RunError::Stopped { cause });
-            }
-            let start = Instant::now();
-            let Some(sample) = self.source.next_sample()? else {
-                return Ok(());
-            };
-            let estimates = self.estimators.update(&sample.sensors);
-            let driver = self.driver.as_mut();
-            let commands = driver.map(|driver| driver.commands(&sample.sensors, estimates));
-            if let Some(commands) = commands {
-                self.source.command(commands);
-            }
-            self.wall += start.elapsed();
-            if !sample.is_record {
-                continue;
-            }
-            let truth = sample.truth.as_ref();
-            let clearance = self.clearance.as_mut().zip(truth);
-            let frame = Frame {
-                time: sample.time,
-                clearances: clearance.and_then(|(c, truth)| c.for_sinks(truth)),
-                truth,
-                sensors: &sample.sensors,
-                // Logs run on several threads.
-                both: None,
-                estimates: self.estimators.estimates(),
-                commands,
-                ground: self.estimators.ground(),
-            };
-            for sink in sinks.iter_mut() {
-                sink.frame(&frame).map_err(RunError::Sink)?;
-            }
-            add_completed(&mut self.ground, &frame.ground);
-            note(&mut self.records, &frame);
-            self.estimators.completed.iter_mut().for_each(Vec::clear);
+        match self.on_threads && self.work.driver.is_none() {
+            true => self.work.on_threads(hand_on),
+            false => self.work.in_one_loop(hand_on),
         }
     }
 
     /// How the run ended. `None` without a record.
     fn end(&mut self, error: Option<&RunError>) -> Option<RunEnd> {
         let (start, last) = self.records?;
-        let rest = self.estimators.ground();
-        let whole = |(k, mut points): (usize, Vec<GroundPoint>)| {
-            points.extend_from_slice(rest.completed(k));
-            points.extend(rest.in_memory(k));
-            points.into()
+        let ground = std::mem::take(&mut self.ground).into_iter();
+        let estimators = &self.work.estimators;
+        let rest = (estimators.completed.iter()).zip(estimators.memory());
+        let whole = |(points, (completed, memory)): (Vec<GroundPoint>, _)| {
+            [points, Vec::clone(completed), memory].concat().into()
         };
-        let completed = std::mem::take(&mut self.ground);
-        let friction_tests = self.driver.iter().flat_map(Driver::friction_tests);
+        let friction_tests = self.work.driver.iter().flat_map(Driver::friction_tests);
         Some(RunEnd {
-            ground: completed.into_iter().enumerate().map(whole).collect(),
+            ground: ground.zip(rest).map(whole).collect(),
             start,
             duration: match error {
                 None => self.description.record.duration,
                 Some(_) => last,
             },
-            wall: self.wall.as_secs_f64(),
-            step: self.source.mean_step(),
+            wall: self.work.wall.as_secs_f64(),
+            step: self.work.source.mean_step(),
             broken_off: error.map(|error| in_one_line(error)),
             friction_tests: friction_tests.collect(),
-            log: self.source.log_report(),
+            log: self.work.source.log_report(),
         })
-    }
-}
-
-/// Keeps the truth of the first record and the time of the last.
-fn note(records: &mut Option<(Option<Truth>, f64)>, frame: &Frame<'_>) {
-    records.get_or_insert((frame.truth.copied(), 0.0)).1 = frame.time;
-}
-
-/// Adds the points that the estimators have completed for a record.
-fn add_completed(to: &mut [Vec<GroundPoint>], ground: &EstimatedTerrain<'_>) {
-    for (k, points) in to.iter_mut().enumerate() {
-        points.extend_from_slice(ground.completed(k));
     }
 }
 

@@ -26,12 +26,9 @@ const OF_IMPACTS: u16 = Channels::GYROSCOPE[0].bits()
 pub struct Agreement {
     /// Time from which on forces count, s.
     from: f64,
-    /// Times of the first contradiction, and of the first that no edge explains, s.
-    first: Option<f64>,
-    first_without_edge: Option<f64>,
-    /// Their channels.
-    faulty: Channels,
-    faulty_without_edge: Channels,
+    /// Contradictions, and those that no edge explains.
+    all: Seen,
+    without_edge: Seen,
     /// Last time at which a wheel was at an edge, s.
     edge: f64,
     /// Whether the present contradiction began soon after an edge; `None` without one.
@@ -42,6 +39,17 @@ pub struct Agreement {
     /// Estimates that count, and those of them whose forces no weight and no impact explains.
     records: f64,
     out_of_range: f64,
+}
+
+/// Contradictions: time of the first, s, and their channels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen(Option<f64>, Channels);
+
+impl Seen {
+    fn add(&mut self, time: f64, faulty: Channels) {
+        self.0.get_or_insert(time);
+        self.1 |= faulty;
+    }
 }
 
 /// Readings that contradict each other.
@@ -94,10 +102,8 @@ impl Agreement {
     pub fn new(from: f64) -> Self {
         Self {
             from,
-            first: None,
-            first_without_edge: None,
-            faulty: Channels::NONE,
-            faulty_without_edge: Channels::NONE,
+            all: Seen::default(),
+            without_edge: Seen::default(),
             edge: f64::NEG_INFINITY,
             after_edge: None,
             largest: 0.0,
@@ -144,35 +150,28 @@ impl Agreement {
         let is_of_parity = bits == Channels::PARITY.bits() && self.edge.is_finite();
         let is_soon = began && since < AFTER_EDGE + DECAY || is_of_parity;
         let is_of_edge = is_of_impact && is_soon && now < CERTAIN;
-        self.first.get_or_insert(time);
-        self.faulty |= Channels::from_bits(bits);
+        self.all.add(time, Channels::from_bits(bits));
         if !is_of_edge {
-            self.first_without_edge.get_or_insert(time);
-            self.faulty_without_edge |= Channels::from_bits(bits);
+            self.without_edge.add(time, Channels::from_bits(bits));
         }
     }
 
     /// The contradiction, if there is one. `certain`: mean NIS from which on it is one, 0 where the readings
     /// follow each other closely enough for the filters.
     pub fn contradiction(&self, certain: f64) -> Option<Contradiction> {
-        self.first?;
-        let excuse = if self.largest < certain {
-            Some(Excuse::FarApart)
-        } else if self.first_without_edge.is_none() {
-            Some(Excuse::AfterEdge)
-        } else {
-            None
+        self.all.0?;
+        let (excuse, seen) = match (self.largest < certain, self.without_edge.0) {
+            (true, _) => (Some(Excuse::FarApart), &self.all),
+            (false, None) => (Some(Excuse::AfterEdge), &self.all),
+            (false, Some(_)) => (None, &self.without_edge),
         };
-        let faulty = match excuse {
-            None => self.faulty_without_edge,
-            Some(_) => self.faulty,
-        };
+        let faulty = seen.1;
         Some(Contradiction { faulty, excuse })
     }
 
     /// Time of the first contradiction, s; that without an excuse, if there is one.
     pub fn first(&self) -> Option<f64> {
-        self.first_without_edge.or(self.first)
+        self.without_edge.0.or(self.all.0)
     }
 
     /// Largest mean NIS of any test, and of which.

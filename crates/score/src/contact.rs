@@ -60,7 +60,7 @@ pub struct FlagScores {
 }
 
 /// Compares the contact states of an estimator with the truth, event by event and sample by sample.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ContactScore {
     rule: Rule,
     /// Whether any estimate stated contact states.
@@ -74,8 +74,7 @@ impl ContactScore {
     pub fn new(rule: Rule) -> Self {
         Self {
             rule,
-            stated: false,
-            judges: Default::default(),
+            ..Self::default()
         }
     }
 

@@ -39,7 +39,7 @@ impl Compared {
 }
 
 /// The rule by which samples count: the same for tables, studies, figures, tests and benches.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rule {
     /// Errors count from this time on, s.
     pub compare_from: f64,

@@ -8,7 +8,7 @@ use std::ops::Deref;
 
 /// Errors of one estimator over one run: the [`Statistics`] of all samples that count, and of those
 /// without two contacts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Score {
     rule: Rule,
     /// Samples that count but have no estimate.
@@ -40,10 +40,7 @@ impl Score {
     pub fn new(rule: Rule) -> Self {
         Self {
             rule,
-            missing: 0,
-            no_equivalent: 0,
-            all: Statistics::default(),
-            one_contact: None,
+            ..Self::default()
         }
     }
 

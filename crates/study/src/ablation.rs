@@ -3,30 +3,22 @@
 use robhaz_scene::{EstimatorChoice, FileError, Scene};
 use std::path::Path;
 
-/// The paper's two estimators, then from true masses to `kalman`: every estimator adds one method to
-/// the one before. After `kalman` (`rolling`) the same without given contact angles: from the rolling
-/// constraints alone, then with the parity residual.
-pub(crate) const LADDER: &str = r#"estimator=[
-    { name = "paper-body" },
-    { name = "paper-wheels" },
-    { name = "true-mass" },
-    { name = "true-mass", label = "lever", moment_lever = 0.2 },
-    { name = "kalman", label = "kalman", inertia = "off", whitening = "off", nonnegative = "off", parity = "off", rolling = "off" },
-    { name = "kalman", label = "inertia", whitening = "off", nonnegative = "off", parity = "off", rolling = "off" },
-    { name = "kalman", label = "whitening", nonnegative = "off", parity = "off", rolling = "off" },
-    { name = "kalman", label = "nonnegative", parity = "off", rolling = "off" },
-    { name = "kalman", label = "parity", rolling = "off" },
-    { name = "kalman", label = "rolling" },
-    { name = "kalman", label = "unknown-angles", contact_angles = "none", parity = "off" },
-    { name = "kalman", label = "kalman-no-angles", contact_angles = "none" },
-  ]"#;
+/// The study of the ladder. The paper's two estimators, then from true masses to `kalman`: every
+/// estimator adds one method to the one before. After `kalman` (`rolling`) the same without given
+/// contact angles: from the rolling constraints alone, then with the parity residual.
+const STUDY: &str = include_str!("../../../studies/ladder.toml");
+
+/// Its estimators as an override of a scene: its only text in three quotes.
+pub(crate) fn steps() -> &'static str {
+    STUDY.split("\"\"\"").nth(1).unwrap_or_default()
+}
 
 /// The estimators of the ladder.
 ///
 /// # Errors
 /// [`FileError`]: none, as the test of this function shows.
 pub fn ladder() -> Result<Vec<EstimatorChoice>, FileError> {
-    let overrides = [LADDER.to_owned()];
+    let overrides = [steps().to_owned()];
     Ok(Scene::parse("", "ladder", Path::new(""), &overrides)?.estimators)
 }
 

@@ -1,14 +1,14 @@
 //! The runs of a shard, on several threads.
 
 use crate::dataset;
-use crate::error::{Result, StudyError, io_error};
+use crate::error::{Result, StudyError};
 use crate::folder::{DATASET, Folder, Shard};
 use crate::journal::{Journal, RunRecord, scan};
 use crate::single::{self, SharedTruth};
 use crate::study::Study;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use robhaz_record::Dataset;
+use robhaz_record::{Dataset, io_error};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -61,7 +61,7 @@ pub fn compute(
 ) -> Result<Done> {
     let folder = Folder::open(folder, &study.identity)?;
     let (dataset, hash) = (folder.dataset(), &study.identity.sha256);
-    let runs = shard.count(study.runs());
+    let runs = shard.count(study.plan.runs());
     let done = |computed, damaged, dataset| Done {
         runs,
         computed,
@@ -139,11 +139,11 @@ struct Work<'a> {
 impl Work<'_> {
     /// Computes the pending ones of `runs` runs on `jobs` threads. Returns how many were computed.
     fn run(&self, jobs: usize, runs: u64) -> Result<u64> {
-        let left = (0..self.study.runs()).filter(|run| (self.is_pending)(*run));
+        let left = (0..self.study.plan.runs()).filter(|run| (self.is_pending)(*run));
         let left = left.count() as u64;
         (self.watch.begin)(runs - left, runs);
         let pool = ThreadPoolBuilder::new().num_threads(jobs).build()?;
-        let truths = (0..self.study.truths()).into_par_iter();
+        let truths = (0..self.study.plan.truths()).into_par_iter();
         let computed = pool.install(|| truths.map(|truth| self.of_truth(truth)).sum::<u64>());
         if let Some(failure) = lock(&self.failure).take() {
             return Err(failure);

@@ -25,7 +25,7 @@ pub fn write(study: &Study, folder: &Folder) -> Result {
     let (hash, journals) = (&study.identity.sha256, folder.journals()?);
     let mut rows = RowBuilder::new(&study.plan, &notes(&study.identity));
     let mut file = TableFile::create(&folder.0, TableFormat::Parquet, TABLE, &rows.schema, true)?;
-    for first in (0..study.runs()).step_by(RUNS_AT_ONCE) {
+    for first in (0..study.plan.runs()).step_by(RUNS_AT_ONCE) {
         let range = first..first + RUNS_AT_ONCE as u64;
         let mut records = BTreeMap::new();
         for journal in &journals {
@@ -36,7 +36,7 @@ pub fn write(study: &Study, folder: &Folder) -> Result {
             })?;
         }
         for (run, record) in records {
-            rows.push(&record, &study.settings(run));
+            rows.push(&record, &study.plan.settings(run));
             if rows.columns[0].len() >= GROUP_ROWS {
                 file.write(&rows.take()?)?;
             }
@@ -262,8 +262,9 @@ mod tests {
             let mut bound = BoundSink::new(&scene);
             robhaz_run::run(&scene, &mut [&mut summary, &mut bound])?;
             let (summary, bound) = (summary.summary()?, bound.0.nrmse());
-            let estimator = &summary.estimators[row % 2];
-            assert_eq!(estimators.value(row), estimator.name);
+            let estimator = summary.estimators.get_index(row % 2);
+            let (name, estimator) = estimator.ok_or("no estimator")?;
+            assert_eq!(estimators.value(row), name);
             for score in ScoreColumn::all() {
                 let expected = score.value(&summary, bound, Some(estimator));
                 let found = column(score.name)?;

@@ -2,8 +2,7 @@
 
 use robhaz_record::RecordError;
 use robhaz_scene::FileError;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What a function of this crate returns: nothing, where no other type is stated.
 pub type Result<T = (), E = StudyError> = std::result::Result<T, E>;
@@ -58,10 +57,4 @@ pub enum StudyError {
     /// The threads cannot be started.
     #[error("cannot start the threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
-/// An error of the file system at a path.
-pub fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StudyError {
-    let of_file = robhaz_record::io_error(action, path);
-    move |source| of_file(source).into()
 }

@@ -7,9 +7,9 @@
 //! | `study.parquet` | the dataset, when all are done |
 //! | `tables/run-N` | full tables of chosen runs |
 
-use crate::error::{Result, StudyError, io_error};
+use crate::error::{Result, StudyError};
 use crate::study::Identity;
-use robhaz_record::names_in;
+use robhaz_record::{io_error, names_in};
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, Write as _};
@@ -85,7 +85,7 @@ impl Folder {
                 let text = serde_json::to_vec_pretty(identity).map_err(io::Error::from);
                 write_whole(&manifest, &text.map_err(io_error("write", &manifest))?)?;
             }
-            Err(error) => return Err(io_error("read", &manifest)(error)),
+            Err(error) => Err(io_error("read", &manifest)(error))?,
         }
         Ok(Self(path.to_path_buf()))
     }

@@ -5,8 +5,9 @@
 //! the study and of what is before it. A line that does not match its checksum is damaged, or of
 //! another study: it counts as not there, and is reported.
 
-use crate::error::{Result, StudyError, io_error};
+use crate::error::{Result, StudyError};
 use fnv::FnvHasher;
+use robhaz_record::io_error;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::hash::Hasher as _;
@@ -27,17 +28,6 @@ pub struct RunRecord {
     pub error: Option<String>,
     /// One row an estimator; of a failed run, and of one without estimators, one row.
     pub rows: Vec<Row>,
-}
-
-impl RunRecord {
-    /// A run without scores.
-    pub(crate) fn failed(run: u64, reason: String) -> Self {
-        Self {
-            run,
-            error: Some(reason),
-            rows: vec![Row::default()],
-        }
-    }
 }
 
 /// The scores of one estimator.
@@ -65,7 +55,7 @@ pub fn scan(path: &Path, study: &str, each: &mut dyn FnMut(RunRecord)) -> Result
     let file = match File::open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(scanned),
-        Err(error) => return Err(io_error("read", path)(error)),
+        Err(error) => Err(io_error("read", path)(error))?,
     };
     let (mut reader, mut line) = (BufReader::new(file), Vec::new());
     loop {
@@ -174,7 +164,7 @@ impl Journal {
                 // If this fails too, the torn line is cut off at the next start. The first error is
                 // reported.
                 let _ = self.file.set_len(self.length);
-                return Err(io_error("write", &self.path)(error));
+                return Err(io_error("write", &self.path)(error).into());
             }
         }
         if self.synced.elapsed() > SYNC_TIME {
@@ -186,7 +176,7 @@ impl Journal {
     /// Waits until the disk has every line.
     pub fn sync(&mut self) -> Result {
         self.synced = Instant::now();
-        self.file.sync_data().map_err(io_error("write", &self.path))
+        Ok((self.file.sync_data()).map_err(io_error("write", &self.path))?)
     }
 }
 

@@ -38,6 +38,7 @@ pub use compute::{Done, Watch, compute, compute_dataset};
 pub use error::{Result, StudyError};
 pub use folder::{DATASET, Shard};
 pub use journal::{Row, RunRecord};
+pub use plan::Plan;
 pub use report::{Line, Report};
 pub use single::TruthRun;
 pub use statistics::{Consistency, CovarianceVerdict, Mean};

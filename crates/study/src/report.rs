@@ -9,18 +9,40 @@ use serde::Serialize;
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 110;
-const HEADER: [&str; 10] = [
-    "estimator",
-    "error of N\n% ± s.e.",
-    "error/\nbound",
-    "T\nN",
-    "stated\n%",
-    "error/\nstated",
-    "within\n2 sigma %",
-    "NEES\n(3)",
-    "NIS\n(1)",
-    "stated\nsigma is",
+
+/// A column of the table: header, and cell of an estimator.
+type Column = (&'static str, fn(&Line) -> String);
+
+const COLUMNS: [Column; 10] = [
+    ("estimator", |l| l.name.clone()),
+    ("error of N\n% ± s.e.", |l| {
+        l.nrmse.map_or_else(|| "-".to_owned(), percent)
+    }),
+    ("error/\nbound", |l| number(l.error_over_floor, 2)),
+    ("T\nN", |l| mean(l.traction_rmse_n, 1.0, 2)),
+    ("stated\n%", |l| {
+        mean(l.stated, 100.0, l.stated.as_ref().map_or(0, digits))
+    }),
+    ("error/\nstated", |l| mean(l.error_over_stated, 1.0, 2)),
+    ("within\n2 sigma %", |l| {
+        mean(l.consistency.map(|c| c.coverage), 100.0, 1)
+    }),
+    ("NEES\n(3)", |l| mean(l.consistency.map(|c| c.nees), 1.0, 2)),
+    ("NIS\n(1)", |l| {
+        mean(l.consistency.and_then(|c| c.nis), 1.0, 2)
+    }),
+    ("stated\nsigma is", |l| {
+        l.verdict.map_or("-", CovarianceVerdict::name).to_owned()
+    }),
 ];
+
+fn mean(mean: Option<Mean>, factor: f64, digits: usize) -> String {
+    number(mean.map(|m| factor * m.mean), digits)
+}
+
+fn number(value: Option<f64>, digits: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.digits$}"))
+}
 
 /// The result of a study: means over all its complete runs. Errors of N and standard deviations are
 /// fractions of the mean true N. What is not the same in all runs is `None`.
@@ -96,9 +118,7 @@ struct Rows<'a> {
 impl Rows<'_> {
     /// The values of a column, in the order of the runs.
     fn of(&self, column: &str) -> Vec<f64> {
-        let rows = self.data.words("estimator").zip(self.data.numbers(column));
-        let own = rows.filter(|(label, _)| *label == Some(self.label));
-        own.filter_map(|(_, value)| value).collect()
+        self.data.of_estimator(self.label, column)
     }
 
     fn mean(&self, column: &str) -> Option<Mean> {
@@ -180,9 +200,9 @@ impl Report {
 
     /// The table, and below it what was run.
     pub fn text(&self) -> String {
-        let mut table = Grid::new(&[0, 9], &HEADER);
+        let mut table = Grid::new(&[0, 9], &COLUMNS.map(|(header, _)| header));
         for line in &self.estimators {
-            table.row(line.row());
+            table.row(COLUMNS.iter().map(|(_, cell)| cell(line)));
         }
         let each = self.each(true);
         let bound = match self.floor {
@@ -314,27 +334,6 @@ impl Line {
         Some(format!(
             "{name}: the expected variance of the parity residual is {words} (NIS {nis:.2})."
         ))
-    }
-
-    fn row(&self) -> [String; 10] {
-        let c = self.consistency;
-        let number = |value: Option<f64>, digits: usize| match value {
-            Some(value) => format!("{value:.digits$}"),
-            None => "-".to_owned(),
-        };
-        let stated = self.stated.map(|m| 100.0 * m.mean);
-        [
-            self.name.clone(),
-            self.nrmse.map_or_else(|| "-".to_owned(), percent),
-            number(self.error_over_floor, 2),
-            number(self.traction_rmse_n.map(|m| m.mean), 2),
-            number(stated, self.stated.as_ref().map_or(0, digits)),
-            number(self.error_over_stated.map(|m| m.mean), 2),
-            number(c.map(|c| 100.0 * c.coverage.mean), 1),
-            number(c.map(|c| c.nees.mean), 2),
-            number(c.and_then(|c| c.nis).map(|m| m.mean), 2),
-            self.verdict.map_or("-", CovarianceVerdict::name).to_owned(),
-        ]
     }
 }
 

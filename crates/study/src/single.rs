@@ -1,10 +1,12 @@
 //! The truth of a scene, which several runs may share; one run and its scores.
 
-use crate::error::{Result, io_error};
+use crate::error::Result;
 use crate::folder::settle;
 use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
-use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
+use robhaz_record::{
+    EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink, io_error,
+};
 use robhaz_run::{
     DrivenPlant, Frame, MOST_KEPT, Run, RunError, Sink, SinkError, Stop, in_one_line,
 };
@@ -108,67 +110,49 @@ pub fn compute(
     tables: Option<&Path>,
     stop: Stop<'_>,
 ) -> Result<Option<RunRecord>> {
-    // A panic is a mistake of ours. It ends its run, not the study.
-    let computed = catch_unwind(AssertUnwindSafe(|| {
-        outcome(study, run, truth, tables, stop)
-    }));
-    Ok(match computed {
-        Ok(outcome) => match outcome? {
-            Ok(rows) => Some(RunRecord {
-                run,
-                error: None,
-                rows,
-            }),
-            Err(_) if stop().is_some() => None,
-            Err(reason) => Some(RunRecord::failed(run, reason)),
-        },
-        Err(_) => {
-            let reason = "internal error: the run panicked".to_owned();
-            Some(RunRecord::failed(run, reason))
+    // The scores of the run, or why it has none.
+    let outcome = || -> Result<Result<Vec<Row>, String>> {
+        if let SharedTruth::Failed(reason) = truth {
+            return Ok(Err(reason.clone()));
         }
-    })
-}
-
-/// The scores of a run, or why it has none.
-fn outcome(
-    study: &Study,
-    run: u64,
-    truth: &SharedTruth,
-    tables: Option<&Path>,
-    stop: Stop<'_>,
-) -> Result<Result<Vec<Row>, String>> {
-    if let SharedTruth::Failed(reason) = truth {
-        return Ok(Err(reason.clone()));
-    }
-    let scene = match study.scene(run) {
-        Ok(scene) => scene,
-        Err(error) => return Ok(Err(of_scene(&error))),
-    };
-    let temporary = tables.map(|folder| prepare(study, &scene, folder));
-    let temporary = temporary.transpose()?;
-    let table = |folder: &PathBuf| TableSink::new(folder, TableFormat::Parquet);
-    let (mut summary, mut bound) = (SummarySink::new(), BoundSink::new(&scene));
-    let mut table_sink = temporary.as_ref().map(table);
-    let mut sinks: Vec<&mut dyn Sink> = vec![&mut summary, &mut bound];
-    sinks.extend(table_sink.iter_mut().map(|sink| sink as &mut dyn Sink));
-    let ready = truth.run(&scene);
-    let ended = ready.and_then(|run| run.until(&mut sinks, stop));
-    if let (Some(temporary), Some(folder)) = (&temporary, tables) {
-        match ended {
-            // Of the sinks only that of the tables can fail: the disk.
-            Err(RunError::Sink(error)) => {
-                let cannot = io_error("write tables to", folder);
-                return Err(cannot(std::io::Error::other(error)));
+        let scene = match study.scene(run) {
+            Ok(scene) => scene,
+            Err(error) => return Ok(Err(of_scene(&error))),
+        };
+        let temporary = tables.map(|folder| prepare(study, &scene, folder));
+        let temporary = temporary.transpose()?;
+        let table = |folder: &PathBuf| TableSink::new(folder, TableFormat::Parquet);
+        let (mut summary, mut bound) = (SummarySink::new(), BoundSink::new(&scene));
+        let mut table_sink = temporary.as_ref().map(table);
+        let mut sinks: Vec<&mut dyn Sink> = vec![&mut summary, &mut bound];
+        sinks.extend(table_sink.iter_mut().map(|sink| sink as &mut dyn Sink));
+        let ready = truth.run(&scene);
+        let ended = ready.and_then(|run| run.until(&mut sinks, stop));
+        if let (Some(temporary), Some(folder)) = (&temporary, tables) {
+            match ended {
+                // Of the sinks only that of the tables can fail: the disk.
+                Err(RunError::Sink(error)) => {
+                    return Err(io_error("write tables to", folder)(error).into());
+                }
+                Err(RunError::Stopped { .. }) => {}
+                _ => settle(temporary, folder)?,
             }
-            Err(RunError::Stopped { .. }) => {}
-            _ => settle(temporary, folder)?,
         }
-    }
-    let summary = summary.summary().map_err(|error| in_one_line(&error));
-    Ok(match ended {
-        Ok(_) => summary.map(|summary| rows(&summary, bound.0.nrmse())),
-        Err(error) => Err(in_one_line(&error)),
-    })
+        let summary = summary.summary().map_err(|error| in_one_line(&error));
+        Ok(match ended {
+            Ok(_) => summary.map(|summary| rows(&summary, bound.0.nrmse())),
+            Err(error) => Err(in_one_line(&error)),
+        })
+    };
+    // A panic is a mistake of ours. It ends its run, not the study.
+    let computed = catch_unwind(AssertUnwindSafe(outcome));
+    let panicked = |_| Ok(Err("internal error: the run panicked".to_owned()));
+    let (error, rows) = match computed.unwrap_or_else(panicked)? {
+        Ok(rows) => (None, rows),
+        Err(_) if stop().is_some() => return Ok(None),
+        Err(reason) => (Some(reason), vec![Row::default()]),
+    };
+    Ok(Some(RunRecord { run, error, rows }))
 }
 
 /// A sink for the Cramer-Rao bound.
@@ -213,15 +197,15 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf> {
 }
 
 fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
-    let row = |estimator: Option<&EstimatorSummary>| Row {
-        estimator: estimator.map(|e| e.name.clone()),
+    let row = |estimator: Option<(&String, &EstimatorSummary)>| Row {
+        estimator: estimator.map(|(name, _)| name.clone()),
         scores: (ScoreColumn::all().iter())
-            .map(|column| column.value(run, bound, estimator))
+            .map(|column| column.value(run, bound, estimator.map(|(_, e)| e)))
             .collect(),
     };
-    match run.estimators.as_slice() {
-        [] => vec![row(None)],
-        estimators => estimators.iter().map(|e| row(Some(e))).collect(),
+    match run.estimators.is_empty() {
+        true => vec![row(None)],
+        false => run.estimators.iter().map(|e| row(Some(e))).collect(),
     }
 }
 

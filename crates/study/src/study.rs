@@ -1,11 +1,11 @@
 //! What is to be run: a study file with its base scene, or a scene with many seeds; and what
 //! identifies it.
 
-use crate::ablation::{LADDER, ladder};
+use crate::ablation::{ladder, steps};
 use crate::error::{Result, StudyError};
 use crate::plan::Plan;
 use robhaz_record::ScoreColumn;
-use robhaz_scene::{BaseScene, EngineKind, FileError, Scene, Setting, StudyChoice};
+use robhaz_scene::{BaseScene, EngineKind, FileError, Scene, StudyChoice};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
@@ -39,7 +39,8 @@ pub struct Study {
     /// Scenes that have every value of every axis, without those whose values do not go together:
     /// see [`Self::load`].
     pub scenes: Vec<Scene>,
-    pub(crate) plan: Plan,
+    /// The settings of every run.
+    pub plan: Plan,
     base: Base,
 }
 
@@ -99,7 +100,7 @@ impl Study {
             )));
         }
         let set = match with_ladder {
-            true => format!("set = ['''{LADDER}''']\n"),
+            true => format!("set = ['''{}''']\n", steps()),
             false => String::new(),
         };
         let text = format!(
@@ -158,28 +159,13 @@ impl Study {
         Ok(study)
     }
 
-    /// Number of runs.
-    pub fn runs(&self) -> u64 {
-        self.plan.runs()
-    }
-
-    /// Number of truths that are simulated for them.
-    pub fn truths(&self) -> u64 {
-        self.plan.truths()
-    }
-
-    /// The settings of a run, from index 0 on.
-    pub fn settings(&self, run: u64) -> Vec<Setting> {
-        self.plan.settings(run)
-    }
-
     /// The scene of a run.
     ///
     /// # Errors
     /// [`FileError`] where the values of several axes do not go together.
     pub fn scene(&self, run: u64) -> Result<Scene, FileError> {
         match &self.base {
-            Base::File(base) => base.scene(&self.choice, &self.settings(run)),
+            Base::File(base) => base.scene(&self.choice, &self.plan.settings(run)),
             Base::Scene { driven, observing } => Ok(Scene {
                 seed: driven.seed + run,
                 ..Scene::clone(observing)

@@ -82,8 +82,8 @@ impl Terrain {
         }
         self.is_due = false;
         let last = self.points.last().copied();
-        let memory = frame.ground.in_memory(k).filter(drawn);
-        let memory: Vec<GroundPoint> = last.into_iter().chain(memory).collect();
+        let memory = frame.ground.in_memory(k).iter().filter(|p| drawn(p));
+        let memory: Vec<GroundPoint> = last.into_iter().chain(memory.copied()).collect();
         if self.points.len() > 1 {
             self.left.push(frame.time, &self.points, origin);
         }

@@ -21,12 +21,7 @@ const FULL_RATE_TIME: f64 = 120.0;
 /// Factor by which the recording of a run is thinned in time: 1 up to 120 s, in proportion to the
 /// planned duration beyond.
 pub(crate) fn thinning(run: &RunDescription) -> f64 {
-    let factor = run.record.duration / FULL_RATE_TIME;
-    if factor.is_finite() {
-        factor.max(1.0)
-    } else {
-        1.0
-    }
+    (run.record.duration / FULL_RATE_TIME).max(1.0)
 }
 
 /// Rates of the time series and of the animation with a thinning, Hz of simulated time.

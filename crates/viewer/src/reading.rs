@@ -2,11 +2,11 @@
 
 use crate::error::{Cause, Result, ViewerError};
 use re_chunk::Chunk;
-use re_log_encoding::{Decodable as _, Decoder, StreamFooter};
+use re_log_encoding::Decoder;
 use re_log_types::LogMsg;
 use re_log_types::StoreKind;
 use std::fs::File;
-use std::io::{self, BufReader, Read as _, Seek as _, SeekFrom};
+use std::io::BufReader;
 use std::path::Path;
 
 /// Time of the newest row of a recording, s. `None`: it has no rows. A file that ends within a
@@ -33,26 +33,4 @@ fn newest(path: &Path) -> Result<Option<i64>, Cause> {
         }
     }
     Ok(end)
-}
-
-/// Whether a recording ends with its index. Otherwise the file was truncated, or its run was killed
-/// or has not ended.
-///
-/// # Errors
-/// [`ViewerError::Io`]
-pub fn recording_is_closed(path: &Path) -> Result<bool> {
-    let end = footer(path).map_err(ViewerError::io("read the recording", path.display()))?;
-    Ok(end.is_some_and(|end| StreamFooter::from_rrd_bytes(&end).is_ok()))
-}
-
-/// As many bytes at the end of a file as an index has; `None` of a shorter file.
-fn footer(path: &Path) -> io::Result<Option<[u8; StreamFooter::ENCODED_SIZE_BYTES]>> {
-    let mut file = File::open(path)?;
-    let mut end = [0; StreamFooter::ENCODED_SIZE_BYTES];
-    let Some(start) = file.metadata()?.len().checked_sub(end.len() as u64) else {
-        return Ok(None);
-    };
-    file.seek(SeekFrom::Start(start))?;
-    file.read_exact(&mut end)?;
-    Ok(Some(end))
 }

@@ -1,7 +1,7 @@
 //! A sink that makes a Rerun recording of a run, in a file or in a viewer.
 
 use crate::error::{Result, ViewerError};
-use crate::explain::{rates, thinning};
+use crate::explain::thinning;
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Recorder, Recording};
 use crate::target::Target;
@@ -32,8 +32,6 @@ pub struct RecordingSink {
     destination: String,
     /// Until the run begins.
     target: Option<Target>,
-    /// Factor by which the run is thinned in time.
-    thinning: f64,
     /// The run that is being written, and the simulated time of its next write.
     run: Option<(Box<dyn Recording>, Ticker)>,
     /// When the next batch is sent to a viewer; `None` of a file.
@@ -55,7 +53,6 @@ impl RecordingSink {
         Self {
             destination,
             target: Some(target),
-            thinning: 1.0,
             run: None,
             next_batch,
             lost: None,
@@ -85,12 +82,6 @@ impl RecordingSink {
         Self::connect(&format!("127.0.0.1:{DEFAULT_PORT}"))
     }
 
-    /// Rates of the time series and of the animation (Hz of simulated time), if the run is so long
-    /// that they are reduced.
-    pub fn reduced_rates(&self) -> Option<[f64; 2]> {
-        (self.thinning > 1.0).then(|| rates(self.thinning))
-    }
-
     /// After a live run whose viewer did not get all of it: the viewer's address, and the reason.
     pub fn lost(&self) -> Option<(&str, &str)> {
         self.lost.as_deref().map(|why| (&*self.destination, why))
@@ -98,14 +89,14 @@ impl RecordingSink {
 
     /// Starts the recording of a run.
     fn start(&mut self, target: Target, run: &RunDescription) -> Result {
-        self.thinning = thinning(run);
+        let thinning = thinning(run);
         let out = Writer::start(&self.destination, target, run)?;
-        let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
+        let mut next_write = Ticker::new(thinning * CHUNK_TIME);
         next_write.is_due(0.0);
         let rover = run.both.as_ref().and(run.robot.whole_rover());
         let recording: Box<dyn Recording> = match rover {
-            Some(rover) => Box::new(WholeRecorder::begin(out, rover, run, self.thinning)?),
-            None => Box::new(Recorder::begin(out, run, self.thinning)?),
+            Some(rover) => Box::new(WholeRecorder::begin(out, rover, run, thinning)?),
+            None => Box::new(Recorder::begin(out, run, thinning)?),
         };
         self.run = Some((recording, next_write));
         Ok(())

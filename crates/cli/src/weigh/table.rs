@@ -7,23 +7,24 @@ use robhaz_terrain::decimals::Decimals;
 use robhaz_terrain::text_table::{TextRow, TextTable, name_and_unit};
 use std::fmt::Write as _;
 use std::fs::File;
+use std::ops::Range;
 use std::path::Path;
 
-/// What a column is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Content {
-    Link(usize),
-    Wheel(usize),
-    /// Left wheels 0 to 2, right ones 3 to 5.
-    Both(usize),
-    Weight,
-    /// Height of a block: it follows from the inclinations, and is for the reader alone.
-    Block,
-}
+/// Names of the columns. A column is known by its place among them.
+const NAMES: &str = "link1 link2 wheel1 wheel2 wheel3 left_wheel1 left_wheel2 left_wheel3 right_wheel1 right_wheel2 right_wheel3 \
+                     weight block1 block2 block3";
+const LINKS: Range<usize> = 0..2;
+const WHEELS: Range<usize> = 2..5;
+/// Scales under both sides, the left ones first.
+const BOTH: Range<usize> = 5..11;
+const WEIGHT: usize = 11;
+/// Heights of blocks: they follow from the inclinations, and are for the reader alone.
+const BLOCKS: usize = 12;
 
 struct Column {
+    /// With its unit.
     name: String,
-    content: Content,
+    place: usize,
     to_si: f64,
 }
 
@@ -33,7 +34,6 @@ const ALLOWED: &str = "link1 [deg], link2 [deg], wheel1 [N], wheel2 [N], wheel3 
 const STEEPEST: f64 = 1.6;
 /// Largest force, N.
 const LARGEST: f64 = 1e6;
-const FORCE: &str = "a force of at least 0 and at most 1e6 N";
 
 /// Reads a table.
 ///
@@ -74,26 +74,27 @@ fn columns(header: &TextRow) -> Result<Vec<Column>, String> {
     for text in header.texts() {
         let unknown = || format!("found column {text:?}, allowed: {ALLOWED}");
         let column = column(&text).ok_or_else(unknown)?;
-        let is_taken = |c: &Column| c.content == column.content && c.content != Content::Block;
+        let is_taken = |c: &Column| c.place == column.place && c.place < BLOCKS;
         if columns.iter().any(is_taken) {
             return Err(format!("column {text:?} occurs twice"));
         }
         columns.push(column);
     }
-    let has = |content: Content| columns.iter().any(|c| c.content == content);
-    let both = (0..6).filter(|i| has(Content::Both(*i))).count();
-    if !matches!(both, 0 | 6) || both > 0 && (0..3).any(|i| has(Content::Wheel(i))) {
+    let has = |place: &usize| columns.iter().any(|c| c.place == *place);
+    let count = |places: Range<usize>| places.filter(has).count();
+    let (both, one_side) = (count(BOTH), count(WHEELS));
+    if !matches!(both, 0 | 6) || both > 0 && one_side > 0 {
         let message =
             "allowed: wheel1 to wheel3 of one side, or all six of left_wheel1 to right_wheel3";
         return Err(format!(
             "found {both} columns of scales of both sides, {message}"
         ));
     }
-    let wheels = both > 0 || (0..3).any(|i| has(Content::Wheel(i)));
-    if wheels && !(has(Content::Link(0)) && has(Content::Link(1))) {
+    let wheels = both + one_side > 0;
+    if wheels && count(LINKS) < 2 {
         return Err("the inclinations link1 [deg] and link2 [deg] are missing".to_owned());
     }
-    if !wheels && !has(Content::Weight) {
+    if !wheels && !has(&WEIGHT) {
         return Err(format!("no column of a scale; allowed: {ALLOWED}"));
     }
     Ok(columns)
@@ -102,25 +103,16 @@ fn columns(header: &TextRow) -> Result<Vec<Column>, String> {
 /// `link1 [deg]` and the like.
 fn column(text: &str) -> Option<Column> {
     let (name, unit) = name_and_unit(text)?;
-    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    let index = name[stem.len()..].parse::<usize>().ok();
-    let index = index.and_then(|i| i.checked_sub(1)).filter(|i| *i < 3);
-    let of_unit = |units: &[(&str, f64)]| Some(units.iter().find(|(name, _)| *name == unit)?.1);
-    let angle = of_unit(&[("deg", 1_f64.to_radians()), ("rad", 1.0)]);
-    let force = of_unit(&[("N", 1.0), ("kg", GRAVITY), ("g", GRAVITY / 1e3)]);
-    let (content, to_si) = match (stem, index) {
-        ("link", Some(i @ 0..=1)) => (Content::Link(i), angle?),
-        ("wheel", Some(i)) => (Content::Wheel(i), force?),
-        ("left_wheel", Some(i)) => (Content::Both(i), force?),
-        ("right_wheel", Some(i)) => (Content::Both(3 + i), force?),
-        ("weight", _) if stem == name => (Content::Weight, force?),
-        ("block", Some(_)) => (Content::Block, 1.0),
-        _ => return None,
+    let place = NAMES.split(' ').position(|known| known == name)?;
+    let units: &[(&str, f64)] = match place {
+        BLOCKS.. => &[(unit, 1.0)],
+        0 | 1 => &[("deg", 1_f64.to_radians()), ("rad", 1.0)],
+        _ => &[("N", 1.0), ("kg", GRAVITY), ("g", GRAVITY / 1e3)],
     };
     Some(Column {
         name: text.to_owned(),
-        content,
-        to_si,
+        place,
+        to_si: units.iter().find(|(name, _)| *name == unit)?.1,
     })
 }
 
@@ -137,36 +129,35 @@ fn row(
             ": found {found} cells, allowed: {allowed}, as in the first line"
         ));
     }
-    let (mut angles, mut forces, mut both) = ([None; 2], [None; 3], [None; 6]);
+    let mut cells = [None; BLOCKS];
     for (i, column) in columns.iter().enumerate() {
         let refuse = |message: String| format!(", column {:?}: {message}", column.name);
         let cell = row.text(i);
-        if cell.is_empty() || column.content == Content::Block {
+        if cell.is_empty() || column.place >= BLOCKS {
             continue;
         }
+        let found = |allowed: &str| refuse(format!("found {cell:?}, allowed: {allowed}"));
         let read = decimals.read(&cell, row.line);
-        let unread = |allowed: String| refuse(format!("found {cell:?}, allowed: {allowed}"));
-        let value = read.map_err(unread)? * column.to_si;
-        let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| {
-            let message = || format!("found {cell:?}, allowed: {allowed}, or an empty cell");
-            let value = Some(value).filter(|value| range.contains(value));
-            value.ok_or_else(|| refuse(message()))
-        };
-        match column.content {
-            Content::Link(i) => {
-                let allowed = "an inclination between -91 and 91 deg";
-                angles[i] = Some(checked(-STEEPEST..=STEEPEST, allowed)?);
-            }
-            Content::Wheel(i) => forces[i] = Some(checked(0.0..=LARGEST, FORCE)?),
-            Content::Both(i) => both[i] = Some(checked(0.0..=LARGEST, FORCE)?),
-            Content::Weight if into.weight.is_some() => {
-                let message = "the weight stands in an earlier line; allowed: once";
-                return Err(refuse(message.to_owned()));
-            }
-            Content::Weight => into.weight = Some(checked(0.0..=LARGEST, FORCE)?),
-            Content::Block => {}
+        let value = read.map_err(|allowed| found(&allowed))? * column.to_si;
+        if column.place == WEIGHT && into.weight.is_some() {
+            let message = "the weight stands in an earlier line; allowed: once";
+            return Err(refuse(message.to_owned()));
         }
+        let (range, allowed) = match LINKS.contains(&column.place) {
+            true => (
+                -STEEPEST..=STEEPEST,
+                "an inclination between -91 and 91 deg",
+            ),
+            false => (0.0..=LARGEST, "a force of at least 0 and at most 1e6 N"),
+        };
+        if !range.contains(&value) {
+            return Err(found(&format!("{allowed}, or an empty cell")));
+        }
+        cells[column.place] = Some(value);
     }
+    into.weight = cells[WEIGHT].or(into.weight);
+    let [angle1, angle2, front, middle, rear, both @ .., _] = cells;
+    let mut forces = [front, middle, rear];
     let mut differences = [None; 3];
     for i in 0..3 {
         if both[i].is_some() != both[3 + i].is_some() {
@@ -180,9 +171,9 @@ fn row(
             differences[i] = Some(left - right);
         }
     }
-    match (angles, forces) {
+    match (angle1.zip(angle2), forces) {
         (_, [None, None, None]) => {}
-        ([Some(a), Some(b)], forces) => {
+        (Some((a, b)), forces) => {
             let reading = Reading {
                 line: row.line,
                 inclinations: [a, b],

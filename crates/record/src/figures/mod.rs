@@ -9,13 +9,13 @@ mod run;
 pub mod style;
 mod trace;
 
-pub use page::{Column, Entry, Mark, Page, Scale, write_figure};
+pub use page::{Entry, Mark, Page, Scale, write_figure};
 pub use panel::{Axis, Layer, Panel};
 pub use path::{SPACING, Strip};
 pub use robhaz_score::extremes;
 pub use trace::{Estimated, Trace};
 
-use crate::error::{Result, create_folder_of};
+use crate::error::{Result, create_folder};
 use rayon::prelude::*;
 use robhaz_model::Suspension;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -76,7 +76,7 @@ impl FigureSink {
 
 impl Sink for FigureSink {
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        create_folder_of(run, &self.folder)?;
+        create_folder(&self.folder)?;
         self.run = Some(RunTraces::new(run));
         Ok(())
     }

@@ -75,50 +75,15 @@ impl Entry {
     }
 }
 
-/// The vertical ranges of the panels of a column.
+/// The vertical ranges of panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// One range, so that their heights can be compared.
+    /// One range in a column, so that their heights can be compared.
     Common,
     /// Each has a range of its own.
     Own,
     /// Each has a range of its own, which holds every value: for panels whose extremes decide.
     Whole,
-}
-
-/// Panels from top to bottom.
-pub struct Column {
-    /// The panels.
-    pub panels: Vec<Panel>,
-    /// Their ranges.
-    pub scale: Scale,
-}
-
-impl Column {
-    /// A column of panels.
-    pub fn new(scale: Scale, panels: impl IntoIterator<Item = Panel>) -> Self {
-        let panels = panels.into_iter().collect();
-        Self { panels, scale }
-    }
-
-    /// The range of each panel, in the unit of the data.
-    fn ranges(&self, axis: &Axis) -> Vec<Range<f64>> {
-        let range = |panel: &Panel| {
-            let (with, tail) = match self.scale {
-                Scale::Common => (&self.panels[..], TAIL),
-                Scale::Own => (from_ref(panel), TAIL),
-                Scale::Whole => (from_ref(panel), 0.0),
-            };
-            let own = || Panel::shared_range(with, axis, tail);
-            panel.range.clone().unwrap_or_else(own)
-        };
-        self.panels.iter().map(range).collect()
-    }
-
-    fn height(&self) -> f64 {
-        let panels: f64 = self.panels.iter().map(|p| PANEL_TITLE + p.height).sum();
-        panels + X_LABELS
-    }
 }
 
 /// A figure.
@@ -131,8 +96,10 @@ pub struct Page {
     pub key: Vec<Entry>,
     /// The horizontal axis of all panels.
     pub axis: Axis,
-    /// The columns below, from left to right.
-    pub columns: Vec<Column>,
+    /// The vertical ranges.
+    pub scale: Scale,
+    /// The columns below, from left to right, each from top to bottom.
+    pub columns: Vec<Vec<Panel>>,
 }
 
 impl Page {
@@ -159,6 +126,20 @@ impl Page {
             x += entry.width() + ENTRY_GAP;
         }
         rows
+    }
+
+    /// The range of each panel of a column, in the unit of the data.
+    fn ranges(&self, column: &[Panel]) -> Vec<Range<f64>> {
+        let range = |panel: &Panel| {
+            let (with, tail) = match self.scale {
+                Scale::Common => (column, TAIL),
+                Scale::Own => (from_ref(panel), TAIL),
+                Scale::Whole => (from_ref(panel), 0.0),
+            };
+            let own = || Panel::shared_range(with, &self.axis, tail);
+            panel.range.clone().unwrap_or_else(own)
+        };
+        column.iter().map(range).collect()
     }
 
     /// Draws title, subtitle and key at the top of a page.
@@ -188,7 +169,9 @@ impl Page {
 
     /// Width and height, px.
     fn size(&self) -> (u32, u32) {
-        let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
+        let height = |panel: &Panel| PANEL_TITLE + panel.height;
+        let heights = self.columns.iter().map(|c| c.iter().map(height).sum());
+        let panels = heights.fold(0.0, f64::max) + X_LABELS;
         let height = self.top() + panels + 0.5 * MARGIN;
         // The height of a picture.
         (WIDTH, height.ceil() as u32)
@@ -209,9 +192,9 @@ impl Page {
         let mut left = MARGIN;
         for column in &self.columns {
             let mut top = first;
-            let panels = column.panels.iter().zip(column.ranges(&self.axis));
+            let panels = column.iter().zip(self.ranges(column));
             for (r, (panel, range)) in panels.enumerate() {
-                let last = r + 1 == column.panels.len();
+                let last = r + 1 == column.len();
                 let height = PANEL_TITLE + panel.height;
                 let labels = if last { X_LABELS } else { 0.0 };
                 let area = part(left, top, width, height + labels);

@@ -1,6 +1,6 @@
 //! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
 
-use super::page::{Column, Entry, Mark, Page, Scale};
+use super::page::{Entry, Mark, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
 use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, truth_line};
@@ -25,7 +25,8 @@ fn page(
     title: &str,
     subtitle: String,
     key: Vec<Entry>,
-    columns: Vec<Column>,
+    scale: Scale,
+    columns: Vec<Vec<Panel>>,
 ) -> Page {
     Page {
         title: title.to_owned(),
@@ -36,6 +37,7 @@ fn page(
             range: 0.0..run.end,
             compare_from: run.rule.compare_from,
         },
+        scale,
         columns,
     }
 }
@@ -51,7 +53,7 @@ fn start_entry(run: &RunTraces) -> Option<Entry> {
 pub fn linkage(run: &RunTraces) -> Page {
     let shown = shown(run).next();
     let column = |axis: usize, y_label: &'static str| {
-        let panels = PINS.iter().enumerate().map(|(k, (_, title))| {
+        let panel = |(k, (_, title)): (usize, &(_, &str))| {
             let estimate = shown.map(|s| &s.pins[k][axis]);
             let layers = layers(&run.pins[k][axis], estimate, LINKAGE);
             let error = shown.and_then(|s| s.pin_errors[k][axis].value());
@@ -59,14 +61,15 @@ pub fn linkage(run: &RunTraces) -> Page {
                 note: error.map_or(String::new(), |rms| format!("RMSE {rms:.2} mm")),
                 ..Panel::new(title, y_label, (2.0, HEIGHT), layers)
             }
-        });
-        Column::new(Scale::Own, panels)
+        };
+        PINS.iter().enumerate().map(panel).collect()
     };
     page(
         run,
         "Position of the linkage's pins (the paper's Fig. 5)",
         "in world axes, measured from pin Q".to_owned(),
         key(run, &names(run), &[LINKAGE], false),
+        Scale::Own,
         vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
     )
 }
@@ -97,9 +100,8 @@ pub fn forces(run: &RunTraces) -> Page {
         "Force distribution over the wheels (the paper's Fig. 6)",
         "normal forces and tractions".to_owned(),
         key(run, &names(run), &WHEELS, banded),
-        columns
-            .map(|panels| Column::new(Scale::Common, panels))
-            .into(),
+        Scale::Common,
+        columns.into(),
     )
 }
 
@@ -110,7 +112,7 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let normal = Some(&estimator.normal_force);
     let truth = &run.truth_of(Some(estimator)).normal_force;
     let panels = wheels("", truth, normal, NORMAL_FORCE, errors);
-    let mut columns = vec![Column::new(Scale::Common, panels)];
+    let mut columns = vec![panels.into()];
     let banded = has_band(estimator);
     if banded && run.has_truth {
         let error = (0..3).map(|i| {
@@ -118,13 +120,14 @@ pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
             let zero = Layer::level(0.0, &(0.0..run.end));
             wheel_panel("", i, ERROR, vec![zero, error])
         });
-        columns.push(Column::new(Scale::Common, error));
+        columns.push(error.collect());
     }
     page(
         run,
         &estimator.figure.1,
         overall(errors),
         key(run, &estimator.name, &WHEELS, banded),
+        Scale::Common,
         columns,
     )
 }

@@ -1,7 +1,7 @@
 //! A panel of the ground at equal scales of x and y; and the figure with the robot on it, and N
 //! over the position of the wheels.
 
-use super::page::{Column, Entry, MARGIN, Mark, Page, Scale, WIDTH};
+use super::page::{Entry, MARGIN, Mark, Page, Scale, WIDTH};
 use super::panel::{Axis, Layer, Panel, Y_LABELS};
 use super::run::RunTraces;
 use super::style::{GROUND, ROBOT, SURFACE, WHEELS, line};
@@ -123,7 +123,8 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
         subtitle: subtitle.to_owned(),
         key,
         axis: Axis::of_places("place, x (m)", strip.x.clone()),
-        columns: vec![Column::new(Scale::Own, [strip.panel(), panel])],
+        scale: Scale::Own,
+        columns: vec![vec![strip.panel(), panel]],
     }
 }
 

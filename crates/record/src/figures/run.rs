@@ -7,6 +7,7 @@ use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 use robhaz_score::{Compared, Rms, Rule, Score};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
+use std::array::from_fn;
 
 /// The pins of Fig. 5, and their titles.
 pub const PINS: [(Pin, &str); 3] = [(Pin::P, "Pin P"), (Pin::R, "Pin R"), (Pin::S, "Pin S")];
@@ -75,9 +76,8 @@ impl RunTraces {
         let true_mass = |e: &_| is_preset(e, EstimatorSettings::true_mass());
         let shown = estimators.iter().position(true_mass);
         let shown = shown.or_else(|| estimators.len().checked_sub(1));
-        let is_shown = |index: usize| run.both.is_some() || shown == Some(index);
-        let sides = 1 + usize::from(run.both.is_some());
-        let traces = || [(); 3].map(|()| Trace::new(records));
+        let traces = || from_fn(|_| Trace::new(records));
+        let estimated = || from_fn(|_| Estimated::new(records));
         let true_forces = || TrueForces {
             normal_force: traces(),
             traction: traces(),
@@ -85,18 +85,29 @@ impl RunTraces {
         let robot = &run.robot.robot;
         let compare_from = run.record.compare_from;
         let rule = Rule { compare_from };
+        let of_estimator = |(index, e): (usize, &EstimatorDescription)| EstimatorTraces {
+            index,
+            name: e.label.clone(),
+            figure: figure_of(e),
+            normal_force: estimated(),
+            error: estimated(),
+            score: Score::new(rule),
+            is_shown: run.both.is_some() || shown == Some(index),
+            traction: estimated(),
+            pins: from_fn(|_| from_fn(|_| Estimated::new(records))),
+            pin_errors: Default::default(),
+        };
         Self {
             rule,
             end: 0.0,
-            truths: (0..sides).map(|_| true_forces()).collect(),
-            has_truth: false,
+            truths: match run.both {
+                Some(_) => vec![true_forces(), true_forces()],
+                None => vec![true_forces()],
+            },
+            has_truth: run.has_truth,
             normal_force_at: traces(),
-            pins: [(); 3].map(|()| [(); 2].map(|()| Trace::new(records))),
-            estimators: estimators
-                .iter()
-                .enumerate()
-                .map(|(k, e)| EstimatorTraces::new(k, e, records, rule, is_shown(k)))
-                .collect(),
+            pins: from_fn(|_| from_fn(|_| Trace::new(records))),
+            estimators: estimators.iter().enumerate().map(of_estimator).collect(),
             poses: Vec::new(),
             records_per_pose: records.div_ceil(POSES).max(1),
             records: 0,
@@ -123,7 +134,6 @@ impl RunTraces {
         if let Some(truth) = frame.truth {
             self.add_truth(frame.time, truth);
         }
-        self.has_truth |= !truths.is_empty();
         let judge = |truth: &Truth| (truth.time, self.rule.judge(truth), Compared::of(truth));
         let judged: Vec<_> = truths.iter().map(judge).collect();
         for estimator in &mut self.estimators {
@@ -176,28 +186,6 @@ impl TrueForces {
 }
 
 impl EstimatorTraces {
-    fn new(
-        index: usize,
-        estimator: &EstimatorDescription,
-        records: u64,
-        rule: Rule,
-        is_shown: bool,
-    ) -> Self {
-        let three = || [(); 3].map(|()| Estimated::new(records));
-        Self {
-            index,
-            name: estimator.label.clone(),
-            figure: figure_of(estimator),
-            normal_force: three(),
-            error: three(),
-            score: Score::new(rule),
-            is_shown,
-            traction: three(),
-            pins: [(); 3].map(|()| [(); 2].map(|()| Estimated::new(records))),
-            pin_errors: Default::default(),
-        }
-    }
-
     fn add(&mut self, time: f64, compared: Option<&Compared>, estimate: Option<&Estimate>) {
         for i in 0..3 {
             let normal = estimate.map(|e| e.normal_force[i]);

@@ -14,6 +14,7 @@ pub use parts::{
 pub use sink::SummarySink;
 
 use crate::error::{RecordError, Result, io_error};
+use indexmap::IndexMap;
 use robhaz_run::LogReport;
 use robhaz_score::Progress;
 use robhaz_score::events::EventCounts;
@@ -74,9 +75,8 @@ pub struct Summary {
     pub both: Option<BothSummary>,
     /// The nominal robot, which the estimators were given.
     pub nominal: NominalRobot,
-    /// The estimators in the order of the run, of a log of both sides its sides; in JSON an object with their names as keys.
-    #[serde(with = "by_name")]
-    pub estimators: Vec<EstimatorSummary>,
+    /// The estimators by their names, in the order of the run; of a log of both sides its sides.
+    pub estimators: IndexMap<String, EstimatorSummary>,
 }
 
 impl Summary {
@@ -127,27 +127,5 @@ impl Summary {
             _ => io_error("read", &path)(error),
         })?;
         serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })
-    }
-}
-
-/// A list of estimators as a JSON object, in order.
-mod by_name {
-    use super::EstimatorSummary;
-    use indexmap::IndexMap;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    pub fn serialize<S: Serializer>(
-        estimators: &[EstimatorSummary],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(estimators.iter().map(|e| (&e.name, e)))
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Vec<EstimatorSummary>, D::Error> {
-        let named = IndexMap::<String, EstimatorSummary>::deserialize(deserializer)?;
-        let with_name = |(name, estimator)| EstimatorSummary { name, ..estimator };
-        Ok(named.into_iter().map(with_name).collect())
     }
 }

@@ -282,9 +282,6 @@ pub type FaultyChannels = IndexMap<String, Faulty>;
 /// Errors of one estimator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EstimatorSummary {
-    /// Its label.
-    #[serde(skip)]
-    pub name: String,
     /// Errors of the normal forces; `None` when nothing could be compared.
     pub normal_force: Option<ForceErrors>,
     /// Errors of the tractions; `None` when nothing could be compared.

@@ -92,7 +92,7 @@ impl EstimatorSums {
     }
 
     /// The summary of the estimator of a run, whose records had a truth if `compared`.
-    fn summary(&self, name: &str, run: &RunDescription, compared: bool) -> EstimatorSummary {
+    fn summary(&self, run: &RunDescription, compared: bool) -> EstimatorSummary {
         let score = &self.score;
         let forces = self.forces.as_ref();
         let described = run.nominal_robot.mass.total();
@@ -103,7 +103,6 @@ impl EstimatorSums {
             |forces| (forces.samples, forces.missing),
         );
         EstimatorSummary {
-            name: name.to_owned(),
             normal_force: score.normal_force(),
             traction: score.traction(),
             mean_normal_force: score.mean_normal_force(),
@@ -152,10 +151,9 @@ impl SummarySink {
             let points = compared(run, end, k, terrain.as_ref());
             // Points behind the origin count, too.
             let points = points.into_iter().filter_map(|(p, t)| Some((p, t?)));
-            EstimatorSummary {
-                ground: GroundErrors::of(points),
-                ..sums.summary(&e.label, run, self.compared)
-            }
+            let mut found = sums.summary(run, self.compared);
+            found.ground = GroundErrors::of(points);
+            (e.label.clone(), found)
         });
         Ok(Summary {
             scene: run.name.clone(),

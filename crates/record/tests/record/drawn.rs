@@ -2,7 +2,7 @@
 
 use plotters::style::RGBColor;
 use robhaz_record::figures::style::line;
-use robhaz_record::figures::{Axis, Column, Layer, Page, Panel, Scale, write_figure};
+use robhaz_record::figures::{Axis, Layer, Page, Panel, Scale, write_figure};
 
 /// A point of an SVG, in units of its inner drawing; y is positive downward.
 pub type Pixel = (i32, i32);
@@ -15,7 +15,8 @@ pub fn svg(panel: Panel, axis: &Axis, scale: Scale) -> String {
         subtitle: String::new(),
         key: Vec::new(),
         axis: axis.clone(),
-        columns: vec![Column::new(scale, [panel])],
+        scale,
+        columns: vec![vec![panel]],
     };
     write_figure(folder.path(), "panel", &page).expect("drawn");
     std::fs::read_to_string(folder.path().join("panel.svg")).expect("a figure")

@@ -31,11 +31,11 @@ fn a_page_needs_no_other_file() -> Result<(), RunError> {
     assert!(!page.contains("http") && !page.contains("href") && !page.contains("<script"));
     assert!(!page.contains("<b>") && page.contains("&lt;b&gt;steep"));
     assert!(page.contains("&lt;&amp;&gt;"));
-    for estimator in &summary.estimators {
-        assert!(page.contains(&format!("<th>{}</th>", estimator.name)));
+    for name in summary.estimators.keys() {
+        assert!(page.contains(&format!("<th>{name}</th>")));
     }
     // The numbers of the summary with four significant digits.
-    for estimator in &summary.estimators {
+    for estimator in summary.estimators.values() {
         let rmse = estimator.normal_force.expect("an error").rmse_all;
         let digits = (3 - rmse.log10().floor() as i32).max(0) as usize;
         let cell = format!("<td>{rmse:.digits$}</td>");

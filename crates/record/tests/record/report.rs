@@ -14,8 +14,7 @@ fn summary(missing: u64) -> Summary {
         max_abs: 20.0 * scale,
         max_abs_time_s: 7.5,
     };
-    let estimator = |name: &str, scale| EstimatorSummary {
-        name: name.to_owned(),
+    let estimator = |scale| EstimatorSummary {
         normal_force: Some(errors(scale)),
         traction: Some(errors(0.5)),
         mean_normal_force: Some([50.0; 3]),
@@ -40,7 +39,9 @@ fn summary(missing: u64) -> Summary {
             stuck_since: None,
             spinning: [0.1, 0.0, 1.9],
         }),
-        estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
+        estimators: [("paper-body", 5.0), ("paper-wheels", 4.0)]
+            .map(|(name, scale)| (name.to_owned(), estimator(scale)))
+            .into(),
         ..finished()
     }
 }

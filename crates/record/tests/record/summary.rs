@@ -85,7 +85,7 @@ fn without_samples_there_are_no_errors() {
         estimate.normal_force[1] = f64::NAN;
     }
     let summary = summary_of(&[frame_of(0.1), failed_frame(1.0), broken]);
-    for estimator in &summary.estimators {
+    for estimator in summary.estimators.values() {
         assert_eq!(estimator.normal_force, None);
         assert_eq!(estimator.traction, None);
         assert_eq!(estimator.mean_normal_force, None);
@@ -113,7 +113,7 @@ fn json_gives_back_what_was_written() {
     summary.write(folder.path()).expect("written");
     let read = Summary::read(folder.path()).expect("read");
     assert_eq!(read, summary);
-    let names: Vec<_> = read.estimators.iter().map(|e| e.name.as_str()).collect();
+    let names: Vec<_> = read.estimators.keys().collect();
     assert_eq!(names, ["paper-body", "true-mass", "mine"]);
 }
 

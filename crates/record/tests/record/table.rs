@@ -230,18 +230,6 @@ fn without_truth_there_is_no_table_of_it() {
     }
 }
 
-/// A scene cannot write outside the run's folder.
-#[test]
-fn names_that_leave_the_folder_are_refused() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut scene = scene();
-    scene.estimators[0].name = "../x".to_owned();
-    let error = TableSink::new(folder.path(), TableFormat::Csv)
-        .begin(&described(&scene))
-        .expect_err("refused");
-    assert!(error.to_string().contains("\"../x\""), "{error}");
-}
-
 /// Equivalence: the tables in memory are those of the folder, to the bit, with the same columns,
 /// units and descriptions.
 #[test]

@@ -69,7 +69,7 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str), stop: Stop<'_>) -> Resu
     let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts, stop);
     if let Some(why) = scene.too_stiff_for_rapier() {
         let direct = engine(EngineKind::Direct)?;
-        verdicts.insert(0, not_judged("rapier: all checks".to_owned(), &why));
+        verdicts.insert(0, verdict("rapier: all checks", why, None));
         step("engine direct, a tenth of the tolerance");
         let mut finer = with(scene, EngineKind::Direct);
         finer.engine.tolerance *= 0.1;
@@ -121,7 +121,7 @@ fn of_engine(
     let same = run.repeats(&scene, stop)?;
     let bits = if same { "the same" } else { "different" };
     let check = format!("{name}: a second run");
-    verdicts.push(judged(check, format!("{bits} bits"), same));
+    verdicts.push(verdict(check, format!("{bits} bits"), same));
     Ok(run)
 }
 
@@ -132,7 +132,7 @@ fn reaches_its_end(name: &str, run: &Run) -> Verdict {
         Some(why) => PlantFailure::from(*why).to_string(),
     };
     let check = format!("{name}: runs to its end");
-    judged(check, finding, run.stopped.is_none())
+    verdict(check, finding, run.stopped.is_none())
 }
 
 /// Checks of a single run.
@@ -142,7 +142,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     // Changes need two records.
     if truth.len() < 2 {
         let check = format!("{engine}: all other checks");
-        return vec![not_judged(check, "the run stopped at once")];
+        return vec![verdict(check, "the run stopped at once", None)];
     }
     let gap = truth.iter().map(|t| t.loop_error).fold(0.0, f64::max);
     let beyond = beyond_the_laws(scene, truth);
@@ -166,8 +166,8 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     };
     vec![
         bounded(check("gap of the pins"), gap, gap_limit, "m"),
-        judged(check("body and links clear of the ground"), clear, is_clear),
-        judged(check("N >= 0, |T| <= mu_s N"), outside, beyond == 0),
+        verdict(check("body and links clear of the ground"), clear, is_clear),
+        verdict(check("N >= 0, |T| <= mu_s N"), outside, beyond == 0),
         bounded(check("momentum"), momentum, MOMENTUM, of_momentum),
         bounded(check("energy"), energy, energy_limit, of_energy),
     ]
@@ -191,7 +191,7 @@ fn beyond_the_laws(scene: &Scene, truth: &[Truth]) -> usize {
 fn compared(what: &str, runs: [&Run; 2], has_corners: bool) -> Vec<Verdict> {
     let [a, b] = runs;
     if a.stopped.is_some() || b.stopped.is_some() {
-        return vec![not_judged(what.to_owned(), "a run stopped before its end")];
+        return vec![verdict(what, "a run stopped before its end", None)];
     }
     let found = agreement(&a.truth, &b.truth);
     let force = if has_corners || leaves_the_ground(a) || leaves_the_ground(b) {
@@ -214,21 +214,15 @@ fn leaves_the_ground(run: &Run) -> bool {
     wheels.any(|wheel| wheel.contacts == 0)
 }
 
-/// A check that does not apply.
-fn not_judged(check: String, why: &str) -> Verdict {
+fn verdict(
+    check: impl Into<String>,
+    finding: impl Into<String>,
+    passed: impl Into<Option<bool>>,
+) -> Verdict {
     Verdict {
-        check,
-        finding: why.to_owned(),
-        passed: None,
-    }
-}
-
-fn judged(check: String, finding: String, holds: bool) -> Verdict {
-    let passed = Some(holds);
-    Verdict {
-        check,
-        finding,
-        passed,
+        check: check.into(),
+        finding: finding.into(),
+        passed: passed.into(),
     }
 }
 
@@ -236,5 +230,5 @@ fn judged(check: String, finding: String, holds: bool) -> Verdict {
 fn bounded(check: String, found: f64, allowed: f64, unit: &str) -> Verdict {
     let finding = format!("{found:.1e} {unit}, at most {allowed:.0e}");
     // In this form a NaN fails.
-    judged(check, finding, found <= allowed)
+    verdict(check, finding, found <= allowed)
 }

@@ -63,9 +63,13 @@ impl Course {
         for truth in &self.truth {
             observers.observe(truth);
         }
-        let ground = observers.estimators.ground();
-        let completed = ground.completed(0).iter().copied();
-        let points = completed.chain(ground.in_memory(0));
+        let estimators = &observers.estimators;
+        let points = [
+            estimators.completed[0].clone(),
+            estimators.memory().remove(0),
+        ]
+        .concat();
+        let points = points.into_iter();
         let start = self.truth[0].wheels[1].position.x;
         let [origin, _] = self.at(start);
         let error = |p: GroundPoint| {
@@ -164,7 +168,7 @@ fn a_run_hands_over_every_point() -> Result<(), RunError> {
         }
         fn frame(&mut self, frame: &robhaz_run::Frame<'_>) -> Result<(), robhaz_run::SinkError> {
             self.0.extend_from_slice(frame.ground.completed(0));
-            self.1 = frame.ground.in_memory(0).collect();
+            self.1 = frame.ground.in_memory(0).to_vec();
             Ok(())
         }
         fn end(&mut self, end: Option<&robhaz_run::RunEnd>) -> Result<(), robhaz_run::SinkError> {

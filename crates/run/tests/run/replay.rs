@@ -64,7 +64,7 @@ impl Sink for Kept {
         }
         self.clearances.push(format!("{:?}", frame.clearances));
         if frame.ground.has_memory() {
-            let of_each = (0..frame.estimates.len()).map(|k| frame.ground.in_memory(k).collect());
+            let of_each = (0..frame.estimates.len()).map(|k| frame.ground.in_memory(k).to_vec());
             self.memory.push((frame.time, of_each.collect()));
         }
         Ok(())
