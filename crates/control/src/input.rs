@@ -38,25 +38,16 @@ pub struct FrictionTestPlan {
 }
 
 /// A number of [`ControlSettings`] with which there is no control.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{field} is {found}: gains and damping are at least 0, limits and times above 0, all finite"
+)]
 pub struct ControlSettingsError {
     /// Its name.
     pub field: &'static str,
     /// Its value.
     pub found: f64,
 }
-
-impl core::fmt::Display for ControlSettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { field, found } = self;
-        write!(
-            f,
-            "{field} is {found}: gains and damping are at least 0, limits and times above 0, all finite"
-        )
-    }
-}
-
-impl core::error::Error for ControlSettingsError {}
 
 impl ControlSettings {
     /// Whether there is a control with these numbers; [`ControlKind::Speed`] needs none of them.

@@ -223,48 +223,32 @@ pub struct Geometry {
 }
 
 /// Reason why a geometry is refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GeometryError {
     /// The wheel's radius is not a positive number.
+    #[error("the wheel radius is {0} m; it must be above 0")]
     WheelRadius(f64),
     /// A coordinate is not finite.
+    #[error("a coordinate is not a finite number")]
     NotFinite,
     /// Two neighbouring pins coincide, so that a bar of the loop has no length.
+    #[error("the pins of {} coincide", .0.name())]
     ZeroBar(Bar),
     /// P lies on the line RS in the nominal pose, where matrix C of eq. (6) is singular.
+    #[error(
+        "pin P lies on the line through R and S, where the statics of body and link3 are singular"
+    )]
     POnLineRs,
     /// Wheels are not ordered from front to rear.
+    #[error("axles must be ordered front, middle, rear (x decreasing)")]
     WheelOrder,
     /// Link 1 or link 2 carries no wheel.
+    #[error("{} carries no wheel", .0.bar().name())]
     UnusedCarrier(Carrier),
     /// The nominal pose is not between the stops: it needs `lower < 0 < upper`.
+    #[error("the stops must leave the nominal pose free: lower < 0 < upper")]
     Stop,
 }
-
-impl core::fmt::Display for GeometryError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::WheelRadius(r) => write!(f, "the wheel radius is {r} m; it must be above 0"),
-            Self::NotFinite => write!(f, "a coordinate is not a finite number"),
-            Self::ZeroBar(bar) => write!(f, "the pins of {} coincide", bar.name()),
-            Self::POnLineRs => write!(
-                f,
-                "pin P lies on the line through R and S, where the statics of body and link3 are singular"
-            ),
-            Self::WheelOrder => write!(
-                f,
-                "axles must be ordered front, middle, rear (x decreasing)"
-            ),
-            Self::UnusedCarrier(c) => write!(f, "{} carries no wheel", c.bar().name()),
-            Self::Stop => write!(
-                f,
-                "the stops must leave the nominal pose free: lower < 0 < upper"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for GeometryError {}
 
 impl Geometry {
     /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. The dimensions are

@@ -35,7 +35,7 @@ mod stance;
 mod units;
 mod whole_rover;
 
-pub use body_mount::{BodyMount, BodyReading, LinkReadings};
+pub use body_mount::{BodyMount, BodyReading, LinkReading};
 pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, Suspension};
 pub use mass::{MassError, MassSet, PointMasses};

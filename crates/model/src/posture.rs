@@ -15,7 +15,10 @@ pub struct Posture {
 
 /// The four-bar cannot close at the given angles of links 1 and 2: body and link 3 do not reach
 /// from P to R.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the four-bar cannot close: P and R are {pr:.4} m apart, body and link3 span {least:.4} to {greatest:.4} m"
+)]
 pub struct PostureError {
     /// Distance between P and R at these angles, m.
     pub pr: f64,
@@ -24,18 +27,6 @@ pub struct PostureError {
     /// Greatest distance that body and link 3 can span, m.
     pub greatest: f64,
 }
-
-impl core::fmt::Display for PostureError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "the four-bar cannot close: P and R are {:.4} m apart, body and link3 span {:.4} to {:.4} m",
-            self.pr, self.least, self.greatest
-        )
-    }
-}
-
-impl core::error::Error for PostureError {}
 
 /// Position of S (m) from the positions of P and R (m): [`Dyad::s`].
 ///

@@ -81,11 +81,17 @@ impl LoadShift {
 }
 
 /// Reason why a rover is refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum WholeRoverError {
     /// The side is a four-bar. How two of them share the body's moment is left to tyres and frame.
+    #[error(
+        "the side is a four-bar; allowed: a rocker-bogie or triple bogie (suspension kind \"bogie\")"
+    )]
     FourBar,
     /// An entry is not finite, a distance not above 0, or an inertia below 0.
+    #[error(
+        "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0, for limits of the coupling below and above 0"
+    )]
     Entry {
         /// Its name.
         entry: &'static str,
@@ -93,23 +99,6 @@ pub enum WholeRoverError {
         found: f64,
     },
 }
-
-impl core::fmt::Display for WholeRoverError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::FourBar => write!(
-                f,
-                "the side is a four-bar; allowed: a rocker-bogie or triple bogie (suspension kind \"bogie\")"
-            ),
-            Self::Entry { entry, found } => write!(
-                f,
-                "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0, for limits of the coupling below and above 0"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for WholeRoverError {}
 
 impl WholeRover {
     /// Limits that no coupling reaches, rad.

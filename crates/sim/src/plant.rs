@@ -33,7 +33,7 @@ impl Plant {
     pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
         let start = Start::new(setup)?;
         Ok(Self {
-            engine: match setup.engine {
+            engine: match setup.engine.kind {
                 EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)),
                 EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
             },

@@ -47,20 +47,6 @@ pub struct ContactList {
 }
 
 impl ContactList {
-    /// Removes all contacts.
-    pub fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// Becomes a list of one contact.
-    pub fn set(&mut self, contact: ContactTruth) {
-        if self.len > 1 {
-            self.clear();
-        }
-        self.entries[0] = contact;
-        self.len = 1;
-    }
-
     /// Appends a contact. In a full list it replaces the contact with the smallest N, if its own N
     /// is larger.
     pub fn push(&mut self, contact: ContactTruth) {

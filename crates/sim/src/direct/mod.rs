@@ -73,7 +73,7 @@ impl DirectEngine {
             solver: None,
             start: layout::start(start),
             weights: weights(&setup.drive),
-            tolerance: setup.tolerance,
+            tolerance: setup.engine.tolerance,
             period: setup.period,
             commands: Default::default(),
             records: 0,
@@ -143,18 +143,18 @@ impl DirectEngine {
         let (mechanics, kinematics) = (&equations.mechanics, &equations.kinematics);
         let forces = &equations.forces;
         let truth = &mut instant.truth;
-        truth.body = kinematics.bar(Bar::Body, &state);
-        truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar, &state));
+        truth.body = kinematics.bar(Bar::Body);
+        truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar));
         truth.stop_torque = forces.stop_torque;
         truth.loop_error = kinematics.loop_error(&mechanics.robot);
         for i in 0..3 {
-            let motion = kinematics.wheel(i, &state);
+            let motion = kinematics.wheel(i);
             let wheel = &mut truth.wheels[i];
             (wheel.angle, wheel.omega, wheel.torque) = (integrals[i], state.omega[i], torques[i]);
             let written = (mechanics.ground).write_truth(i, &forces.ground[i], &motion, wheel);
             written.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
         }
-        let positions = kinematics.pins(&state);
+        let positions = kinematics.pins();
         let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);
         truth.pins = [0, 1, 2, 3].map(|i| PinTruth {
             position: positions[i],

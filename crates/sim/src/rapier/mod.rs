@@ -92,7 +92,7 @@ impl RapierEngine {
     /// The robot at its start.
     pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
         let geometry = &setup.robot.geometry;
-        let steps_per_period = steps_per_period(setup.period, setup.step);
+        let steps_per_period = steps_per_period(setup.period, setup.engine.step);
         let step = setup.period / steps_per_period as f64;
         let state = &start.state;
         let link_rates = [state.rates[2], state.rates[3]];
@@ -116,7 +116,7 @@ impl RapierEngine {
             link_accelerations: [0.0; 2],
             step_control: StepControl::new(setup, step),
             damping: Damping::new(setup.robot.mass.wheel),
-            settling_steps: match setup.start {
+            settling_steps: match setup.engine.start {
                 StartKind::Settled => SETTLING_STEPS,
                 StartKind::Raw => 0,
             },
