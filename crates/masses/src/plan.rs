@@ -91,34 +91,31 @@ pub fn plan(
 /// Every posture on blocks that the robot can take.
 fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, WeighError> {
     let all = [&[0.0], heights].concat();
+    let count = all.len();
     let mut found: Vec<Candidate> = Vec::new();
-    for front in &all {
-        for middle in &all {
-            for rear in &all {
-                let blocks = [*front, *middle, *rear];
-                // Higher blocks under all wheels are the same posture.
-                if blocks.iter().all(|h| *h > 0.0) {
-                    continue;
-                }
-                let Ok(angles) = posture_on(prior.nominal, &blocks) else {
-                    continue;
-                };
-                let Ok(predicted) = prior.predict(&Unknowns::zeros(), angles) else {
-                    continue;
-                };
-                let mut normal = Normal::prior(&Unknowns::zeros());
-                let forces: [f64; 3] = predicted.forces.into();
-                let added = normal.add(&predicted, &forces.map(Some));
-                added.ok_or_else(WeighError::not_converged)?;
-                let planned = PlannedPosture {
-                    blocks,
-                    angles,
-                    forces,
-                    after: f64::NAN,
-                };
-                found.push((planned, normal.information - Information::identity()));
-            }
+    for k in 0..count.pow(3) {
+        let blocks = [k / (count * count), k / count, k].map(|k| all[k % count]);
+        // Higher blocks under all wheels are the same posture.
+        if blocks.iter().all(|h| *h > 0.0) {
+            continue;
         }
+        let Ok(angles) = posture_on(prior.nominal, &blocks) else {
+            continue;
+        };
+        let Ok(predicted) = prior.predict(&Unknowns::zeros(), angles) else {
+            continue;
+        };
+        let mut normal = Normal::prior(&Unknowns::zeros());
+        let forces: [f64; 3] = predicted.forces.into();
+        let added = normal.add(&predicted, &forces.map(Some));
+        added.ok_or_else(WeighError::not_converged)?;
+        let planned = PlannedPosture {
+            blocks,
+            angles,
+            forces,
+            after: f64::NAN,
+        };
+        found.push((planned, normal.information - Information::identity()));
     }
     Ok(found)
 }

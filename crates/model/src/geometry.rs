@@ -254,34 +254,27 @@ impl Geometry {
     /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. The dimensions are
     /// derived, not published.
     pub fn a() -> Self {
+        let pins = [[0.15, 0.22], [-0.05, 0.14], [-0.25, 0.16], [-0.25, 0.26]];
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link2, Carrier::Link2],
-            Pins {
-                p: Vec2::new(0.15, 0.22),
-                q: Vec2::new(-0.05, 0.14),
-                r: Vec2::new(-0.25, 0.16),
-                s: Vec2::new(-0.25, 0.26),
-            },
-            Vec2::new(0.03, 0.30),
+            pins,
+            [0.03, 0.30],
         )
     }
 
     /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. The dimensions are derived, not
     /// published.
     pub fn b() -> Self {
+        let pins = [[0.25, 0.22], [0.10, 0.14], [-0.10, 0.16], [-0.10, 0.26]];
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link1, Carrier::Link2],
-            Pins {
-                p: Vec2::new(0.25, 0.22),
-                q: Vec2::new(0.10, 0.14),
-                r: Vec2::new(-0.10, 0.16),
-                s: Vec2::new(-0.10, 0.26),
-            },
-            Vec2::new(0.0, 0.30),
+            pins,
+            [0.0, 0.30],
         )
     }
 
-    fn with_mean_link_cgs(carriers: [Carrier; 3], pins: Pins, body_cg: Vec2) -> Self {
+    fn with_mean_link_cgs(carriers: [Carrier; 3], pins: [[f64; 2]; 4], body_cg: [f64; 2]) -> Self {
+        let ([p, q, r, s], body_cg) = (pins.map(Vec2::from), Vec2::from(body_cg));
         let axles = [0.30, 0.0, -0.30].map(|x| Vec2::new(x, 0.10));
         let mut geometry = Self {
             wheel_radius: 0.10,
@@ -290,7 +283,7 @@ impl Geometry {
             axles,
             carriers,
             suspension: Suspension::FourBar,
-            pins,
+            pins: Pins { p, q, r, s },
             body_cg,
             stop: PinStop::standard(),
         };

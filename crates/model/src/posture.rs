@@ -95,12 +95,6 @@ impl Dyad {
 }
 
 impl Posture {
-    /// The nominal pose.
-    pub const NOMINAL: Self = Self {
-        body: 0.0,
-        links: [0.0; 3],
-    };
-
     /// Closes the four-bar at given angles of link 1 and link 2, rad: the position analysis of Fig.
     /// 5.
     ///

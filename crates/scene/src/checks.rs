@@ -124,7 +124,7 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
         found.push(conflict([start, valued("record.duration", duration)], rule));
     }
     let (rate, robot) = (control.friction_test.rate, &scene.robot.robot);
-    let fastest = FrictionTestPlan::fastest_rate(robot);
+    let fastest = FrictionTestPlan::FASTEST * FrictionTestPlan::unit_rate(robot);
     if rate > fastest {
         let rate = valued("drive.friction_test.rate", rate);
         let most = floor(fastest);

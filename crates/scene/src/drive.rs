@@ -168,7 +168,8 @@ pub(crate) fn choose_rate(root: &Node, scene: &mut Scene) {
     let control = &mut scene.control;
     if control.kind == ControlKind::FrictionTest && root.find("drive.friction_test.rate").is_none()
     {
-        control.friction_test.rate = FrictionTestPlan::usual_rate(&scene.robot.robot);
+        let unit = FrictionTestPlan::unit_rate(&scene.robot.robot);
+        control.friction_test.rate = FrictionTestPlan::RATE * unit;
     }
 }
 

@@ -118,12 +118,9 @@ impl ModelError {
         let (geometry, mass) = (&mut nominal.geometry, &mut nominal.mass);
         geometry.body_cg = moved(geometry.body_cg, self.body_cg, "body_cg");
         let Pins { p, q, r, s } = geometry.pins;
-        geometry.pins = Pins {
-            p: moved(p, self.pins, "pin_p"),
-            q: moved(q, self.pins, "pin_q"),
-            r: moved(r, self.pins, "pin_r"),
-            s: moved(s, self.pins, "pin_s"),
-        };
+        let pins = [(p, "pin_p"), (q, "pin_q"), (r, "pin_r"), (s, "pin_s")];
+        let [p, q, r, s] = pins.map(|(pin, part)| moved(pin, self.pins, part));
+        geometry.pins = Pins { p, q, r, s };
         geometry.wheel_radius *= 1.0 + self.wheel_radius;
         for i in 0..3 {
             let part = format!("link{}_mass", i + 1);

@@ -34,8 +34,8 @@ impl Plant {
         let start = Start::new(setup)?;
         Ok(Self {
             engine: match setup.engine.kind {
-                EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)),
-                EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
+                EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)?),
+                EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)?),
             },
             robot: setup.robot.clone(),
             watch: EnergyWatch::new(&setup.robot),

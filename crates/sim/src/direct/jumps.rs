@@ -55,7 +55,7 @@ impl Jumps {
         let mut next = (longest, false);
         for wheel in 0..3 {
             let motion = kinematics.wheel(wheel);
-            let acceleration = kinematics.axle_acceleration(wheel, accelerations);
+            let acceleration = kinematics.axles[wheel].acceleration(accelerations);
             let speed = motion.velocity.norm();
             let reach = self.radius + speed * longest;
             let (from, to) = (motion.centre.x - reach, motion.centre.x + reach);

@@ -11,14 +11,14 @@ use system::Factors;
 
 /// N of the three wheels at each record, and the work that it took.
 fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), PlantError> {
-    let mut engine = DirectEngine::new(setup, &Start::new(setup)?);
+    let mut engine = DirectEngine::new(setup, &Start::new(setup)?)?;
     let mut instant = Instant::default();
     let mut forces = Vec::new();
     for _ in 0..records {
         engine.next_instant(&mut instant)?;
         forces.push(instant.truth.wheels.map(|wheel| wheel.normal_force));
     }
-    let work = engine.solver.as_ref().map(|s| s.work).unwrap_or_default();
+    let work = engine.solver.work;
     Ok((forces, work, engine.equations.mechanics.ground.queries()))
 }
 
@@ -188,7 +188,7 @@ fn with_every_force() -> PlantSetup {
 }
 
 fn the_jacobian_is_right(setup: &PlantSetup) {
-    let mut engine = DirectEngine::new(setup, &Start::new(setup).unwrap());
+    let mut engine = DirectEngine::new(setup, &Start::new(setup).unwrap()).unwrap();
     for time in [0.9, 3.0, 6.0] {
         let (y, _) = engine.reach(time).unwrap().at(time);
         println!("theta_1 - theta_2 = {}", y[2] - y[3]);

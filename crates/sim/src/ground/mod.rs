@@ -91,24 +91,12 @@ impl Ground {
         }
     }
 
-    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear).
+    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear); passes each contact with its
+    /// forces to `each`.
     ///
     /// # Errors
     /// [`BelowGround`]
     pub fn act(
-        &mut self,
-        wheel: usize,
-        motion: &WheelMotion,
-        forces: &mut GroundForces,
-    ) -> Result<(), BelowGround> {
-        self.act_each(wheel, motion, forces, |_, _| ())
-    }
-
-    /// As [`Self::act`], and passes each contact with its forces to `each`.
-    ///
-    /// # Errors
-    /// [`BelowGround`]
-    pub fn act_each(
         &mut self,
         wheel: usize,
         motion: &WheelMotion,
@@ -130,7 +118,7 @@ impl Ground {
     }
 
     /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of
-    /// [`Self::act_each`] will meet the ground at a further place within `time`, s. On ground
+    /// [`Self::act`] will meet the ground at a further place within `time`, s. On ground
     /// without corners only a wheel in the air is asked for.
     pub fn meets(&mut self, wheel: usize, motion: &WheelMotion, time: f64) -> bool {
         let found = &self.found[wheel];

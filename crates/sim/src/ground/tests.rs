@@ -17,7 +17,7 @@ fn ground(profile: Profile, stretches: &[(f64, f64, f64)]) -> Ground {
 
 fn act(ground: &mut Ground, motion: &WheelMotion) -> Result<GroundForces, BelowGround> {
     let mut forces = GroundForces::default();
-    ground.act(0, motion, &mut forces)?;
+    ground.act(0, motion, &mut forces, |_, _| ())?;
     Ok(forces)
 }
 

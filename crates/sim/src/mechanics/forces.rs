@@ -51,7 +51,7 @@ impl Forces {
         for (i, drive) in drive_torque.into_iter().enumerate() {
             let motion = kinematics.wheel(i);
             let by_ground = &mut self.ground[i];
-            let found = ground.act(i, &motion, by_ground);
+            let found = ground.act(i, &motion, by_ground, |_, _| ());
             found.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
             let axle = &kinematics.axles[i];
             axle.add_force(by_ground.force, &mut right);

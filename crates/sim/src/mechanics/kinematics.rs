@@ -40,7 +40,7 @@ pub(super) struct Motion {
 
 /// Motion of a point of link 1 or 2: it turns about Q with its link.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LinkPoint {
+pub(crate) struct LinkPoint {
     /// Position relative to Q, m.
     pub arm: Vec2,
     /// The link.
@@ -80,7 +80,7 @@ pub(crate) struct Kinematics {
     /// Centres of mass of links 1 and 2.
     pub(super) link_cgs: [LinkPoint; 2],
     /// Centres of the wheels.
-    pub(super) axles: [LinkPoint; 3],
+    pub axles: [LinkPoint; 3],
     /// P, R and S relative to Q, m.
     pub(super) pins: [Vec2; 3],
 }
@@ -201,11 +201,6 @@ impl Kinematics {
     pub(super) fn free_bars(&self) -> [(Bar, &Motion, &Turning); 2] {
         let body = (Bar::Body, &self.body_cg, &self.body);
         [body, (Bar::Link3, &self.link3_cg, &self.link3)]
-    }
-
-    /// Acceleration of a wheel's centre (m/s^2) at the accelerations of the four coordinates.
-    pub fn axle_acceleration(&self, wheel: usize, accelerations: &Vector4<f64>) -> Vec2 {
-        self.axles[wheel].acceleration(accelerations)
     }
 
     /// Centre of a wheel, m.
