@@ -388,15 +388,12 @@ impl Geometry {
     /// axles that it carries. Link 3 of a bogie, which has no mass, has that of the body.
     pub fn mean_link_cgs(&self) -> [Vec2; 3] {
         Bar::LINKS.map(|link| {
-            let (mut sum, mut count) = (Vec2::zeros(), 0.0);
-            for point in self.joints(link) {
-                sum += point;
-                count += 1.0;
-            }
-            if count > 0.0 {
-                sum / count
-            } else {
-                self.body_cg
+            let points = self.joints(link);
+            let add = |(sum, count), point| (sum + point, count + 1.0);
+            let (sum, count) = points.fold((Vec2::zeros(), 0.0), add);
+            match count > 0.0 {
+                true => sum / count,
+                false => self.body_cg,
             }
         })
     }

@@ -28,14 +28,6 @@ pub struct PostureError {
     pub greatest: f64,
 }
 
-/// Position of S (m) from the positions of P and R (m): [`Dyad::s`].
-///
-/// # Errors
-/// As [`Dyad::s`].
-pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureError> {
-    Dyad::new(geometry).s(p, r)
-}
-
 /// The dyad of body and link 3: two bars that are joined in S and end in P and R.
 #[derive(Clone, Copy, Debug)]
 pub struct Dyad {
@@ -98,7 +90,7 @@ impl Posture {
     /// Closes the four-bar at given angles of link 1 and link 2, rad: the position analysis of Fig.
     /// 5.
     ///
-    /// Relative to Q, the two links determine P and R; [`corner_s`] gives S.
+    /// Relative to Q, the two links determine P and R; [`Dyad::s`] gives S.
     ///
     /// # Errors
     /// [`PostureError`] where the triangle does not exist, or an angle is not finite.
@@ -106,7 +98,7 @@ impl Posture {
         let pins = &geometry.pins;
         let p = rotate(pins.p - pins.q, theta1);
         let r = rotate(pins.r - pins.q, theta2);
-        let s = corner_s(geometry, p, r)?;
+        let s = Dyad::new(geometry).s(p, r)?;
         let turn = |from: Vec2, to: Vec2| libm::atan2(cross(from, to), from.dot(&to));
         Ok(Self {
             body: turn(pins.s - pins.p, s - p),

@@ -143,27 +143,20 @@ impl WheelTruth {
     /// these forces.
     pub fn equivalent_contact(&self) -> Option<EquivalentContact> {
         let traction = self.traction;
-        if self.contacts < 2 {
-            return Some(EquivalentContact {
-                normal_force: self.normal_force,
-                traction,
-                angle: self.contact_angle,
-            });
+        let (mut normal_force, mut angle) = (self.normal_force, self.contact_angle);
+        if self.contacts > 1 {
+            normal_force = (self.force.norm_squared() - traction * traction).sqrt();
+            // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
+            let tangent = self.force * traction - perp(self.force) * normal_force;
+            if tangent != Vec2::zeros() {
+                angle = tangent.y.atan2(tangent.x);
+            }
         }
-        let normal_force = (self.force.norm_squared() - traction * traction).sqrt();
         // The root of a negative number is not a number.
-        if normal_force.is_nan() {
-            return None;
-        }
-        // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
-        let tangent = self.force * traction - perp(self.force) * normal_force;
-        Some(EquivalentContact {
+        (!normal_force.is_nan()).then_some(EquivalentContact {
             normal_force,
             traction,
-            angle: match tangent == Vec2::zeros() {
-                true => self.contact_angle,
-                false => tangent.y.atan2(tangent.x),
-            },
+            angle,
         })
     }
 }
