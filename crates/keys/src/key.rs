@@ -345,6 +345,9 @@ impl<T> Form for Table<T> {
     }
 }
 
+/// Checks an item at a path with those before it.
+pub type Check<T> = fn(&mut Reader, &Node, &str, &T, &[T]);
+
 /// Items of one form; tables are each headed `[[path]]`.
 pub struct List<F: Form> {
     /// An item.
@@ -356,7 +359,7 @@ pub struct List<F: Form> {
     /// An item before it is read.
     pub start: fn() -> F::Value,
     /// Checks an item without problems, with those before it.
-    pub check: fn(&mut Reader, &Node, &str, &F::Value, &[F::Value]),
+    pub check: Check<F::Value>,
 }
 
 /// A list whose items have no rules beyond their own.
