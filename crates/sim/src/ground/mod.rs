@@ -12,6 +12,7 @@ use robhaz_terrain::Contact;
 /// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
     setup: PlantSetup,
+    wheel_radius: f64,
     /// For the exponent of the contact law.
     power: Power,
     /// Contacts of each wheel at the last call of [`Ground::act`].
@@ -63,8 +64,9 @@ pub(crate) struct GroundForces {
     traction: f64,
     /// Direction of the ground's tangent, of any length. Only the record uses its angle.
     tangent: Vec2,
-    penetration: f64,
-    slip_speed: f64,
+    /// The contact with the largest penetration.
+    deepest: ContactTruth,
+    /// Its slip speed beyond which it slides, m/s.
     slip_limit: f64,
     /// Whether a contact grips.
     grips: bool,
@@ -81,6 +83,7 @@ impl Ground {
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
             setup: setup.clone(),
+            wheel_radius: setup.robot.geometry.wheel_radius,
             power: Power::new(setup.contact.exponent),
             found: Default::default(),
             hints: Default::default(),
@@ -104,12 +107,7 @@ impl Ground {
         each: impl FnMut(&Contact, &OneContact),
     ) -> Result<(), BelowGround> {
         let (hint, found) = (&mut self.hints[wheel], &mut self.found[wheel]);
-        (self.setup.terrain).contacts_near(
-            motion.centre,
-            self.setup.robot.geometry.wheel_radius,
-            hint,
-            found,
-        );
+        (self.setup.terrain).contacts_near(motion.centre, self.wheel_radius, hint, found);
         #[cfg(test)]
         {
             self.queries += 1;
@@ -127,12 +125,7 @@ impl Ground {
         }
         let centre = motion.centre + motion.velocity * time;
         let (hint, ahead) = (&mut self.hints[wheel], &mut self.ahead);
-        (self.setup.terrain).contacts_near(
-            centre,
-            self.setup.robot.geometry.wheel_radius,
-            hint,
-            ahead,
-        );
+        (self.setup.terrain).contacts_near(centre, self.wheel_radius, hint, ahead);
         let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
         !self.ahead.iter().all(known)
     }
@@ -141,7 +134,7 @@ impl Ground {
     #[inline]
     pub fn rolling_moment(&self, normal_force: f64, spin: f64) -> f64 {
         let law = &self.setup.friction;
-        law.rolling_moment(normal_force, self.setup.robot.geometry.wheel_radius, spin)
+        law.rolling_moment(normal_force, self.wheel_radius, spin)
     }
 
     /// Number of searches for contacts so far.
@@ -162,6 +155,27 @@ impl Ground {
         sum: &mut GroundForces,
         mut each: impl FnMut(&Contact, &OneContact),
     ) -> Result<(), BelowGround> {
+        // The usual case, in half the time.
+        if let [contact] = found {
+            let one = self.one_contact(contact, wheel)?;
+            each(contact, &one);
+            let truth = &one.truth;
+            let moment = self.rolling_moment(truth.normal_force, wheel.spin);
+            *sum = GroundForces {
+                force: truth.normal * truth.normal_force + contact.tangent * truth.traction,
+                torque: contact.distance * truth.traction + moment,
+                normal_force: truth.normal_force,
+                traction: truth.traction,
+                tangent: contact.tangent,
+                deepest: *truth,
+                slip_limit: one.slip_limit,
+                grips: !truth.slides,
+                contacts: 1,
+                energy: one.normal.energy,
+                approach: one.approach.max(0.0),
+            };
+            return Ok(());
+        }
         *sum = GroundForces::default();
         let mut normal_sum = Vec2::zeros();
         for contact in found {
@@ -181,19 +195,17 @@ impl Ground {
             sum.contacts += 1;
             sum.grips |= !truth.slides;
             sum.approach = sum.approach.max(one.approach);
-            if sum.contacts == 1 || truth.penetration > sum.penetration {
+            if sum.contacts == 1 || truth.penetration > sum.deepest.penetration {
                 sum.normal_force = truth.normal_force;
-                sum.penetration = truth.penetration;
-                sum.slip_speed = truth.slip_speed;
-                sum.slip_limit = one.slip_limit;
+                (sum.deepest, sum.slip_limit) = (one.truth, one.slip_limit);
                 sum.tangent = contact.tangent;
             }
         }
         if sum.contacts > 1 {
             sum.normal_force = normal_sum.norm();
-        }
-        if sum.contacts > 1 && sum.normal_force > 0.0 {
-            sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
+            if sum.normal_force > 0.0 {
+                sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
+            }
         }
         Ok(())
     }
@@ -209,7 +221,7 @@ impl Ground {
         let arm = Some(contact.distance).filter(|arm| *arm > 0.0);
         let arm = arm.ok_or(BelowGround { x: wheel.centre.x })?;
         let normal = contact.normal();
-        let penetration = self.setup.robot.geometry.wheel_radius - arm;
+        let penetration = self.wheel_radius - arm;
         let approach = -wheel.velocity.dot(&normal);
         let law = self
             .setup
@@ -260,18 +272,23 @@ impl Ground {
         truth.normal_force = forces.normal_force;
         truth.traction = forces.traction;
         truth.contact_angle = direction(forces.tangent);
-        truth.penetration = forces.penetration;
-        truth.slip_speed = forces.slip_speed;
+        truth.penetration = forces.deepest.penetration;
+        truth.slip_speed = forces.deepest.slip_speed;
         truth.slip_limit = forces.slip_limit;
         truth.contacts = forces.contacts;
         truth.force = forces.force;
         truth.slides = forces.contacts > 0 && !forces.grips;
-        truth.contact_list = ContactList::default();
-        let found = &self.found[index];
-        for contact in found.iter().filter(|c| !is_behind(c, found)) {
-            truth
-                .contact_list
-                .push(self.one_contact(contact, wheel)?.truth);
+        match forces.contacts {
+            // A second evaluation would cost time.
+            1 => truth.contact_list.set(forces.deepest),
+            _ => {
+                truth.contact_list = ContactList::default();
+                let found = &self.found[index];
+                for contact in found.iter().filter(|c| !is_behind(c, found)) {
+                    let one = self.one_contact(contact, wheel)?;
+                    truth.contact_list.push(one.truth);
+                }
+            }
         }
         if forces.contacts == 0
             && let Some(nearest) = self.setup.terrain.nearest(wheel.centre)

@@ -75,7 +75,7 @@ impl Carriers {
     }
 
     /// The mass matrix of all bars, and the right-hand side of their weights and bias forces.
-    #[inline]
+    #[inline(always)]
     pub fn in_vacuum(&self, robot: &Robot, kinematics: &Kinematics) -> (MassMatrix, Vector4<f64>) {
         let gravity = robot.gravity;
         let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
