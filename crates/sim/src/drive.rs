@@ -16,7 +16,7 @@ pub struct Drive {
     pub ki: f64,
     /// Largest motor torque at the wheel, N m.
     pub torque_limit: f64,
-    /// Tracking time constant T_t of the anti-windup, s: see [`Self::integral_rate`].
+    /// Tracking time constant T_t of the anti-windup, s: see [`Self::controlled`].
     pub tracking_time: f64,
     /// Viscous damping B in the wheel module, N m s.
     pub viscous_damping: f64,

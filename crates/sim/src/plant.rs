@@ -26,7 +26,7 @@ impl Plant {
     /// is about 1e-7 m on undulating ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
-    /// Places the robot on the ground as [`PlantSetup::start`] asks.
+    /// Places the robot on the ground as [`EngineChoice::start`](crate::EngineChoice::start) asks.
     ///
     /// # Errors
     /// [`PlantError`] if the robot cannot stand there.
