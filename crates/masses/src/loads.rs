@@ -6,7 +6,7 @@
 //! `F' - H_N N`, is projected on the load parameters by least squares over the postures of a drive
 //! at rest.
 
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::measurements::Accuracy;
 use crate::parameters::{CENTRES, PARAMETERS, Tolerances, Values, WHEEL, values, with_values};
 use crate::prior::{Prior, derivatives};
@@ -80,7 +80,7 @@ impl Deviations {
         prior: &Prior<'_>,
         robot: &Robot,
         covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-    ) -> Result<Self, WeighError> {
+    ) -> Result<Self> {
         let projection = projection(prior, robot).map_err(WeighError::of_nominal)?;
         let by_unknowns = forces_by_unknowns(prior, robot).map_err(WeighError::of_nominal)?;
         let of_loads = projection * covariance * projection.transpose();
@@ -106,7 +106,7 @@ impl Tolerances {
     /// # Errors
     /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures
     /// of a drive.
-    pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance, WeighError> {
+    pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance> {
         let prior = Prior::new(nominal, self, &Accuracy::TYPICAL)?;
         let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::identity();
         // The sum of the masses' errors, as a combination of the unknowns.
@@ -128,8 +128,8 @@ impl Tolerances {
 fn by_parameters<const ROWS: usize>(
     prior: &Prior<'_>,
     robot: &Robot,
-    of: impl Fn(&Robot) -> Result<SVector<f64, ROWS>, WeighError>,
-) -> Result<ByParameters<ROWS>, WeighError> {
+    of: impl Fn(&Robot) -> Result<SVector<f64, ROWS>>,
+) -> Result<ByParameters<ROWS>> {
     let values = values(robot);
     derivatives(DIFFERENCE, |change: &Values| {
         let there = values + change.component_mul(&prior.deviations);
@@ -142,7 +142,7 @@ fn by_parameters<const ROWS: usize>(
 fn projection(
     prior: &Prior<'_>,
     robot: &Robot,
-) -> Result<SMatrix<f64, LOAD_PARAMETERS, PARAMETERS>, WeighError> {
+) -> Result<SMatrix<f64, LOAD_PARAMETERS, PARAMETERS>> {
     let mut normal = SMatrix::<f64, LOAD_PARAMETERS, LOAD_PARAMETERS>::zeros();
     let mut right = SMatrix::<f64, LOAD_PARAMETERS, PARAMETERS>::zeros();
     for angles in drive_postures(robot) {
@@ -165,10 +165,7 @@ fn projection(
 
 /// Derivatives of the normal forces in the drive's postures by the unknowns over their prior
 /// deviations, at the robot's gravity.
-pub(crate) fn forces_by_unknowns(
-    prior: &Prior<'_>,
-    robot: &Robot,
-) -> Result<Vec<ByParameters<3>>, WeighError> {
+pub(crate) fn forces_by_unknowns(prior: &Prior<'_>, robot: &Robot) -> Result<Vec<ByParameters<3>>> {
     // The statics are those of the place of weighing, with 9.81 m/s^2.
     let share = robot.gravity / GRAVITY;
     let of = |angles| {

@@ -5,7 +5,7 @@
 //! 2007, ch. 10). Postures are chosen one after the other, then exchanged until no exchange helps.
 
 use crate::blocks::{Blocks, posture_on};
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::fit::{Information, Normal, of_robot};
 use crate::loads::{forces_by_unknowns, mean_variance};
 use crate::measurements::Accuracy;
@@ -52,7 +52,7 @@ pub fn plan(
     accuracy: &Accuracy,
     heights: &[f64],
     count: usize,
-) -> Result<Plan, WeighError> {
+) -> Result<Plan> {
     if let Some(height) = heights.iter().find(|h| !(**h > 0.0 && **h <= 1.0)) {
         return Err(WeighError::new(format!(
             "a block's height is {height} m; allowed: above 0 and at most 1 m"
@@ -89,7 +89,7 @@ pub fn plan(
 }
 
 /// Every posture on blocks that the robot can take.
-fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, WeighError> {
+fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>> {
     let all = [&[0.0], heights].concat();
     let count = all.len();
     let mut found: Vec<Candidate> = Vec::new();

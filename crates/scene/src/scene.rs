@@ -1,7 +1,7 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::estimators::{self, EstimatorChoice};
-use crate::model_error::{ModelError, ModelErrorTooLarge};
+use crate::model_error::{ModelError, Result};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
@@ -226,13 +226,13 @@ impl Scene {
     /// The nominal robot, which the estimators are given.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read
+    /// [`ModelErrorTooLarge`](crate::ModelErrorTooLarge) when `[model_error]` draws an invalid robot. Scenes that were read
     /// from files are checked.
-    pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
+    pub fn nominal_robot(&self) -> Result<Robot> {
         Ok(self.nominal()?.0)
     }
 
-    fn nominal(&self) -> Result<(Robot, Option<LoadCovariance>), ModelErrorTooLarge> {
+    fn nominal(&self) -> Result<(Robot, Option<LoadCovariance>)> {
         self.model_error.nominal(&self.robot.robot, self.seed)
     }
 
@@ -260,7 +260,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
-    pub fn control_settings(&self) -> Result<ControlSettings, ModelErrorTooLarge> {
+    pub fn control_settings(&self) -> Result<ControlSettings> {
         let drive = &self.drive;
         let [kp, ki] = self.gains();
         Ok(ControlSettings {
@@ -279,10 +279,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
-    pub fn nominal_settings(
-        &self,
-        estimator: &EstimatorChoice,
-    ) -> Result<EstimatorSettings, ModelErrorTooLarge> {
+    pub fn nominal_settings(&self, estimator: &EstimatorChoice) -> Result<EstimatorSettings> {
         let settings = estimator.settings;
         let damping = estimator.damping.unwrap_or(self.drive.viscous_damping);
         Ok(EstimatorSettings {
@@ -301,7 +298,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
-    pub fn noise_budget(&self) -> Result<NoiseBudget, ModelErrorTooLarge> {
+    pub fn noise_budget(&self) -> Result<NoiseBudget> {
         let (spec, model) = (&self.sensors.spec, &self.model_error);
         let (body_cg, link_mass, load_covariance) = match model.scales > 0.0 {
             true => (0.0, 0.0, self.nominal()?.1),

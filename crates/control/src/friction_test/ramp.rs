@@ -15,8 +15,6 @@ const APPROACH: f64 = 1.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Ramp {
     pub test: FrictionTest,
-    /// Start, s.
-    start: f64,
     /// Torque at the start and after the approach, N m. Without an approach both are the same.
     torque: [f64; 2],
     /// Rate with its direction, N m/s.
@@ -34,7 +32,6 @@ impl Ramp {
     pub fn new(wheel: usize, time: f64, torque: [f64; 2], rate: f64, unit: f64) -> Self {
         Self {
             test: FrictionTest::new(wheel, time),
-            start: time,
             torque,
             rate,
             unit,
@@ -64,7 +61,7 @@ impl Ramp {
 
     fn wanted(&self, now: f64) -> f64 {
         let [first, second] = self.torque;
-        let passed = now - self.start;
+        let passed = now - self.test.start;
         let duration = APPROACH * self.unit;
         let approached = quintic(1.0, (passed / duration).max(0.0).min(1.0));
         let approach = match (first - second).abs() > 0.0 {
