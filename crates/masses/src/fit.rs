@@ -9,7 +9,7 @@
 use crate::error::{Result, WeighError};
 use crate::loads::{self, ForceDeviation, WeighedValue};
 use crate::measurements::{Accuracy, Measurements, Reading};
-use crate::parameters::{CENTRES, PARAMETERS, Tolerances, names, values};
+use crate::parameters::{CENTRES, Covariance, PARAMETERS, Tolerances, names, values};
 use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
 use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
@@ -25,7 +25,7 @@ const MISFIT_LIMIT: f64 = 4.0;
 pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
 /// The part of a covariance of all unknowns that is of the robot.
-pub(crate) fn of_robot(covariance: &Information) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+pub(crate) fn of_robot(covariance: &Information) -> Covariance {
     covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into()
 }
 

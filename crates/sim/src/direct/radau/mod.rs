@@ -6,7 +6,7 @@
 //! system), predictive step control, reuse of the Jacobian and of the factorisations. Sizes are
 //! fixed and errors are absolute. If `f` has no value at a state, the step becomes shorter.
 
-use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, T, T_INVERSE, combined};
+use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, Stages, T, T_INVERSE, combined};
 use nalgebra::{Complex, SVector};
 
 /// Largest number of Newton iterations. After these, a shorter step is tried.
@@ -113,7 +113,7 @@ pub(super) struct Radau<const N: usize, const Q: usize, M: Model<N, Q>> {
 }
 
 /// Increments of the stages, number of iterations, and contraction of the error per iteration.
-type Stages<const N: usize> = ([SVector<f64, N>; 3], u32, f64);
+type Increments<const N: usize> = (Stages<N>, u32, f64);
 
 /// The attempt failed; the next one has the step times this factor.
 struct Shorter(f64);
@@ -264,7 +264,7 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
 
     /// Simplified Newton iterations for the increments of the stages, started from the extrapolated
     /// polynomial of the last step.
-    fn newton(&mut self, model: &mut M, system: &M::System) -> Result<Stages<N>, Shorter> {
+    fn newton(&mut self, model: &mut M, system: &M::System) -> Result<Increments<N>, Shorter> {
         let h = self.step;
         let length = self.time - self.begin;
         let mut z = [C1, C2, 1.0].map(|c| match length > 0.0 {
@@ -330,13 +330,7 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     }
 
     /// Error of the step relative to the allowed one.
-    fn error(
-        &mut self,
-        model: &mut M,
-        system: &M::System,
-        z: &[SVector<f64, N>; 3],
-        retried: bool,
-    ) -> f64 {
+    fn error(&mut self, model: &mut M, system: &M::System, z: &Stages<N>, retried: bool) -> f64 {
         let stages = (z[0] * ERROR[0] + z[1] * ERROR[1] + z[2] * ERROR[2]) / self.step;
         let mut error = stages + self.rates;
         system.solve_real(&mut error);
@@ -354,15 +348,9 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     }
 
     /// Accepts the step and integrates over it.
-    fn accept(
-        &mut self,
-        model: &mut M,
-        z: &[SVector<f64, N>; 3],
-        y: SVector<f64, N>,
-        rates: SVector<f64, N>,
-    ) {
+    fn accept(&mut self, model: &mut M, z: &Stages<N>, y: SVector<f64, N>, rates: SVector<f64, N>) {
         let h = self.step;
-        let integrands: [SVector<f64, Q>; 3] = [0, 1, 2].map(|i| {
+        let integrands: Stages<Q> = [0, 1, 2].map(|i| {
             let node = self.time + [C1, C2, 1.0][i] * h;
             model.integrands(node, &(self.y + z[i]))
         });
